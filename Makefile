@@ -1,0 +1,44 @@
+# Every command a contributor needs. `make` alone lists them.
+
+VENV ?= .venv
+WORKERS ?= 2
+BIN := $(VENV)/bin
+
+.DEFAULT_GOAL := help
+.PHONY: help venv test check format slow fuzz bench clean
+
+help: ## list the commands
+	@awk -F ':.*## ' '/^[a-z]+:.*## /{printf "make %-8s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
+
+venv: $(BIN)/.ready ## a virtual environment with everything the tests need
+
+$(BIN)/.ready: pyproject.toml constraints.txt
+	test -x $(BIN)/python || python3 -m venv $(VENV)
+	$(BIN)/pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev]'
+	touch $@
+
+test: venv ## install what is needed, then everything `make check` does
+	$(MAKE) check
+
+check: ## format, lint, types, import contracts, tests
+	$(BIN)/ruff format --check .
+	$(BIN)/ruff check .
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+	$(BIN)/pytest -n $(WORKERS) -m "not slow and not gpu"
+
+format: ## put the code in the one format
+	$(BIN)/ruff format .
+	$(BIN)/ruff check --fix .
+
+slow: ## the tests that take longer than a few seconds
+	$(BIN)/pytest -m "slow and not gpu"
+
+fuzz: ## mutated missions through `check`, 100 times as many as in `make check`
+	MISSIONC_FUZZ=200000 $(BIN)/pytest -q --timeout 0 tests/properties/test_mutated_missions.py
+
+bench: ## the measurements of docs/performance.md
+	for program in bench/*.py; do $(BIN)/python $$program || exit; done
+
+clean: ## remove what was built
+	rm -rf build dist .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache

@@ -1,0 +1,60 @@
+"""missionc: a compiler for multi-robot missions.
+
+``check`` finds what is wrong with a mission, ``compile`` turns it into a
+verified plan, ``monitor`` judges a trace. All three take and give values, and
+never print.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+from missionc.version import __version__
+
+if TYPE_CHECKING:
+    from missionc.backends.api import Impossible, NotFound, Options, Progress, Reason
+    from missionc.diagnostics.model import Diagnostic, Severity
+    from missionc.driver import check, compile, monitor
+    from missionc.limits import Limits
+    from missionc.results import Checked, Compiled, Monitored, Refused, Unverified, Verified
+    from missionc.source import Source
+
+__all__ = [
+    "Checked",
+    "Compiled",
+    "Diagnostic",
+    "Impossible",
+    "Limits",
+    "Monitored",
+    "NotFound",
+    "Options",
+    "Progress",
+    "Reason",
+    "Refused",
+    "Severity",
+    "Source",
+    "Unverified",
+    "Verified",
+    "__version__",
+    "check",
+    "compile",
+    "monitor",
+]
+
+HOMES = {
+    "missionc.backends.api": ("Impossible", "NotFound", "Options", "Progress", "Reason"),
+    "missionc.diagnostics.model": ("Diagnostic", "Severity"),
+    "missionc.driver": ("check", "compile", "monitor"),
+    "missionc.limits": ("Limits",),
+    "missionc.results": ("Checked", "Compiled", "Monitored", "Refused", "Unverified", "Verified"),
+    "missionc.source": ("Source",),
+}
+"""Where each public name lives: loaded when it is first used, so that a child process loads only its own module."""
+
+
+def __getattr__(name: str) -> object:
+    for home, names in HOMES.items():
+        if name in names:
+            return getattr(import_module(home), name)
+    raise AttributeError(f"module 'missionc' has no attribute {name!r}")

@@ -1,0 +1,108 @@
+"""What a backend is: the features it offers, and a function from a mission to an outcome.
+
+``Planned`` (still to be judged by ``verify``), ``Impossible`` (a proof that
+this abstraction holds no plan, and the requirements it rests on) and
+``NotFound`` (the budget ran out; says nothing about whether a plan exists)
+are never confused.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from enum import Enum
+from typing import Protocol, TypeAlias
+
+from missionc.ir import Mission
+from missionc.kernel.nodes import Kernel
+from missionc.limits import Limits
+from missionc.plan import Trace
+from missionc.units import Seconds
+
+
+class Reason(Enum):
+    """Why a search ended without an answer."""
+
+    TIME = "the time limit came first"
+    MEMORY = "the memory limit came first"
+    SIZE = "the problem is larger than the limit on its size"
+    NO_ROADMAP = "no roadmap could be built"
+    SOLVER = "the solver gave up"
+
+
+@dataclass(frozen=True, slots=True)
+class Progress:
+    """One line about where a backend is: its stage, the round (from 1), and free words."""
+
+    stage: str
+    round: int = 1
+    detail: str = ""
+
+
+def ignore(progress: Progress) -> None:
+    """The listener of those who do not watch."""
+
+
+@dataclass(frozen=True, slots=True)
+class Budget:
+    """What a run may use. ``deadline`` is on the clock of ``time.monotonic``."""
+
+    deadline: float
+    memory_bytes: int = 8 << 30
+    seed: int = 0
+    limits: Limits = field(default_factory=Limits)
+    listen: Callable[[Progress], None] = ignore
+
+
+@dataclass(frozen=True, slots=True)
+class Options:
+    """Choices of the command line that only a backend understands."""
+
+    solver: str = "z3"
+    certify: bool = False
+    captures: frozenset[str] = frozenset()
+    """Texts to keep in ``Report.texts``: ``dimacs``, ``smt2``."""
+
+
+@dataclass(frozen=True, slots=True)
+class Report:
+    """What a run did: seconds by stage, sizes by name (``clauses``, ``nodes``, …), texts and proof files asked for."""
+
+    seconds: tuple[tuple[str, Seconds], ...] = ()
+    sizes: tuple[tuple[str, int], ...] = ()
+    texts: tuple[tuple[str, str], ...] = ()
+    files: tuple[tuple[str, bytes], ...] = ()
+    notes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Planned:
+    trace: Trace
+    report: Report
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Impossible:
+    """No plan on this abstraction. ``conflict``: names of the requirements the proof rests on (none: motion alone)."""
+
+    conflict: tuple[str, ...]
+    statement: str
+    report: Report
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class NotFound:
+    reason: Reason
+    statement: str
+    report: Report
+
+
+Outcome: TypeAlias = Planned | Impossible | NotFound
+
+
+class Backend(Protocol):
+    """One way to plan. What it offers is ``passes.choose_backend.OFFERS``, a table that loads no solver."""
+
+    name: str
+
+    def plan(self, mission: Mission, kernel: Kernel, options: Options, budget: Budget) -> Outcome: ...

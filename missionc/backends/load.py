@@ -1,0 +1,31 @@
+"""From a backend's name to the backend; the only late imports in the project."""
+
+from __future__ import annotations
+
+from importlib.util import find_spec
+
+from missionc.backends.api import Backend, Options
+from missionc.diagnostics.code import BACKEND_NOT_THERE, EXTRA_MISSING
+from missionc.diagnostics.model import Diagnostic
+
+
+def load(name: str, options: Options | None = None) -> Backend | Diagnostic:
+    """The backend of that name, or what to say where it, or the solver asked for, is not there."""
+    if name != "smt":
+        return Diagnostic(
+            BACKEND_NOT_THERE,
+            f"the backend `{name}` is not there yet",
+            None,
+            help="plan with `--backend smt`, where the mission allows it",
+        )
+    solver = (options or Options()).solver
+    if solver != "z3" and find_spec("pysat") is None:
+        return Diagnostic(
+            EXTRA_MISSING,
+            f"`--solver {solver}` needs the package python-sat, which is not installed",
+            None,
+            help="install it with `pip install 'missionc[sat]'`, or leave `--solver` out: Z3 is always there",
+        )
+    from missionc.backends.smt import BACKEND
+
+    return BACKEND

@@ -1,0 +1,38 @@
+"""What a run has used and has to tell, collected while it goes on."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+
+from missionc.backends.api import Report
+from missionc.units import Seconds
+
+
+@dataclass(slots=True)
+class Account:
+    seconds: dict[str, float] = field(default_factory=dict)
+    sizes: dict[str, int] = field(default_factory=dict)
+    texts: dict[str, str] = field(default_factory=dict)
+    files: dict[str, bytes] = field(default_factory=dict)
+    notes: list[str] = field(default_factory=list)
+
+    @contextmanager
+    def stage(self, name: str) -> Iterator[None]:
+        """Counts the time spent within, also where it ends by an exception."""
+        begin = time.perf_counter()
+        try:
+            yield
+        finally:
+            self.seconds[name] = self.seconds.get(name, 0.0) + time.perf_counter() - begin
+
+    def report(self) -> Report:
+        return Report(
+            seconds=tuple((stage, Seconds(spent)) for stage, spent in self.seconds.items()),
+            sizes=tuple(self.sizes.items()),
+            texts=tuple(self.texts.items()),
+            files=tuple(self.files.items()),
+            notes=tuple(self.notes),
+        )

@@ -1,0 +1,242 @@
+"""The one flat list of clauses that every solver reads.
+
+Literals are whole numbers as in DIMACS: a variable, or its negative. Variable 1
+is true, so that a constant is a literal like any other; whatever adds clauses
+or defines literals folds constants away. Everything is built from arrays, never
+clause by clause.
+
+A literal that stands for a formula is defined in one direction: where it is
+true the formula holds. That is enough where it is asked for only positively,
+which is how ``lower`` uses it, and costs half the clauses.
+
+Source:
+    Plaisted and Greenbaum, "A structure-preserving clause form translation", 1986.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+Literals = NDArray[np.int32]
+
+TRUE, FALSE = 1, -1
+
+NOTHING = 0
+"""Stands in a matrix of literals where a row is shorter than the others."""
+
+_END = np.iinfo(np.int32).min
+
+
+class TooLarge(Exception):
+    """The next clauses would pass the limit on how many there may be."""
+
+    def __init__(self, clauses: int) -> None:
+        super().__init__(f"at least {clauses} clauses")
+        self.clauses = clauses
+
+
+class Clauses:
+    """Clauses so far, in the order they were added, each ended by a 0."""
+
+    def __init__(self, limit: int) -> None:
+        self.variables = 1
+        self.count = 0
+        self.limit = limit
+        self._chunks: list[Literals] = []
+        self._taken = 0
+        self._append(np.array([TRUE, 0], dtype=np.int32), 1)
+
+    # ------------------------------------------------------------- variables
+
+    def fresh(self, count: int) -> Literals:
+        """So many new variables, (count,)."""
+        first = self.variables + 1
+        self.variables += count
+        return np.arange(first, first + count, dtype=np.int32)
+
+    def reserve(self, count: int) -> None:
+        """Ask before building so many more clauses.
+
+        Raises:
+            TooLarge: there would be too many.
+        """
+        if self.count + count > self.limit:
+            raise TooLarge(self.count + count)
+
+    # --------------------------------------------------------------- clauses
+
+    def add(self, *columns: Literals | int) -> None:
+        """One clause for each row of the columns, which broadcast; a column may itself be (rows, literals)."""
+        matrix = _matrix((*columns, NOTHING))  # one column at least, for what cannot hold
+        satisfied = (matrix == TRUE).any(axis=1)
+        if satisfied.any():
+            matrix = matrix[~satisfied]
+        self.reserve(len(matrix))
+        present = (matrix != NOTHING) & (matrix != FALSE)
+        ended = np.concatenate([matrix, np.zeros((len(matrix), 1), dtype=np.int32)], axis=1)
+        if not present.all():
+            empty = ~present.any(axis=1)  # nothing is left of the clause: it cannot hold
+            ended[empty, 0] = FALSE
+            present[empty, 0] = True
+            flat = ended[np.concatenate([present, np.ones((len(matrix), 1), dtype=bool)], axis=1)]
+        else:
+            flat = ended.ravel()
+        self._append(flat, len(matrix))
+
+    def add_ragged(self, heads: Literals, bodies: Literals, sizes: NDArray[np.int64]) -> None:
+        """One clause for each head: its literals, (clauses, heads), and the next ``sizes`` of ``bodies``."""
+        count, width = heads.shape
+        self.reserve(count)
+        ends = np.cumsum(sizes + width + 1)
+        flat = np.full(int(ends[-1]) if count else 0, NOTHING, dtype=np.int32)
+        starts = ends - (sizes + width + 1)
+        for column in range(width):
+            flat[starts + column] = heads[:, column]
+        owner = np.repeat(np.arange(count), sizes)
+        flat[np.arange(len(bodies)) + owner * (width + 1) + width] = bodies
+        flat[ends - 1] = _END
+        clause = np.repeat(np.arange(count), sizes + width + 1)
+        satisfied = np.zeros(count, dtype=bool)
+        satisfied[clause[flat == TRUE]] = True
+        kept = ~satisfied[clause] & (flat != FALSE) & (flat != NOTHING)
+        alone = np.bincount(clause[kept], minlength=count) == 1  # only its end is left: it cannot hold
+        if np.any(alone & ~satisfied):
+            first = starts[alone & ~satisfied]
+            flat[first], kept[first] = FALSE, True
+        flat[ends - 1] = 0
+        self._append(flat[kept], count - int(satisfied.sum()))
+
+    def add_shifted(self, template: Clauses, offset: int) -> None:
+        """Another list's clauses, its variables moved up by ``offset``; the constant stays what it is."""
+        self.reserve(template.count)
+        for chunk in template._chunks[1:]:
+            moved = np.where(np.abs(chunk) > 1, chunk + np.sign(chunk) * np.int32(offset), chunk)
+            self._append(moved.astype(np.int32), 0)
+        self.count += template.count - 1
+
+    # ----------------------------------------------------------- definitions
+
+    def any_of(self, *columns: Literals | int) -> Literals:
+        """For each row a literal that implies one of the row's: (rows,)."""
+        return self._junction(_matrix(columns), TRUE)
+
+    def all_of(self, *columns: Literals | int) -> Literals:
+        """For each row a literal that implies all of the row's: (rows,)."""
+        return self._junction(_matrix(columns), FALSE)
+
+    def _junction(self, matrix: Literals, absorbing: int) -> Literals:
+        constant = (matrix == TRUE) | (matrix == FALSE)
+        alive = ~constant & (matrix != NOTHING)
+        result = np.full(len(matrix), -absorbing, dtype=np.int32)
+        if matrix.shape[1]:
+            first = matrix[np.arange(len(matrix)), alive.argmax(axis=1)]
+            some = alive.any(axis=1)
+            result[some] = first[some]
+            several = some & (alive & (matrix != first[:, None])).any(axis=1)
+            absorbed = (matrix == absorbing).any(axis=1)
+            result[absorbed] = absorbing
+            rows = np.flatnonzero(several & ~absorbed)
+            if rows.size:
+                result[rows] = new = self.fresh(rows.size)
+                if absorbing == TRUE:
+                    self.add(-new, matrix[rows])
+                else:
+                    row, column = np.nonzero(alive[rows])
+                    self.add(-new[row], matrix[rows[row], column])
+        return result
+
+    def any_of_ragged(self, literals: Literals, sizes: NDArray[np.int64]) -> Literals:
+        """For each group of ``sizes`` literals one that implies one of them: (groups,)."""
+        return self._ragged(literals, sizes, TRUE)
+
+    def all_of_ragged(self, literals: Literals, sizes: NDArray[np.int64]) -> Literals:
+        """For each group of ``sizes`` literals one that implies all of them: (groups,)."""
+        return self._ragged(literals, sizes, FALSE)
+
+    def _ragged(self, literals: Literals, sizes: NDArray[np.int64], absorbing: int) -> Literals:
+        groups = len(sizes)
+        group = np.repeat(np.arange(groups), sizes)
+        absorbed = np.zeros(groups, dtype=bool)
+        absorbed[group[literals == absorbing]] = True
+        alive = (np.abs(literals) > 1) & ~absorbed[group]
+        group, literals = group[alive], literals[alive]
+        left = np.bincount(group, minlength=groups)
+        result = np.full(groups, -absorbing, dtype=np.int32)
+        result[absorbed] = absorbing
+        result[group[left[group] == 1]] = literals[left[group] == 1]
+        several = np.flatnonzero(left > 1)
+        if several.size:
+            result[several] = new = self.fresh(several.size)
+            chosen = left[group] > 1
+            if absorbing == TRUE:
+                self.add_ragged(-new[:, None], literals[chosen], left[several])
+            else:
+                self.add(-result[group[chosen]], literals[chosen])
+        return result
+
+    def either(self, first: Literals, second: Literals, third: Literals) -> Literals:
+        """For each row a literal that implies ``first``, or both of the others: (rows,)."""
+        joint = np.where(second == TRUE, third, np.where((third == TRUE) | (second == third), second, NOTHING))
+        idle = (second == FALSE) | (third == FALSE) | (second == first) | (third == first)
+        joint = np.where(idle, FALSE, joint).astype(np.int32)
+        alone = (joint == NOTHING) & (first == FALSE)
+        joint[alone] = self.all_of(second[alone], third[alone])
+        apart = np.flatnonzero((joint == NOTHING) & (first != TRUE))
+        result = np.empty_like(joint)
+        rest = np.ones(len(joint), dtype=bool)
+        rest[apart] = False
+        result[rest] = self.any_of(first[rest], joint[rest])
+        result[apart] = new = self.fresh(apart.size)
+        self.add(-new, first[apart], second[apart])
+        self.add(-new, first[apart], third[apart])
+        return result
+
+    def at_least(self, count: int, matrix: Literals) -> Literals:
+        """For each row a literal that implies that so many of the row's hold: (rows,).
+
+        Source:
+            Sinz, "Towards an optimal CNF encoding of Boolean cardinality constraints", 2005.
+        """
+        rows, width = matrix.shape
+        if count <= 0 or count > width:
+            return np.full(rows, TRUE if count <= 0 else FALSE, dtype=np.int32)
+        if count == 1:
+            return self.any_of(matrix)
+        if count == width:
+            return self.all_of(matrix)
+        so_far = [np.full(rows, TRUE if number == 0 else FALSE, dtype=np.int32) for number in range(count + 1)]
+        for column in range(width):
+            for number in range(min(count, column + 1), max(0, count - width + column), -1):
+                so_far[number] = self.either(so_far[number], matrix[:, column], so_far[number - 1])
+        return so_far[count]
+
+    # --------------------------------------------------------------- reading
+
+    def take_new(self) -> Literals:
+        """What was added since it was last asked: literals, each clause ended by a 0."""
+        new = self._chunks[self._taken :]
+        self._taken = len(self._chunks)
+        return np.concatenate(new) if new else np.zeros(0, dtype=np.int32)
+
+    def everything(self) -> Literals:
+        """All clauses, each ended by a 0."""
+        return np.concatenate(self._chunks)
+
+    def _append(self, flat: Literals, count: int) -> None:
+        if flat.size:
+            self._chunks.append(np.ascontiguousarray(flat, dtype=np.int32))
+        self.count += count
+
+
+def _matrix(columns: tuple[Literals | int, ...]) -> Literals:
+    """Columns, (rows,) or (rows, literals) or one number, side by side: (rows, literals)."""
+    if len(columns) == 1 and isinstance(columns[0], np.ndarray) and columns[0].ndim == 2:
+        return columns[0]
+    rows = max((len(column) for column in columns if isinstance(column, np.ndarray)), default=1)
+    parts = []
+    for column in columns:
+        block = np.asarray(column, dtype=np.int32)
+        block = block[:, None] if block.ndim == 1 else block.reshape(-1, 1) if block.ndim == 0 else block
+        parts.append(np.broadcast_to(block, (rows, block.shape[1])))
+    return np.concatenate(parts, axis=1)

@@ -1,0 +1,46 @@
+"""Clauses as text: DIMACS for solvers and proof checkers, SMT-LIB for those who read it."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from missionc.backends.smt.clauses import Literals
+
+
+def dimacs(flat: Literals, variables: int, clauses: int) -> bytes:
+    """Literals with a 0 after each clause, as a DIMACS file.
+
+    Every number takes the same width, padded with blanks, so that the text is
+    one gather from a table of all literals instead of a loop over them.
+    """
+    table = _written(variables)
+    header = f"p cnf {variables} {clauses}\n".encode()
+    return header + np.take(table, flat + variables, axis=0, mode="clip").tobytes()
+
+
+def _written(variables: int) -> NDArray[np.uint64]:
+    """Every literal's text from ``-variables`` on, (literals, words of eight letters)."""
+    digits = len(str(variables))
+    width = -(-(digits + 2) // 8) * 8
+    letters = np.full((2 * variables + 1, width), ord(" "), dtype=np.uint8)
+    size = np.abs(np.arange(-variables, variables + 1))
+    sign = np.full(len(size), width - 2)
+    for place in range(digits):
+        written = size >= 10**place
+        letters[written, width - 1 - place] = ord("0") + size[written] // 10**place % 10
+        sign[written] = width - 2 - place
+    letters[np.arange(variables), sign[:variables]] = ord("-")
+    letters[variables, -2:] = list(b"0\n")
+    return letters.view(np.uint64)
+
+
+def smt2(flat: Literals, variables: int) -> str:
+    """The same clauses in SMT-LIB; variable ``n`` is ``k!n``, as Z3 names those of a DIMACS file."""
+    lines = ["(set-logic QF_FD)"]
+    lines += [f"(declare-const k!{number} Bool)" for number in range(1, variables + 1)]
+    for clause in np.split(flat, np.flatnonzero(flat == 0)[:-1] + 1):
+        words = [f"k!{literal}" if literal > 0 else f"(not k!{-literal})" for literal in clause[:-1].tolist()]
+        lines.append(f"(assert (or {' '.join(words)}))" if len(words) > 1 else f"(assert {words[0]})")
+    lines.append("(check-sat)")
+    return "\n".join(lines) + "\n"

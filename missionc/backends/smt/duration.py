@@ -1,0 +1,55 @@
+"""``minimize duration``: the fewest steps after which every agent stays where it is."""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+
+from missionc.backends.api import Progress
+from missionc.backends.smt.clauses import FALSE, Clauses, Literals
+from missionc.backends.smt.lower_motion import Motion
+from missionc.backends.smt.roadmap import Indices
+from missionc.backends.smt.search import Found, Search
+from missionc.backends.smt.solve import Stopped, Unsatisfiable
+
+PATIENCE = 60.0
+"""Seconds, if the time limit leaves them."""
+
+
+def shorten_duration(found: Found, kept: tuple[int, ...], search: Search) -> Found:
+    """Halves what lies between the shortest plan found and what is known to be too short."""
+    until = time.monotonic() + PATIENCE
+    still = add_stillness(search.clauses, search.motion)
+    impossible, best = -1, duration(found.states)
+    while best - impossible > 1:
+        target = (best + impossible) // 2
+        search.listen(Progress("improve", search.rounds, f"{best} steps; are {target} enough?"))
+        result = search.find((*kept, *still[target:].tolist()), until)
+        match result:
+            case Found(states):
+                found, best = result, duration(states)
+            case Unsatisfiable():
+                impossible = target
+            case Stopped():
+                search.account.notes.append(
+                    f"lasts {best} steps; whether {impossible + 1} are enough was not decided in time"
+                )
+                return found
+    search.account.notes.append(f"lasts {best} steps, the fewest on this roadmap")
+    return found
+
+
+def duration(states: Indices) -> int:
+    """After how many steps nobody changes its state, (agents, steps + 1), any more."""
+    changes = np.flatnonzero((states[:, 1:] != states[:, :-1]).any(axis=0))
+    return int(changes[-1]) + 1 if changes.size else 0
+
+
+def add_stillness(clauses: Clauses, motion: Motion) -> Literals:
+    """For each step, (steps,), a literal that implies that nobody changes its state from it to the next."""
+    still = clauses.fresh(motion.steps)
+    for states in motion.states:
+        step, state = np.nonzero(states[:-1] != FALSE)
+        clauses.add(-still[step], -states[step, state], states[step + 1, state])
+    return still

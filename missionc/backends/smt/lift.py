@@ -1,0 +1,46 @@
+"""A joint motion on roadmaps as a trace."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from missionc.backends.smt.lower_motion import Motion
+from missionc.backends.smt.roadmap import Indices
+from missionc.ir import DoubleIntegrator, Mission
+from missionc.plan import Array, Trace
+
+STILL = 1e-9
+"""Metres: who moves less within a step keeps facing where it faced."""
+
+
+def lift(states: Indices, motion: Motion, mission: Mission) -> Trace:
+    """What the agents do that are in these states, (agents, steps + 1), each in its roadmap."""
+    position = np.stack([motion.roadmap(agent).position[row] for agent, row in enumerate(states)])
+    way = np.diff(position, axis=1)
+    velocity = np.zeros_like(position)
+    if motion.steps:
+        velocity[:, :-1] = way / mission.step
+        velocity[:, -1] = velocity[:, -2]
+    for agent in mission.agents:
+        if isinstance(agent.dynamics, DoubleIntegrator):
+            velocity[agent.index] = motion.roadmap(agent.index).velocity[states[agent.index]]
+    return Trace(mission.step, position, velocity, _headings(states, way, motion))
+
+
+def _headings(states: Indices, way: Array, motion: Motion) -> Array:
+    """Where each agent faces when the motion from each step begins, (agents, steps + 1), rad.
+
+    Along the motion; who stays turns to where its next state faces, or faces
+    on. Before its first motion an agent faces as for it.
+    """
+    headings = np.zeros(states.shape)
+    for agent, row in enumerate(states):
+        faced = np.append(motion.roadmap(agent).heading[row[1:]], np.nan)
+        moves = np.linalg.norm(way[agent, :, :2], axis=-1) > STILL
+        along = np.arctan2(way[agent, :, 1], way[agent, :, 0])
+        known = np.where(np.append(moves, False), np.append(along, 0.0), faced)
+        given = np.flatnonzero(~np.isnan(known))
+        if given.size:
+            latest = np.maximum.accumulate(np.where(np.isnan(known), -1, np.arange(len(known))))
+            headings[agent] = known[np.where(latest < 0, given[0], latest)]
+    return headings

@@ -1,0 +1,269 @@
+"""The SMT backend, top to bottom: roadmaps → clauses → solver and collisions, in rounds → a trace.
+
+    in   Mission, its kernel
+    out  Planned, Impossible or NotFound
+
+Where a roadmap holds no plan, finer ones are tried before that is the answer.
+
+Source:
+    [strel] Algorithm 2.
+"""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from missionc.backends.api import Budget, Impossible, NotFound, Options, Outcome, Planned, Progress, Reason
+from missionc.backends.smt.account import Account
+from missionc.backends.smt.bystanders import settle
+from missionc.backends.smt.cast import casts, roles
+from missionc.backends.smt.clauses import Clauses, TooLarge
+from missionc.backends.smt.core import minimise
+from missionc.backends.smt.dimacs import dimacs, smt2
+from missionc.backends.smt.improve import improve
+from missionc.backends.smt.labels import Unexpressible
+from missionc.backends.smt.lift import lift
+from missionc.backends.smt.lower import Lowered, lower
+from missionc.backends.smt.lower_motion import Motion, all_ways, lower_motion
+from missionc.backends.smt.occupancy import Occupancy
+from missionc.backends.smt.prove import CNF, DRAT, Proof, Unproved, prove
+from missionc.backends.smt.roadmap import NoRoadmap, Roadmap, build_roadmaps
+from missionc.backends.smt.search import Found, Search
+from missionc.backends.smt.solve import Solvers, Stopped, Unsatisfiable
+from missionc.ir import Mission, Objective
+from missionc.kernel.nodes import Kernel
+from missionc.monitoring import truth
+from missionc.plan import Flags
+
+NODES, NEIGHBOURS = 110, 6
+"""What ``solve with smt { nodes = …, neighbors = … }`` are unless said. [strel] Table 2."""
+
+FINER, ROADMAPS = 1.7, 3
+"""A roadmap after one without a plan has so many times its nodes; so many roadmaps are tried."""
+
+FEW_SHARE = 0.1
+"""Of the time that is left, so much may go into plans in which few agents matter."""
+
+LINKS = 8
+"""Routes are first given at most so many links; all they may have only where that finds nothing."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Problem:
+    """What the solvers are asked. ``required`` are the literals of the requirements."""
+
+    motion: Motion
+    lowered: Lowered
+    search: Search
+    required: tuple[int, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class NoPlan:
+    """A proof that these roadmaps hold no plan: the requirements it rests on."""
+
+    conflict: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class TooFewLinks:
+    """No plan was found, with routes shorter than the mission allows."""
+
+
+@dataclass(slots=True)
+class SmtBackend:
+    """Z3 or CaDiCaL on one list of clauses; its plans are checked for collisions until they have none."""
+
+    name: str = "smt"
+
+    def plan(self, mission: Mission, kernel: Kernel, options: Options, budget: Budget) -> Outcome:
+        """A joint motion on roadmaps that satisfies every requirement."""
+        run = Run(mission, kernel, options, budget)
+        try:
+            return run.plan()
+        except TooLarge as error:
+            return run.not_found(Reason.SIZE, f"{error}; the limit is {budget.limits.clauses}")
+        except MemoryError:
+            return run.not_found(Reason.MEMORY, "the compiler's own memory ran out while the clauses were built")
+        except Unexpressible as error:
+            return run.not_found(Reason.SOLVER, f"the solver cannot be asked for {error}")
+
+
+BACKEND = SmtBackend()
+
+
+@dataclass(slots=True)
+class Run:
+    mission: Mission
+    kernel: Kernel
+    options: Options
+    budget: Budget
+    account: Account = field(default_factory=Account)
+    tried: list[int] = field(default_factory=list)
+    """The nodes of each roadmap tried."""
+
+    def plan(self) -> Outcome:
+        solve = self.mission.solve
+        conflict: tuple[str, ...] = ()
+        missing = ""
+        for attempt in range(ROADMAPS):
+            nodes = round(solve.option("nodes", NODES) * FINER**attempt)
+            with self.solvers() as solvers:  # they start up while the roadmaps are built
+                self.budget.listen(Progress("roadmap", attempt + 1, f"{nodes} nodes"))
+                with self.account.stage("roadmap"):
+                    generator = np.random.default_rng([self.budget.seed, attempt])
+                    neighbours = round(solve.option("neighbors", NEIGHBOURS))
+                    roadmaps = build_roadmaps(self.mission, nodes, neighbours, generator)
+                if isinstance(roadmaps, NoRoadmap):  # on these samples: a finer one may have what is missing
+                    missing = roadmaps.statement
+                    continue
+                self.tried.append(nodes)
+                missing = ""
+                result = self.on_roadmaps(roadmaps, solvers)
+            if not isinstance(result, NoPlan):
+                return result
+            conflict = result.conflict
+        if missing:
+            return self.not_found(Reason.NO_ROADMAP, missing)
+        return Impossible(conflict, self.refusal(conflict), self.account.report())
+
+    def on_roadmaps(self, roadmaps: tuple[Roadmap, ...], solvers: Solvers) -> Outcome | NoPlan:
+        self.account.sizes["nodes"] = self.tried[-1]
+        self.account.sizes["states"] = sum(len(roadmap.position) for roadmap in roadmaps)
+        found = self.with_few(roadmaps, solvers)
+        if found is not None:
+            return found
+        ways = all_ways(roadmaps, {})
+        for most_links in (LINKS, len(self.mission.agents)):
+            if not solvers.alive:
+                solvers = self.solvers()
+            with solvers:
+                result = self.with_everyone(roadmaps, ways, most_links, solvers)
+            if not isinstance(result, TooFewLinks):
+                break
+        assert not isinstance(result, TooFewLinks)
+        return result
+
+    def with_few(self, roadmaps: tuple[Roadmap, ...], solvers: Solvers) -> Planned | None:
+        """A plan in which few agents matter and the others keep out of their way, if there is one."""
+        mission, kernel = self.mission, self.kernel
+        if kernel.preferences or mission.objective is not Objective.NONE or mission.steps == 0:
+            return None
+        with self.account.stage("lower"):
+            found = roles(kernel, mission, roadmaps)
+            ways = all_ways(roadmaps, found.never)
+        until = time.monotonic() + FEW_SHARE * (self.budget.deadline - time.monotonic())
+        for cast in casts(frozenset(found.named), len(mission.agents)):
+            problem = self.lowered(roadmaps, ways, cast, LINKS, solvers)
+            if problem.lowered.hopeless:
+                continue
+            result = problem.search.find(problem.required, until)
+            if isinstance(result, Found):
+                with self.account.stage("bystanders"):
+                    states = settle(result.states, cast, problem.motion, mission)
+                    trace = None if states is None else lift(states, problem.motion, mission)
+                    holds = trace is not None and all(
+                        truth(goal.formula, mission, trace)[0, 0] for goal in kernel.requirements
+                    )
+                if trace is not None and holds:
+                    self.record(problem, solvers)
+                    return Planned(trace, self.account.report())
+            if not solvers.alive:
+                self.account.notes.append("a plan for few agents was not found in its share of the time")
+                return None
+        return None
+
+    def with_everyone(
+        self, roadmaps: tuple[Roadmap, ...], ways: tuple[Flags, ...], most_links: int, solvers: Solvers
+    ) -> Outcome | NoPlan | TooFewLinks:
+        kernel, account = self.kernel, self.account
+        everyone = frozenset(range(len(self.mission.agents)))
+        problem = self.lowered(roadmaps, ways, everyone, most_links, solvers)
+        search, lowered = problem.search, problem.lowered
+        core: tuple[int, ...] = ()
+        self.budget.listen(Progress("solve"))
+        result = search.find(problem.required)
+        if isinstance(result, Found):
+            result = improve(result, self.mission, kernel, lowered.goals, search)
+        elif isinstance(result, Unsatisfiable) and not lowered.shortened:
+            with account.stage("core"):
+                core = minimise(result.core, search)
+            if self.options.certify and len(self.tried) == ROADMAPS:
+                with account.stage("proof"):
+                    self.certify(search.clauses, core)
+        self.record(problem, solvers)
+        match result:
+            case Found(states):
+                return Planned(lift(states, problem.motion, self.mission), account.report())
+            case Unsatisfiable() if lowered.shortened:
+                return TooFewLinks()
+            case Unsatisfiable():
+                goals = zip(kernel.requirements, problem.required, strict=True)
+                return NoPlan(tuple(goal.name for goal, literal in goals if literal in core))
+            case Stopped(reason, detail):
+                return self.not_found(reason, detail)
+
+    def lowered(
+        self,
+        roadmaps: tuple[Roadmap, ...],
+        ways: tuple[Flags, ...],
+        cast: frozenset[int],
+        most_links: int,
+        solvers: Solvers,
+    ) -> Problem:
+        self.budget.listen(Progress("lower", len(self.tried), f"{len(cast)} agents"))
+        with self.account.stage("lower"):
+            clauses = Clauses(self.budget.limits.clauses)
+            solvers.begin()
+            motion = lower_motion(roadmaps, ways, cast, clauses)
+            solvers.add(clauses)  # they read it while the formulas are lowered
+            goals = self.kernel.requirements + self.kernel.preferences
+            lowered = lower(goals, self.mission, motion, clauses, Occupancy(motion, clauses), most_links)
+        members = np.array(sorted(cast), dtype=np.int64)
+        search = Search(self.mission, motion, members, clauses, solvers, self.account, self.budget.listen)
+        return Problem(motion, lowered, search, lowered.goals[: len(self.kernel.requirements)])
+
+    def solvers(self) -> Solvers:
+        return Solvers(self.options.solver, self.budget.memory_bytes, self.budget.seed, self.budget.deadline)
+
+    def record(self, problem: Problem, solvers: Solvers) -> None:
+        solvers.close()
+        search, clauses = problem.search, problem.search.clauses
+        sizes, texts = self.account.sizes, self.account.texts
+        sizes["variables"], sizes["clauses"], sizes["rounds"] = clauses.variables, clauses.count, search.rounds
+        sizes["solver bytes"] = max(sizes.get("solver bytes", 0), solvers.peak_bytes)
+        if "dimacs" in self.options.captures:
+            texts["dimacs"] = dimacs(clauses.everything(), clauses.variables, clauses.count).decode()
+        if "smt2" in self.options.captures:
+            texts["smt2"] = smt2(clauses.everything(), clauses.variables)
+
+    def certify(self, clauses: Clauses, core: tuple[int, ...]) -> None:
+        match prove(clauses, core, self.budget):
+            case Proof(cnf, drat):
+                self.account.files |= {CNF: cnf, DRAT: drat}
+            case Unproved(statement):
+                self.account.notes.append(statement)
+
+    def refusal(self, conflict: tuple[str, ...]) -> str:
+        names = _listed([f"`{name}`" for name in conflict])
+        what = {0: "the agents cannot move as they must", 1: f"{names} cannot hold"}.get(
+            len(conflict), f"{names} cannot hold together"
+        )
+        return f"on roadmaps of {self.nodes_tried()} nodes {what}"
+
+    def not_found(self, reason: Reason, detail: str) -> NotFound:
+        before = self.tried[:-1]
+        refused = f"roadmaps of {_listed([str(nodes) for nodes in before])} nodes hold no plan" if before else ""
+        statement = "; ".join(part for part in (detail, refused) if part)
+        return NotFound(reason, statement or reason.value, self.account.report())
+
+    def nodes_tried(self) -> str:
+        return _listed([str(nodes) for nodes in self.tried])
+
+
+def _listed(words: list[str]) -> str:
+    """``a, b and c``"""
+    return " and ".join([", ".join(words[:-1]), words[-1]]) if len(words) > 1 else "".join(words)

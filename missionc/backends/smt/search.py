@@ -1,0 +1,102 @@
+"""Solve, look for collisions in the model, forbid them, and again, until a joint motion without any is found."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import TypeAlias
+
+import numpy as np
+
+from missionc.backends.api import Progress
+from missionc.backends.smt.account import Account
+from missionc.backends.smt.clauses import FALSE, TRUE, Clauses
+from missionc.backends.smt.collisions import Separation, too_near
+from missionc.backends.smt.lower_motion import Motion
+from missionc.backends.smt.roadmap import Indices
+from missionc.backends.smt.solve import Answer, Satisfiable, Solvers, Stopped, Unsatisfiable
+from missionc.ir import Mission
+
+CROWD = 5
+"""So many agents, asked for the same, are often put into the same places: that they may not be is said at once."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Found:
+    """A joint motion that breaks nothing: each agent's state in its roadmap, (agents, steps + 1)."""
+
+    states: Indices
+
+
+Result: TypeAlias = Found | Unsatisfiable | Stopped
+
+
+@dataclass(slots=True)
+class Search:
+    """One problem and its solvers. Clauses about collisions stay for later questions.
+
+    ``cast`` are the agents the clauses are about, (cast,); the others are nowhere.
+    """
+
+    mission: Mission
+    motion: Motion
+    cast: Indices
+    clauses: Clauses
+    solvers: Solvers
+    account: Account
+    listen: Callable[[Progress], None]
+    rounds: int = 0
+    _separation: Separation = field(init=False)
+
+    def __post_init__(self) -> None:
+        self._separation = Separation(self.mission, self.motion, self.clauses)
+        if len(self.cast) >= CROWD:
+            with self.account.stage("collisions"):
+                self._separation.one_in_each_place()
+
+    def find(self, assumptions: tuple[int, ...], deadline: float | None = None) -> Result:
+        """A joint motion without collisions in which the assumptions hold, or why there is none.
+
+        Raises:
+            TooLarge: the clauses would pass their limit.
+        """
+        while True:
+            self.rounds += 1
+            with self.account.stage("solve"):
+                answer = self.ask(assumptions, deadline)
+                states = self._read() if isinstance(answer, Satisfiable) else answer
+            if not isinstance(states, np.ndarray):
+                return states
+            with self.account.stage("collisions"):
+                near = too_near(states, self.cast, self.motion, self.mission)
+                if not len(near):
+                    return Found(states)
+                self._separation.forbid(near, states)
+            self.listen(Progress("solve", self.rounds, f"{len(near)} times two agents came too near"))
+
+    def ask(self, assumptions: tuple[int, ...], deadline: float | None = None) -> Answer:
+        """What the solver says of the clauses so far."""
+        self.solvers.add(self.clauses)
+        return self.solvers.solve(assumptions, deadline)
+
+    def _read(self) -> Indices | Stopped:
+        """Where the model has the agents; asked step by step, only of where their moves may have led."""
+        motion = self.motion
+        states = np.zeros((motion.agents, motion.steps + 1), dtype=np.int64)
+        for step in range(motion.steps + 1):
+            agents, options, literals = [], [], []
+            for agent in self.cast.tolist():
+                there = motion.states[agent][step]
+                moves = motion.roadmap(agent).moves
+                able = moves[moves[:, 0] == states[agent, step - 1], 1] if step else np.arange(len(there))
+                able = able[there[able] != FALSE]
+                agents.append(np.full(len(able), agent))
+                options.append(able)
+                literals.append(there[able])
+            asked = np.concatenate(literals)
+            values = self.solvers.values(asked)
+            if isinstance(values, Stopped):
+                return values
+            true = values | (asked == TRUE)
+            states[np.concatenate(agents)[true], step] = np.concatenate(options)[true]
+        return states

@@ -1,0 +1,261 @@
+"""The parent's side of the solver processes: start early, send clauses, wait as long as allowed, leave no orphan."""
+
+from __future__ import annotations
+
+import os
+import queue
+import re
+import select
+import signal
+import subprocess
+import sys
+import threading
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from types import TracebackType
+from typing import TypeAlias
+
+import numpy as np
+
+from missionc.backends.api import Reason
+from missionc.backends.smt.clauses import Clauses, Literals
+from missionc.backends.smt.dimacs import dimacs
+from missionc.plan import Flags
+
+WORKER = Path(__file__).with_name("worker.py")
+
+SOLVERS = {"z3": ("z3",), "cadical": ("cadical",), "race": ("z3", "cadical")}
+"""What ``--solver`` may say, and the children it starts."""
+
+FEW = 1_000
+"""Up to so many literals at a time are quicker as they are than as text, for Z3."""
+
+OUT_OF_MEMORY = {-signal.SIGABRT, -signal.SIGKILL, -signal.SIGSEGV, 101}
+"""How a child ends that could not have more memory: by a signal, or by Z3's own exit status."""
+
+
+@dataclass(frozen=True, slots=True)
+class Satisfiable:
+    """There is a model; ``Solvers.values`` reads it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Unsatisfiable:
+    """There is none; the assumptions it rests on."""
+
+    core: tuple[int, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Stopped:
+    """No answer, and why."""
+
+    reason: Reason
+    detail: str
+
+
+Answer: TypeAlias = Satisfiable | Unsatisfiable | Stopped
+
+
+class ChildEnded(Exception):
+    """The child closed its end: it died, or said why it gave up."""
+
+
+class Child:
+    """One solver process."""
+
+    def __init__(self, name: str, memory_bytes: int, seed: int) -> None:
+        self.name = name
+        self.peak_bytes = 0
+        command = [sys.executable, "-P", str(WORKER), name, str(memory_bytes), str(seed)]
+        # In a session of its own, Ctrl-C on the terminal is the parent's alone to act on.
+        self.process = subprocess.Popen(  # noqa: S603
+            command,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            bufsize=0,
+            start_new_session=True,
+        )
+        self._outbox: queue.SimpleQueue[bytes] = queue.SimpleQueue()
+        self._received = b""
+        threading.Thread(target=self._pump, daemon=True).start()
+
+    def fileno(self) -> int:
+        assert self.process.stdout is not None
+        return self.process.stdout.fileno()
+
+    def send(self, kind: bytes, payload: bytes) -> None:
+        """Hands a message over; a thread writes it, so that a busy child keeps nobody waiting."""
+        self._outbox.put(kind + len(payload).to_bytes(8, "little") + payload)
+
+    def read(self) -> None:
+        """Takes what has come.
+
+        Raises:
+            ChildEnded: nothing more will come.
+        """
+        data = os.read(self.fileno(), 1 << 20)
+        if not data:
+            raise ChildEnded
+        self._received += data
+
+    def next_message(self) -> tuple[bytes, bytes] | None:
+        """The next message that has come whole: its letter and what it says."""
+        end = 9 + int.from_bytes(self._received[1:9], "little")
+        if len(self._received) < max(end, 9):
+            return None
+        message, self._received = self._received[:end], self._received[end:]
+        return message[:1], message[9:]
+
+    def close(self) -> None:
+        """Kills the process, if it still runs, and waits until it is gone."""
+        if self.process.returncode is None:
+            self.peak_bytes = _peak_bytes(self.process.pid)
+            os.kill(self.process.pid, signal.SIGKILL)  # nothing else waits for it, so the number is still its own
+            self.process.returncode = os.waitstatus_to_exitcode(os.waitpid(self.process.pid, 0)[1])
+        self._outbox.put(b"")
+        for pipe in (self.process.stdin, self.process.stdout):
+            if pipe is not None:
+                pipe.close()
+
+    def _pump(self) -> None:
+        pipe = self.process.stdin
+        assert pipe is not None
+        try:
+            while message := memoryview(self._outbox.get()):
+                while message:
+                    message = message[pipe.write(message) :]
+        except (OSError, ValueError):  # the child is gone
+            return
+
+
+class Solvers:
+    """The children of one run. The first that answers is kept; use as a context, which ends them all."""
+
+    def __init__(self, solver: str, memory_bytes: int, seed: int, deadline: float) -> None:
+        self.deadline = deadline
+        self.peak_bytes = 0
+        self._used = False
+        self._children = [Child(name, memory_bytes, seed) for name in SOLVERS[solver]]
+
+    def __enter__(self) -> Solvers:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Ends every child; nothing can be asked any more."""
+        self._keep(())
+
+    @property
+    def alive(self) -> bool:
+        return bool(self._children)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        return tuple(child.name for child in self._children)
+
+    def begin(self) -> None:
+        """A new problem: the children forget the clauses of the one before."""
+        if self._used:
+            for child in self._children:
+                child.send(b"N", b"")
+        self._used = True
+
+    def add(self, clauses: Clauses) -> None:
+        """Sends what is new since the last time."""
+        new = clauses.take_new()
+        if not new.size:
+            return
+        text = b""
+        for child in self._children:
+            if child.name == "z3" and len(new) > FEW:
+                text = text or dimacs(new, clauses.variables, int((new == 0).sum()))
+                child.send(b"A", text)
+            else:
+                child.send(b"L", new.tobytes())
+
+    def solve(self, assumptions: tuple[int, ...], deadline: float | None = None) -> Answer:
+        """Whether there is a model in which the assumptions hold."""
+        payload = np.array(assumptions, dtype=np.int32).tobytes()
+        answer = self._ask(b"S", payload, min(self.deadline, deadline or self.deadline))
+        if isinstance(answer, Stopped):
+            return answer
+        match answer[:1]:
+            case b"s":
+                return Satisfiable()
+            case b"u":
+                return Unsatisfiable(tuple(np.frombuffer(answer[1:], dtype=np.int32).tolist()))
+            case _:
+                return _gave_up(answer[1:].decode(errors="replace"))
+
+    def values(self, variables: Literals) -> Flags | Stopped:
+        """Which of the variables hold in the last model."""
+        answer = self._ask(b"V", variables.astype(np.int32).tobytes(), self.deadline)
+        return answer if isinstance(answer, Stopped) else np.frombuffer(answer, dtype=np.uint8).astype(bool)
+
+    def _ask(self, kind: bytes, payload: bytes, deadline: float) -> bytes | Stopped:
+        for child in self._children:
+            child.send(kind, payload)
+        stopped = Stopped(Reason.SOLVER, "no solver is left")
+        while self._children:
+            ready = select.select(self._children, [], [], max(0.0, deadline - time.monotonic()))[0]
+            if not ready:
+                self._keep(())
+                return Stopped(Reason.TIME, "")
+            for child in ready:
+                answer = _answer(child, kind)
+                if isinstance(answer, bytes):
+                    self._keep((child,))
+                    return answer
+                if isinstance(answer, str):
+                    stopped = self._dropped(child, answer)
+        return stopped
+
+    def _dropped(self, child: Child, detail: str) -> Stopped:
+        """One child is lost; the others go on."""
+        self._keep(tuple(other for other in self._children if other is not child))
+        if not detail and child.process.returncode in OUT_OF_MEMORY:
+            detail = "memory"
+        return _gave_up(detail or f"the solver ended with status {child.process.returncode}")
+
+    def _keep(self, kept: tuple[Child, ...]) -> None:
+        for child in self._children:
+            if child not in kept:
+                child.close()
+                self.peak_bytes = max(self.peak_bytes, child.peak_bytes)
+        self._children = list(kept)
+
+
+def _answer(child: Child, kind: bytes) -> bytes | str | None:
+    """What a child has to say: its answer, why there will be none, or nothing yet."""
+    try:
+        child.read()
+    except ChildEnded:
+        return ""
+    while message := child.next_message():
+        letter, payload = message
+        if letter == kind:
+            return payload
+        if letter == b"E":
+            return payload.decode(errors="replace")
+    return None
+
+
+def _peak_bytes(process: int) -> int:
+    """The most memory a running process has held; 0 where the system does not say."""
+    try:
+        status = Path(f"/proc/{process}/status").read_text()
+    except OSError:
+        return 0
+    found = re.search(r"VmHWM:\s+(\d+) kB", status)
+    return int(found[1]) * 1024 if found else 0
+
+
+def _gave_up(detail: str) -> Stopped:
+    return Stopped(Reason.MEMORY if "memory" in detail else Reason.SOLVER, detail)

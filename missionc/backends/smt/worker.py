@@ -1,0 +1,291 @@
+"""The solver in a process of its own: ``python worker.py SOLVER MEMORY_BYTES SEED``.
+
+Z3 in the same process would swallow Ctrl-C, and its memory limit would end the
+interpreter. This file imports nothing of the compiler, so that the child is
+ready soon. It reads messages from standard input and answers on standard output; a message
+is a letter, a length of eight bytes, and so many bytes:
+
+    A  clauses as DIMACS text
+    L  clauses as literals, with a 0 after each
+    N  begin anew, without clauses
+    S  assumptions: solve; the answer is S with what came out, and the core or the reason
+    V  variables: the answer is V with a byte for each, 1 where the last model has it true
+
+It begins with R when it is ready, and says E and why when something failed.
+"""
+
+from __future__ import annotations
+
+import array
+import ctypes
+import os
+import resource
+import sys
+from importlib.util import find_spec
+
+TYPE_CHECKING = False  # of ``typing``, whose import would take a tenth of the child's start
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from typing import Any, BinaryIO, Protocol
+
+    class Solver(Protocol):
+        def add_text(self, dimacs: bytes) -> None: ...
+
+        def add(self, literals: list[int]) -> None:
+            """Clauses, each ended by a 0."""
+
+        def solve(self, assumptions: list[int]) -> tuple[bytes, bytes]:
+            """The answer, and with it the assumptions it rests on or the reason for none."""
+
+        def values(self, variables: list[int]) -> bytes: ...
+
+        def anew(self) -> None:
+            """Forgets all clauses."""
+
+
+SAT, UNSAT, UNKNOWN = b"s", b"u", b"?"
+
+POINTER, NUMBER, TEXT = ctypes.c_void_p, ctypes.c_int, ctypes.c_char_p
+SIGNATURES: dict[str, tuple[Any, ...]] = {
+    "ast_vector_get": (POINTER, POINTER, POINTER, NUMBER),
+    "ast_vector_inc_ref": (None, POINTER, POINTER),
+    "ast_vector_size": (NUMBER, POINTER, POINTER),
+    "get_app_decl": (POINTER, POINTER, POINTER),
+    "get_bool_value": (NUMBER, POINTER, POINTER),
+    "get_error_code": (NUMBER, POINTER),
+    "get_error_msg": (TEXT, POINTER, NUMBER),
+    "global_param_set": (None, TEXT, TEXT),
+    "inc_ref": (None, POINTER, POINTER),
+    "mk_bool_sort": (POINTER, POINTER),
+    "mk_config": (POINTER,),
+    "mk_const": (POINTER, POINTER, POINTER, POINTER),
+    "mk_context_rc": (POINTER, POINTER),
+    "mk_int_symbol": (POINTER, POINTER, NUMBER),
+    "mk_not": (POINTER, POINTER, POINTER),
+    "mk_or": (POINTER, POINTER, NUMBER, POINTER),
+    "mk_solver_for_logic": (POINTER, POINTER, POINTER),
+    "mk_string_symbol": (POINTER, POINTER, TEXT),
+    "model_dec_ref": (None, POINTER, POINTER),
+    "model_get_const_interp": (POINTER, POINTER, POINTER, POINTER),
+    "model_inc_ref": (None, POINTER, POINTER),
+    "set_error_handler": (None, POINTER, POINTER),
+    "solver_assert": (None, POINTER, POINTER, POINTER),
+    "solver_check_assumptions": (NUMBER, POINTER, POINTER, NUMBER, POINTER),
+    "solver_dec_ref": (None, POINTER, POINTER),
+    "solver_from_string": (None, POINTER, POINTER, TEXT),
+    "solver_get_model": (POINTER, POINTER, POINTER),
+    "solver_get_reason_unknown": (TEXT, POINTER, POINTER),
+    "solver_get_unsat_core": (POINTER, POINTER, POINTER),
+    "solver_inc_ref": (None, POINTER, POINTER),
+}
+"""Of Z3's C interface what is used: what each function gives, then what it takes."""
+
+PARAMETERS = {"branching.heuristic": "chb"}
+"""What Z3 solved all of the larger problems with that were tried; by default it got nowhere on some of them."""
+
+
+class Z3:
+    """Z3's solver for finite domains, through its C interface.
+
+    Loading all of Z3's Python package takes longer than many a problem. Variable
+    ``n`` of a DIMACS text is the constant numbered ``n``. Text is far quicker to
+    add than terms, but costs a little for each variable so far, which is much
+    where a few clauses are added: those are made of terms.
+    """
+
+    def __init__(self, seed: int) -> None:
+        self.library = library = z3_library()
+        for name, value in {"random_seed": str(seed % 2**31), **PARAMETERS}.items():
+            library.Z3_global_param_set(f"sat.{name}".encode(), value.encode())
+        self.context = context = library.Z3_mk_context_rc(library.Z3_mk_config())
+        library.Z3_set_error_handler(context, None)
+        self.sort = library.Z3_mk_bool_sort(context)
+        self.terms: dict[int, int] = {}
+        self.model: int | None = None
+        self.solver: int | None = None
+        self.anew()
+
+    def anew(self) -> None:
+        library, context = self.library, self.context
+        if self.solver is not None:
+            library.Z3_solver_dec_ref(context, self.solver)
+        self.solver = library.Z3_mk_solver_for_logic(context, library.Z3_mk_string_symbol(context, b"QF_FD"))
+        library.Z3_solver_inc_ref(context, self.solver)
+
+    def add_text(self, dimacs: bytes) -> None:
+        self.library.Z3_solver_from_string(self.context, self.solver, dimacs)
+        self.check()
+
+    def add(self, literals: list[int]) -> None:
+        library, context, solver, term = self.library, self.context, self.solver, self.term
+        clause: list[int] = []
+        for literal in literals:
+            if literal:
+                clause.append(term(literal))
+                continue
+            library.Z3_solver_assert(context, solver, library.Z3_mk_or(context, len(clause), terms(clause)))
+            clause.clear()
+        self.check()
+
+    def solve(self, assumptions: list[int]) -> tuple[bytes, bytes]:
+        library, context, solver = self.library, self.context, self.solver
+        assumed = {self.term(literal): literal for literal in assumptions}
+        answer = library.Z3_solver_check_assumptions(context, solver, len(assumed), terms(list(assumed)))
+        self.check()
+        if answer == 1:
+            if self.model is not None:
+                library.Z3_model_dec_ref(context, self.model)
+            self.model = library.Z3_solver_get_model(context, solver)
+            library.Z3_model_inc_ref(context, self.model)
+            return SAT, b""
+        if answer == 0:
+            return UNKNOWN, bytes(library.Z3_solver_get_reason_unknown(context, solver))
+        core = library.Z3_solver_get_unsat_core(context, solver)
+        library.Z3_ast_vector_inc_ref(context, core)
+        size = library.Z3_ast_vector_size(context, core)
+        return UNSAT, packed([assumed[library.Z3_ast_vector_get(context, core, place)] for place in range(size)])
+
+    def values(self, variables: list[int]) -> bytes:
+        library, context, model, term = self.library, self.context, self.model, self.term
+        found = bytearray(len(variables))
+        for place, variable in enumerate(variables):
+            declaration = library.Z3_get_app_decl(context, term(variable))
+            meaning = library.Z3_model_get_const_interp(context, model, declaration)
+            found[place] = meaning is not None and library.Z3_get_bool_value(context, meaning) == 1
+        return bytes(found)
+
+    def term(self, literal: int) -> int:
+        """Kept for good, for Z3 counts who still needs what."""
+        if literal not in self.terms:
+            library, context = self.library, self.context
+            if literal > 0:
+                made = library.Z3_mk_const(context, library.Z3_mk_int_symbol(context, literal), self.sort)
+            else:
+                made = library.Z3_mk_not(context, self.term(-literal))
+            library.Z3_inc_ref(context, made)
+            self.terms[literal] = made
+        return self.terms[literal]
+
+    def check(self) -> None:
+        """Raises what Z3 has to complain of since the last time."""
+        if code := self.library.Z3_get_error_code(self.context):
+            raise RuntimeError(self.library.Z3_get_error_msg(self.context, code).decode())
+
+
+def z3_library() -> Any:
+    """The library that comes with the package z3-solver."""
+    package = find_spec("z3")
+    folders = [] if package is None else list(package.submodule_search_locations or [])
+    found = [
+        os.path.join(folder, "lib", name)
+        for folder in folders
+        if os.path.isdir(os.path.join(folder, "lib"))
+        for name in sorted(os.listdir(os.path.join(folder, "lib")))
+        if name.startswith("libz3.")
+    ]
+    library = ctypes.CDLL(found[0] if found else "libz3.so")
+    for name, (result, *arguments) in SIGNATURES.items():
+        function = getattr(library, f"Z3_{name}")
+        function.restype, function.argtypes = result, arguments
+    return library
+
+
+def terms(made: list[int]) -> Any:
+    return (ctypes.c_void_p * len(made))(*made)
+
+
+class CaDiCaL:
+    """CaDiCaL, through python-sat."""
+
+    def __init__(self, seed: int) -> None:
+        from pysat.solvers import Cadical195
+
+        self.make: Callable[[], Any] = Cadical195
+        self.solver = self.make()
+        self.true: frozenset[int] = frozenset()
+
+    def anew(self) -> None:
+        self.solver.delete()
+        self.solver = self.make()
+
+    def add_text(self, dimacs: bytes) -> None:
+        self.add([int(word) for word in dimacs.split(b"\n", 1)[1].split()])
+
+    def add(self, literals: list[int]) -> None:
+        start = 0
+        while start < len(literals):
+            end = literals.index(0, start)
+            self.solver.add_clause(literals[start:end])
+            start = end + 1
+
+    def solve(self, assumptions: list[int]) -> tuple[bytes, bytes]:
+        if self.solver.solve(assumptions=assumptions):
+            self.true = frozenset(literal for literal in self.solver.get_model() if literal > 0)
+            return SAT, b""
+        return UNSAT, packed(self.solver.get_core() or [])
+
+    def values(self, variables: list[int]) -> bytes:
+        return bytes(variable in self.true for variable in variables)
+
+
+def packed(literals: list[int]) -> bytes:
+    return array.array("i", literals).tobytes()
+
+
+def main() -> None:
+    name, memory, seed = sys.argv[1], int(sys.argv[2]), int(sys.argv[3])
+    die_with_parent()
+    resource.setrlimit(resource.RLIMIT_AS, (memory, memory))
+    source, sink = sys.stdin.buffer, sys.stdout.buffer
+    try:
+        serve(CaDiCaL(seed) if name == "cadical" else Z3(seed), source, sink)
+    except MemoryError:
+        send(sink, b"E", b"memory")
+    except Exception as error:
+        send(sink, b"E", b"memory" if b"memory" in str(error).encode() else str(error).encode())
+
+
+def serve(solver: Solver, source: BinaryIO, sink: BinaryIO) -> None:
+    send(sink, b"R", b"")
+    while len(head := source.read(9)) == 9:
+        payload = source.read(int.from_bytes(head[1:], "little"))
+        match head[:1]:
+            case b"A":
+                solver.add_text(payload)
+            case b"L":
+                solver.add(array.array("i", payload).tolist())
+            case b"N":
+                solver.anew()
+            case b"S":
+                answer, detail = solver.solve(array.array("i", payload).tolist())
+                send(sink, b"S", answer + detail)
+            case b"V":
+                send(sink, b"V", solver.values(array.array("i", payload).tolist()))
+
+
+def send(sink: BinaryIO, kind: bytes, payload: bytes) -> None:
+    sink.write(kind + len(payload).to_bytes(8, "little") + payload)
+    sink.flush()
+
+
+def die_with_parent() -> None:
+    """No orphan outlives a parent that was killed: the kernel sees to it on Linux, a thread elsewhere."""
+    parent = os.getppid()
+    if sys.platform == "linux":
+        ctypes.CDLL(None).prctl(1, 9)  # PR_SET_PDEATHSIG, SIGKILL
+        if os.getppid() != parent:
+            os._exit(1)
+        return
+    import threading
+    import time
+
+    def watch() -> None:
+        while os.getppid() == parent:
+            time.sleep(0.5)
+        os._exit(1)
+
+    threading.Thread(target=watch, daemon=True).start()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,317 @@
+"""The commands: flags in, files and words out. Nothing about missions is decided here.
+
+Diagnostics go to standard error, results to standard output; with ``--format
+json`` standard output is one document that holds the diagnostics too.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+import time
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from enum import IntEnum
+from pathlib import Path
+from typing import assert_never
+
+import click
+
+from missionc import driver, stages, summary
+from missionc.backends.api import Budget, Impossible, NotFound, Options, Progress, ignore
+from missionc.diagnostics.code import CODES, INTERNAL
+from missionc.diagnostics.explain import explain as explanation
+from missionc.diagnostics.model import Diagnostic, has_errors
+from missionc.diagnostics.render import render_json, render_text
+from missionc.flags import existing, files, memory, of_mission, read_limits, stage_names
+from missionc.nearest import nearest
+from missionc.progress import ProgressLine
+from missionc.results import Checked, Compiled, Refused, Unverified, Verified
+from missionc.version import __version__
+
+Pairs = tuple[tuple[str, str], ...]
+
+
+class Status(IntEnum):
+    """Exit statuses; that of a signal is 128 and its number."""
+
+    DONE = 0
+    MISSION_ERRORS = 1
+    USAGE = 2
+    IMPOSSIBLE = 3
+    UNDECIDED = 4
+    NOT_VERIFIED = 5
+    VIOLATED = 3
+    DEFECT = 70
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run one command and return its exit status; nothing comes out but ``Stopped``, a traceback least of all."""
+    words = sys.argv[1:] if arguments is None else arguments
+    try:
+        return int(commands.main(args=words, prog_name="missionc", standalone_mode=False) or Status.DONE)
+    except click.exceptions.Exit as left:
+        return left.exit_code
+    except click.ClickException as error:
+        error.show()
+        return Status.USAGE
+    except Exception as error:
+        if os.environ.get("MISSIONC_TRACEBACK"):
+            raise
+        _say([_defect(error)], [], "json" if "json" in words or "--format=json" in words else "text", {})
+        return Status.DEFECT
+
+
+@click.group(context_settings={"help_option_names": ["-h", "--help"]})
+@click.version_option(__version__, message="missionc %(version)s")
+def commands() -> None:
+    """A compiler for multi-robot missions.
+
+    A mission says what must be true; trajectories that provably do it come back.
+    """
+
+
+@commands.command()
+@click.argument("missions", nargs=-1, required=True, type=existing, shell_complete=files, metavar="FILE...")
+@of_mission
+def check(missions: tuple[Path, ...], overrides: Pairs, limits: Pairs, form: str) -> Status:
+    """Report every problem of the missions; solve nothing."""
+    allowed = read_limits(limits)
+    results = [driver.check(file, overrides=dict(overrides), limits=allowed) for file in missions]
+    findings = [finding for checked in results for finding in checked.findings]
+    lines = [f"{checked.file}: {summary.counts(checked.findings)}" for checked in results]
+    _say(findings, lines, form, summary.checked_document(results))
+    return Status.MISSION_ERRORS if has_errors(findings) else Status.DONE
+
+
+@commands.command()
+@click.argument("file", type=existing, shell_complete=files)
+@of_mission
+@click.option("-o", "--output", type=click.Path(path_type=Path), help="The folder to write; build/MISSION if left out.")
+@click.option("--force", is_flag=True, help="Replace the folder if it exists.")
+@click.option("--backend", type=click.Choice(["auto", "smt", "clot", "hybrid"]), default="auto", show_default=True)
+@click.option("--solver", type=click.Choice(["z3", "cadical", "race"]), default="z3", show_default=True)
+@click.option("--seed", type=click.IntRange(0, 2**32 - 1), default=0, show_default=True, metavar="N")
+@click.option(
+    "--time-limit",
+    type=click.FloatRange(min=0, min_open=True, max=1e9),
+    default=float(driver.DEFAULT_TIME_LIMIT),
+    show_default=True,
+    metavar="SECONDS",
+    help="Give up after so long.",
+)
+@click.option(
+    "--memory-limit",
+    type=memory,
+    metavar="SIZE",
+    default="8GB",
+    show_default=True,
+    help="Of the solver; 512 is 512 MB.",
+)
+@click.option(
+    "--emit",
+    "asked",
+    type=stage_names,
+    multiple=True,
+    metavar="STAGE[,STAGE...]",
+    help=f"Print stages and go no further: {', '.join(stages.ALL)}. With -o the folder is written all the same.",
+)
+@click.option("--timings", is_flag=True, help="Say how long each stage took.")
+@click.option("--plot", type=click.Path(path_type=Path, dir_okay=False), help="Draw the plan: FILE.svg or FILE.png.")
+@click.option("--certify", is_flag=True, help="Leave the CNF and a DRAT proof beside an `impossible`.")
+@click.option("--quiet", is_flag=True, help="No summary and no progress.")
+def compile(
+    file: Path,
+    overrides: Pairs,
+    limits: Pairs,
+    form: str,
+    output: Path | None,
+    force: bool,
+    backend: str,
+    solver: str,
+    seed: int,
+    time_limit: float,
+    memory_limit: int,
+    asked: tuple[tuple[str, ...], ...],
+    timings: bool,
+    plot: Path | None,
+    certify: bool,
+    quiet: bool,
+) -> Status:
+    """Turn a mission into a verified plan and its files."""
+    if plot and plot.suffix not in (".svg", ".png"):
+        raise click.BadParameter(f"`{plot}` ends neither in .svg nor in .png", param_hint="--plot")
+    allowed = read_limits(limits)
+    wanted = stages.in_order(stage for group in asked for stage in group)
+    deadline = time.monotonic() + time_limit
+    with _progress(quiet or form == "json") as listen:
+        checked = driver.check(file, overrides=dict(overrides), backend=backend, limits=allowed)
+        if wanted and not output and not plot and set(wanted) <= set(stages.BEFORE_PLANNING):
+            compiled = Compiled(checked, Refused(), checked.findings, checked.seconds)
+            answer = Answer(compiled, Status.DONE if checked.ok else Status.MISSION_ERRORS)
+        else:
+            options = Options(solver, certify, frozenset(wanted) & frozenset(stages.BY_A_BACKEND))
+            budget = Budget(deadline, memory_limit, seed, allowed, listen)
+            folder = None if wanted and not output else output or _default_folder(checked)
+            answer = _plan(checked, options, budget, folder, force, plot)
+    compiled = answer.compiled
+    lines = [] if quiet or wanted else summary.compiled_lines(compiled, answer.output)
+    lines += summary.timing_lines(compiled.seconds) if timings else []
+    texts = stages.of_compiled(compiled, wanted)
+    document = summary.compiled_document(compiled, answer.output, texts)
+    _say(compiled.findings, [*_stage_lines(texts), *lines], form, document)
+    return answer.status
+
+
+@dataclass(frozen=True, slots=True)
+class Answer:
+    """What ``compile`` came to; ``output`` is the folder written, empty where none was."""
+
+    compiled: Compiled
+    status: Status
+    output: str = ""
+
+
+def _plan(
+    checked: Checked, options: Options, budget: Budget, folder: Path | None, force: bool, plot: Path | None
+) -> Answer:
+    """Plan and write. What can be known to forbid writing is said before any planning."""
+    from missionc.emit.folder import refuse
+    from missionc.emit.plot import missing
+
+    refused = (plot and missing()) or (folder and refuse(folder, force))
+    if refused and checked.ok:
+        return _refused(Compiled(checked, Refused(), checked.findings, checked.seconds), refused)
+    compiled = driver.plan(checked, options, budget)
+    match compiled.outcome:
+        case Refused():
+            return Answer(compiled, Status.MISSION_ERRORS)
+        case Unverified():
+            return Answer(compiled, Status.NOT_VERIFIED)
+        case NotFound():
+            return Answer(compiled, Status.UNDECIDED)
+        case Impossible(report=report):
+            return _write(compiled, Status.IMPOSSIBLE, folder, report.files, force, None)
+        case Verified(files=output):
+            return _write(compiled, Status.DONE, folder, output, force, plot)
+        case _:
+            assert_never(compiled.outcome)
+
+
+def _write(
+    compiled: Compiled,
+    status: Status,
+    folder: Path | None,
+    output: tuple[tuple[str, bytes], ...],
+    force: bool,
+    plot: Path | None,
+) -> Answer:
+    """The folder, whole or not at all; then the map."""
+    from missionc.emit.folder import write_file, write_folder
+    from missionc.emit.plot import plot as draw
+
+    mission = compiled.checked.mission
+    picture: bytes | Diagnostic = b""
+    if plot and mission and isinstance(compiled.outcome, Verified):
+        plan = compiled.outcome.plan
+        picture = draw(mission, plan.trace, plan.backend, plot.suffix[1:])
+    if isinstance(picture, Diagnostic):
+        return _refused(compiled, picture)
+    written = folder if output else None
+    wrong = write_folder(written, output, force) if written else None
+    if wrong:
+        return _refused(compiled, wrong)
+    wrong = write_file(plot, picture) if plot and picture else None
+    if wrong:
+        compiled, status = replace(compiled, findings=(*compiled.findings, wrong)), Status.MISSION_ERRORS
+    return Answer(compiled, status, str(written or ""))
+
+
+def _refused(compiled: Compiled, finding: Diagnostic) -> Answer:
+    """The end of a compilation whose output cannot be written."""
+    findings = (*compiled.findings, finding)
+    return Answer(replace(compiled, outcome=Refused(), findings=findings), Status.MISSION_ERRORS)
+
+
+@commands.command()
+@click.argument("file", type=existing, shell_complete=files)
+@click.argument("trace", type=existing, shell_complete=files)
+@of_mission
+def monitor(file: Path, trace: Path, overrides: Pairs, limits: Pairs, form: str) -> Status:
+    """Judge a trace: a plan.json, or a CSV file with agent,t,x,y[,z]."""
+    judged = driver.monitor(file, trace, overrides=dict(overrides), limits=read_limits(limits))
+    _say(judged.findings, summary.monitored_lines(judged), form, summary.monitored_document(judged))
+    if not judged.ok:
+        return Status.MISSION_ERRORS
+    return Status.DONE if judged.satisfied else Status.VIOLATED
+
+
+@commands.command()
+@click.argument("code", required=False)
+def explain(code: str | None) -> Status:
+    """Print the page of a code such as MC301; without one, list all codes."""
+    if code is None:
+        for known in CODES.values():
+            click.echo(f"{known.name}  {known.title}")
+        return Status.DONE
+    name = f"MC{code}" if code.isdigit() else code.upper()
+    if name not in CODES:
+        near = nearest(name, CODES)
+        hint = f"did you mean {near}?" if isinstance(near, str) else "`missionc explain` lists them"
+        raise click.UsageError(f"there is no code `{code}`; {hint}")
+    click.echo(explanation(CODES[name]), nl=False)
+    return Status.DONE
+
+
+def _say(findings: Iterable[Diagnostic], lines: Iterable[str], form: str, document: dict[str, object]) -> None:
+    """Findings to standard error and results to standard output, or one document with both."""
+    if form == "json":
+        whole = {**document, "diagnostics": render_json(list(findings))}
+        click.echo(json.dumps(whole, indent=2, ensure_ascii=False, allow_nan=False))
+        return
+    text = render_text(list(findings), _colours(sys.stderr.isatty()))
+    if text:
+        click.echo(text, err=True, color=True)
+    for line in lines:
+        click.echo(line)
+
+
+def _colours(terminal: bool) -> bool:
+    return terminal and not os.environ.get("NO_COLOR") and os.environ.get("TERM") != "dumb"
+
+
+@contextmanager
+def _progress(silent: bool) -> Iterator[Callable[[Progress], None]]:
+    """Where to say how far things are: a line on a terminal, nowhere else."""
+    if silent or not sys.stderr.isatty():
+        yield ignore
+        return
+    with ProgressLine(sys.stderr) as line:
+        yield line.listen
+
+
+def _default_folder(checked: Checked) -> Path:
+    return Path("build") / (checked.mission.name if checked.mission else "mission")
+
+
+def _stage_lines(texts: list[tuple[str, str]]) -> list[str]:
+    """The stages asked for; with a heading each where there are several."""
+    if len(texts) == 1:
+        return [texts[0][1].rstrip("\n")]
+    return [line for stage, text in texts for line in (f"# {stage}", text.rstrip("\n"), "")]
+
+
+def _defect(error: Exception) -> Diagnostic:
+    place = error.__traceback__
+    while place and place.tb_next:
+        place = place.tb_next
+    where = f"{Path(place.tb_frame.f_code.co_filename).name}:{place.tb_lineno}" if place else "nowhere"
+    return Diagnostic(
+        INTERNAL,
+        f"a defect of the compiler: {type(error).__name__} at {where}",
+        None,
+        notes=(str(error)[:200],) if str(error) else (),
+        help="report it with the mission, the command and `missionc --version`; MISSIONC_TRACEBACK=1 shows more",
+    )

@@ -1,0 +1,106 @@
+"""Every code the compiler can say. A code is for ever; its page is ``docs/errors/MCnnn.md``."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class Code:
+    """A stable name for a kind of finding, and the phrase that heads its page."""
+
+    name: str
+    title: str
+    warning: bool = False
+
+
+# 0xx: the text
+SYNTAX = Code("MC001", "something else was expected here")
+UNREADABLE = Code("MC002", "the file cannot be read as text")
+EMPTY = Code("MC003", "the mission is empty")
+FILE_TOO_LARGE = Code("MC004", "the file is too large")
+NESTED_TOO_DEEP = Code("MC005", "nested too deeply")
+NUMBER_OUT_OF_RANGE = Code("MC006", "a number out of range")
+NAME_NOT_ALLOWED = Code("MC007", "a name that cannot be used")
+UNKNOWN_OPERATOR = Code("MC008", "no operator is called that")
+FILE_CHANGED = Code("MC009", "the file changed while it was read")
+INCLUDE_NOT_ALLOWED = Code("MC010", "an include that cannot be followed")
+INCLUDE_CYCLE = Code("MC011", "a file includes itself")
+INCLUDE_TOO_DEEP = Code("MC012", "includes too deep")
+DECLARED_AGAIN = Code("MC013", "said twice, once is allowed")
+DECLARATION_MISSING = Code("MC014", "a declaration is missing")
+
+# 1xx: names
+UNKNOWN_NAME = Code("MC101", "no such name")
+NAME_TWICE = Code("MC102", "a name declared twice")
+UNUSED_NAME = Code("MC103", "a name that nothing uses", warning=True)
+WRONG_KIND = Code("MC104", "a name of the wrong kind")
+NO_SUCH_MEMBER = Code("MC105", "a team has no such member")
+UNKNOWN_PARAMETER = Code("MC106", "no parameter is called that")
+DEFINED_BY_ITSELF = Code("MC107", "defined by itself")
+
+# 2xx: types and units
+WRONG_UNIT = Code("MC201", "a unit that does not fit")
+UNKNOWN_UNIT = Code("MC202", "no such unit")
+QUANTIFIER_MISSING = Code("MC203", "about one agent where the team is meant")
+QUANTIFIER_TOO_MANY = Code("MC204", "about the team where one agent is meant")
+WRONG_DIMENSION = Code("MC205", "the wrong number of coordinates")
+UNKNOWN_SETTING = Code("MC206", "no such setting")
+TOO_LARGE_TO_EXPAND = Code("MC207", "a formula too large")
+GRAPH_MISSING = Code("MC208", "which graph is meant")
+NOT_WHOLE = Code("MC209", "a whole number is needed")
+VALUE_OUT_OF_RANGE = Code("MC210", "a value out of range")
+
+# 3xx: time and length
+BEYOND_HORIZON = Code("MC301", "the mission ends too early")
+NOT_WHOLE_STEPS = Code("MC302", "not a whole number of steps")
+BOUNDS_REVERSED = Code("MC303", "bounds run backwards")
+HORIZON_NOT_WHOLE = Code("MC304", "the horizon is not a whole number of steps")
+WINDOW_EMPTY = Code("MC305", "a window that holds no step")
+TOO_MANY_STEPS = Code("MC306", "too many steps")
+HOPS_BEYOND_TEAM = Code("MC307", "more hops than the graph has agents for")
+
+# 4xx: choice of backend
+CANNOT_EXPRESS = Code("MC401", "the backend cannot express this")
+NO_BACKEND = Code("MC402", "no backend can express this mission")
+BACKEND_NOT_THERE = Code("MC403", "this backend is not there yet")
+EXTRA_MISSING = Code("MC404", "an optional package is missing")
+
+# 5xx: the world
+OUTSIDE_WORLD = Code("MC501", "a start or finish outside the world")
+IN_OBSTACLE = Code("MC502", "a start or finish in an obstacle")
+AGENTS_OVERLAP = Code("MC503", "two agents in one place")
+REGION_OUTSIDE_WORLD = Code("MC504", "a region outside the world")
+REGION_IN_OBSTACLE = Code("MC505", "a region inside an obstacle")
+GRAPH_TOO_SMALL = Code("MC506", "a graph over too few agents")
+FORMATION_TOO_SMALL = Code("MC507", "a formation over too few agents")
+FORMATION_TOO_TIGHT = Code("MC508", "a formation its own separation forbids")
+TOO_FAR = Code("MC509", "a goal out of reach in the time")
+CONTRADICTION = Code("MC510", "requirements that contradict on their face")
+VACUOUS = Code("MC511", "a requirement that cannot be violated", warning=True)
+NO_AREA = Code("MC512", "a shape without area")
+TOO_MANY_AGENTS = Code("MC513", "too many agents")
+ESCAPES_AT_ONCE = Code("MC514", "an escape of no distance", warning=True)
+REACHES_ITSELF = Code("MC515", "a route that ends where it starts", warning=True)
+NO_ROOM = Code("MC516", "a region too small for its agents")
+
+# 6xx: outcome of planning
+IMPOSSIBLE = Code("MC601", "no plan exists on the roadmap")
+OUT_OF_TIME = Code("MC602", "the time limit came first")
+OUT_OF_MEMORY = Code("MC603", "the memory limit came first")
+NOT_VERIFIED = Code("MC604", "the plan did not pass verification")
+NO_ROADMAP = Code("MC605", "no roadmap could be built")
+PROBLEM_TOO_LARGE = Code("MC606", "the problem is too large")
+SOLVER_GAVE_UP = Code("MC607", "the solver gave up")
+
+# 7xx: output
+OUTPUT_EXISTS = Code("MC701", "the output folder exists")
+CANNOT_WRITE = Code("MC702", "the output cannot be written")
+NOT_FLYABLE = Code("MC703", "no polynomial fits the plan")
+TRACE_UNREADABLE = Code("MC704", "the trace cannot be read")
+TRACE_MISMATCH = Code("MC705", "the trace does not fit the mission")
+
+# 9xx: our own
+INTERNAL = Code("MC901", "a defect of the compiler")
+
+CODES: dict[str, Code] = {value.name: value for value in list(globals().values()) if isinstance(value, Code)}

@@ -1,0 +1,58 @@
+"""A finding as a value: what is wrong, where, why, and one way out. Rendering is elsewhere."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+from missionc.diagnostics.code import Code
+from missionc.source import Span
+
+
+class Severity(Enum):
+    ERROR = "error"
+    WARNING = "warning"
+
+
+@dataclass(frozen=True, slots=True)
+class Label:
+    """A place, and what to say beside it (may be empty at the primary place)."""
+
+    span: Span
+    message: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Fix:
+    """Text that may replace a span to mend the finding."""
+
+    span: Span
+    replacement: str
+
+
+@dataclass(frozen=True, slots=True)
+class Diagnostic:
+    """One finding.
+
+    ``message`` is one phrase in the user's numbers and units, without a final
+    stop; ``labels`` are the other places that make it wrong; ``help`` is one
+    way out in the imperative. ``primary`` is absent only where the finding is
+    about no text (an unreadable file, say).
+    """
+
+    code: Code
+    message: str
+    primary: Label | None
+    labels: tuple[Label, ...] = ()
+    notes: tuple[str, ...] = ()
+    help: str = ""
+    fix: Fix | None = None
+
+    @property
+    def severity(self) -> Severity:
+        return Severity.WARNING if self.code.warning else Severity.ERROR
+
+
+def has_errors(findings: list[Diagnostic]) -> bool:
+    """Whether any finding stops the compilation."""
+    return any(finding.severity is Severity.ERROR for finding in findings)

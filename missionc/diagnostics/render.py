@@ -1,0 +1,227 @@
+"""Findings as text for people, and as values for programs.
+
+    in   Diagnostic
+    out  text in the manner of rustc, or plain dictionaries
+
+A span over several lines is underlined on its first. Columns are those of a
+terminal: a tab is four, a wide character two, a combining one none. Control
+characters of the mission never reach the terminal.
+"""
+
+from __future__ import annotations
+
+import unicodedata
+from dataclasses import dataclass
+from itertools import groupby
+
+from missionc.diagnostics.model import Diagnostic, Label, Severity
+from missionc.source import Source, Span
+
+TAB = 4
+LONGEST = 140
+"""Characters of one source line that are shown; the rest of a longer line is cut."""
+BEFORE = 30
+"""Characters kept before the first label of a line that is cut."""
+
+RED, YELLOW, BLUE, CYAN, BOLD = "31;1", "33;1", "34;1", "36;1", "1"
+
+
+@dataclass(frozen=True, slots=True)
+class Mark:
+    """An underline on one line: display columns from ``start`` up to, not at, ``end``."""
+
+    start: int
+    end: int
+    primary: bool
+    message: str
+
+
+@dataclass(frozen=True, slots=True)
+class Paint:
+    """How words are coloured; ``colour`` False leaves them alone."""
+
+    colour: bool
+    severity: str
+
+    def __call__(self, style: str, text: str) -> str:
+        return f"\x1b[{style}m{text}\x1b[0m" if self.colour and text else text
+
+    def style(self, mark: Mark) -> str:
+        return self.severity if mark.primary else BLUE
+
+
+def render_text(findings: list[Diagnostic], colour: bool) -> str:
+    """The findings as people read them, a blank line between two; each ends with a line end."""
+    return "\n".join(_finding(finding, colour) for finding in findings)
+
+
+def render_json(findings: list[Diagnostic]) -> list[dict[str, object]]:
+    """The findings as plain values; lines and columns from 1, ``end_column`` just past the last character."""
+    return [
+        {
+            "code": finding.code.name,
+            "severity": finding.severity.value,
+            "message": finding.message,
+            **_place(finding.primary.span if finding.primary else None),
+            "labels": [{"message": label.message, **_place(label.span)} for label in _labels(finding)],
+            "notes": list(finding.notes),
+            "help": finding.help,
+        }
+        for finding in findings
+    ]
+
+
+def _labels(finding: Diagnostic) -> list[Label]:
+    """What stands beside the places, the primary one included where it says anything."""
+    primary = [finding.primary] if finding.primary and finding.primary.message else []
+    return [*primary, *finding.labels]
+
+
+def _place(span: Span | None) -> dict[str, object]:
+    if span is None:
+        return dict.fromkeys(("file", "line", "column", "end_line", "end_column"))
+    line, column = span.source.place(span.start)
+    end_line, end_column = span.source.place(span.end)
+    return {
+        "file": span.source.name,
+        "line": line,
+        "column": column,
+        "end_line": end_line,
+        "end_column": end_column,
+    }
+
+
+def _finding(finding: Diagnostic, colour: bool) -> str:
+    paint = Paint(colour, RED if finding.severity is Severity.ERROR else YELLOW)
+    head = f"{finding.severity.value}[{finding.code.name}]"
+    lines = [f"{paint(paint.severity, head)}{paint(BOLD, ': ' + _plain(finding.message))}"]
+    labels = [*([finding.primary] if finding.primary else []), *finding.labels]
+    numbers = [label.span.source.place(label.span.start)[0] for label in labels]
+    gutter = max((len(str(number)) for number in numbers), default=1)
+    lines.extend(_snippets(finding, labels, gutter, paint))
+    lines.extend(_hanging(" " * (gutter + 1) + paint(BLUE, "="), gutter + 3, note) for note in finding.notes)
+    if finding.help:
+        lines.append(_hanging(" " * (gutter + 1) + paint(CYAN, "help:"), gutter + 7, finding.help))
+    return "\n".join(line.rstrip() for line in lines) + "\n"
+
+
+def _hanging(head: str, indent: int, text: str) -> str:
+    """Text after a head, its further lines indented below the first."""
+    return f"{head} " + ("\n" + " " * indent).join(_plain(text).split("\n"))
+
+
+def _snippets(finding: Diagnostic, labels: list[Label], gutter: int, paint: Paint) -> list[str]:
+    """For each file, a line that says where, then its labelled lines in order."""
+    by_source: dict[str, list[Label]] = {}
+    for label in labels:
+        by_source.setdefault(label.span.source.name, []).append(label)
+    lines = []
+    for number, here in enumerate(by_source.values()):
+        line, column = here[0].span.source.place(here[0].span.start)
+        arrow = "-->" if number == 0 else ":::"
+        lines.append(f"{' ' * gutter}{paint(BLUE, arrow)} {_plain(here[0].span.source.name)}:{line}:{column}")
+        lines.extend(_source_lines(here[0].span.source, here, finding.primary, gutter, paint))
+    return lines
+
+
+def _source_lines(source: Source, labels: list[Label], primary: Label | None, gutter: int, paint: Paint) -> list[str]:
+    by_line: dict[int, list[Label]] = {}
+    for label in labels:
+        by_line.setdefault(source.place(label.span.start)[0], []).append(label)
+    lines: list[str] = []
+    previous = None
+    for number in sorted(by_line):
+        if previous is not None and number == previous + 2:
+            shown, _ = _cells(_excerpt(source.line(previous + 1), 0)[1])
+            lines.append(f"{paint(BLUE, f'{previous + 1:>{gutter}} |')} {shown}")
+        elif previous is not None and number > previous + 2:
+            lines.append(paint(BLUE, "..."))
+        lines.extend(_marked(source, number, by_line[number], primary, gutter, paint))
+        previous = number
+    return lines
+
+
+def _marked(
+    source: Source, number: int, labels: list[Label], primary: Label | None, gutter: int, paint: Paint
+) -> list[str]:
+    """One source line, and under it its underlines and what they say."""
+    text = source.line(number)
+    begin = source.line_starts[number - 1]
+    cut, excerpt = _excerpt(text, min(label.span.start for label in labels) - begin)
+    shown, columns = _cells(excerpt)
+
+    def column(offset: int) -> int:
+        return columns[max(0, min(offset - begin - cut, len(excerpt)))]
+
+    marks = [
+        Mark(
+            column(label.span.start),
+            max(column(label.span.end), column(label.span.start) + 1),
+            label is primary,
+            _plain(label.message),
+        )
+        for label in labels
+    ]
+    lines = [f"{paint(BLUE, f'{number:>{gutter}} |')} {shown}"]
+    lines.extend(f"{' ' * (gutter + 1)}{paint(BLUE, '|')} {line}" for line in _underline(marks, paint))
+    return lines
+
+
+def _underline(marks: list[Mark], paint: Paint) -> list[str]:
+    """The underlines of one line; the rightmost message stands beside them, the others hang below, right to left."""
+    width = max(mark.end for mark in marks)
+    row = [" "] * width
+    for mark in sorted(marks, key=lambda mark: mark.primary):
+        row[mark.start : mark.end] = ("^" if mark.primary else "-") * (mark.end - mark.start)
+    styles = {"^": paint.severity, "-": BLUE}
+    runs = ("".join(run) for _, run in groupby(row))
+    first = "".join(paint(styles[run[0]], run) if run[0] in styles else run for run in runs)
+    hanging = sorted((mark for mark in marks if mark.message), key=lambda mark: (mark.start, mark.end))
+    if hanging and all(mark.end <= hanging[-1].start for mark in marks if mark is not hanging[-1]):
+        last = hanging.pop()
+        first += " " + paint(paint.style(last), last.message)
+    lines = [first]
+    while hanging:
+        mark = hanging.pop()
+        stems = {other.start: paint(paint.style(other), "|") for other in hanging if other.start < mark.start}
+        before = "".join(stems.get(place, " ") for place in range(mark.start))
+        lines.append(before + paint(paint.style(mark), mark.message))
+    return lines
+
+
+def _excerpt(text: str, first: int) -> tuple[int, str]:
+    """Where the shown part of a line begins, and that part."""
+    if len(text) <= LONGEST:
+        return 0, text
+    cut = max(0, min(first - BEFORE, len(text) - LONGEST))
+    part = text[cut : cut + LONGEST]
+    if cut > 0:
+        part = "…" + part[1:]
+    return cut, part if cut + LONGEST >= len(text) else part[:-1] + "…"
+
+
+def _cells(text: str) -> tuple[str, list[int]]:
+    """The text as shown, and the display column at which each character, and the end, stands."""
+    shown: list[str] = []
+    columns = [0]
+    for letter in text:
+        width = TAB - columns[-1] % TAB if letter == "\t" else _width(letter)
+        shown.append(" " * width if letter == "\t" else _plain(letter))
+        columns.append(columns[-1] + width)
+    return "".join(shown), columns
+
+
+def _width(letter: str) -> int:
+    if unicodedata.combining(letter):
+        return 0
+    return 2 if unicodedata.east_asian_width(letter) in "WF" else 1
+
+
+def _plain(text: str) -> str:
+    """The text with every control and formatting character (line ends aside) made visible and harmless."""
+    if text.isascii() and text.isprintable():
+        return text
+    return "".join(
+        letter if letter == "\n" or unicodedata.category(letter) not in ("Cc", "Cf", "Cs", "Zl", "Zp") else "\ufffd"
+        for letter in text
+    )

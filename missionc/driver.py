@@ -1,0 +1,313 @@
+"""The pipeline, top to bottom. Read this file first.
+
+    check     text → findings, and the mission as meant
+    plan      … → a backend → a plan, verified → the files of it
+    compile   both
+    monitor   a mission and a trace → a judgement of every requirement
+
+Values in, values out: nothing is printed, and only ``reading`` opens files. A
+stage that finds errors is the last to run; the checks of the mission as meant
+run together, so that one run reports all they find. Whatever loads a solver
+or a large library is imported where it is used, so that ``check`` stays quick.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, assert_never
+
+from missionc.backends.api import Budget, Impossible, NotFound, Options, Planned, Progress, Reason, Report, ignore
+from missionc.backends.load import load as load_backend
+from missionc.diagnostics.code import (
+    IMPOSSIBLE,
+    NO_ROADMAP,
+    NOT_VERIFIED,
+    OUT_OF_MEMORY,
+    OUT_OF_TIME,
+    PROBLEM_TOO_LARGE,
+    SOLVER_GAVE_UP,
+    TRACE_UNREADABLE,
+)
+from missionc.diagnostics.model import Diagnostic, Label, has_errors
+from missionc.ir import Mission
+from missionc.limits import Limits
+from missionc.passes.check_horizons import check_horizons
+from missionc.passes.check_requirements import check_requirements
+from missionc.passes.check_world import check_world
+from missionc.passes.choose_backend import choose_backend
+from missionc.passes.expand import expand
+from missionc.passes.resolve import resolve
+from missionc.plan import Plan
+from missionc.reading import loader, read_source, read_text
+from missionc.results import Checked, Compiled, CompileOutcome, Monitored, Refused, Unverified, Verified
+from missionc.source import Source, Span
+from missionc.syntax.parse import parse
+from missionc.units import Seconds
+
+if TYPE_CHECKING:
+    from missionc.emit import Option
+    from missionc.verify import Certificate
+
+DEFAULT_TIME_LIMIT = Seconds(600.0)
+DEFAULT_MEMORY_LIMIT = 8 << 30
+ANY_BACKEND = "any"
+"""For ``check``: whether some backend can plan the mission is not asked."""
+
+
+@dataclass(slots=True)
+class Stopwatch:
+    """Seconds by stage, in the order the stages ran."""
+
+    seconds: list[tuple[str, Seconds]] = field(default_factory=list)
+
+    @contextmanager
+    def stage(self, name: str) -> Iterator[None]:
+        begin = time.perf_counter()
+        try:
+            yield
+        finally:
+            self.seconds.append((name, Seconds(time.perf_counter() - begin)))
+
+
+def check(
+    file: str | Path | Source,
+    *,
+    overrides: Mapping[str, str] | None = None,
+    backend: str = "auto",
+    limits: Limits | None = None,
+) -> Checked:
+    """Every finding that needs no solving, and the mission as meant where there is no error.
+
+    Args:
+        file: a path, or a text already in hand; what it includes lies relative to its name.
+        overrides: texts for parameters, ``{"T": "30 s"}``.
+        backend: ``auto``, or the one to hold the mission against.
+        limits: of the sizes a mission may have.
+    """
+    limits = limits or Limits()
+    name = file.name if isinstance(file, Source) else str(file)
+    source = file if isinstance(file, Source) else read_source(Path(file), name, limits)
+    if isinstance(source, Diagnostic):
+        return Checked(name, (source,))
+    watch = Stopwatch()
+    sources = [source]
+    load = loader(Path(name), name, limits)
+
+    def load_and_keep(written: str, span: Span) -> Source | Diagnostic:
+        included = load(written, span)
+        if isinstance(included, Source):
+            sources.append(included)
+        return included
+
+    def so_far(findings: list[Diagnostic]) -> Checked:
+        return Checked(
+            name, in_file_order(findings, sources), tuple(sources), dict(overrides or {}), seconds=tuple(watch.seconds)
+        )
+
+    with watch.stage("parse"):
+        program, findings = parse(source, limits, load_and_keep)
+    if program is None or has_errors(findings):
+        return so_far(findings)
+    with watch.stage("resolve"):
+        mission, more = resolve(program, dict(overrides or {}), limits)
+    findings = [*findings, *more]
+    if mission is None or has_errors(findings):
+        return replace(so_far(findings), program=program)
+    with watch.stage("check"):
+        findings += [*check_horizons(mission), *check_world(mission), *check_requirements(mission)]
+        choice = None
+        if backend != ANY_BACKEND:
+            choice, more = choose_backend(mission, None if backend == "auto" else backend)
+            findings += more
+    if has_errors(findings):
+        return replace(so_far(findings), program=program, mission=mission, choice=choice)
+    with watch.stage("expand"):
+        kernel, more = expand(mission, limits)
+    return replace(so_far([*findings, *more]), program=program, mission=mission, choice=choice, kernel=kernel)
+
+
+def compile(
+    file: str | Path | Source,
+    *,
+    overrides: Mapping[str, str] | None = None,
+    backend: str = "auto",
+    seed: int = 0,
+    time_limit: Seconds = DEFAULT_TIME_LIMIT,
+    memory_limit: int = DEFAULT_MEMORY_LIMIT,
+    options: Options | None = None,
+    limits: Limits | None = None,
+    listen: Callable[[Progress], None] = ignore,
+) -> Compiled:
+    """``check``; then, where there is no error, ``plan``.
+
+    Args:
+        file, overrides, backend, limits: as for ``check``.
+        seed: of everything drawn at random.
+        time_limit: seconds from now.
+        memory_limit: bytes, of the solver.
+        options: choices only a backend understands.
+        listen: is told where a backend is.
+    """
+    budget = Budget(time.monotonic() + time_limit, memory_limit, seed, limits or Limits(), listen)
+    return plan(check(file, overrides=overrides, backend=backend, limits=limits), options or Options(), budget)
+
+
+def plan(checked: Checked, options: Options, budget: Budget) -> Compiled:
+    """A verified plan of a checked mission, or what stands in its way.
+
+    A backend is never believed: what it returns is a plan only after ``verify``
+    has passed it, and ``emit`` the polynomials made of it.
+    """
+    mission, kernel, choice = checked.mission, checked.kernel, checked.choice
+    watch = Stopwatch(list(checked.seconds))
+
+    def ended(outcome: CompileOutcome, *findings: Diagnostic) -> Compiled:
+        return Compiled(checked, outcome, (*checked.findings, *findings), tuple(watch.seconds))
+
+    if mission is None or kernel is None or choice is None or not checked.ok:
+        return ended(Refused())
+    backend = load_backend(choice.backend, options)
+    if isinstance(backend, Diagnostic):
+        return ended(Refused(), backend)
+    try:
+        found = backend.plan(mission, kernel, options, budget)
+    except MemoryError:
+        found = NotFound(Reason.MEMORY, "the compiler itself ran out of memory", Report())
+    watch.seconds.extend(found.report.seconds)
+    match found:
+        case Impossible():
+            return ended(found, _impossible(mission, found))
+        case NotFound():
+            return ended(found, _not_found(found))
+        case Planned(trace, report):
+            pass
+        case _:
+            assert_never(found)
+    # Imported here: what judges and writes plans loads scipy, for which nobody waits who only checks.
+    from missionc.emit import Provenance, emit
+    from missionc.monitoring import monitor as judge
+    from missionc.verify import verify
+
+    budget.listen(Progress("verify"))
+    with watch.stage("verify"):
+        certificate = verify(mission, kernel, trace)
+        judgements = judge(mission, kernel, trace)[: len(kernel.requirements)]
+    if not certificate.passed:
+        return ended(Unverified(certificate, report), _not_verified(certificate))
+    verified = Plan(mission.name, choice.backend, budget.seed, trace, judgements)
+    budget.listen(Progress("emit"))
+    with watch.stage("emit"):
+        output = emit(mission, verified, certificate, Provenance(_inputs(checked), _options(checked, options)))
+    if isinstance(output, Diagnostic):
+        return ended(Refused(), output)
+    return ended(Verified(verified, output.certificate, report, output.files))
+
+
+def monitor(
+    file: str | Path | Source,
+    trace: str | Path,
+    *,
+    overrides: Mapping[str, str] | None = None,
+    limits: Limits | None = None,
+) -> Monitored:
+    """Judge a recorded or hand-made trace, ``plan.json`` or CSV, against a mission."""
+    limits = limits or Limits()
+    checked = check(file, overrides=overrides, limits=limits, backend=ANY_BACKEND)
+    if checked.mission is None or checked.kernel is None:
+        return Monitored(checked, (), (), checked.findings)
+    from missionc.monitoring import monitor as judge
+    from missionc.traces import read_trace
+
+    text = read_text(Path(trace), str(trace), limits.trace_bytes, TRACE_UNREADABLE)
+    if isinstance(text, Diagnostic):
+        return Monitored(checked, (), (), (*checked.findings, text))
+    motion, findings = read_trace(Source(str(trace), text), checked.mission)
+    if motion is None:
+        return Monitored(checked, (), (), (*checked.findings, *findings))
+    judgements = judge(checked.mission, checked.kernel, motion)
+    asked = len(checked.kernel.requirements)
+    return Monitored(checked, judgements[:asked], judgements[asked:], checked.findings)
+
+
+def in_file_order(findings: list[Diagnostic], sources: list[Source]) -> tuple[Diagnostic, ...]:
+    """Findings about no text first, then by file in the order of reading, then by place."""
+    order = {source.name: number for number, source in enumerate(sources)}
+
+    def place(finding: Diagnostic) -> tuple[int, int]:
+        span = finding.primary.span if finding.primary else None
+        return (order.get(span.source.name, len(order)), span.start) if span else (-1, 0)
+
+    return tuple(sorted(findings, key=place))
+
+
+def _inputs(checked: Checked) -> tuple[tuple[str, bytes], ...]:
+    """Every file of the mission, by its name relative to the mission's folder."""
+    folder = Path(checked.file).parent
+    return tuple(
+        (Path(source.name).relative_to(folder).as_posix(), source.text.encode("utf-8")) for source in checked.sources
+    )
+
+
+def _options(checked: Checked, options: Options) -> tuple[tuple[str, Option], ...]:
+    """What of the command line changes the plan."""
+    return (("solver", options.solver), *((f"-D {name}", text) for name, text in sorted(checked.overrides.items())))
+
+
+# ------------------------------------------------------------------ messages
+
+
+def _impossible(mission: Mission, found: Impossible) -> Diagnostic:
+    """The requirements in conflict, each at its place."""
+    spans = [(each.name, each.span) for each in mission.requirements if each.name in found.conflict]
+    if not spans:
+        return Diagnostic(
+            IMPOSSIBLE,
+            "no plan exists on the roadmap, whatever the requirements",
+            Label(mission.time_span or mission.span, "in this time"),
+            notes=(found.statement,),
+            help="give the agents more time or more room, or look at their starts and finishes",
+        )
+    names = ", ".join(f"`{name}`" for name, _ in spans)
+    conflict = f"{names} cannot be satisfied together" if len(spans) > 1 else f"{names} cannot be satisfied"
+    return Diagnostic(
+        IMPOSSIBLE,
+        f"{conflict} on the roadmap",
+        Label(spans[0][1], "this" if len(spans) > 1 else ""),
+        tuple(Label(span, "and this") for _, span in spans[1:]),
+        (found.statement,),
+        "relax one of them, give the agents more time, or a finer roadmap: `solve with smt { nodes = 400 }`",
+    )
+
+
+def _not_found(found: NotFound) -> Diagnostic:
+    code, help_ = {
+        "TIME": (OUT_OF_TIME, "allow more with `--time-limit`"),
+        "MEMORY": (OUT_OF_MEMORY, "allow more with `--memory-limit`"),
+        "SIZE": (PROBLEM_TOO_LARGE, "allow more with `--limit clauses=…`, or use fewer nodes, steps or agents"),
+        "NO_ROADMAP": (NO_ROADMAP, "look at the starts, the dynamics and the room between obstacles"),
+        "SOLVER": (SOLVER_GAVE_UP, "try another seed with `--seed`, or another solver with `--solver`"),
+    }[found.reason.name]
+    said = () if found.statement == found.reason.value else (found.statement,)
+    return Diagnostic(
+        code,
+        f"undecided: {found.reason.value}",
+        None,
+        notes=(*said, "this says nothing about whether a plan exists"),
+        help=help_,
+    )
+
+
+def _not_verified(certificate: Certificate) -> Diagnostic:
+    return Diagnostic(
+        NOT_VERIFIED,
+        "a plan was found, but it does not pass verification: a defect of the compiler",
+        None,
+        notes=tuple(
+            f"{check.name} {check.subject}: margin {check.margin:g} {check.unit}" for check in certificate.failures[:5]
+        ),
+        help="report it with the mission and the seed; another `--seed` may do meanwhile",
+    )

@@ -1,0 +1,49 @@
+"""Plan to files: everything of the output folder, as bytes; nothing here writes but ``folder``.
+
+in   Mission, Plan, the Certificate of it
+out  Output: the files by name, and the certificate with what was verified on the polynomials too
+says MC703
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from missionc.diagnostics.model import Diagnostic
+from missionc.emit.certificate import certificate_json
+from missionc.emit.crazyflie import crazyflie
+from missionc.emit.manifest import Option, Provenance, manifest, sha256
+from missionc.emit.names import file_names
+from missionc.emit.plan_json import plan_json
+from missionc.emit.trajectories import trajectories
+from missionc.ir import Mission
+from missionc.plan import Plan
+from missionc.verify.certificate import Certificate
+
+__all__ = ["Option", "Output", "Provenance", "emit", "plan_json"]
+
+
+@dataclass(frozen=True, slots=True)
+class Output:
+    """The files of the folder, in a fixed order, and the whole certificate."""
+
+    files: tuple[tuple[str, bytes], ...]
+    certificate: Certificate
+
+
+def emit(mission: Mission, plan: Plan, certificate: Certificate, provenance: Provenance) -> Output | Diagnostic:
+    """All files of a verified plan, the same bytes each time; or why its polynomials cannot be flown."""
+    flyable = crazyflie(mission, plan.trace)
+    if isinstance(flyable, Diagnostic):
+        return flyable
+    whole = certificate.joined(flyable.certificate)
+    files = {
+        "plan.json": plan_json(mission, plan).encode(),
+        "trajectories.csv": trajectories(mission, plan.trace).encode(),
+    }
+    names = file_names(mission.agents)
+    for agent in mission.agents:
+        files[f"crazyflie/{names[agent.name]}.csv"] = flyable.files[agent.name].encode()
+    files["certificate.json"] = certificate_json(whole, sha256(files["plan.json"])).encode()
+    files["manifest.json"] = manifest(plan, provenance, files).encode()
+    return Output(tuple(files.items()), whole)

@@ -1,0 +1,40 @@
+"""The certificate as JSON: what was verified, on what, with which margins."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import asdict
+
+from missionc.emit.text import compact
+from missionc.verify.certificate import Certificate, Check, Figure
+
+
+def certificate_json(certificate: Certificate, plan_sha256: str) -> str:
+    """The text of ``certificate.json``; ``plan_sha256`` says of which ``plan.json`` it speaks."""
+    head = {
+        "schema": "missionc.certificate/1",
+        "mission": certificate.mission,
+        "plan_sha256": plan_sha256,
+        "passed": certificate.passed,
+    }
+    lines = [f"  {compact(key)}: {compact(value)}" for key, value in head.items()]
+    for key, entries in (("checks", certificate.checks), ("figures", certificate.figures)):
+        rows = ",\n".join(f"    {compact(_entry(entry))}" for entry in entries)
+        lines.append(f'  "{key}": [\n{rows}\n  ]' if rows else f'  "{key}": []')
+    lines.append(f'  "warnings": {compact(list(certificate.warnings))}')
+    return "{\n" + ",\n".join(lines) + "\n}\n"
+
+
+def _entry(entry: Check | Figure) -> dict[str, object]:
+    return {key: _plain(key, value) for key, value in asdict(entry).items()}
+
+
+def _plain(key: str, value: object) -> object:
+    if isinstance(value, float):
+        if not math.isfinite(value):
+            return None
+        if key == "at":
+            return round(value, 6)
+        # A proved bound stays one: it is rounded towards failing.
+        return math.floor(value * 1e12) / 1e12 if key == "margin" and abs(value) < 1e3 else float(value)
+    return list(value) if isinstance(value, tuple) else value

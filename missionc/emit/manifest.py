@@ -1,0 +1,64 @@
+"""The manifest: what went in, what came out, and with what, so that the same bytes can be produced again."""
+
+from __future__ import annotations
+
+import hashlib
+import platform
+from collections.abc import Mapping
+from dataclasses import dataclass
+from importlib.metadata import PackageNotFoundError, version
+
+from missionc.emit.text import compact, record
+from missionc.plan import Plan
+from missionc.version import __version__
+
+PACKAGES = ("numpy", "scipy", "shapely", "piqp", "z3-solver", "python-sat", "torch")
+"""Those whose version may change a plan."""
+
+Option = str | int | float | bool
+
+
+@dataclass(frozen=True, slots=True)
+class Provenance:
+    """Where a plan came from.
+
+    Args:
+        inputs: the mission's files, the mission first: names relative to its folder, and contents.
+        options: choices that change the plan, by their name on the command line.
+    """
+
+    inputs: tuple[tuple[str, bytes], ...]
+    options: tuple[tuple[str, Option], ...] = ()
+
+
+def manifest(plan: Plan, provenance: Provenance, files: Mapping[str, bytes]) -> str:
+    """The text of ``manifest.json``; ``files`` are all others of the folder."""
+    blocks: dict[str, dict[str, object]] = {
+        "inputs": {name: sha256(content) for name, content in provenance.inputs},
+        "files": {name: sha256(files[name]) for name in sorted(files)},
+        "versions": {"missionc": __version__, "python": platform.python_version(), **_versions()},
+        "options": dict(provenance.options),
+    }
+    head = {
+        "schema": "missionc.manifest/1",
+        "mission": plan.mission,
+        "backend": plan.backend,
+        "seed": plan.seed,
+    }
+    lines = [f"  {compact(key)}: {compact(value)}" for key, value in head.items()]
+    lines += [f"  {compact(key)}: {record(block, depth=1)}" for key, block in blocks.items()]
+    return "{\n" + ",\n".join(lines) + "\n}\n"
+
+
+def sha256(content: bytes) -> str:
+    return hashlib.sha256(content).hexdigest()
+
+
+def _versions() -> dict[str, str]:
+    found = {"missionc": __version__}
+    for package in PACKAGES:
+        try:
+            found[package] = version(package)
+        except PackageNotFoundError:
+            continue
+    return found

@@ -1,0 +1,20 @@
+"""JSON that people can read too: records over several lines, their values on one."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+
+
+def compact(value: object) -> str:
+    """On one line; doubles in the shortest form that reads back the same."""
+    return json.dumps(value, ensure_ascii=False, allow_nan=False)
+
+
+def record(entries: Mapping[str, object], depth: int) -> str:
+    """One line for each entry, ``depth`` levels in."""
+    if not entries:
+        return "{}"
+    inner, outer = "  " * (depth + 1), "  " * depth
+    lines = (f"{inner}{compact(key)}: {compact(value)}" for key, value in entries.items())
+    return "{\n" + ",\n".join(lines) + f"\n{outer}}}"

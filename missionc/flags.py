@@ -1,0 +1,98 @@
+"""What several commands take: the flags, and how their values are read."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import fields, replace
+from pathlib import Path
+from typing import Any, TypeVar
+
+import click
+from click.shell_completion import CompletionItem
+
+from missionc import stages
+from missionc.limits import Limits
+from missionc.nearest import nearest
+
+Command = TypeVar("Command", bound=Callable[..., Any])
+
+SIZES = {"": 1 << 20, "B": 1, "KB": 1 << 10, "MB": 1 << 20, "GB": 1 << 30}
+"""Bytes in each unit of memory; a bare number is in megabytes."""
+
+
+def existing(value: str) -> Path:
+    """A file that is there. Whether it can be read and believed is ``reading``'s to say."""
+    path = Path(value)
+    if not path.exists():
+        raise click.UsageError(f"there is no file `{value}`")
+    if path.is_dir():
+        raise click.UsageError(f"`{value}` is a folder; name a file in it")
+    return path
+
+
+def files(context: click.Context, parameter: click.Parameter, incomplete: str) -> list[CompletionItem]:
+    """For shell completion: whatever files there are."""
+    return [CompletionItem(incomplete, type="file")]
+
+
+def pair(value: str) -> tuple[str, str]:
+    """``NAME=VALUE``"""
+    name, equals, text = value.partition("=")
+    if not (name.strip() and equals and text.strip()):
+        raise click.UsageError(f"`{value}` is not of the form NAME=VALUE")
+    return name.strip(), text.strip()
+
+
+def memory(value: str) -> int:
+    """Bytes, written in megabytes or with a unit: ``512``, ``2GB``."""
+    word = value.strip().upper().replace(" ", "")
+    number = word.rstrip("KMGB")
+    try:
+        size = float(number) * SIZES[word[len(number) :]]
+    except (ValueError, KeyError):
+        raise click.UsageError(f"`{value}` is not a size such as 512, 512MB or 2GB") from None
+    if not 1 <= size <= 1 << 60:
+        raise click.UsageError(f"`{value}` is out of range")
+    return int(size)
+
+
+def stage_names(value: str) -> tuple[str, ...]:
+    """Names of stages with commas between them."""
+    words = tuple(word.strip() for word in value.split(","))
+    for word in words:
+        if word not in stages.ALL:
+            raise click.UsageError(f"there is no stage `{word}`; there are {', '.join(stages.ALL)}")
+    return words
+
+
+def read_limits(pairs: tuple[tuple[str, str], ...]) -> Limits:
+    """The default limits but for those given."""
+    limits = Limits()
+    kinds = {field.name: type(getattr(limits, field.name)) for field in fields(limits)}
+    for name, text in pairs:
+        if name not in kinds:
+            near = nearest(name, kinds)
+            hint = f"; did you mean `{near}`?" if isinstance(near, str) else f"; there are {', '.join(kinds)}"
+            raise click.UsageError(f"there is no limit `{name}`{hint}")
+        try:
+            value = kinds[name](float(text))
+        except (ValueError, OverflowError):
+            raise click.UsageError(f"the limit `{name}` needs a number, not `{text}`") from None
+        if not value > 0:
+            raise click.UsageError(f"the limit `{name}` must be above 0")
+        limits = replace(limits, **{name: value})
+    return limits
+
+
+def of_mission(command: Command) -> Command:
+    """The flags of every command that reads a mission."""
+    define = click.option(
+        "-D", "overrides", type=pair, multiple=True, metavar="NAME=VALUE", help="Give a parameter another value."
+    )
+    limit = click.option(
+        "--limit", "limits", type=pair, multiple=True, metavar="NAME=VALUE", help="Raise or lower a limit of size."
+    )
+    form = click.option(
+        "--format", "form", type=click.Choice(["text", "json"]), default="text", help="Words, or one JSON document."
+    )
+    return define(limit(form(command)))

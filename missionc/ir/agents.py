@@ -1,0 +1,89 @@
+"""Who moves, how, from where and to where."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TypeAlias
+
+from missionc.ir.places import Region
+from missionc.ir.shapes import Vector
+from missionc.source import Span
+from missionc.units import Metres
+
+
+@dataclass(frozen=True, slots=True)
+class SingleIntegrator:
+    """Any constant velocity within a step, up to ``speed`` m/s."""
+
+    speed: float
+
+
+@dataclass(frozen=True, slots=True)
+class DoubleIntegrator:
+    """Any constant acceleration within a step, up to ``acceleration`` m/s²; speed up to ``speed`` m/s."""
+
+    speed: float
+    acceleration: float
+
+
+@dataclass(frozen=True, slots=True)
+class Unicycle:
+    """Straight along the heading at ``slowest`` .. ``fastest`` m/s within a step, turning in place between steps.
+
+    ``turn`` (rad/s) bounds the change of heading from one step to the next;
+    ``math.inf`` where the mission gives none. Waits only where ``slowest`` is 0.
+    [strel] Experiment Setup.
+    """
+
+    slowest: float
+    fastest: float
+    turn: float
+
+
+Dynamics: TypeAlias = SingleIntegrator | DoubleIntegrator | Unicycle
+
+
+def top_speed(dynamics: Dynamics) -> float:
+    """The largest speed the dynamics allow, m/s."""
+    return dynamics.fastest if isinstance(dynamics, Unicycle) else dynamics.speed
+
+
+@dataclass(frozen=True, slots=True)
+class Anywhere:
+    """A place in a region, for the compiler to choose."""
+
+    region: Region
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Exactly:
+    point: Vector
+    span: Span
+
+
+Place: TypeAlias = Anywhere | Exactly
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Agent:
+    """One robot. ``name`` is ``drone[0]``, or ``truck7`` for an agent of its own."""
+
+    index: int
+    name: str
+    team: str
+    radius: Metres
+    dynamics: Dynamics
+    start: Place
+    finish: Place | None
+    altitude: Metres
+    span: Span
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class AgentSet:
+    """A team, a group, or one agent, by the name it was meant with."""
+
+    name: str
+    agents: tuple[int, ...]
+    span: Span

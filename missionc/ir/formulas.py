@@ -1,0 +1,101 @@
+"""Formulas over predicates: operators are objects, windows are whole steps."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+from typing import TYPE_CHECKING, TypeAlias
+
+from missionc.ir.agents import AgentSet
+from missionc.ir.couplings import Graph
+from missionc.ir.predicates import Predicate
+from missionc.source import Span
+from missionc.syntax.ast import Metric
+from missionc.units import Steps
+
+if TYPE_CHECKING:
+    from missionc.language.operator import Operator
+
+
+@dataclass(frozen=True, slots=True)
+class Window:
+    """Steps ahead, both ends included; ``high`` None reaches to the mission's last step."""
+
+    low: Steps
+    high: Steps | None
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Length:
+    """Bounds of a route, both included: whole hops, or metres. ``high`` is ``math.inf`` where it is left out."""
+
+    graph: Graph
+    metric: Metric
+    low: float
+    high: float
+    span: Span
+
+
+class About(Enum):
+    """Whom a formula speaks of; the value reads well in a message."""
+
+    AGENT = "one agent"
+    TEAM = "the team"
+    EITHER = "either"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Truth:
+    value: bool
+    span: Span
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Holds:
+    predicate: Predicate
+    span: Span
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Belongs:
+    """The agent is one of these."""
+
+    agents: AgentSet
+    span: Span
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Apply:
+    """An operator on its operands. ``comparison`` and ``number`` are ``count``'s alone (``>=``, 2)."""
+
+    operator: Operator
+    operands: tuple[Formula, ...]
+    bounds: Window | Length | None
+    span: Span
+    comparison: str = ""
+    number: int = 0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class AtLeastOf:
+    """``body`` of at least ``number`` of the agents; ``every`` is all of them, ``some`` is one."""
+
+    kind: str
+    number: int
+    agents: AgentSet
+    body: Formula
+    span: Span
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class OfAgent:
+    """``body`` of that agent."""
+
+    agent: int
+    body: Formula
+    span: Span
+
+
+Formula: TypeAlias = "Truth | Holds | Belongs | Apply | AtLeastOf | OfAgent"
+"""A ``let`` is resolved once: every use is the same object, so a formula is a graph without cycles."""

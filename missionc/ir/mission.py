@@ -1,0 +1,83 @@
+"""The mission itself."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import Enum
+
+from missionc.ir.agents import Agent, AgentSet
+from missionc.ir.couplings import Formation, Graph
+from missionc.ir.formulas import Formula
+from missionc.ir.places import Beacon, Obstacle, Region, World
+from missionc.source import Span
+from missionc.units import Metres, Seconds, Steps
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Requirement:
+    name: str
+    formula: Formula
+    span: Span
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Preference:
+    name: str
+    formula: Formula
+    weight: float
+    span: Span
+
+
+class Objective(Enum):
+    NONE = "none"
+    DISTANCE = "distance"
+    DURATION = "duration"
+    ENERGY = "energy"
+
+
+@dataclass(frozen=True, slots=True)
+class SolveWith:
+    """``auto``, ``smt``, ``clot`` or ``hybrid``, and its options (plain numbers)."""
+
+    backend: str = "auto"
+    options: tuple[tuple[str, float], ...] = ()
+    span: Span | None = None
+
+    def option(self, name: str, default: float) -> float:
+        return dict(self.options).get(name, default)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Mission:
+    """Everything a mission says. The states are at the steps 0 … ``steps``, both included."""
+
+    name: str
+    step: Seconds
+    steps: Steps
+    world: World
+    regions: tuple[Region, ...]
+    obstacles: tuple[Obstacle, ...]
+    beacons: tuple[Beacon, ...]
+    agents: tuple[Agent, ...]
+    teams: tuple[AgentSet, ...]
+    groups: tuple[AgentSet, ...]
+    graphs: tuple[Graph, ...]
+    formations: tuple[Formation, ...]
+    separation: Metres
+    clearance: Metres
+    requirements: tuple[Requirement, ...]
+    preferences: tuple[Preference, ...]
+    objective: Objective
+    solve: SolveWith
+    span: Span
+    objective_span: Span | None = None
+    time_span: Span | None = None
+    lets: tuple[tuple[str, Formula], ...] = field(default=())
+
+    @property
+    def dimension(self) -> int:
+        return self.world.dimension
+
+    @property
+    def horizon(self) -> Seconds:
+        return Seconds(self.step * self.steps)

@@ -1,0 +1,58 @@
+"""What there is in the world: its bounds, regions, obstacles and beacons."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from missionc.ir.shapes import Shape, Vector
+from missionc.source import Span
+from missionc.units import Seconds
+
+
+@dataclass(frozen=True, slots=True)
+class World:
+    low: Vector
+    high: Vector
+    span: Span
+
+    @property
+    def dimension(self) -> int:
+        return len(self.low)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Region:
+    name: str
+    shape: Shape
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Still:
+    pass
+
+
+@dataclass(frozen=True, slots=True)
+class Path:
+    """Offsets of a shape over time: straight between the times, constant before the first and after the last.
+
+    ``moving V`` becomes two waypoints, (0, 0…) and (horizon, V * horizon).
+    """
+
+    times: tuple[Seconds, ...]
+    offsets: tuple[Vector, ...]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Obstacle:
+    name: str
+    shape: Shape
+    motion: Still | Path
+    span: Span
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Beacon:
+    name: str
+    position: Vector
+    span: Span

@@ -1,0 +1,1 @@
+"""The middle language: what every operator comes down to."""

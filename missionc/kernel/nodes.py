@@ -1,0 +1,172 @@
+"""The kernel: a formula about one agent at one step, from a handful of constructors.
+
+Nodes compare by identity, so a shared subformula is one object and every
+lowering memoises on it. A formula about the team is one whose truth does not
+depend on the agent it is asked of. ``span`` is the words the node came from.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TypeAlias
+
+from missionc.ir import Graph, Predicate
+from missionc.source import Span
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Atom:
+    """The predicate holds here, now."""
+
+    predicate: Predicate
+    span: Span | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Is:
+    """This agent is one of these (mission indices)."""
+
+    agents: frozenset[int]
+    span: Span | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Not:
+    body: Node
+    span: Span | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class All:
+    """Every part; true where there are none."""
+
+    parts: tuple[Node, ...]
+    span: Span | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Any:
+    """Some part; false where there are none."""
+
+    parts: tuple[Node, ...]
+    span: Span | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class AtLeast:
+    """So many of the parts or more. Robustness: the ``count``-th largest."""
+
+    count: int
+    parts: tuple[Node, ...]
+    span: Span | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Throughout:
+    """At every step from ``low`` to ``high`` ahead; ``high`` None is the mission's last step."""
+
+    body: Node
+    low: int
+    high: int | None
+    span: Span | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Sometime:
+    """At some step from ``low`` to ``high`` ahead; ``high`` None is the mission's last step."""
+
+    body: Node
+    low: int
+    high: int | None
+    span: Span | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Until:
+    """``end`` at some step from ``low`` to ``high`` ahead, ``hold`` at every step from now up to, not at, that one."""
+
+    hold: Node
+    end: Node
+    low: int
+    high: int | None
+    span: Span | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Nearby:
+    """Now, at some agent linked to this one."""
+
+    graph: Graph
+    body: Node
+    span: Span | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Reach:
+    """Now, a route of at most ``hops`` links (none at all included) over ``through`` agents ends at an ``end`` agent.
+
+    ``through`` holds at every agent of the route but the last. An agent outside
+    the graph has no links. Lower bounds are spelt out by the operators, in
+    ``Is`` and ``Nearby``.
+    """
+
+    graph: Graph
+    through: Node
+    end: Node
+    hops: int
+    span: Span | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Route:
+    """``Reach`` for a length in metres: a route without repeated agents whose length is within the bounds."""
+
+    graph: Graph
+    through: Node
+    end: Node
+    low: float
+    high: float
+    span: Span | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Apart:
+    """The shortest way from here to that agent, in metres along the links, is within the bounds."""
+
+    graph: Graph
+    agent: int
+    low: float
+    high: float
+    span: Span | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class At:
+    """Now, at that agent."""
+
+    agent: int
+    body: Node
+    span: Span | None = None
+
+
+Node: TypeAlias = (
+    "Atom | Is | Not | All | Any | AtLeast | Throughout | Sometime | Until | Nearby | Reach | Route | Apart | At"
+)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Goal:
+    """A requirement or preference (``weight`` > 0) in kernel form; ``formula`` is about the team, at step 0."""
+
+    name: str
+    formula: Node
+    span: Span
+    weight: float | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Kernel:
+    """The mission's goals in kernel form: requirements in order of the text, then preferences."""
+
+    requirements: tuple[Goal, ...]
+    preferences: tuple[Goal, ...]

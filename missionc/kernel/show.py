@@ -1,0 +1,170 @@
+"""The kernel as text, one node a line: what ``--emit kernel`` prints.
+
+A node that is more than a leaf has a name, ``%1``, ``%2``, … in the order in
+which nodes need each other, so that what is shared is seen to be.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import assert_never
+
+from missionc.ir import (
+    Altitude,
+    Compare,
+    Connected,
+    Coordinate,
+    DistanceBetween,
+    DistanceTo,
+    Feature,
+    Graph,
+    InFormation,
+    Inside,
+    Mission,
+    Predicate,
+    Speed,
+    Touches,
+)
+from missionc.kernel.nodes import (
+    All,
+    Any,
+    Apart,
+    At,
+    AtLeast,
+    Atom,
+    Is,
+    Kernel,
+    Nearby,
+    Node,
+    Not,
+    Reach,
+    Route,
+    Sometime,
+    Throughout,
+    Until,
+)
+from missionc.kernel.walk import children, postorder
+
+
+def show(kernel: Kernel, mission: Mission) -> str:
+    """Every node of the kernel, then its requirements and preferences."""
+    goals = kernel.requirements + kernel.preferences
+    words = _Words(mission)
+    lines: list[str] = []
+    names: dict[Node, str] = {}
+    for node in postorder(goal.formula for goal in goals):
+        text = words.of(node, tuple(names[child] for child in children(node)))
+        if _inline(node):
+            names[node] = text
+        else:
+            names[node] = f"%{len(lines) + 1}"
+            lines.append(f"{names[node]} = {text}")
+    for goal in goals:
+        asked = "require" if goal.weight is None else f"prefer[{_number(goal.weight)}]"
+        lines.append(f"{asked} {goal.name} = {names[goal.formula]}")
+    return "\n".join(lines) + "\n"
+
+
+def _inline(node: Node) -> bool:
+    match node:
+        case Atom() | Is():
+            return True
+        case Not(body):
+            return isinstance(body, Atom | Is)
+        case All(parts) | Any(parts):
+            return not parts
+        case _:
+            return False
+
+
+class _Words:
+    """How a node is written, given how those below it are."""
+
+    def __init__(self, mission: Mission) -> None:
+        self.mission = mission
+
+    def of(self, node: Node, below: tuple[str, ...]) -> str:
+        match node:
+            case Atom(predicate):
+                return self.predicate(predicate)
+            case Is(agents):
+                return f"is({', '.join(self.agent(index) for index in sorted(agents))})"
+            case Not():
+                return f"not {below[0]}"
+            case All():
+                return f"all({', '.join(below)})" if below else "true"
+            case Any():
+                return f"any({', '.join(below)})" if below else "false"
+            case AtLeast(count):
+                return f"at-least {count} ({', '.join(below)})"
+            case Throughout(_, low, high):
+                return f"throughout {_window(low, high)} {below[0]}"
+            case Sometime(_, low, high):
+                return f"sometime {_window(low, high)} {below[0]}"
+            case Until(_, _, low, high):
+                return f"{below[0]} until {_window(low, high)} {below[1]}"
+            case Nearby(graph):
+                return f"nearby on {self.graph(graph)} {below[0]}"
+            case Reach(graph, _, _, hops):
+                return f"{below[0]} reach {hops} hops on {self.graph(graph)} {below[1]}"
+            case Route(graph, _, _, low, high):
+                return f"{below[0]} route {_metres(low, high)} on {self.graph(graph)} {below[1]}"
+            case Apart(graph, agent, low, high):
+                return f"apart from {self.agent(agent)} {_metres(low, high)} on {self.graph(graph)}"
+            case At(agent):
+                return f"at {self.agent(agent)} {below[0]}"
+            case _:
+                assert_never(node)
+
+    def agent(self, index: int) -> str:
+        return self.mission.agents[index].name
+
+    def graph(self, graph: Graph) -> str:
+        declared = next((known for known in self.mission.graphs if known.name == graph.name), graph)
+        if declared.agents == graph.agents:
+            return graph.name
+        return f"{graph.name} over {', '.join(map(self.agent, graph.agents))}"
+
+    def predicate(self, predicate: Predicate) -> str:
+        match predicate:
+            case Inside(region, body):
+                return f"inside({region.name})" if body else region.name
+            case Touches(region):
+                return f"touches({region.name})"
+            case Compare(terms, constant, strict):
+                total = " + ".join([*(self.term(weight, feature) for weight, feature in terms), _number(constant)])
+                return f"({total} {'>' if strict else '>='} 0)"
+            case Connected(graph):
+                return f"connected({self.graph(graph)})"
+            case InFormation(formation):
+                return formation.name
+            case _:
+                assert_never(predicate)
+
+    def term(self, weight: float, feature: Feature) -> str:
+        match feature:
+            case Coordinate(axis):
+                name = "xyz"[axis]
+            case Speed():
+                name = "speed"
+            case Altitude():
+                name = "altitude"
+            case DistanceTo(target):
+                name = f"distance({self.agent(target) if isinstance(target, int) else target.name})"
+            case DistanceBetween(first, second):
+                name = f"distance({self.agent(first)}, {self.agent(second)})"
+            case _:
+                assert_never(feature)
+        return name if weight == 1 else f"{_number(weight)}*{name}"
+
+
+def _window(low: int, high: int | None) -> str:
+    return f"[{low}..{'end' if high is None else high}]"
+
+
+def _metres(low: float, high: float) -> str:
+    return f"{_number(low)}..{'' if math.isinf(high) else _number(high)} m"
+
+
+def _number(value: float) -> str:
+    return f"{value:.12g}"

@@ -1,0 +1,57 @@
+"""Walks through a formula as the graph it is: a shared node is met once."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import assert_never
+
+from missionc.kernel.nodes import (
+    All,
+    Any,
+    Apart,
+    At,
+    AtLeast,
+    Atom,
+    Is,
+    Nearby,
+    Node,
+    Not,
+    Reach,
+    Route,
+    Sometime,
+    Throughout,
+    Until,
+)
+
+
+def children(node: Node) -> tuple[Node, ...]:
+    """The nodes directly below, in order."""
+    match node:
+        case Atom() | Is() | Apart():
+            return ()
+        case Not(body) | Throughout(body) | Sometime(body) | At(_, body) | Nearby(_, body):
+            return (body,)
+        case All(parts) | Any(parts) | AtLeast(_, parts):
+            return parts
+        case Until(hold, end):
+            return (hold, end)
+        case Reach(_, through, end) | Route(_, through, end):
+            return (through, end)
+        case _:
+            assert_never(node)
+
+
+def postorder(roots: Iterable[Node]) -> list[Node]:
+    """Every node of these formulas once, each after the nodes below it. No formula is too deep for it."""
+    order: list[Node] = []
+    seen: set[Node] = set()
+    stack: list[tuple[Node, bool]] = [(root, False) for root in reversed(tuple(roots))]
+    while stack:
+        node, below_done = stack.pop()
+        if below_done:
+            order.append(node)
+        elif node not in seen:
+            seen.add(node)
+            stack.append((node, True))
+            stack.extend((child, False) for child in reversed(children(node)))
+    return order

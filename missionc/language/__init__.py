@@ -1,0 +1,1 @@
+"""What the language has: operators and predicates, each one file."""

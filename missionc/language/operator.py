@@ -1,0 +1,83 @@
+"""What an operator is: a value that says its spelling, its bounds, its meaning, and an example."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import Enum
+
+from missionc.ir import Graph, Length, Window
+from missionc.kernel.nodes import Node
+from missionc.source import Span
+
+
+class Bounds(Enum):
+    """What stands in the square brackets after the operator."""
+
+    NONE = "no bounds"
+    TIME = "a time window"
+    LENGTH = "a route length"
+
+
+class Fixity(Enum):
+    PREFIX = "before its operand"
+    INFIX = "between its operands"
+
+
+@dataclass(frozen=True, slots=True)
+class Use:
+    """One use of an operator: everything its meaning may depend on.
+
+    ``arguments`` are kernel nodes; ``comparison`` and ``number`` are ``count``'s.
+    """
+
+    arguments: tuple[Node, ...]
+    bounds: Window | Length | None
+    span: Span
+    comparison: str = ""
+    number: int = 0
+    room: int = 1_000_000
+    """How many kernel nodes the use may cost."""
+
+    @property
+    def window(self) -> Window:
+        assert isinstance(self.bounds, Window)
+        return self.bounds
+
+    @property
+    def length(self) -> Length:
+        assert isinstance(self.bounds, Length)
+        return self.bounds
+
+    @property
+    def graph(self) -> Graph:
+        return self.length.graph
+
+
+@dataclass(frozen=True, slots=True)
+class TooLarge:
+    """The use would cost so many kernel nodes at least, more than its ``room``."""
+
+    nodes: int
+
+
+@dataclass(frozen=True, slots=True)
+class Operator:
+    """``expand`` gives the meaning in kernel form; ``letter`` is the logic's own spelling (``G``, ``->``), if any.
+
+    ``spatial`` operators look along a graph, so their operands are about one
+    agent and so is the whole; the others keep whom their operands are about.
+    """
+
+    name: str
+    letter: str
+    fixity: Fixity
+    bounds: Bounds
+    spatial: bool
+    expand: Callable[[Use], Node | TooLarge]
+    says: str
+    example: str
+
+    @property
+    def arity(self) -> int:
+        return 2 if self.fixity is Fixity.INFIX else 1

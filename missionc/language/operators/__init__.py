@@ -1,0 +1,47 @@
+"""The operators of the language, each in a file of its own. This tuple is the only registration."""
+
+from __future__ import annotations
+
+from types import MappingProxyType
+
+from missionc.language.operator import Operator
+from missionc.language.operators import (
+    always,
+    and_,
+    count,
+    escape,
+    eventually,
+    everywhere,
+    iff,
+    implies,
+    next_,
+    not_,
+    or_,
+    reach,
+    release,
+    somewhere,
+    surround,
+    until,
+)
+
+OPERATORS: tuple[Operator, ...] = (
+    always.OPERATOR,
+    eventually.OPERATOR,
+    until.OPERATOR,
+    release.OPERATOR,
+    next_.OPERATOR,
+    not_.OPERATOR,
+    and_.OPERATOR,
+    or_.OPERATOR,
+    implies.OPERATOR,
+    iff.OPERATOR,
+    reach.OPERATOR,
+    escape.OPERATOR,
+    somewhere.OPERATOR,
+    everywhere.OPERATOR,
+    surround.OPERATOR,
+    count.OPERATOR,
+)
+
+by_name: MappingProxyType[str, Operator] = MappingProxyType({operator.name: operator for operator in OPERATORS})
+"""Each operator under its word."""

@@ -1,0 +1,23 @@
+"""``always[a, b] f``: ``f`` at every step of the window."""
+
+from __future__ import annotations
+
+from missionc.kernel.nodes import Node, Throughout
+from missionc.language.operator import Bounds, Fixity, Operator, Use
+
+
+def expand(use: Use) -> Node:
+    (body,) = use.arguments
+    return Throughout(body, use.window.low, use.window.high, use.span)
+
+
+OPERATOR = Operator(
+    name="always",
+    letter="G",
+    fixity=Fixity.PREFIX,
+    bounds=Bounds.TIME,
+    spatial=False,
+    expand=expand,
+    says="at every step of the window",
+    example="always[0, 20 s] not fire",
+)

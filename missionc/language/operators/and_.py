@@ -1,0 +1,22 @@
+"""``f and g``."""
+
+from __future__ import annotations
+
+from missionc.kernel.nodes import All, Node
+from missionc.language.operator import Bounds, Fixity, Operator, Use
+
+
+def expand(use: Use) -> Node:
+    return All(use.arguments, use.span)
+
+
+OPERATOR = Operator(
+    name="and",
+    letter="&",
+    fixity=Fixity.INFIX,
+    bounds=Bounds.NONE,
+    spatial=False,
+    expand=expand,
+    says="both hold",
+    example="base and speed <= 1",
+)

@@ -1,0 +1,26 @@
+"""``everywhere[a..b] f``: ``not somewhere[a..b] not f``, every route within the bounds ends at an agent with ``f``."""
+
+from __future__ import annotations
+
+from missionc.kernel.nodes import Node, Not
+from missionc.language.lengths import always_true
+from missionc.language.operator import Bounds, Fixity, Operator, TooLarge, Use
+from missionc.language.operators.reach import reach
+
+
+def expand(use: Use) -> Node | TooLarge:
+    (body,) = use.arguments
+    broken = reach(use, always_true(use.span), Not(body, use.span))
+    return broken if isinstance(broken, TooLarge) else Not(broken, use.span)
+
+
+OPERATOR = Operator(
+    name="everywhere",
+    letter="",
+    fixity=Fixity.PREFIX,
+    bounds=Bounds.LENGTH,
+    spatial=True,
+    expand=expand,
+    says="every route within the bounds ends at an agent where it holds",
+    example="everywhere[hops 0..1 on radio] not fire",
+)

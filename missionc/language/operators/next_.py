@@ -1,0 +1,23 @@
+"""``next f``: ``f`` one step from now."""
+
+from __future__ import annotations
+
+from missionc.kernel.nodes import Node, Sometime
+from missionc.language.operator import Bounds, Fixity, Operator, Use
+
+
+def expand(use: Use) -> Node:
+    (body,) = use.arguments
+    return Sometime(body, 1, 1, use.span)
+
+
+OPERATOR = Operator(
+    name="next",
+    letter="",
+    fixity=Fixity.PREFIX,
+    bounds=Bounds.NONE,
+    spatial=False,
+    expand=expand,
+    says="one step from now",
+    example="next base",
+)

@@ -1,0 +1,23 @@
+"""``not f``."""
+
+from __future__ import annotations
+
+from missionc.kernel.nodes import Node, Not
+from missionc.language.operator import Bounds, Fixity, Operator, Use
+
+
+def expand(use: Use) -> Node:
+    (body,) = use.arguments
+    return Not(body, use.span)
+
+
+OPERATOR = Operator(
+    name="not",
+    letter="!",
+    fixity=Fixity.PREFIX,
+    bounds=Bounds.NONE,
+    spatial=False,
+    expand=expand,
+    says="its operand does not hold",
+    example="not fire",
+)

@@ -1,0 +1,22 @@
+"""``f or g``."""
+
+from __future__ import annotations
+
+from missionc.kernel.nodes import Any, Node
+from missionc.language.operator import Bounds, Fixity, Operator, Use
+
+
+def expand(use: Use) -> Node:
+    return Any(use.arguments, use.span)
+
+
+OPERATOR = Operator(
+    name="or",
+    letter="|",
+    fixity=Fixity.INFIX,
+    bounds=Bounds.NONE,
+    spatial=False,
+    expand=expand,
+    says="one holds, or both",
+    example="base or field",
+)

@@ -1,0 +1,25 @@
+"""``f release[a, b] g``: ``g`` throughout the window, until ``f`` has freed it; the dual of ``until``."""
+
+from __future__ import annotations
+
+from missionc.kernel.nodes import Node, Not, Until
+from missionc.language.operator import Bounds, Fixity, Operator, Use
+
+
+def expand(use: Use) -> Node:
+    frees, held = use.arguments
+    window = use.window
+    broken = Until(Not(frees, use.span), Not(held, use.span), window.low, window.high, use.span)
+    return Not(broken, use.span)
+
+
+OPERATOR = Operator(
+    name="release",
+    letter="Rel",
+    fixity=Fixity.INFIX,
+    bounds=Bounds.TIME,
+    spatial=False,
+    expand=expand,
+    says="the right one at every step of the window, or up to and with a step where the left one held before",
+    example="charged release[0, 10 s] base",
+)

@@ -1,0 +1,25 @@
+"""``somewhere[a..b] f``: ``true reach[a..b] f``, a route within the bounds to an agent with ``f``."""
+
+from __future__ import annotations
+
+from missionc.kernel.nodes import Node
+from missionc.language.lengths import always_true
+from missionc.language.operator import Bounds, Fixity, Operator, TooLarge, Use
+from missionc.language.operators.reach import reach
+
+
+def expand(use: Use) -> Node | TooLarge:
+    (body,) = use.arguments
+    return reach(use, always_true(use.span), body)
+
+
+OPERATOR = Operator(
+    name="somewhere",
+    letter="",
+    fixity=Fixity.PREFIX,
+    bounds=Bounds.LENGTH,
+    spatial=True,
+    expand=expand,
+    says="some route within the bounds ends at an agent where it holds",
+    example="somewhere[hops 1..2 on radio] base",
+)

@@ -1,0 +1,26 @@
+"""``f until[a, b] g``: ``g`` at some step of the window, and ``f`` at every step from now up to, not at, that one.
+
+The standard reading. [strel] asks for ``f`` at that step too; that is ``f until[a, b] (f and g)``.
+"""
+
+from __future__ import annotations
+
+from missionc.kernel.nodes import Node, Until
+from missionc.language.operator import Bounds, Fixity, Operator, Use
+
+
+def expand(use: Use) -> Node:
+    hold, end = use.arguments
+    return Until(hold, end, use.window.low, use.window.high, use.span)
+
+
+OPERATOR = Operator(
+    name="until",
+    letter="U",
+    fixity=Fixity.INFIX,
+    bounds=Bounds.TIME,
+    spatial=False,
+    expand=expand,
+    says="the right one at some step of the window, the left one at every step before it",
+    example="safe until[0, 10 s] base",
+)

@@ -1,0 +1,13 @@
+"""``connected(radio)``: the graph, over all of its agents or over those named, is connected."""
+
+from missionc.ir import About
+from missionc.language.predicate import Predicate
+
+PREDICATE = Predicate(
+    name="connected",
+    about=About.TEAM,
+    parameters=("graph", "agents?"),
+    called=True,
+    says="every one of the agents has a route to every other on the graph",
+    example="connected(radio, east)",
+)

@@ -1,0 +1,13 @@
+"""``inside(field)``: the whole body of the agent is in the region."""
+
+from missionc.ir import About
+from missionc.language.predicate import Predicate
+
+PREDICATE = Predicate(
+    name="inside",
+    about=About.AGENT,
+    parameters=("region",),
+    called=True,
+    says="the agent's whole body is in the region",
+    example="inside(field)",
+)

@@ -1,0 +1,13 @@
+"""``touches(field)``: some part of the agent is in the region."""
+
+from missionc.ir import About
+from missionc.language.predicate import Predicate
+
+PREDICATE = Predicate(
+    name="touches",
+    about=About.AGENT,
+    parameters=("region",),
+    called=True,
+    says="some part of the agent's body is in the region",
+    example="touches(field)",
+)

@@ -1,0 +1,25 @@
+"""How large a mission may be. Every limit has a message that names it and a flag that raises it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class Limits:
+    """The sizes a mission may have; each field is a ``--limit NAME=VALUE`` of the command line."""
+
+    file_bytes: int = 1 << 16
+    """Of a mission with all it includes: 6 times one of 200 lines, and so little that any is checked in two seconds."""
+    nesting: int = 256
+    name_length: int = 128
+    digits: int = 15
+    magnitude: float = 1e9
+    steps: int = 100_000
+    agents: int = 10_000
+    include_depth: int = 32
+    formula_nodes: int = 1_000_000
+    shape_parts: int = 1_000
+    formation_edges: int = 100_000
+    clauses: int = 60_000_000
+    trace_bytes: int = 1 << 28

@@ -1,0 +1,159 @@
+"""Routes through a graph: what a formula is worth at their ends, for every agent and many steps at once.
+
+Values are indexed (steps, members), links and lengths (steps, members, members),
+where the members are the graph's agents in their order. Both logics run
+through here: the best route is the one whose worst part is best.
+"""
+
+from __future__ import annotations
+
+import math
+from heapq import heappop, heappush
+from itertools import count
+
+import numpy as np
+
+from missionc.monitoring.logic import Logic, Values
+from missionc.plan import Array
+
+
+def nearby(links: Values, body: Values) -> Values:
+    """The best linked agent: (steps, members)."""
+    chosen: Values = np.minimum(links, body[:, None, :]).max(axis=2)
+    return chosen
+
+
+def reach(links: Values, through: Values, end: Values, hops: int) -> Values:
+    """The best route of at most ``hops`` links: (steps, members). Stops where more links change nothing."""
+    best = end
+    for _ in range(hops):
+        better = np.maximum(best, np.minimum(through, nearby(links, best)))
+        if np.array_equal(better, best):
+            break
+        best = better
+    return best
+
+
+def reach_within(logic: Logic, links: Values, lengths: Array, through: Values, end: Values, bound: float) -> Values:
+    """The best route of a length of at most ``bound``: (steps, members).
+
+    A route's worth is the worst of its links, its operands and what its length
+    has left to the bound. A route of no links has no length to worry about.
+    """
+    if math.isinf(bound):
+        return reach(links, through, end, end.shape[1])
+    onward = np.minimum(links, through[:, :, None])
+    if end.dtype == np.bool_:
+        return _shortest(np.where(onward, lengths, np.inf), end) <= bound
+    return np.stack([_best_within(*step, bound) for step in zip(onward, lengths, end, strict=True)])
+
+
+def _shortest(lengths: Array, end: Values) -> Array:
+    """The shortest way to an end, ``inf`` where there is none (Bellman and Ford): (steps, members)."""
+    best = np.where(end, 0.0, np.inf)
+    while True:
+        better = np.minimum(best, (lengths + best[:, None, :]).min(axis=2))
+        if np.array_equal(better, best):
+            return best
+        best = better
+
+
+def _best_within(links: Array, lengths: Array, end: Array, bound: float) -> Array:
+    """``reach_within`` in numbers, at one step: (members,).
+
+    Links and ends enter from the best to the worst, and the ways to an end only
+    get shorter. A way that has become shorter rests on nothing worse than what
+    has just entered, so every agent's best is met when its way does. What is
+    left can be no help once it is worse than every agent's best.
+    """
+    members = len(end)
+    entered = np.full((members, members), np.inf)
+    shortest = np.full(members, np.inf)
+    best = np.full(members, -np.inf)
+
+    def spread(first: int, worst: float) -> None:
+        changed = [first]
+        while changed:
+            last = changed.pop()
+            ways = entered[:, last] + shortest[last]
+            for agent in np.flatnonzero(ways < shortest).tolist():
+                shortest[agent] = ways[agent]
+                best[agent] = max(best[agent], min(worst, bound - ways[agent]))
+                changed.append(agent)
+
+    worth = np.concatenate((links, end[:, None]), axis=1)
+    for entry in np.argsort(-worth, axis=None, kind="stable").tolist():
+        agent, onto = divmod(entry, members + 1)
+        worst = worth[agent, onto]
+        if worst <= best.min():
+            break
+        if onto == members:
+            shortest[agent] = 0.0
+            best[agent] = max(best[agent], worst)
+            spread(agent, worst)
+            continue
+        entered[agent, onto] = lengths[agent, onto]
+        if entered[agent, onto] + shortest[onto] < shortest[agent]:
+            spread(onto, worst)
+    return best
+
+
+def bounded_below(
+    logic: Logic, links: Values, lengths: Array, through: Values, end: Values, low: float, high: float
+) -> Values:
+    """The best route of a length from ``low`` (above 0) to ``high`` that visits no agent twice: (steps, members).
+
+    A lower bound makes this as hard as finding a longest route, so routes are
+    tried one by one, the most hopeful first; meant for few agents.
+    """
+    best = np.full(end.shape, logic.bottom)
+    for step in range(len(end)):
+        hope = reach(links[None, step], through[None, step], end[None, step], end.shape[1])[0]
+        search = _BestRoute(logic, links[step], lengths[step], through[step], end[step], hope, low, high)
+        best[step] = [search.start_from(member) for member in range(end.shape[1])]
+    return best
+
+
+class _BestRoute:
+    """Best first, at one step: no way to go on from a route is worth more than what it is queued with.
+
+    Values are plain numbers here; false and true are 0 and 1.
+    """
+
+    def __init__(
+        self,
+        logic: Logic,
+        links: Values,
+        lengths: Array,
+        through: Values,
+        end: Values,
+        hope: Values,
+        low: float,
+        high: float,
+    ) -> None:
+        self.logic, self.low, self.high = logic, low, high
+        self.links = links.astype(np.float64).tolist()
+        self.lengths = lengths.tolist()
+        self.through, self.end, self.hope = (values.astype(np.float64).tolist() for values in (through, end, hope))
+
+    def start_from(self, start: int) -> float:
+        found, top = float(self.logic.bottom), float(self.logic.top)
+        serial = count(1)
+        queue: list[tuple[float, int, float, tuple[int, ...], float]] = [(-self.hope[start], 0, 0.0, (start,), top)]
+        while queue and -queue[0][0] > found:
+            _, _, length, route, worst = heappop(queue)
+            last = route[-1]
+            if len(route) > 1:
+                found = max(found, min(worst, self.end[last], self._slack(length - self.low)))
+            for after in range(len(self.end)):
+                if after in route:
+                    continue
+                longer = length + self.lengths[last][after]
+                onward = min(worst, self.through[last], self.links[last][after], self._slack(self.high - longer))
+                hope = min(onward, self.hope[after])
+                if hope > found:
+                    heappush(queue, (-hope, next(serial), longer, (*route, after), onward))
+        return found
+
+    def _slack(self, left: float) -> float:
+        return float(self.logic.of_length(np.asarray(left)))

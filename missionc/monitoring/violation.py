@@ -1,0 +1,163 @@
+"""When and at whom a formula's verdict falls: the step that decides it, and the agents it is decided at."""
+
+from __future__ import annotations
+
+from collections.abc import Generator
+from dataclasses import dataclass
+from typing import TypeAlias, assert_never
+
+from missionc.ir import Compare, DistanceBetween, InFormation, Mission
+from missionc.kernel.nodes import (
+    All,
+    Any,
+    Apart,
+    At,
+    AtLeast,
+    Atom,
+    Is,
+    Nearby,
+    Node,
+    Not,
+    Reach,
+    Route,
+    Sometime,
+    Throughout,
+    Until,
+)
+from missionc.kernel.walk import postorder
+from missionc.margins import formation_margin
+from missionc.monitoring.evaluate import Evaluation
+from missionc.monitoring.logic import TRUTH
+from missionc.plan import Flags, Trace
+
+
+@dataclass(frozen=True, slots=True)
+class Decision:
+    """The step at which a verdict is beyond change, and the agents (mission indices) it is about."""
+
+    step: int
+    agents: frozenset[int]
+
+
+def first_violation(formula: Node, mission: Mission, trace: Trace) -> Decision:
+    """Where a formula that is false at step 0 fails: as early as any step is sure to break it.
+
+    An *always* fails at the first step that breaks its body, an *eventually* at
+    the last step of its window. A spatial operator speaks of now, so its
+    operands are not looked into.
+    """
+    order = postorder((formula,))
+    truths = Evaluation(TRUTH, mission, trace).values(order)
+    return _Search(truths, mission, trace).decided((formula, 0, 0))
+
+
+Question: TypeAlias = tuple[Node, int, int]
+"""What decides this node, at this agent and step."""
+
+Inquiry: TypeAlias = Generator[Question, Decision, Decision]
+"""Asks what it must know of the nodes below, and ends with its own decision; so no formula is too deep."""
+
+
+class _Search:
+    """Follows the verdict of a formula down to what decides it."""
+
+    def __init__(self, truths: dict[Node, Flags], mission: Mission, trace: Trace) -> None:
+        self.truths, self.mission, self.trace = truths, mission, trace
+        self.last = trace.position.shape[1] - 1
+
+    def decided(self, question: Question) -> Decision:
+        known: dict[Question, Decision] = {}
+        open_questions = [(question, self._inquiry(*question))]
+        answer: Decision | None = None
+        while open_questions:
+            asked, inquiry = open_questions[-1]
+            try:
+                below = next(inquiry) if answer is None else inquiry.send(answer)
+            except StopIteration as end:
+                answer = known[asked] = end.value
+                open_questions.pop()
+                continue
+            answer = known.get(below)
+            if answer is None:
+                open_questions.append((below, self._inquiry(*below)))
+        return known[question]
+
+    def truth(self, node: Node, agent: int, step: int) -> bool:
+        values = self.truths[node]
+        return bool(values[agent if len(values) > 1 else 0, step if values.shape[1] > 1 else 0])
+
+    def _inquiry(self, node: Node, agent: int, step: int) -> Inquiry:
+        verdict = self.truth(node, agent, step)
+        match node:
+            case Atom():
+                return Decision(step, self._agents_of(node, agent, step))
+            case Is() | Nearby() | Reach() | Route() | Apart():
+                return Decision(step, frozenset((agent,)))
+            case Not(body):
+                return (yield body, agent, step)
+            case At(other, body):
+                return (yield body, other, step)
+            case All(parts):
+                return (yield from self._by_count(parts, agent, step, verdict, len(parts)))
+            case Any(parts):
+                return (yield from self._by_count(parts, agent, step, verdict, 1))
+            case AtLeast(count, parts):
+                return (yield from self._by_count(parts, agent, step, verdict, count))
+            case Throughout(body, low, high):
+                return (yield self._in_window(body, agent, step + low, self._end(step, high), verdict, not verdict))
+            case Sometime(body, low, high):
+                return (yield self._in_window(body, agent, step + low, self._end(step, high), verdict, verdict))
+            case Until():
+                return (yield self._of_until(node, agent, step, verdict))
+            case _:
+                assert_never(node)
+
+    def _end(self, step: int, high: int | None) -> int:
+        return self.last if high is None else step + high
+
+    def _by_count(self, parts: tuple[Node, ...], agent: int, step: int, verdict: bool, count: int) -> Inquiry:
+        """``count`` true parts decide for true, one too many false parts decide for false; the earliest do."""
+        enough = count if verdict else len(parts) - count + 1
+        if not 0 < enough <= len(parts):
+            return Decision(step, frozenset())
+        decisions: list[Decision] = []
+        for part in parts:
+            if self.truth(part, agent, step) is verdict:
+                decision = yield part, agent, step
+                decisions.append(decision)
+        when = sorted(decision.step for decision in decisions)[enough - 1]
+        return Decision(when, frozenset().union(*(each.agents for each in decisions if each.step <= when)))
+
+    def _in_window(self, body: Node, agent: int, low: int, high: int, verdict: bool, one_step: bool) -> Question:
+        """The first step with the verdict, where one step is enough for it; else the last, for it takes them all."""
+        if not one_step:
+            return body, agent, high
+        return body, agent, next(step for step in range(low, high + 1) if self.truth(body, agent, step) is verdict)
+
+    def _of_until(self, node: Until, agent: int, step: int, verdict: bool) -> Question:
+        low, high = step + node.low, self._end(step, node.high)
+        if verdict:
+            return self._in_window(node.end, agent, low, high, True, True)
+        for now in range(step, high):
+            if not self.truth(node.hold, agent, now):
+                return node.hold, agent, now
+        return node.end, agent, high
+
+    def _agents_of(self, atom: Atom, agent: int, step: int) -> frozenset[int]:
+        match atom.predicate:
+            case InFormation(formation):
+                position = self.trace.position[:, step]
+                margins = {
+                    edge: float(formation_margin(formation, edge, position[edge.first], position[edge.second]))
+                    for edge in formation.edges
+                }
+                worst = min(margins.values(), default=0.0)
+                broken = [edge for edge, margin in margins.items() if margin < 0 or margin == worst]
+                return frozenset(end for edge in broken for end in (edge.first, edge.second))
+            case Compare(terms):
+                pairs = [feature for _, feature in terms if isinstance(feature, DistanceBetween)]
+                if pairs:
+                    return frozenset(end for pair in pairs for end in (pair.first, pair.second))
+                return frozenset((agent,))
+            case _:
+                return frozenset((agent,))

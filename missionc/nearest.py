@@ -1,0 +1,38 @@
+"""The name a writer most likely meant."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+
+class Nothing:
+    """No name is near enough to be worth saying."""
+
+
+NOTHING = Nothing()
+
+
+def edits(first: str, second: str) -> int:
+    """How many letters to add, drop, change or swap with a neighbour to turn one word into the other."""
+    above: list[int] = []
+    last = list(range(len(second) + 1))
+    for row, letter in enumerate(first, start=1):
+        current = [row]
+        for column, other in enumerate(second, start=1):
+            cost = min(last[column] + 1, current[-1] + 1, last[column - 1] + (letter != other))
+            if row > 1 and column > 1 and letter == second[column - 2] and other == first[row - 2]:
+                cost = min(cost, above[column - 2] + 1)
+            current.append(cost)
+        above, last = last, current
+    return last[-1]
+
+
+def nearest(word: str, names: Iterable[str]) -> str | Nothing:
+    """The name with the fewest edits from the word, the first of equals; NOTHING where over a third of it differs."""
+    lowered = word.lower()
+    allowed = max(1, len(word) // 3) if len(word) > 1 else 0
+    best: tuple[int, str | Nothing] = (allowed + 1, NOTHING)
+    for name in names:
+        if abs(len(name) - len(word)) < best[0]:
+            best = min(best, (edits(lowered, name.lower()), name), key=lambda pair: pair[0])
+    return best[1]

@@ -1,0 +1,110 @@
+"""Requirements that contradict on their face, requirements that cannot be violated, routes that mean nothing.
+
+    in   Mission
+    out  nothing but findings
+    says MC307 MC510 MC511 MC514 MC515
+
+Nothing is said without a proof, so much that is impossible is left to the solver.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import islice
+
+from missionc.diagnostics.code import CONTRADICTION, VACUOUS
+from missionc.diagnostics.model import Diagnostic, Label
+from missionc.ir import Apply, AtLeastOf, Compare, Formula, Holds, Mission, OfAgent, Requirement
+from missionc.passes.certain import FALSE, TRUE, Certain, certain
+from missionc.passes.check_contradictions import contradictions
+from missionc.passes.check_routes import check_routes
+from missionc.passes.ground import Ground
+from missionc.passes.in_text_order import in_text_order
+from missionc.passes.literals import Places
+from missionc.passes.ranges import in_words, of_comparison
+from missionc.passes.walk import goals, operands
+from missionc.syntax.tokens import MOST_FINDINGS
+
+
+@dataclass(frozen=True, slots=True)
+class Culprit:
+    """The smallest part from which it follows, and why it is as it is."""
+
+    formula: Formula
+    why: str
+
+
+def check_requirements(mission: Mission) -> list[Diagnostic]:
+    """Everything about the requirements that needs no planning to see."""
+    world = mission.world
+    if not mission.agents or any(low >= high for low, high in zip(world.low, world.high, strict=True)):
+        return []
+    ground = Ground.of(mission)
+    known = certain(ground, (goal.formula for goal in goals(mission)))
+    findings = check_routes(mission, known)
+    undecided = []
+    for requirement in mission.requirements:
+        match known.sure[requirement.formula].number:
+            case number if number == TRUE:
+                findings.append(_never_violated(known, requirement))
+            case number if number == FALSE:
+                findings.append(_never_holds(known, requirement))
+            case _:
+                undecided.append(requirement)
+    radii = [agent.radius for agent in mission.agents]
+    places = Places(ground.atlas, min(radii), max(radii))
+    return in_text_order([*findings, *islice(contradictions(mission, places, undecided), MOST_FINDINGS)])
+
+
+def _culprit(known: Certain, root: Formula) -> Culprit:
+    """Down from a formula that is surely true, or false, to the part that makes it so."""
+    formula = root
+    while True:
+        decided = [operand for operand in operands(formula) if known.sure[operand].true | known.sure[operand].false]
+        if not decided:
+            break
+        formula = decided[0]
+    return Culprit(formula, _why(known, formula))
+
+
+def _why(known: Certain, formula: Formula) -> str:
+    sure = known.sure[formula]
+    always = sure.true != 0
+    match formula:
+        case Holds(Compare() as said):
+            bits = sure.true or sure.false
+            agent = next(agent for agent, kind in known.kinds if kind & bits)
+            return f"always {always}: {in_words(said, of_comparison(known.ground, agent, said))}".lower()
+        case Holds():
+            return "wherever an agent can be" if always else "no agent has room to be there"
+        case Apply() if not formula.operator.spatial:
+            return "true whatever its parts are" if always else "false whatever its parts are"
+        case Apply():
+            return "true of every agent there is" if always else "true of no agent there is"
+        case AtLeastOf() | OfAgent():
+            return "true whoever is meant" if always else "false whoever is meant"
+        case _:
+            return "always true" if always else "never true"
+
+
+# ------------------------------------------------------------------ messages
+
+
+def _never_violated(known: Certain, requirement: Requirement) -> Diagnostic:
+    culprit = _culprit(known, requirement.formula)
+    return Diagnostic(
+        VACUOUS,
+        f"requirement `{requirement.name}` cannot be violated: every plan satisfies it",
+        Label(culprit.formula.span, culprit.why),
+        help="drop it, or say what it should rule out",
+    )
+
+
+def _never_holds(known: Certain, requirement: Requirement) -> Diagnostic:
+    culprit = _culprit(known, requirement.formula)
+    return Diagnostic(
+        CONTRADICTION,
+        f"requirement `{requirement.name}` can never hold: no plan satisfies it",
+        Label(culprit.formula.span, culprit.why),
+        help="change this part, or drop the requirement",
+    )

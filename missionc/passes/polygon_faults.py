@@ -1,0 +1,88 @@
+"""What keeps a list of corners from being a polygon: too few, no area, a corner twice, sides that meet."""
+
+from __future__ import annotations
+
+from typing import TypeAlias
+
+Corner: TypeAlias = tuple[float, float]
+
+
+class Simple:
+    """The corners, in order, make a polygon whose sides meet at the corners only."""
+
+
+SIMPLE = Simple()
+
+
+def fault(corners: tuple[Corner, ...]) -> str | Simple:
+    """What is wrong with the polygon, as a phrase of a message that starts with it."""
+    if len(corners) < 3:
+        return f"has {len(corners)} corners; it needs three"
+    for index, corner in enumerate(corners):
+        if corner == corners[index - 1]:
+            second = index + 1 if index else len(corners)
+            return f"has corner {second} where corner {second - 1 if index else 1} is"
+    if area(corners) == 0:
+        return "has no area"
+    return _meeting_sides(corners)
+
+
+def area(corners: tuple[Corner, ...]) -> float:
+    """The signed area, square metres; positive where the corners run anticlockwise."""
+    origin_x, origin_y = corners[0]
+    shifted = [(x - origin_x, y - origin_y) for x, y in corners]
+    return sum(a[0] * b[1] - b[0] * a[1] for a, b in zip(shifted, shifted[1:] + shifted[:1], strict=True)) / 2
+
+
+def _meeting_sides(corners: tuple[Corner, ...]) -> str | Simple:
+    """Two sides that cross or touch where they should not; the sides are swept by their left ends."""
+    sides = []
+    for index, (a, b) in enumerate(zip(corners, corners[1:] + corners[:1], strict=True)):
+        (left, right), (low, high) = sorted((a[0], b[0])), sorted((a[1], b[1]))
+        sides.append((left, right, low, high, index))
+    sides.sort()
+    swept: list[tuple[float, float, float, float, int]] = []
+    for side in sides:
+        left, _, low, high, index = side
+        swept = [other for other in swept if other[1] >= left]
+        for other in [other[4] for other in swept if other[2] <= high and other[3] >= low]:
+            if _meet(corners, index, other):
+                first, second = sorted((index, other))
+                return f"crosses itself: side {first + 1} meets side {second + 1}"
+        swept.append(side)
+    return SIMPLE
+
+
+def _meet(corners: tuple[Corner, ...], side: int, other: int) -> bool:
+    """Whether two sides have more in common than the corner between neighbours."""
+    count = len(corners)
+    if (other + 1) % count == side:
+        side, other = other, side
+    ends = [corners[place % count] for place in (side, side + 1, other, other + 1)]
+    if (side + 1) % count == other:
+        return _folds_back(ends[0], ends[1], ends[3])
+    return _touch(*ends)
+
+
+def _turn(a: Corner, b: Corner, c: Corner) -> float:
+    return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+
+
+def _folds_back(start: Corner, corner: Corner, end: Corner) -> bool:
+    """Whether the second of two neighbouring sides runs back over the first."""
+    ahead = (corner[0] - start[0]) * (end[0] - corner[0]) + (corner[1] - start[1]) * (end[1] - corner[1])
+    return _turn(start, corner, end) == 0 and ahead < 0
+
+
+def _between(a: Corner, b: Corner, point: Corner) -> bool:
+    """Whether a point on the line through ``a`` and ``b`` is between them."""
+    return min(a[0], b[0]) <= point[0] <= max(a[0], b[0]) and min(a[1], b[1]) <= point[1] <= max(a[1], b[1])
+
+
+def _touch(a: Corner, b: Corner, c: Corner, d: Corner) -> bool:
+    """Whether the segments ``ab`` and ``cd`` have a point in common."""
+    turns = _turn(a, b, c), _turn(a, b, d), _turn(c, d, a), _turn(c, d, b)
+    if ((turns[0] > 0) != (turns[1] > 0)) and ((turns[2] > 0) != (turns[3] > 0)) and 0 not in turns:
+        return True
+    places = ((a, b, c), (a, b, d), (c, d, a), (c, d, b))
+    return any(turn == 0 and _between(*place) for turn, place in zip(turns, places, strict=True))

@@ -1,0 +1,37 @@
+"""The nodes of a tree as written, and the names in it that refer to something declared elsewhere."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from missionc.source import Span
+from missionc.syntax import ast
+
+NOT_REFERENCES = frozenset({"name", "label", "kind", "goal", "backend"})
+"""The fields whose names declare, or are words of the language."""
+
+LEAVES = (Span, ast.Number, str, float, bool, type(None))
+"""What nothing lies below."""
+
+
+def nodes(root: object) -> Iterator[object]:
+    """Every node at or below ``root``, a node or a tuple of them, but for numbers and names that refer to nothing.
+
+    In any order. Iterative: a tree may be deeper than Python's stack.
+    """
+    waiting = [root]
+    while waiting:
+        node = waiting.pop()
+        if isinstance(node, tuple):
+            waiting.extend(node)
+            continue
+        yield node
+        for name in getattr(node, "__match_args__", ()):  # the fields of a dataclass, sooner than by asking for them
+            value = getattr(node, name)
+            if not isinstance(value, LEAVES) and not (name in NOT_REFERENCES and isinstance(value, ast.Name)):
+                waiting.append(value)
+
+
+def references(root: object) -> Iterator[ast.Name]:
+    """Every name at or below ``root`` that something must have declared (or that is a state word)."""
+    return (node for node in nodes(root) if isinstance(node, ast.Name))

@@ -1,0 +1,132 @@
+"""Names found, parameters filled in, units turned into metres and steps, team and agent told apart.
+
+    in   Program, Limits, the values of parameters given on the command line
+    out  Mission, or nothing where there are errors
+    says MC005 MC006 MC013 MC014 MC1xx MC2xx MC302–MC306 MC512 MC513
+
+Everything declared is resolved in one fixed order, each part on the ones before
+it; names may stand in any order in the text. All findings come in one go, in
+the order of the text. A mission that comes out can be trusted: its numbers are
+finite (but for the two that may be infinite: a unicycle's ``turn`` and a route's
+upper bound) and in the units the IR names, its indices exist, its windows are
+not reversed, every point has the world's coordinates, and every requirement is
+about the team.
+"""
+
+from __future__ import annotations
+
+from typing import TypeVar
+
+from missionc import ir
+from missionc.diagnostics.model import Diagnostic, has_errors
+from missionc.limits import Limits
+from missionc.passes.context import Context
+from missionc.passes.in_text_order import in_text_order
+from missionc.passes.names import collect
+from missionc.passes.resolve_agents import resolve_groups, resolve_teams
+from missionc.passes.resolve_formations import resolve_formation
+from missionc.passes.resolve_formulas import resolve_lets
+from missionc.passes.resolve_goals import resolve_objective, resolve_requirements, resolve_solve
+from missionc.passes.resolve_graphs import resolve_graph
+from missionc.passes.resolve_parameters import resolve_parameters
+from missionc.passes.resolve_points import resolve_point, resolve_world
+from missionc.passes.resolve_quantities import number
+from missionc.passes.resolve_settings import missing, said_twice
+from missionc.passes.resolve_shapes import resolve_regions
+from missionc.passes.resolve_time import resolve_time
+from missionc.passes.unused import unused
+from missionc.source import Span
+from missionc.syntax import ast
+from missionc.units import Dimension, Metres, Seconds, Steps
+
+
+def resolve(
+    program: ast.Program, overrides: dict[str, str], limits: Limits
+) -> tuple[ir.Mission | None, list[Diagnostic]]:
+    """The mission as meant, and all that there is to say about it."""
+    findings: list[Diagnostic] = []
+    context = Context(collect(program, findings), limits, findings)
+    resolve_parameters(context, overrides)
+    name = _only(context, program, ast.MissionName, "the mission's name", "start with `mission NAME`")
+    time = _only(context, program, ast.Time, "the time", "add `time step 1 s, horizon 20 s`")
+    world = _only(context, program, ast.World, "the world", "add `world (0, 0) to (10, 10)`")
+    if time is not None:
+        resolve_time(context, time)
+    if world is not None:
+        resolve_world(context, world)
+    _resolve_things(context, program)
+    resolve_lets(context)
+    requirements, preferences = resolve_requirements(context, program)
+    minimize = _only(context, program, ast.Minimize)
+    objective = resolve_objective(context, minimize)
+    solve = resolve_solve(context, _only(context, program, ast.Solve))
+    separation = _only(context, program, ast.Separation)
+    clearance = _only(context, program, ast.Clearance)
+    margins = [
+        Metres(0.0 if item is None else number(context, item.distance, Dimension.LENGTH, what, least=0))
+        for item, what in ((separation, "the separation"), (clearance, "the clearance"))
+    ]
+    findings.extend(unused(program, context.names))
+    said = in_text_order(findings)
+    if has_errors(findings) or name is None or time is None or world is None:
+        return None, said
+    mission = ir.Mission(
+        name=name.name.text,
+        step=Seconds(context.step),
+        steps=Steps(context.steps),
+        world=ir.World(context.low, context.high, world.span),
+        regions=tuple(context.regions.values()),
+        obstacles=tuple(context.obstacles.values()),
+        beacons=tuple(context.beacons.values()),
+        agents=tuple(context.agents),
+        teams=tuple(context.sets[team.name.text] for team in context.declared(ast.Team)),
+        groups=tuple(context.sets[group.name.text] for group in context.declared(ast.Group)),
+        graphs=tuple(context.graphs.values()),
+        formations=tuple(context.formations.values()),
+        separation=margins[0],
+        clearance=margins[1],
+        requirements=requirements,
+        preferences=preferences,
+        objective=objective,
+        solve=solve,
+        span=name.span,
+        objective_span=None if minimize is None else minimize.span,
+        time_span=time.span,
+        lets=tuple((text, let.formula) for text, let in context.lets.items()),
+    )
+    return mission, said
+
+
+def _resolve_things(context: Context, program: ast.Program) -> None:
+    """Regions, obstacles, beacons, agents, groups, graphs, formations."""
+    resolve_regions(context)
+    for beacon in context.declared(ast.Beacon):
+        place = resolve_point(context, beacon.position)
+        context.beacons[beacon.name.text] = ir.Beacon(beacon.name.text, place, beacon.name.span)
+    if not any(isinstance(item, ast.Team) for item in program.declarations):
+        missing(context, "a team or an agent", _start(program), "add `team drone[5] { … }` or `agent scout { … }`")
+    resolve_teams(context)
+    resolve_groups(context)
+    for graph in context.declared(ast.Graph):
+        context.graphs[graph.name.text] = resolve_graph(context, graph)
+    for formation in context.declared(ast.Formation):
+        context.formations[formation.name.text] = resolve_formation(context, formation)
+
+
+Item = TypeVar("Item", ast.MissionName, ast.Time, ast.World, ast.Separation, ast.Clearance, ast.Minimize, ast.Solve)
+
+
+def _only(context: Context, program: ast.Program, kind: type[Item], what: str = "", way_out: str = "") -> Item | None:
+    """The one declaration of a kind; a second one is reported, and a missing one where it is needed (``what``)."""
+    items = [item for item in program.declarations if isinstance(item, kind)]
+    for again in items[1:]:
+        word = again.span.text.split(maxsplit=1)[0]
+        said_twice(context, f"`{word}`", again.span, items[0].span)
+    if not items and what:
+        missing(context, what, _start(program), way_out)
+    return items[0] if items else None
+
+
+def _start(program: ast.Program) -> Span:
+    """Where to point for what is not there: the first declaration."""
+    return program.declarations[0].span if program.declarations else program.span

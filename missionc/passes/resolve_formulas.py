@@ -1,0 +1,332 @@
+"""Formulas: names become predicates, bounds become steps and hops, every ``let`` becomes one shared object.
+
+says MC005 MC101 MC104 MC201 MC203 MC204 MC207 MC208 MC209 MC210
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import assert_never
+
+from missionc import ir
+from missionc.diagnostics import code
+from missionc.diagnostics.model import Fix, Label
+from missionc.ir import About
+from missionc.language.operator import Bounds, Operator
+from missionc.language.operators import by_name
+from missionc.language.predicates import PREDICATES
+from missionc.nearest import nearest
+from missionc.passes.check_types import Typed, check, check_definition, joined
+from missionc.passes.context import Context
+from missionc.passes.definitions import ordered
+from missionc.passes.names import AGENTS, STATE_WORDS, UNRESOLVED, Kind, Unresolved, some_of
+from missionc.passes.resolve_agents import resolve_set
+from missionc.passes.resolve_comparisons import one_agent, resolve_comparison
+from missionc.passes.resolve_lengths import no_graph, resolve_length
+from missionc.passes.resolve_quantities import excerpt, shown, whole
+from missionc.passes.resolve_shapes import NOWHERE
+from missionc.passes.resolve_time import resolve_window
+from missionc.source import Span
+from missionc.syntax import ast
+
+AS_FORMULA = {
+    Kind.PARAM: "compare something with it, as in `x <= {name}`",
+    Kind.OBSTACLE: "declare its shape as a region, and name that",
+    Kind.BEACON: "ask how far it is: `distance({name}) <= 2 m`",
+    Kind.GRAPH: "ask whether it is connected: `connected({name})`",
+}
+"""What to write in place of a name that is no formula."""
+
+FORMULAS = (Kind.REGION, *AGENTS, Kind.FORMATION, Kind.LET)
+
+
+def resolve_lets(context: Context) -> None:
+    """Every named formula, the ones that others are made of first."""
+    lets = {let.name.text: let for let in context.declared(ast.Let)}
+    for name in ordered(context, {name: let.body for name, let in lets.items()}):
+        context.lets[name] = check_definition(context, resolve_formula(context, lets[name].body))
+
+
+def resolve_goal(context: Context, formula: ast.Formula) -> ir.Formula:
+    """The formula of a requirement or preference, which is about the team."""
+    resolved = resolve_formula(context, formula)
+    check(context, resolved, About.TEAM, "require")
+    return resolved.formula
+
+
+def resolve_formula(context: Context, formula: ast.Formula) -> Typed:
+    match formula:
+        case ast.Truth(span=span, value=value):
+            return Typed(ir.Truth(value, span), About.EITHER, span)
+        case ast.Name():
+            return _name(context, formula)
+        case ast.Member(span=span):
+            return Typed(ir.Belongs(resolve_set(context, formula), span), About.AGENT, span)
+        case ast.Call():
+            return _call(context, formula)
+        case ast.Compare():
+            return resolve_comparison(context, formula)
+        case ast.Apply():
+            return _within_limits(context, _apply(context, formula))
+        case ast.Quantified():
+            return _within_limits(context, _quantified(context, formula))
+        case ast.OneAgent():
+            return _within_limits(context, _one_agent(context, formula))
+        case _:
+            assert_never(formula)
+
+
+def stand_in(span: Span) -> Typed:
+    """In place of a formula that has been reported: it fits everywhere."""
+    return Typed(ir.Truth(True, span), About.EITHER, span)
+
+
+# ---------------------------------------------------------------- predicates
+
+
+def _name(context: Context, name: ast.Name) -> Typed:
+    text, span = name.text, name.span
+    declared = context.names.declared.get(text)
+    if text in STATE_WORDS:
+        _not_a_formula(context, name, "a number that changes with time", f"compare it, as in `{text} <= 1`")
+        return stand_in(span)
+    if declared is not None and declared.kind in AS_FORMULA:
+        way_out = AS_FORMULA[declared.kind].format(name=text)
+        _not_a_formula(context, name, declared.kind.value, way_out, Label(declared.span, "declared here"))
+        return stand_in(span)
+    called = next((predicate for predicate in PREDICATES if predicate.called and predicate.name == text), None)
+    if declared is None and called is not None:
+        context.report(
+            code.UNKNOWN_NAME,
+            f"`{text}` does not say of which {called.parameters[0]}",
+            span,
+            help=f"write it as in `{called.example}`",
+        )
+        return stand_in(span)
+    found = context.find(name, *FORMULAS, needed="a formula")
+    if isinstance(found, Unresolved):
+        return stand_in(span)
+    if found.kind is Kind.LET:
+        let = context.lets.get(text, stand_in(span))
+        return Typed(let.formula, let.about, span, size=let.size, depth=let.depth)
+    if found.kind is Kind.REGION:
+        region = context.regions.get(text, ir.Region(text, NOWHERE, span))
+        return Typed(ir.Holds(ir.Inside(region, body=False), span), About.AGENT, span)
+    if found.kind is Kind.FORMATION:
+        return Typed(ir.Holds(ir.InFormation(context.formations[text]), span), About.TEAM, span)
+    return Typed(ir.Belongs(resolve_set(context, name), span), About.AGENT, span)
+
+
+def _call(context: Context, call: ast.Call) -> Typed:
+    predicate: ir.Predicate
+    match call.name.text, call.arguments:
+        case "inside" | "touches" as word, (region,):
+            found = _region(context, region)
+            predicate = ir.Inside(found, body=True) if word == "inside" else ir.Touches(found)
+            return Typed(ir.Holds(predicate, call.span), About.AGENT, call.span)
+        case "connected", (graph,) | (graph, _):
+            predicate = _connected(context, graph, call.arguments[1:])
+            return Typed(ir.Holds(predicate, call.span), About.TEAM, call.span)
+        case _:
+            _no_such_call(context, call)
+            return stand_in(call.span)
+
+
+def _region(context: Context, argument: ast.Name | ast.Member) -> ir.Region:
+    nowhere = ir.Region(excerpt(argument.span), NOWHERE, argument.span)
+    name = _whole_name(context, argument, Kind.REGION)
+    return nowhere if isinstance(name, Unresolved) else context.regions.get(name, nowhere)
+
+
+def _connected(
+    context: Context, argument: ast.Name | ast.Member, over: tuple[ast.Name | ast.Member, ...]
+) -> ir.Connected:
+    name = _whole_name(context, argument, Kind.GRAPH)
+    nothing = no_graph(argument.span)
+    graph = nothing if isinstance(name, Unresolved) else context.graphs.get(name, nothing)
+    if not over:
+        return ir.Connected(graph, graph.agents)
+    agents = resolve_set(context, over[0]).agents
+    strangers = sorted(set(agents) - set(graph.agents))
+    if strangers and graph.agents:
+        _not_on_the_graph(context, over[0], graph, strangers)
+    return ir.Connected(graph, agents)
+
+
+def _whole_name(context: Context, argument: ast.Name | ast.Member, kind: Kind) -> str | Unresolved:
+    """The name of something of this kind; a member of a team is none."""
+    if isinstance(argument, ast.Name):
+        found = context.find(argument, kind)
+        return found if isinstance(found, Unresolved) else argument.text
+    context.report(
+        code.WRONG_KIND,
+        f"`{excerpt(argument.span)}` is a member of a team; {kind.value} is needed here",
+        argument.span,
+        help=f"name {kind.value}",
+    )
+    return UNRESOLVED
+
+
+# ----------------------------------------------------------------- operators
+
+
+def _apply(context: Context, formula: ast.Apply) -> Typed:
+    found: list[Typed] = []
+    for written in formula.operands:  # a comprehension would take a stack frame more for each level
+        found.append(resolve_formula(context, written))  # noqa: PERF401
+    operands = tuple(found)
+    operator = by_name.get(formula.operator)
+    if operator is None:
+        context.report(code.UNKNOWN_OPERATOR, f"no operator is called `{formula.operator}`", formula.operator_span)
+        return stand_in(formula.span)
+    resolved = ir.Apply(
+        operator,
+        tuple(operand.formula for operand in operands),
+        _bounds(context, formula, operator),
+        formula.span,
+        formula.comparison or "",
+        _count(context, formula),
+    )
+    size, depth = _grown(operands)
+    if operator.spatial:
+        for operand in operands:
+            check(context, operand, About.AGENT, operator.name)
+        return Typed(resolved, About.AGENT, formula.span, size=size, depth=depth)
+    about, mixed = joined(operands)
+    return Typed(resolved, about, formula.span, operands, mixed, size, depth)
+
+
+def _bounds(context: Context, formula: ast.Apply, operator: Operator) -> ir.Window | ir.Length | None:
+    match operator.bounds, formula.bounds:
+        case Bounds.NONE, None:
+            return None
+        case Bounds.TIME, ast.Window() as window:
+            return resolve_window(context, window)
+        case Bounds.LENGTH, ast.Length() as length:
+            return resolve_length(context, length)
+        case _:
+            context.report(
+                code.WRONG_UNIT,
+                f"`{operator.name}` takes {operator.bounds.value}",
+                formula.operator_span if formula.bounds is None else formula.bounds.span,
+                help=f"write it as in `{operator.example}`",
+            )
+            return None
+
+
+def _count(context: Context, formula: ast.Apply) -> int:
+    if formula.number is None:
+        return 0
+    value = whole(context, formula.number, "the number of agents")
+    return 0 if math.isnan(value) else int(value)
+
+
+def _grown(operands: tuple[Typed, ...]) -> tuple[float, int]:
+    return 1 + sum(operand.size for operand in operands), 1 + max(operand.depth for operand in operands)
+
+
+def _within_limits(context: Context, formula: Typed) -> Typed:
+    """The formula; one that is too large or too deep with every ``let`` spelt out is reported, once and for all."""
+    limits = context.limits
+    if formula.size > limits.formula_nodes:
+        context.report(
+            code.TOO_LARGE_TO_EXPAND,
+            f"the formula has {shown(formula.size)} parts with every `let` spelt out;"
+            f" the limit is {limits.formula_nodes}",
+            formula.span,
+            help="make it smaller, or raise the limit with `--limit formula_nodes=VALUE`",
+        )
+        return replace(formula, size=math.nan)
+    if formula.depth > limits.nesting and not math.isnan(formula.size):
+        context.report(
+            code.NESTED_TOO_DEEP,
+            f"the formula is nested {formula.depth} deep with every `let` spelt out; the limit is {limits.nesting}",
+            formula.span,
+            help="make it flatter, or raise the limit with `--limit nesting=VALUE`",
+        )
+        return replace(formula, size=math.nan)
+    return formula
+
+
+# --------------------------------------------------------------- quantifiers
+
+
+def _quantified(context: Context, formula: ast.Quantified) -> Typed:
+    agents = resolve_set(context, formula.agents)
+    body = resolve_formula(context, formula.body)
+    check(context, body, About.AGENT, f"{formula.kind} {agents.name}:")
+    count = len(agents.agents)
+    number = {"every": count, "some": 1}.get(formula.kind, 0)
+    if formula.number is not None:
+        value = whole(context, formula.number, "the number of agents", least=1)
+        number = 0 if math.isnan(value) else int(value)
+        if number > count > 0:
+            context.report(
+                code.VALUE_OUT_OF_RANGE,
+                f"`{agents.name}` has {count} {'agent' if count == 1 else 'agents'}; {number} of them are asked for",
+                formula.number.span,
+                labels=(Label(agents.span),),
+                help=f"write a number from 1 to {count}",
+            )
+    resolved = ir.AtLeastOf(formula.kind, number, agents, body.formula, formula.span)
+    return Typed(resolved, About.TEAM, formula.span, size=1 + body.size, depth=1 + body.depth)
+
+
+def _one_agent(context: Context, formula: ast.OneAgent) -> Typed:
+    agent = one_agent(context, formula.agent, "one agent (or `every`, `some`)")
+    body = resolve_formula(context, formula.body)
+    if isinstance(agent, Unresolved):
+        return stand_in(formula.span)
+    check(context, body, About.AGENT, f"{excerpt(formula.agent.span)}:")
+    resolved = ir.OfAgent(agent, body.formula, formula.span)
+    return Typed(resolved, About.TEAM, formula.span, size=1 + body.size, depth=1 + body.depth)
+
+
+# ------------------------------------------------------------------ messages
+
+
+def _not_a_formula(context: Context, name: ast.Name, kind: str, way_out: str, *labels: Label) -> None:
+    context.report(
+        code.WRONG_KIND,
+        f"`{name.text}` is {kind}; a formula is needed here",
+        name.span,
+        labels=labels,
+        help=way_out,
+    )
+
+
+def _no_such_call(context: Context, call: ast.Call) -> None:
+    word = call.name.text
+    called = {predicate.name: predicate for predicate in PREDICATES if predicate.called}
+    if word in called:
+        parameters = [f"one {parameter}" for parameter in called[word].parameters if not parameter.endswith("?")]
+        parameters += [f"{parameter[:-1]} if you like" for parameter in called[word].parameters if parameter[-1] == "?"]
+        takes = " and ".join(parameters)
+        context.report(
+            code.WRONG_KIND,
+            f"`{word}` takes {takes}; here are {len(call.arguments)}",
+            call.span,
+            help=f"write it as in `{called[word].example}`",
+        )
+        return
+    near = nearest(word, called)
+    context.report(
+        code.UNKNOWN_NAME,
+        f"nothing that takes brackets is called `{word}`",
+        call.name.span,
+        help=f"did you mean `{near}`?" if isinstance(near, str) else f"there are {some_of(list(called))}",
+        fix=Fix(call.name.span, near) if isinstance(near, str) else None,
+    )
+
+
+def _not_on_the_graph(context: Context, over: ast.Name | ast.Member, graph: ir.Graph, strangers: list[int]) -> None:
+    name = context.agents[strangers[0]].name
+    others = f" and {shown(len(strangers) - 1)} more" if len(strangers) > 1 else ""
+    context.report(
+        code.WRONG_KIND,
+        f"`{name}`{others} of `{excerpt(over.span)}` is not on the graph `{graph.name}`",
+        over.span,
+        labels=(Label(graph.span, "declared here"),),
+        help=f"name agents that `{graph.name}` is over",
+    )

@@ -1,0 +1,46 @@
+"""Names that nothing uses.
+
+A team, an agent or an obstacle acts by being there. A beacon is used by every
+graph of beacons, and the only graph by every route that leaves ``on`` out.
+
+    says MC103
+"""
+
+from __future__ import annotations
+
+from missionc.diagnostics import code
+from missionc.diagnostics.model import Diagnostic, Label
+from missionc.passes.names import Kind, Names
+from missionc.passes.references import nodes
+from missionc.syntax import ast
+
+ACT_BY_BEING_THERE = (Kind.TEAM, Kind.AGENT, Kind.OBSTACLE)
+
+
+def unused(program: ast.Program, names: Names) -> list[Diagnostic]:
+    """A warning for each; none for names that were suggested in place of unknown ones."""
+    used = set(names.suggested)
+    kinds_used: set[Kind] = set()
+    for declaration in program.declarations:
+        for node in nodes(declaration):
+            match node:
+                case ast.Name(text=text):
+                    used.add(text)
+                case ast.Graph(kind="beacons"):
+                    kinds_used.add(Kind.BEACON)
+                case ast.Length(graph=None):
+                    kinds_used.add(Kind.GRAPH)
+    return [
+        _nothing_uses(name, declared.kind, declared.declaration.name)
+        for name, declared in names.declared.items()
+        if name not in used and declared.kind not in kinds_used and declared.kind not in ACT_BY_BEING_THERE
+    ]
+
+
+def _nothing_uses(text: str, kind: Kind, name: ast.Name) -> Diagnostic:
+    return Diagnostic(
+        code.UNUSED_NAME,
+        f"nothing uses `{text}`",
+        Label(name.span, kind.value),
+        help="use it or leave it out",
+    )

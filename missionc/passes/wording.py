@@ -1,0 +1,43 @@
+"""How quantities and lists of names read in messages."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from missionc.ir import Mission
+
+SHOWN = 3
+"""Names of a long list that are spelt out; the others are counted."""
+
+
+def number(value: float) -> str:
+    """A number as people write it: ``4.7``, ``0.1``, ``20``."""
+    return f"{round(value, 9) + 0.0:.10g}"
+
+
+def metres(value: float) -> str:
+    """A length to a tenth of a millimetre: ``3.6056 m``."""
+    return f"{number(round(value, 4))} m"
+
+
+def at_least_metres(value: float) -> str:
+    """A length rounded up in the same way, for what must not be fallen short of."""
+    rounded = round(value, 4)
+    return f"{number(rounded if rounded >= value - 1e-9 else rounded + 1e-4)} m"
+
+
+def speed(value: float) -> str:
+    return f"{number(round(value, 4))} m/s"
+
+
+def seconds(mission: Mission, steps: float) -> str:
+    """So many steps of the mission, as a time: ``16 s``."""
+    return f"{number(steps * mission.step)} s"
+
+
+def listed(names: Sequence[str]) -> str:
+    """``a``, ``a and b``, ``a, b and c``, ``a, b, c and 5 more``."""
+    head = list(names[:SHOWN])
+    if len(names) > SHOWN:
+        return f"{', '.join(head)} and {len(names) - SHOWN:,} more"
+    return f"{', '.join(head[:-1])} and {head[-1]}" if len(head) > 1 else "".join(head)

@@ -1,0 +1,51 @@
+"""One line on a terminal that says what goes on: the stage, its round, the time so far."""
+
+from __future__ import annotations
+
+import threading
+import time
+from shutil import get_terminal_size
+from typing import TYPE_CHECKING, TextIO
+
+if TYPE_CHECKING:
+    from missionc.backends.api import Progress
+
+EVERY = 0.2
+"""Seconds between two drawings; the time goes on while a stage is silent."""
+
+
+class ProgressLine:
+    """A context in which the line is drawn again and again, and after which it is gone."""
+
+    def __init__(self, stream: TextIO) -> None:
+        self._stream = stream
+        self._begin = time.monotonic()
+        self._says = "reading"
+        self._done = threading.Event()
+        self._drawer = threading.Thread(target=self._draw, daemon=True)
+
+    def listen(self, progress: Progress) -> None:
+        """Take note of where a backend is."""
+        rounds = f", round {progress.round}" if progress.round > 1 else ""
+        detail = f": {progress.detail}" if progress.detail else ""
+        self._says = f"{progress.stage}{rounds}{detail}"
+
+    def say(self, stage: str) -> None:
+        self._says = stage
+
+    def __enter__(self) -> ProgressLine:
+        self._drawer.start()
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        self._done.set()
+        self._drawer.join()
+        self._stream.write("\r\x1b[K")
+        self._stream.flush()
+
+    def _draw(self) -> None:
+        while not self._done.wait(EVERY):
+            line = f"{time.monotonic() - self._begin:5.1f} s  {self._says}"
+            # A line that wraps would not be erased whole.
+            self._stream.write("\r\x1b[K" + line[: get_terminal_size().columns - 1])
+            self._stream.flush()

@@ -1,0 +1,166 @@
+"""Files into text, carefully: a mission may come from anyone.
+
+    in   a path, a limit
+    out  Source
+    says MC002 MC004 MC009 MC010
+
+Only regular files are opened, nothing larger than the limit is read, and a
+file that changes meanwhile is not believed. What a mission includes lies in
+the mission's own folder or below it, symbolic links followed.
+"""
+
+from __future__ import annotations
+
+import codecs
+import os
+import stat
+from collections.abc import Callable
+from pathlib import Path, PurePosixPath
+from typing import TypeAlias
+
+from missionc.diagnostics.code import FILE_CHANGED, FILE_TOO_LARGE, INCLUDE_NOT_ALLOWED, UNREADABLE, Code
+from missionc.diagnostics.model import Diagnostic, Label
+from missionc.limits import Limits
+from missionc.source import Source, Span
+
+Loader: TypeAlias = Callable[[str, Span], Source | Diagnostic]
+
+
+def read_bytes(
+    path: Path, name: str, limit: int, code: Code = UNREADABLE, cause: Span | None = None
+) -> bytes | Diagnostic:
+    """What a regular file holds, at most ``limit`` bytes of it.
+
+    Args:
+        path: which file.
+        name: how messages call it.
+        limit: bytes; a larger file is refused before it is read.
+        code: of the message that says it cannot be read at all.
+        cause: the words that ask for the file, if any do.
+    """
+    try:
+        handle = os.open(path, os.O_RDONLY | os.O_CLOEXEC | os.O_NONBLOCK)
+    except OSError as error:
+        return _unreadable(code, name, _reason(error), cause)
+    try:
+        return _content(handle, name, limit, cause, code)
+    except OSError as error:
+        return _unreadable(code, name, _reason(error), cause)
+    finally:
+        os.close(handle)
+
+
+def read_text(
+    path: Path, name: str, limit: int, code: Code = UNREADABLE, cause: Span | None = None
+) -> str | Diagnostic:
+    """A file's text: UTF-8, with or without a byte order mark, without NUL; arguments as of ``read_bytes``."""
+    content = read_bytes(path, name, limit, code, cause)
+    if isinstance(content, Diagnostic):
+        return content
+    if b"\0" in content:
+        return _unreadable(code, name, f"it is binary: byte {content.index(0) + 1} is zero", cause)
+    try:
+        return content.removeprefix(codecs.BOM_UTF8).decode("utf-8")
+    except UnicodeDecodeError as error:
+        line = content.count(b"\n", 0, error.start) + 1
+        return _unreadable(code, name, f"byte {error.start + 1}, on line {line}, is not UTF-8", cause)
+
+
+def read_source(path: Path, name: str, limits: Limits, cause: Span | None = None) -> Source | Diagnostic:
+    """A mission file, within the limits."""
+    text = read_text(path, name, limits.file_bytes, UNREADABLE, cause)
+    return text if isinstance(text, Diagnostic) else Source(name, text)
+
+
+def loader(main: Path, name: str, limits: Limits) -> Loader:
+    """The function that reads what the mission at ``main``, called ``name``, includes.
+
+    A path is relative to the file that includes it. Whatever way a file is
+    reached, its source has one name, so a cycle is seen by name.
+    """
+    root = main.parent.resolve()
+    paths = {name: root / main.name}
+    names = {main.resolve(): name}
+
+    def load(written: str, span: Span) -> Source | Diagnostic:
+        target = PurePosixPath(written)
+        if target.is_absolute() or not written or "\0" in written or "\\" in written:
+            return _not_allowed(written, "the path is not relative", span)
+        try:
+            path = (paths[span.source.name].parent / target).resolve()
+        except (OSError, RuntimeError, ValueError):
+            return _unreadable(UNREADABLE, written, "its links lead nowhere", span)
+        # Whether a file outside exists is nobody's business, so this comes before any look at it.
+        if not path.is_relative_to(root):
+            return _not_allowed(written, "it lies outside the mission's own folder", span)
+        called = names.setdefault(path, str(Path(name).parent / path.relative_to(root)))
+        paths[called] = path
+        return read_source(path, called, limits, span)
+
+    return load
+
+
+def _content(handle: int, name: str, limit: int, cause: Span | None, code: Code) -> bytes | Diagnostic:
+    before = os.fstat(handle)
+    if not stat.S_ISREG(before.st_mode):
+        what = "a folder" if stat.S_ISDIR(before.st_mode) else "not a regular file"
+        return _unreadable(code, name, f"it is {what}", cause)
+    if before.st_size > limit:
+        return _too_large(code, name, before.st_size, limit, cause)
+    content = _read(handle, limit + 1)
+    after = os.fstat(handle)
+    if len(content) != after.st_size or (before.st_size, before.st_mtime_ns) != (after.st_size, after.st_mtime_ns):
+        return _changed(name, cause)
+    return content
+
+
+def _read(handle: int, limit: int) -> bytes:
+    """Everything up to ``limit`` bytes; one read may give less than asked for."""
+    parts: list[bytes] = []
+    while limit > 0 and (part := os.read(handle, limit)):
+        parts.append(part)
+        limit -= len(part)
+    return b"".join(parts)
+
+
+def _reason(error: OSError) -> str:
+    """The system's words for a failure, as the end of a sentence."""
+    words = os.strerror(error.errno) if error.errno else str(error)
+    return words[:1].lower() + words[1:]
+
+
+def _unreadable(code: Code, name: str, reason: str, cause: Span | None) -> Diagnostic:
+    return Diagnostic(
+        code,
+        f"cannot read `{name}`: {reason}",
+        Label(cause, "asked for here") if cause else None,
+        help="give a file of UTF-8 text that is there and can be read",
+    )
+
+
+def _too_large(code: Code, name: str, size: int, limit: int, cause: Span | None) -> Diagnostic:
+    raised = f"allow more with `--limit {'file_bytes' if code is UNREADABLE else 'trace_bytes'}={size}`"
+    return Diagnostic(
+        FILE_TOO_LARGE,
+        f"`{name}` has {size} bytes; the limit is {limit}",
+        Label(cause, "asked for here") if cause else None,
+        help=f"split the mission with `include`, or {raised}" if code is UNREADABLE else raised,
+    )
+
+
+def _changed(name: str, cause: Span | None) -> Diagnostic:
+    return Diagnostic(
+        FILE_CHANGED,
+        f"`{name}` changed while it was read",
+        Label(cause, "asked for here") if cause else None,
+        help="run the command again when nothing writes to the file",
+    )
+
+
+def _not_allowed(written: str, reason: str, span: Span) -> Diagnostic:
+    return Diagnostic(
+        INCLUDE_NOT_ALLOWED,
+        f"`{written}` cannot be included: {reason}",
+        Label(span),
+        help="include a file in the mission's own folder or below it, by a relative path",
+    )

@@ -1,0 +1,184 @@
+"""What a command has to say: as lines for people, and as one document for programs."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, assert_never
+
+from missionc.backends.api import Impossible, NotFound
+from missionc.diagnostics.model import Diagnostic, Severity, has_errors
+from missionc.results import Checked, Compiled, Monitored, Refused, Unverified, Verified
+from missionc.units import Seconds
+
+if TYPE_CHECKING:
+    from missionc.plan import Judgement
+    from missionc.verify.certificate import Certificate, Check
+
+SHOWN = 5e-4
+"""A margin below it, in its unit, would be shown as nothing."""
+
+
+def counts(findings: Iterable[Diagnostic]) -> str:
+    """``2 errors, 1 warning``"""
+    severities = [finding.severity for finding in findings]
+    parts = [
+        f"{number} {severity.value}{'s' if number > 1 else ''}"
+        for severity in Severity
+        if (number := severities.count(severity))
+    ]
+    return ", ".join(parts) or "no findings"
+
+
+def outcome_word(compiled: Compiled) -> str | None:
+    """The outcome in one word, as the JSON document has it; None where a sound mission was not to be planned."""
+    outcome = compiled.outcome
+    match outcome:
+        case Verified():
+            return "planned"
+        case Impossible():
+            return "impossible"
+        case NotFound():
+            return "undecided"
+        case Unverified():
+            return "unverified"
+        case Refused():
+            return "refused" if has_errors(list(compiled.findings)) else None
+        case _:
+            assert_never(outcome)
+
+
+def compiled_lines(compiled: Compiled, output: str) -> list[str]:
+    """The summary of a compilation that found a plan; ``output`` is the folder written, or empty."""
+    mission = compiled.checked.mission
+    if not isinstance(compiled.outcome, Verified) or mission is None:
+        return [f"proof written to {output}"] if output else []
+    plan, certificate = compiled.outcome.plan, compiled.outcome.certificate
+    lines = [
+        f"{plan.mission}: planned by {plan.backend}, {_many(len(mission.agents), 'agent')}, "
+        f"{_many(mission.steps, 'step')} of {mission.step:g} s, seed {plan.seed}",
+        *judgement_lines(plan.judgements, mission.step),
+        f"verified: {_many(len(certificate.checks), 'check')}, the tightest margin of each kind",
+        *margin_lines(certificate),
+    ]
+    return [*lines, f"written to {output}", *file_lines(compiled.outcome.files)] if output else lines
+
+
+def monitored_lines(monitored: Monitored) -> list[str]:
+    """A verdict, and one line for each requirement and preference."""
+    mission = monitored.checked.mission
+    if not monitored.ok or mission is None:
+        return []
+    verdict = "satisfied" if monitored.satisfied else "violated"
+    lines = [f"{mission.name}: {verdict}", *judgement_lines(monitored.requirements, mission.step)]
+    if monitored.preferences:
+        lines += ["preferences", *judgement_lines(monitored.preferences, mission.step)]
+    return lines
+
+
+def judgement_lines(judgements: tuple[Judgement, ...], step: Seconds) -> list[str]:
+    """One line for each requirement: its name, verdict and robustness, in columns."""
+    width = max((len(each.name) for each in judgements), default=0)
+    return [f"  {each.name:<{width}}  {_verdict(each, step)}" for each in judgements]
+
+
+def margin_lines(certificate: Certificate) -> list[str]:
+    """Of every kind of check the one closest to failing; kinds that are met to rounding, as equalities are, last."""
+    least: dict[str, Check] = {}
+    for check in certificate.checks:
+        if check.name not in least or check.margin < least[check.name].margin:
+            least[check.name] = check
+    shown = [check for check in least.values() if check.margin >= SHOWN]
+    exact = [check.name for check in least.values() if check.margin < SHOWN]
+    width = max((len(check.name) for check in shown), default=0)
+    lines = [f"  {check.name:<{width}}  {check.margin:.3f} {check.unit}{_where(check)}".rstrip() for check in shown]
+    return [*lines, f"  to rounding: {', '.join(exact)}"] if exact else lines
+
+
+def file_lines(files: tuple[tuple[str, bytes], ...]) -> list[str]:
+    """The files of a folder, those in one subfolder on one line."""
+    names: dict[str, list[str]] = {}
+    for path, _ in files:
+        folder, slash, _ = path.partition("/")
+        names.setdefault(folder + slash, []).append(path)
+    return [
+        f"  {name}" + (f"  {_many(len(paths), 'file')}" if name.endswith("/") else "") for name, paths in names.items()
+    ]
+
+
+def timing_lines(seconds: tuple[tuple[str, Seconds], ...]) -> list[str]:
+    """Seconds by stage; a stage in rounds appears once for each."""
+    width = max((len(name) for name, _ in seconds), default=0)
+    return ["time", *(f"  {name:<{width}}  {value:8.3f} s" for name, value in seconds)]
+
+
+def checked_document(results: list[Checked]) -> dict[str, object]:
+    return {"files": [{"file": checked.file, "ok": checked.ok} for checked in results]}
+
+
+def compiled_document(compiled: Compiled, output: str, texts: list[tuple[str, str]]) -> dict[str, object]:
+    """``outcome`` and what belongs to it; wall-clock times are here and in no file."""
+    outcome = compiled.outcome
+    document: dict[str, object] = {
+        "outcome": outcome_word(compiled),
+        "output": output or None,
+        "backend": compiled.checked.choice.backend if compiled.checked.choice else None,
+        "requirements": [],
+        "timings": _sums(compiled.seconds),
+    }
+    if isinstance(outcome, Verified):
+        document["requirements"] = [_judgement(each) for each in outcome.plan.judgements]
+        document["certificate"] = {"checks": len(outcome.certificate.checks), "passed": outcome.certificate.passed}
+    if isinstance(outcome, Impossible):
+        document["conflict"] = list(outcome.conflict)
+    if texts:
+        document["emit"] = dict(texts)
+    return document
+
+
+def monitored_document(monitored: Monitored) -> dict[str, object]:
+    return {
+        "satisfied": monitored.satisfied if monitored.ok else None,
+        "requirements": [_judgement(each) for each in monitored.requirements],
+        "preferences": [_judgement(each) for each in monitored.preferences],
+    }
+
+
+def _verdict(judgement: Judgement, step: Seconds) -> str:
+    words = f"{'satisfied' if judgement.satisfied else 'violated '}  robustness {judgement.robustness:.3f}"
+    if judgement.satisfied or judgement.step is None:
+        return words
+    return f"{words}  first at {judgement.step * step:g} s{_by(judgement.agents)}"
+
+
+def _where(check: Check) -> str:
+    when = "" if check.at is None else f" at {round(check.at, 2):g} s"
+    what = "" if check.agents else f" of {check.subject}"
+    return f"{what}{when}{_by(check.agents)}"
+
+
+def _by(agents: tuple[str, ...]) -> str:
+    return f" by {', '.join(agents)}" if agents else ""
+
+
+def _judgement(judgement: Judgement) -> dict[str, object]:
+    """JSON has no word for the robustness of what is true, or false, whatever happens: null."""
+    robustness = judgement.robustness if math.isfinite(judgement.robustness) else None
+    return {
+        "name": judgement.name,
+        "satisfied": judgement.satisfied,
+        "robustness": robustness,
+        "step": judgement.step,
+        "agents": list(judgement.agents),
+    }
+
+
+def _sums(seconds: tuple[tuple[str, Seconds], ...]) -> dict[str, float]:
+    sums: dict[str, float] = {}
+    for name, value in seconds:
+        sums[name] = sums.get(name, 0.0) + value
+    return sums
+
+
+def _many(number: int, noun: str) -> str:
+    return f"{number} {noun}{'' if number == 1 else 's'}"

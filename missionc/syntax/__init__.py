@@ -1,0 +1,1 @@
+"""From text to a tree, as written: nothing is looked up here."""

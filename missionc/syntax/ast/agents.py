@@ -1,0 +1,76 @@
+"""Dynamics, starts, finishes and other settings."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TypeAlias
+
+from missionc.source import Span
+from missionc.syntax.ast.quantities import Name, Point, Quantity
+
+
+@dataclass(frozen=True, slots=True)
+class Setting:
+    """``speed <= 2 m/s``, ``speed 1..2 m/s``, ``turn <= 90 deg/s``, ``nodes = 110``, ``tolerance 0.1 m``.
+
+    ``relation`` is ``<=``, ``=``, ``..`` or empty (a bare value after the word);
+    ``low`` is given only for a range.
+    """
+
+    span: Span
+    name: Name
+    relation: str
+    high: Quantity
+    low: Quantity | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Dynamics:
+    span: Span
+    name: Name
+    settings: tuple[Setting, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class InRegion:
+    span: Span
+    region: Name
+
+
+@dataclass(frozen=True, slots=True)
+class AtPoints:
+    span: Span
+    points: tuple[Point, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class OnLine:
+    span: Span
+    first: Point
+    last: Point
+
+
+@dataclass(frozen=True, slots=True)
+class OnGrid:
+    span: Span
+    low: Point
+    high: Point
+
+
+Places: TypeAlias = "InRegion | AtPoints | OnLine | OnGrid"
+
+
+@dataclass(frozen=True, slots=True)
+class Start:
+    span: Span
+    places: Places
+
+
+@dataclass(frozen=True, slots=True)
+class Finish:
+    span: Span
+    places: Places
+
+
+TeamItem: TypeAlias = "Dynamics | Start | Finish | Setting"
+"""In any order inside the braces; ``radius`` and ``altitude`` are settings."""

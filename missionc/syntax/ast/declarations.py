@@ -1,0 +1,207 @@
+"""Declarations, and the mission they make up."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TypeAlias
+
+from missionc.source import Span
+from missionc.syntax.ast.agents import Setting, TeamItem
+from missionc.syntax.ast.formulas import Formula
+from missionc.syntax.ast.quantities import Member, Name, Point, Quantity
+from missionc.syntax.ast.shapes import Motion, Shape
+
+
+@dataclass(frozen=True, slots=True)
+class MissionName:
+    span: Span
+    name: Name
+
+
+@dataclass(frozen=True, slots=True)
+class Param:
+    span: Span
+    name: Name
+    value: Quantity
+
+
+@dataclass(frozen=True, slots=True)
+class Include:
+    """``include "site.mission"``; the parser replaces it by the file's declarations, so later passes never see one."""
+
+    span: Span
+    path: str
+
+
+@dataclass(frozen=True, slots=True)
+class Time:
+    span: Span
+    step: Quantity
+    horizon: Quantity
+
+
+@dataclass(frozen=True, slots=True)
+class World:
+    span: Span
+    low: Point
+    high: Point
+
+
+@dataclass(frozen=True, slots=True)
+class Region:
+    span: Span
+    name: Name
+    shape: Shape
+
+
+@dataclass(frozen=True, slots=True)
+class Obstacle:
+    span: Span
+    name: Name
+    shape: Shape
+    motion: Motion | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Beacon:
+    span: Span
+    name: Name
+    position: Point
+
+
+@dataclass(frozen=True, slots=True)
+class Team:
+    """``team drone[5] { … }``, or ``agent truck7 { … }`` where ``size`` is None."""
+
+    span: Span
+    name: Name
+    size: Quantity | None
+    items: tuple[TeamItem, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Group:
+    span: Span
+    name: Name
+    members: tuple[Name | Member, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Graph:
+    """``proximity 1 m`` or ``beacons 2.5 m``; ``over`` None means all agents."""
+
+    span: Span
+    name: Name
+    kind: str
+    radius: Quantity
+    over: Name | Member | None
+
+
+@dataclass(frozen=True, slots=True)
+class Link:
+    """``0-1: 0.8`` in ``distances``: two members by their place in the group, and the distance."""
+
+    span: Span
+    first: Quantity
+    second: Quantity
+    distance: Quantity
+
+
+@dataclass(frozen=True, slots=True)
+class Formation:
+    """``kind`` is ``line chain circle grid star offsets distances``.
+
+    ``settings``: ``spacing``, ``radius``, ``heading``, ``rows``, ``columns``,
+    ``tolerance``; ``total`` says that the tolerance bounds the sum of the errors.
+    """
+
+    span: Span
+    name: Name
+    kind: Name
+    agents: Name | Member
+    settings: tuple[Setting, ...]
+    offsets: tuple[Point, ...] = ()
+    links: tuple[Link, ...] = ()
+    total: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Separation:
+    span: Span
+    distance: Quantity
+
+
+@dataclass(frozen=True, slots=True)
+class Clearance:
+    span: Span
+    distance: Quantity
+
+
+@dataclass(frozen=True, slots=True)
+class Let:
+    span: Span
+    name: Name
+    body: Formula
+
+
+@dataclass(frozen=True, slots=True)
+class Require:
+    """``label`` is None where the author gave none."""
+
+    span: Span
+    label: Name | None
+    body: Formula
+
+
+@dataclass(frozen=True, slots=True)
+class Prefer:
+    span: Span
+    label: Name | None
+    body: Formula
+    weight: Quantity | None
+
+
+@dataclass(frozen=True, slots=True)
+class Minimize:
+    span: Span
+    goal: Name
+
+
+@dataclass(frozen=True, slots=True)
+class Solve:
+    """``solve with smt { nodes = 110, neighbors = 6 }``"""
+
+    span: Span
+    backend: Name
+    settings: tuple[Setting, ...]
+
+
+Declaration: TypeAlias = (
+    MissionName
+    | Param
+    | Include
+    | Time
+    | World
+    | Region
+    | Obstacle
+    | Beacon
+    | Team
+    | Group
+    | Graph
+    | Formation
+    | Separation
+    | Clearance
+    | Let
+    | Require
+    | Prefer
+    | Minimize
+    | Solve
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Program:
+    """A whole mission: the main file's declarations with every include's spliced in at its place."""
+
+    declarations: tuple[Declaration, ...]
+    span: Span

@@ -1,0 +1,105 @@
+"""Formulas as written."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+from typing import TypeAlias
+
+from missionc.source import Span
+from missionc.syntax.ast.quantities import Member, Name, Quantity
+
+
+@dataclass(frozen=True, slots=True)
+class Truth:
+    span: Span
+    value: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Call:
+    """``inside(field)``, ``touches(field)``, ``connected(radio, east)``."""
+
+    span: Span
+    name: Name
+    arguments: tuple[Name | Member, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Compare:
+    """``left op right`` with ``op`` one of ``<= < >= >``, over the agent's state and distances."""
+
+    span: Span
+    operator: str
+    left: Quantity
+    right: Quantity
+
+
+@dataclass(frozen=True, slots=True)
+class Window:
+    """``[2 s, 12 s]``; ``high`` is None for ``end``."""
+
+    span: Span
+    low: Quantity
+    high: Quantity | None
+
+
+class Metric(Enum):
+    """What a route's length is measured in."""
+
+    HOPS = "hops"
+    METRES = "distance"
+
+
+@dataclass(frozen=True, slots=True)
+class Length:
+    """``[hops 0..2 on radio]``.
+
+    ``low`` is None for ``<= 2``, ``high`` for ``2..``, ``graph`` where it is left out.
+    """
+
+    span: Span
+    metric: Metric
+    low: Quantity | None
+    high: Quantity | None
+    graph: Name | None
+
+
+@dataclass(frozen=True, slots=True)
+class Apply:
+    """An operator on its operands, by its canonical word (``and``, ``always``, ``reach``, …).
+
+    ``count`` keeps the comparison after it: ``>=`` and ``2`` in ``count[…] f >= 2``.
+    """
+
+    span: Span
+    operator: str
+    operator_span: Span
+    operands: tuple[Formula, ...]
+    bounds: Window | Length | None = None
+    comparison: str | None = None
+    number: Quantity | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Quantified:
+    """``every G: f``, ``some G: f``, ``at least 2 G: f``; ``kind`` is ``every``, ``some`` or ``at least``."""
+
+    span: Span
+    kind: str
+    number: Quantity | None
+    agents: Name | Member
+    body: Formula
+
+
+@dataclass(frozen=True, slots=True)
+class OneAgent:
+    """``drone[0]: f`` (or ``truck7: f``, an agent by its own name)."""
+
+    span: Span
+    agent: Name | Member
+    body: Formula
+
+
+Formula: TypeAlias = "Truth | Name | Member | Call | Compare | Apply | Quantified | OneAgent"
+"""A ``Name`` may be a region, team, group, agent, formation or ``let``; resolve tells which."""

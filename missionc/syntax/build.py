@@ -1,0 +1,289 @@
+"""From the grammar's rules to the tree: one function for each rule, by its name in ``grammars/mission.lark``.
+
+A function gets the span of its text and the parts the grammar keeps: nodes,
+``ast.Name`` for a name, tokens for other words and signs.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from missionc.diagnostics.code import SYNTAX
+from missionc.diagnostics.model import Diagnostic, Label
+from missionc.source import Span
+from missionc.syntax import ast
+from missionc.syntax.build_formula import FORMULAS, MisreadError, as_formula
+from missionc.syntax.tokens import Token, quoted
+
+FORMATIONS = ("line", "chain", "circle", "grid", "star", "offsets", "distances")
+
+
+@dataclass(frozen=True, slots=True)
+class _Total:
+    """``total tolerance 0.5 m``, until the formation around it is read."""
+
+    setting: ast.Setting
+
+
+# ---------------------------------------------------------------- quantities
+
+
+def number(span: Span, value: Token, unit: Token | None) -> ast.Number:
+    if unit is None:
+        return ast.Number(span, float(value.text))
+    return ast.Number(span, float(value.text), unit.text, unit.span)
+
+
+def same(span: Span, node: object) -> object:
+    """A node in brackets, or one that the rule only lets stand here."""
+    return node
+
+
+def negative(span: Span, sign: Token, body: ast.Quantity) -> ast.Negative:
+    return ast.Negative(span, body)
+
+
+def arithmetic(span: Span, left: ast.Quantity, sign: Token, right: ast.Quantity) -> ast.Arithmetic:
+    return ast.Arithmetic(span, sign.text, left, right)
+
+
+def member(span: Span, team: ast.Name, low: ast.Quantity, high: ast.Quantity | None) -> ast.Member:
+    return ast.Member(span, team, low, high)
+
+
+def distance(span: Span, *ends: ast.Name | ast.Member) -> ast.Distance:
+    return ast.Distance(span, ends)
+
+
+def point(span: Span, *coordinates: ast.Quantity) -> ast.Point:
+    return ast.Point(span, coordinates)
+
+
+# -------------------------------------------------------------------- shapes
+
+
+def combined(span: Span, left: ast.Shape, sign: Token, right: ast.Shape) -> ast.Combined:
+    return ast.Combined(span, sign.text, left, right)
+
+
+def polygon(span: Span, *parts: ast.Point | ast.Height | None) -> ast.Polygon:
+    corners = tuple(part for part in parts if isinstance(part, ast.Point))
+    height = parts[-1]
+    return ast.Polygon(span, corners, height if isinstance(height, ast.Height) else None)
+
+
+def moving(span: Span, velocity: ast.Point, unit: Token | None) -> ast.Moving:
+    if unit is None:
+        return ast.Moving(span, velocity)
+    return ast.Moving(span, velocity, unit.text, unit.span)
+
+
+def along(span: Span, *waypoints: ast.Waypoint) -> ast.Along:
+    return ast.Along(span, waypoints)
+
+
+def waypoint(span: Span, time: ast.Quantity, *offset: ast.Quantity) -> ast.Waypoint:
+    return ast.Waypoint(span, time, offset)
+
+
+# -------------------------------------------------------------------- agents
+
+
+def team(span: Span, name: ast.Name, size: ast.Quantity, *items: ast.TeamItem) -> ast.Team:
+    return ast.Team(span, name, size, items)
+
+
+def agent(span: Span, name: ast.Name, *items: ast.TeamItem) -> ast.Team:
+    return ast.Team(span, name, None, items)
+
+
+def dynamics(span: Span, name: ast.Name, *settings: ast.Setting | None) -> ast.Dynamics:
+    return ast.Dynamics(span, name, tuple(setting for setting in settings if setting is not None))
+
+
+def setting(span: Span, name: ast.Name, *value: Token | ast.Quantity) -> ast.Setting:
+    match value:
+        case (Token() as relation, high):
+            assert not isinstance(high, Token)
+            return ast.Setting(span, name, relation.text, high)
+        case (high,):
+            assert not isinstance(high, Token)
+            return ast.Setting(span, name, "", high)
+        case _:
+            raise AssertionError(value)
+
+
+def setting_range(span: Span, name: ast.Name, low: ast.Quantity, sign: Token, high: ast.Quantity) -> ast.Setting:
+    """``speed 1..2 m/s``: the unit stays with the high end; ``resolve`` lends it to the low one."""
+    return ast.Setting(span, name, sign.text, high, low)
+
+
+def at_points(span: Span, *points: ast.Point) -> ast.AtPoints:
+    return ast.AtPoints(span, points)
+
+
+def between(span: Span, kind: ast.Name, first: ast.Point, last: ast.Point) -> ast.OnLine | ast.OnGrid:
+    match kind.text:
+        case "line":
+            return ast.OnLine(span, first, last)
+        case "grid":
+            return ast.OnGrid(span, first, last)
+        case text:
+            message = f"agents stand on a `line` or a `grid` between two points, not on {quoted(text)}"
+            raise MisreadError(
+                Diagnostic(SYNTAX, message, Label(kind.span), help="write `line P to P` or `grid P to P`")
+            )
+
+
+def group(span: Span, name: ast.Name, *members: ast.Name | ast.Member) -> ast.Group:
+    return ast.Group(span, name, members)
+
+
+# --------------------------------------------------------- graphs, formations
+
+
+def graph(
+    span: Span, name: ast.Name, kind: Token, radius: ast.Quantity, over: ast.Name | ast.Member | None
+) -> ast.Graph:
+    return ast.Graph(span, name, kind.text, radius, over)
+
+
+def link(span: Span, ends: ast.Quantity, length: ast.Quantity) -> ast.Link:
+    match ends:
+        case ast.Arithmetic(_, "-", first, second):
+            return ast.Link(span, first, second, length)
+        case _:
+            message = "a link is between two agents, by their numbers"
+            raise MisreadError(Diagnostic(SYNTAX, message, Label(ends.span), help="write `0-1: 0.8 m`"))
+
+
+def total(span: Span, name: ast.Name, value: ast.Quantity) -> _Total:
+    if name.text != "tolerance":
+        message = f"`tolerance` was expected after `total`, not {quoted(name.text)}"
+        raise MisreadError(Diagnostic(SYNTAX, message, Label(name.span), help="write `total tolerance 0.5 m`"))
+    return _Total(ast.Setting(span, name, "", value))
+
+
+def formation(
+    span: Span,
+    name: ast.Name,
+    kind: ast.Name,
+    agents: ast.Name | ast.Member,
+    places: tuple[ast.Point, ...] | tuple[ast.Link, ...] | None,
+    *settings: ast.Setting | _Total,
+) -> ast.Formation:
+    if kind.text not in FORMATIONS:
+        message = f"no formation is called {quoted(kind.text)}"
+        kinds = ", ".join(f"`{known}`" for known in FORMATIONS)
+        raise MisreadError(Diagnostic(SYNTAX, message, Label(kind.span), help=f"write one of {kinds}"))
+    points = tuple(place for place in places or () if isinstance(place, ast.Point))
+    links = tuple(place for place in places or () if isinstance(place, ast.Link))
+    if bool(points) != (kind.text == "offsets") or bool(links) != (kind.text == "distances"):
+        takes = {"offsets": "points, such as `(0, 0), (-1, 1)`", "distances": "links, such as `(0-1: 0.8 m)`"}
+        message = f"`{kind.text}` takes {takes.get(kind.text, 'neither points nor links')}"
+        where = agents.span if places is None else places[0].span.to(places[-1].span)
+        advice = f"write them after {quoted(agents.span.text)}" if kind.text in takes else "delete them"
+        raise MisreadError(Diagnostic(SYNTAX, message, Label(where), help=advice))
+    return ast.Formation(
+        span,
+        name,
+        kind,
+        agents,
+        tuple(setting.setting if isinstance(setting, _Total) else setting for setting in settings),
+        points,
+        links,
+        any(isinstance(setting, _Total) for setting in settings),
+    )
+
+
+# -------------------------------------------------------------- declarations
+
+
+def goal(span: Span, name: ast.Name | Token) -> ast.Name:
+    return ast.Name(span, name.text)
+
+
+def include(span: Span, path: Token) -> ast.Include:
+    return ast.Include(span, path.text.strip('"'))
+
+
+def let(span: Span, name: ast.Name, body: ast.Formula) -> ast.Let:
+    return ast.Let(span, name, as_formula(body))
+
+
+def require(span: Span, label: ast.Name | None, body: ast.Formula) -> ast.Require:
+    return ast.Require(span, label, as_formula(body))
+
+
+def prefer(span: Span, label: ast.Name | None, body: ast.Formula, weight: ast.Quantity | None) -> ast.Prefer:
+    return ast.Prefer(span, label, as_formula(body), weight)
+
+
+def solve(span: Span, backend: ast.Name, *settings: ast.Setting | None) -> ast.Solve:
+    return ast.Solve(span, backend, tuple(setting for setting in settings if setting is not None))
+
+
+FUNCTIONS: dict[str, Callable[..., object]] = FORMULAS | {
+    "agent": agent,
+    "along": along,
+    "arithmetic": arithmetic,
+    "at_points": at_points,
+    "ball": ast.Ball,
+    "beacon": ast.Beacon,
+    "between": between,
+    "box": ast.Box,
+    "clearance": ast.Clearance,
+    "combined": combined,
+    "cylinder": ast.Cylinder,
+    "disc": ast.Disc,
+    "distance": distance,
+    "dynamics": dynamics,
+    "finish": ast.Finish,
+    "formation": formation,
+    "goal": goal,
+    "graph": graph,
+    "graph_kind": same,
+    "group": group,
+    "height": ast.Height,
+    "in_region": ast.InRegion,
+    "include": include,
+    "let": let,
+    "link": link,
+    "links": lambda span, *links: links,
+    "member": member,
+    "minimize": ast.Minimize,
+    "mission": ast.MissionName,
+    "moving": moving,
+    "name": same,
+    "negative": negative,
+    "number": number,
+    "obstacle": ast.Obstacle,
+    "offsets": lambda span, *points: points,
+    "param": ast.Param,
+    "parentheses": same,
+    "point": point,
+    "polygon": polygon,
+    "prefer": prefer,
+    "region": ast.Region,
+    "require": require,
+    "separation": ast.Separation,
+    "setting": setting,
+    "setting_range": setting_range,
+    "solve": solve,
+    "start": ast.Start,
+    "team": team,
+    "time": ast.Time,
+    "total": total,
+    "waypoint": waypoint,
+    "world": ast.World,
+}
+
+NESTS: frozenset[str] = frozenset(
+    {
+        *("arithmetic", "negative", "term", "minus", "combined", "parentheses", "comparison"),
+        *("infix", "bounded_infix", "prefix", "bounded_prefix", "chain", "count"),
+        *("quantified", "at_least", "one_agent"),
+    }
+)
+"""The rules that put a node into another of its kind, or brackets around one."""

@@ -1,0 +1,167 @@
+"""From the grammar's rules to the tree: the rules of formulas, as in ``build.py``.
+
+In a formula, words alone do not tell a number from a formula: ``(x`` may go on
+as ``(x and y)`` or as ``(x + 1) <= 2``. So these functions look again.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+from missionc.diagnostics.code import SYNTAX, UNKNOWN_NAME
+from missionc.diagnostics.model import Diagnostic, Label
+from missionc.source import Span
+from missionc.syntax import ast
+from missionc.syntax.tokens import Token, quoted
+
+
+class MisreadError(Exception):
+    """Each token may stand where it stands, but together they say nothing."""
+
+    def __init__(self, finding: Diagnostic) -> None:
+        super().__init__(finding.message)
+        self.finding = finding
+
+
+def infix(span: Span, left: ast.Formula, operator: Token, right: ast.Formula) -> ast.Apply:
+    return ast.Apply(span, operator.word, operator.span, (as_formula(left), as_formula(right)))
+
+
+def chain(span: Span, *parts: ast.Formula | Token) -> ast.Apply:
+    """``a and b and c``: one operator on many operands."""
+    operator = parts[1]
+    assert isinstance(operator, Token)
+    operands = tuple(as_formula(part) for part in parts if not isinstance(part, Token))
+    return ast.Apply(span, operator.word, operator.span, operands)
+
+
+def bounded_infix(
+    span: Span, left: ast.Formula, operator: Token, bounds: ast.Window | ast.Length, right: ast.Formula
+) -> ast.Apply:
+    return replace(infix(span, left, operator, right), bounds=bounds)
+
+
+def prefix(span: Span, operator: Token, body: ast.Formula) -> ast.Apply:
+    return ast.Apply(span, operator.word, operator.span, (as_formula(body),))
+
+
+def bounded_prefix(span: Span, operator: Token, bounds: ast.Window | ast.Length, body: ast.Formula) -> ast.Apply:
+    return ast.Apply(span, operator.word, operator.span, (as_formula(body),), bounds)
+
+
+def count(
+    span: Span, operator: Token, length: ast.Length, body: ast.Formula, relation: Token, value: ast.Quantity
+) -> ast.Apply:
+    return ast.Apply(span, operator.word, operator.span, (as_formula(body),), length, relation.text, value)
+
+
+def quantified(span: Span, kind: Token, agents: ast.Name | ast.Member, body: ast.Formula) -> ast.Quantified:
+    return ast.Quantified(span, kind.word, None, agents, as_formula(body))
+
+
+def at_least(span: Span, least: ast.Quantity, agents: ast.Name | ast.Member, body: ast.Formula) -> ast.Quantified:
+    return ast.Quantified(span, "at least", least, agents, as_formula(body))
+
+
+def one_agent(span: Span, name: ast.Name | ast.Member, body: ast.Formula) -> ast.OneAgent:
+    return ast.OneAgent(span, name, as_formula(body))
+
+
+def term(span: Span, left: ast.Formula, sign: Token, right: ast.Formula) -> ast.Arithmetic:
+    return ast.Arithmetic(span, sign.text, as_quantity(left), as_quantity(right))
+
+
+def minus(span: Span, sign: Token, body: ast.Formula) -> ast.Negative:
+    return ast.Negative(span, as_quantity(body))
+
+
+def comparison(span: Span, left: ast.Formula, relation: Token, right: ast.Formula) -> ast.Compare:
+    return ast.Compare(span, relation.text, as_quantity(left), as_quantity(right))
+
+
+def call(span: Span, name: ast.Name, *arguments: ast.Name | ast.Member) -> ast.Call:
+    return ast.Call(span, name, arguments)
+
+
+def window(span: Span, low: ast.Quantity, high: ast.Quantity | None = None) -> ast.Window:
+    return ast.Window(span, low, high)
+
+
+def length_between(
+    span: Span, metric: Token, low: ast.Quantity, high: ast.Quantity, graph: ast.Name | None
+) -> ast.Length:
+    return ast.Length(span, ast.Metric(metric.word), low, high, graph)
+
+
+def length_up_to(span: Span, metric: Token, high: ast.Quantity, graph: ast.Name | None) -> ast.Length:
+    return ast.Length(span, ast.Metric(metric.word), None, high, graph)
+
+
+def length_from(span: Span, metric: Token, low: ast.Quantity, graph: ast.Name | None) -> ast.Length:
+    return ast.Length(span, ast.Metric(metric.word), low, None, graph)
+
+
+FORMULAS: dict[str, Callable[..., object]] = {
+    "at_least": at_least,
+    "bounded_infix": bounded_infix,
+    "bounded_prefix": bounded_prefix,
+    "call": call,
+    "chain": chain,
+    "comparison": comparison,
+    "count": count,
+    "infix": infix,
+    "length_between": length_between,
+    "length_from": length_from,
+    "length_up_to": length_up_to,
+    "minus": minus,
+    "one_agent": one_agent,
+    "prefix": prefix,
+    "quantified": quantified,
+    "term": term,
+    "window": window,
+    "compare": lambda span, relation: relation,
+    "false": lambda span: ast.Truth(span, False),
+    "length_of": lambda span, metric: metric,
+    "true": lambda span: ast.Truth(span, True),
+}
+
+
+# ------------------------------------------------------------------ messages
+
+
+def as_formula(node: ast.Formula | ast.Quantity) -> ast.Formula:
+    match node:
+        case ast.Number() | ast.Negative() | ast.Arithmetic() | ast.Distance():
+            text = quoted(node.span.text)
+            finding = Diagnostic(
+                SYNTAX,
+                f"a formula was expected; {text} is a number",
+                Label(node.span),
+                help=f"compare it: `{node.span.text} <= 2`" if len(text) <= 30 else "compare it with another number",
+            )
+            raise MisreadError(finding)
+        case _:
+            return node
+
+
+def _no_measure(call: ast.Call) -> Diagnostic:
+    message = f"no measure is called {quoted(call.name.text)}"
+    advice = "write `distance(…)`, or a state: `x`, `y`, `z`, `speed`, `altitude`"
+    return Diagnostic(UNKNOWN_NAME, message, Label(call.name.span), help=advice)
+
+
+def as_quantity(node: ast.Formula | ast.Quantity) -> ast.Quantity:
+    match node:
+        case ast.Name() | ast.Number() | ast.Negative() | ast.Arithmetic() | ast.Distance():
+            return node
+        case _:
+            if isinstance(node, ast.Call) and node.name.text not in ("inside", "touches", "connected"):
+                raise MisreadError(_no_measure(node))
+            finding = Diagnostic(
+                SYNTAX,
+                f"a number was expected; {quoted(node.span.text)} is a formula",
+                Label(node.span),
+                help="compare numbers only, such as `x + 2 <= 3`",
+            )
+            raise MisreadError(finding)

@@ -1,0 +1,162 @@
+"""How each declaration and operator is written: one example of each, for messages."""
+
+from __future__ import annotations
+
+DECLARED: dict[str, str] = {
+    "mission": "mission wildfire",
+    "param": "param T = 20 s",
+    "include": 'include "site.mission"',
+    "time": "time step 1 s, horizon 20 s",
+    "world": "world (0, 0) to (10, 10)",
+    "region": "region base = box (1, 1) to (3, 3)",
+    "obstacle": "obstacle tower = disc at (5, 5) radius 1 m",
+    "beacon": "beacon mast = (1.5, 1.5)",
+    "team": "team drone[5] { radius 0.1 m  dynamics unicycle(speed 0..2 m/s)  start in base }",
+    "agent": "agent truck { radius 0.1 m  dynamics single_integrator(speed <= 2 m/s)  start at (1, 1) }",
+    "group": "group east = drone[0..2], truck",
+    "graph": "graph radio = proximity 1 m",
+    "formation": "formation wall = line of drone spacing 0.8 m tolerance 0.1 m",
+    "separation": "separation 0.3 m",
+    "clearance": "clearance 0.1 m",
+    "let": "let safe = not fire",
+    "require": "require home: every drone: eventually[0, end] base",
+    "prefer": "prefer calm: every drone: always[0, end] speed <= 1 m/s weight 2",
+    "minimize": "minimize distance",
+    "solve": "solve with smt { nodes = 110 }",
+}
+
+PARTS: dict[str, str] = {
+    "box": "box (1, 1) to (3, 3)",
+    "disc": "disc at (5, 5) radius 1 m",
+    "ball": "ball at (5, 5, 2) radius 1 m",
+    "cylinder": "cylinder at (5, 5) radius 1 m height 0..2 m",
+    "polygon": "polygon (1, 1), (3, 1), (2, 3)",
+    "height": "height 0..2 m",
+    "moving": "moving (1, 0) m/s",
+    "along": "along (0 s: 0, 0), (4 s: 3, 0)",
+    "dynamics": "dynamics single_integrator(speed <= 2 m/s)",
+    "start": "start in base` or `start grid (1, 1) to (3, 3)",
+    "finish": "finish in base` or `finish grid (1, 1) to (3, 3)",
+}
+"""The parts of declarations that begin with a word of their own."""
+
+IN_FORMULA: dict[str, str] = {
+    "every": "every drone: base",
+    "some": "some drone: base",
+    "least": "at least 2 drone: base",
+    "count": "count[hops 1..1] base >= 2",
+    "distance": "distance(base) <= 2 m",
+}
+"""Words in formulas, and what they need behind them."""
+
+BOUNDS: dict[str, str] = {
+    "TIME_PREFIX": "[0 s, 5 s]",
+    "TIME_INFIX": "[0 s, 5 s]",
+    "ROUTE_PREFIX": "[hops 1..2]",
+    "ROUTE_INFIX": "[hops 0..2]",
+    "count": "[hops 1..1]",
+}
+"""The bounds of each class of operator."""
+
+SIGNS: dict[str, str] = {
+    "&&": "and",
+    "/\\": "and",
+    "∧": "and",
+    "||": "or",
+    "\\/": "or",
+    "∨": "or",
+    "¬": "not",
+    "~": "not",
+    "∀": "every",
+    "∃": "some",
+    "=>": "implies",
+    "==>": "implies",
+    "⇒": "implies",
+    "→": "implies",
+    "<=>": "iff",
+    "⇔": "iff",
+    "↔": "iff",
+    "□": "always",
+    "◇": "eventually",
+    "=<": "<=",
+    "≤": "<=",
+    "≥": ">=",
+    "−": "-",
+    "–": "-",
+    "×": "*",
+    "·": "*",
+    "÷": "/",
+    ":=": "=",
+    "...": "..",
+    "…": "..",
+    "//": "#",
+    "/*": "#",
+    "“": '"',
+    "”": '"',
+    "'": '"',
+    ";": "",
+    ".": "",
+}
+"""Signs of other languages, and ours for them; empty where we write none."""
+
+WORDS: dict[str, str] = {
+    "globally": "always",
+    "henceforth": "always",
+    "finally": "eventually",
+    "sometime": "eventually",
+    "sometimes": "eventually",
+    "then": "implies",
+    "exists": "some",
+    "any": "some",
+    "forall": "every",
+    "each": "every",
+    "all": "every",
+    "zone": "region",
+    "area": "region",
+    "const": "param",
+    "parameter": "param",
+    "robot": "agent",
+    "robots": "team",
+    "property": "require",
+    "requirement": "require",
+    "assert": "require",
+    "minimise": "minimize",
+    "circle": "disc",
+    "sphere": "ball",
+    "rectangle": "box",
+}
+"""Words of other languages, and ours for them."""
+
+INSTEAD: dict[str, str] = {
+    "never": "always[0 s, 5 s] not f",
+    "unless": "(f until[0 s, 5 s] g) or always[0 s, 5 s] f",
+    "weakuntil": "(f until[0 s, 5 s] g) or always[0 s, 5 s] f",
+    "xor": "not (f iff g)",
+    "if": "f implies g",
+    "no": "every drone: not f",
+    "none": "every drone: not f",
+    "for": "every drone: f",
+    "exactly": "(at least 2 drone: f) and not at least 3 drone: f",
+    "most": "not at least 3 drone: f",
+}
+"""Words of other languages that we say in more words."""
+
+UNITS_IN_FULL: dict[str, str] = {
+    "sec": "s",
+    "secs": "s",
+    "second": "s",
+    "seconds": "s",
+    "minute": "min",
+    "minutes": "min",
+    "millisecond": "ms",
+    "milliseconds": "ms",
+    "meter": "m",
+    "meters": "m",
+    "metre": "m",
+    "metres": "m",
+    "degree": "deg",
+    "degrees": "deg",
+    "radian": "rad",
+    "radians": "rad",
+}
+"""Units in full, and as we write them."""

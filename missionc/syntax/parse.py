@@ -1,0 +1,229 @@
+"""From text to the tree as written, the included files' declarations spliced in.
+
+    in   Source
+    out  Program
+    says MC001, MC003 to MC008, MC011 to MC013, MC202, and what ``load`` says
+
+Declarations are read one by one: after an error in one, reading goes on at the
+next, so that all the errors of a file are found in one run.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import TypeAlias, cast
+
+from missionc.diagnostics.code import (
+    DECLARED_AGAIN,
+    EMPTY,
+    FILE_TOO_LARGE,
+    INCLUDE_CYCLE,
+    INCLUDE_TOO_DEEP,
+    NESTED_TOO_DEEP,
+)
+from missionc.diagnostics.model import Diagnostic, Label
+from missionc.limits import Limits
+from missionc.source import Source, Span
+from missionc.syntax import ast, table
+from missionc.syntax.build import FUNCTIONS, NESTS
+from missionc.syntax.build_formula import MisreadError
+from missionc.syntax.hints import explain
+from missionc.syntax.machine import Machine, TooDeepError
+from missionc.syntax.place import Place
+from missionc.syntax.table import END
+from missionc.syntax.tokens import LABEL, MOST_FINDINGS, NAME, Token, tokenise
+
+Load: TypeAlias = Callable[[str, Span], Source | Diagnostic]
+"""The file of an ``include``, by its path as written and the span of the declaration."""
+
+
+def parse(source: Source, limits: Limits, load: Load) -> tuple[ast.Program | None, list[Diagnostic]]:
+    """The program a text says, or all that is wrong with it, in file order."""
+    reader = _Reader(limits, load, {source.name: Span(source, 0, 0)})
+    declarations, findings = reader.read(source, ())
+    if not declarations and not findings:
+        findings = [_empty(source)]
+    if findings:
+        return None, findings[:MOST_FINDINGS]
+    return ast.Program(tuple(declarations), Span(source, 0, len(source.text))), []
+
+
+@dataclass(frozen=True, slots=True)
+class _Reader:
+    """Reads a file and those it includes.
+
+    ``read_already`` is where each file was first included; ``sizes`` are theirs, in bytes.
+    """
+
+    limits: Limits
+    load: Load
+    read_already: dict[str, Span]
+    sizes: list[int] = field(default_factory=list)
+
+    def read(self, source: Source, chain: tuple[Span, ...]) -> tuple[list[ast.Declaration], list[Diagnostic]]:
+        """``chain`` are the includes that lead to this file."""
+        self.sizes.append(len(source.text.encode("utf-8", "replace")))
+        if sum(self.sizes) > self.limits.file_bytes:
+            return [], [_too_large(source, self.sizes, chain, self.limits)]
+        tokens, odd = tokenise(source, self.limits)
+        declarations: list[ast.Declaration] = []
+        findings = [(_start(finding), finding) for finding in odd]
+        here = 0
+        while tokens[here].kind != END and len(findings) < MOST_FINDINGS + len(odd):
+            first = here
+            outcome, here = _read_declaration(tokens, first, self.limits)
+            match outcome:
+                case Diagnostic():
+                    findings.append((_start(outcome), outcome))
+                case ast.Include():
+                    included, more = self._follow(outcome, source, chain)
+                    declarations += included
+                    findings += [(outcome.span.start, finding) for finding in more]
+                case _:
+                    declarations.append(outcome)
+        findings.sort(key=lambda pair: pair[0])
+        return declarations, [finding for _, finding in findings]
+
+    def _follow(
+        self, include: ast.Include, source: Source, chain: tuple[Span, ...]
+    ) -> tuple[list[ast.Declaration], list[Diagnostic]]:
+        loaded = self.load(include.path, include.span)
+        chain = (*chain, include.span)
+        match loaded:
+            case Diagnostic():
+                return [], [loaded]
+            case Source(name) if name == source.name or name in [span.source.name for span in chain]:
+                return [], [_cycle(name, chain)]
+            case Source(name) if name in self.read_already:
+                return [], [_included_twice(name, include, self.read_already[name])]
+            case Source() if len(chain) > self.limits.include_depth:
+                return [], [_includes_too_deep(chain, self.limits)]
+            case Source(name):
+                self.read_already[name] = include.span
+                return self.read(loaded, chain)
+
+
+def _read_declaration(tokens: Sequence[Token], first: int, limits: Limits) -> tuple[ast.Declaration | Diagnostic, int]:
+    """The declaration that starts at a token, or what is wrong with it; and where the next one starts."""
+    machine = Machine(table.load(), FUNCTIONS, NESTS, limits.nesting)
+    opened: list[int] = []
+    here = first
+    try:
+        while True:
+            token = tokens[here]
+            ends = here > first and (token.kind == END or token.declares)
+            if ends or not _feed(machine, token):
+                # What starts a line after a whole declaration is the next one's affair.
+                if here > first and (ends or token.starts_line) and machine.takes(END):
+                    return cast(ast.Declaration, machine.finish()), here
+                place = Place(tokens, first, here, machine.expected(), tuple(opened))
+                return explain(place), _next_start(tokens, first, here)
+            if token.kind in _OPENING:
+                opened.append(here)
+                if len(opened) > limits.nesting:
+                    return _too_deep(token.span, limits), _next_start(tokens, first, here)
+            elif token.kind in _CLOSING:
+                opened.pop()
+            here += 1
+    except MisreadError as misread:
+        return misread.finding, _next_start(tokens, first, here)
+    except TooDeepError as deep:
+        return _too_deep(deep.part.span, limits), _next_start(tokens, first, here)
+
+
+_NAMES = frozenset({NAME, LABEL})
+_OPENING = frozenset("([{")
+_CLOSING = frozenset(")]}")
+
+
+def _feed(machine: Machine, token: Token) -> bool:
+    """Whether the token may stand where it stands, as what it is or else as a name; then it is taken."""
+    if token.kind in _NAMES:
+        return machine.feed(token.kind, ast.Name(token.span, token.text), token.span)
+    if machine.feed(token.kind, token, token.span):
+        return True
+    return token.may_be_name and machine.feed(NAME, ast.Name(token.span, token.text), token.span)
+
+
+def _next_start(tokens: Sequence[Token], first: int, here: int) -> int:
+    """Where reading goes on after an error: at a word that declares something and looks as if it was meant to."""
+    here = max(here, first + 1)
+    while tokens[here].kind != END:
+        if tokens[here].declares and (
+            tokens[here].starts_line or (tokens[here + 1].kind == NAME and tokens[here + 2].kind in ("=", "[", "{"))
+        ):
+            break
+        here += 1
+    return here
+
+
+# ------------------------------------------------------------------ messages
+
+
+def _start(finding: Diagnostic) -> int:
+    return finding.primary.span.start if finding.primary else 0
+
+
+def _empty(source: Source) -> Diagnostic:
+    return Diagnostic(
+        EMPTY,
+        "the mission says nothing: there is no declaration in the file",
+        Label(Span(source, 0, 0)),
+        help="start with `mission NAME`; `missionc explain MC003` shows a whole mission",
+    )
+
+
+def _too_large(source: Source, sizes: list[int], chain: tuple[Span, ...], limits: Limits) -> Diagnostic:
+    total = sum(sizes)
+    one = f"the file has {total} bytes"
+    many = f"`{source.name}` is one too many: the {len(sizes)} files of the mission have {total} bytes so far"
+    return Diagnostic(
+        FILE_TOO_LARGE,
+        f"{many if chain else one}; the limit is {limits.file_bytes}",
+        Label(chain[-1] if chain else Span(source, 0, 0)),
+        help=f"raise the limit: `--limit file_bytes={total}`",
+    )
+
+
+def _too_deep(span: Span, limits: Limits) -> Diagnostic:
+    return Diagnostic(
+        NESTED_TOO_DEEP,
+        f"nested more than {limits.nesting} deep",
+        Label(span),
+        help=f"name the inner part with `let`, or raise the limit: `--limit nesting={2 * limits.nesting}`",
+    )
+
+
+def _cycle(name: str, chain: tuple[Span, ...]) -> Diagnostic:
+    files = [span.source.name for span in chain]
+    files = files[files.index(name) :]
+    steps = chain[len(chain) - len(files) :]
+    if len(files) == 1:
+        return Diagnostic(INCLUDE_CYCLE, f"`{name}` includes itself", Label(steps[-1]), help="delete the `include`")
+    return Diagnostic(
+        INCLUDE_CYCLE,
+        f"`{name}` includes itself by way of {', '.join(f'`{file}`' for file in files[1:])}",
+        Label(steps[-1], f"`{name}` again"),
+        tuple(Label(step, f"`{file}` is included here") for step, file in zip(steps, files[1:], strict=False)),
+        help="delete one of these includes",
+    )
+
+
+def _included_twice(name: str, include: ast.Include, first: Span) -> Diagnostic:
+    return Diagnostic(
+        DECLARED_AGAIN,
+        f"`{name}` is included twice",
+        Label(include.span),
+        (Label(first, "included here already"),),
+        help="delete one of the two",
+    )
+
+
+def _includes_too_deep(chain: tuple[Span, ...], limits: Limits) -> Diagnostic:
+    return Diagnostic(
+        INCLUDE_TOO_DEEP,
+        f"includes within includes, {len(chain)} deep; the limit is {limits.include_depth}",
+        Label(chain[-1]),
+        help=f"include the files from the main one, or raise the limit: `--limit include_depth={len(chain)}`",
+    )

@@ -1,0 +1,169 @@
+"""The tree as canonical text: one declaration a line, operators by their words, no bracket that is not needed.
+
+``parse(show(program))`` is the same tree but for its spans.
+"""
+
+from __future__ import annotations
+
+from typing import assert_never
+
+from missionc.syntax import ast
+from missionc.syntax.show_formula import agents, formula, loose, point, points, tight
+
+
+def show(program: ast.Program) -> str:
+    """The whole mission as text."""
+    return "".join(_declaration(declaration) + "\n" for declaration in program.declarations)
+
+
+def _declaration(node: ast.Declaration) -> str:
+    match node:
+        case ast.MissionName(_, name):
+            return f"mission {name.text}"
+        case ast.Param(_, name, value):
+            return f"param {name.text} = {loose(value)}"
+        case ast.Include(_, path):
+            return f'include "{path}"'
+        case ast.Time(_, step, horizon):
+            return f"time step {tight(step)}, horizon {tight(horizon)}"
+        case ast.World(_, low, high):
+            return f"world {point(low)} to {point(high)}"
+        case ast.Region(_, name, shape):
+            return f"region {name.text} = {_shape(shape)}"
+        case ast.Obstacle(_, name, shape, motion):
+            return f"obstacle {name.text} = {_shape(shape)}{_motion(motion)}"
+        case ast.Beacon(_, name, position):
+            return f"beacon {name.text} = {point(position)}"
+        case ast.Team(_, name, size, items):
+            head = f"agent {name.text}" if size is None else f"team {name.text}[{loose(size)}]"
+            return "\n".join([head + " {", *(f"  {_item(item)}" for item in items), "}"])
+        case ast.Group(_, name, members):
+            return f"group {name.text} = {', '.join(map(agents, members))}"
+        case ast.Graph(_, name, kind, radius, over):
+            return f"graph {name.text} = {kind} {tight(radius)}" + ("" if over is None else f" over {agents(over)}")
+        case ast.Formation():
+            return _formation(node)
+        case ast.Separation(_, length):
+            return f"separation {tight(length)}"
+        case ast.Clearance(_, length):
+            return f"clearance {tight(length)}"
+        case ast.Let(_, name, body):
+            return f"let {name.text} = {formula(body)}"
+        case ast.Require(_, label, body):
+            return f"require {_labelled(label, body)}"
+        case ast.Prefer(_, label, body, weight):
+            return f"prefer {_labelled(label, body)}" + ("" if weight is None else f" weight {tight(weight)}")
+        case ast.Minimize(_, goal):
+            return f"minimize {goal.text}"
+        case ast.Solve(_, backend, settings):
+            options = ", ".join(map(_setting, settings))
+            return f"solve with {backend.text}" + (f" {{ {options} }}" if options else "")
+        case _:
+            assert_never(node)
+
+
+def _labelled(label: ast.Name | None, body: ast.Formula) -> str:
+    if label is not None:
+        return f"{label.text}: {formula(body)}"
+    match body:
+        case ast.OneAgent(_, ast.Name()):
+            return f"({formula(body)})"  # its agent would be read as the label
+        case _:
+            return formula(body)
+
+
+# -------------------------------------------------------------------- shapes
+
+
+def _shape(node: ast.Shape, binding: int = 0) -> str:
+    match node:
+        case ast.Name(_, text):
+            return text
+        case ast.Box(_, low, high, height):
+            return f"box {point(low)} to {point(high)}{_height(height)}"
+        case ast.Disc(_, centre, radius, height):
+            return f"disc at {point(centre)} radius {tight(radius)}{_height(height)}"
+        case ast.Ball(_, centre, radius):
+            return f"ball at {point(centre)} radius {tight(radius)}"
+        case ast.Cylinder(_, centre, radius, height):
+            return f"cylinder at {point(centre)} radius {tight(radius)}{_height(height)}"
+        case ast.Polygon(_, corners, height):
+            return f"polygon {points(corners)}{_height(height)}"
+        case ast.Combined(_, operator, left, right):
+            own = 2 if operator == "*" else 1
+            text = f"{_shape(left, own)} {operator} {_shape(right, own + 1)}"
+            return text if own >= binding else f"({text})"
+        case _:
+            assert_never(node)
+
+
+def _height(node: ast.Height | None) -> str:
+    return "" if node is None else f" height {tight(node.low)}..{tight(node.high)}"
+
+
+def _motion(node: ast.Motion | None) -> str:
+    match node:
+        case None:
+            return ""
+        case ast.Moving(_, velocity, unit):
+            return f" moving {point(velocity)}" + ("" if unit is None else f" {unit}")
+        case ast.Along(_, waypoints):
+            return " along " + ", ".join(
+                f"({loose(waypoint.time)}: {', '.join(map(loose, waypoint.offset))})" for waypoint in waypoints
+            )
+        case _:
+            assert_never(node)
+
+
+# -------------------------------------------------------------------- agents
+
+
+def _item(node: ast.TeamItem) -> str:
+    match node:
+        case ast.Dynamics(_, name, settings):
+            return f"dynamics {name.text}" + (f"({', '.join(map(_setting, settings))})" if settings else "")
+        case ast.Start(_, places):
+            return f"start {_places(places)}"
+        case ast.Finish(_, places):
+            return f"finish {_places(places)}"
+        case ast.Setting():
+            return _setting(node)
+        case _:
+            assert_never(node)
+
+
+def _places(node: ast.Places) -> str:
+    match node:
+        case ast.InRegion(_, region):
+            return f"in {region.text}"
+        case ast.AtPoints(_, at):
+            return f"at {points(at)}"
+        case ast.OnLine(_, first, last):
+            return f"line {point(first)} to {point(last)}"
+        case ast.OnGrid(_, low, high):
+            return f"grid {point(low)} to {point(high)}"
+        case _:
+            assert_never(node)
+
+
+def _setting(node: ast.Setting) -> str:
+    if node.low is not None:
+        return f"{node.name.text} {tight(node.low)}..{tight(node.high)}"
+    relation = f" {node.relation}" if node.relation else ""
+    return f"{node.name.text}{relation} {tight(node.high)}"
+
+
+def _formation(node: ast.Formation) -> str:
+    parts = [f"formation {node.name.text} = {node.kind.text} of {agents(node.agents)}"]
+    if node.offsets:
+        parts.append(points(node.offsets))
+    if node.links:
+        links = [
+            f"{loose(ast.Arithmetic(link.span, '-', link.first, link.second))}: {loose(link.distance)}"
+            for link in node.links
+        ]
+        parts.append(f"({', '.join(links)})")
+    for setting in node.settings:
+        total = "total " if node.total and setting.name.text == "tolerance" else ""
+        parts.append(total + _setting(setting))
+    return " ".join(parts)

@@ -1,0 +1,307 @@
+"""The words of the language, and how text falls apart into them.
+
+in   Source
+out  its tokens, the last of them END
+says MC006, MC007
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import islice
+from typing import NamedTuple
+
+from missionc.diagnostics.code import NAME_NOT_ALLOWED, NUMBER_OUT_OF_RANGE, UNKNOWN_UNIT
+from missionc.diagnostics.model import Diagnostic, Fix, Label
+from missionc.limits import Limits
+from missionc.source import Source, Span
+from missionc.syntax.forms import UNITS_IN_FULL
+from missionc.syntax.table import END
+from missionc.units import UNITS
+
+
+@dataclass(frozen=True, slots=True)
+class Word:
+    """A word with a meaning of its own.
+
+    ``says`` is what it is, in words. ``token`` is its class in the grammar,
+    where it shares one; ``letter`` its short form. A word that is not
+    ``reserved`` may also be a name, wherever the grammar does not ask for it.
+    """
+
+    text: str
+    says: str
+    token: str = ""
+    letter: str = ""
+    reserved: bool = True
+
+
+WORDS: tuple[Word, ...] = (
+    Word("mission", "a declaration"),
+    Word("param", "a declaration"),
+    Word("include", "a declaration"),
+    Word("time", "a declaration"),
+    Word("world", "a declaration"),
+    Word("region", "a declaration"),
+    Word("obstacle", "a declaration"),
+    Word("beacon", "a declaration"),
+    Word("team", "a declaration"),
+    Word("agent", "a declaration"),
+    Word("group", "a declaration"),
+    Word("graph", "a declaration"),
+    Word("formation", "a declaration"),
+    Word("separation", "a declaration"),
+    Word("clearance", "a declaration"),
+    Word("let", "a declaration"),
+    Word("require", "a declaration"),
+    Word("prefer", "a declaration"),
+    Word("minimize", "a declaration"),
+    Word("solve", "a declaration"),
+    Word("box", "a shape"),
+    Word("disc", "a shape"),
+    Word("ball", "a shape"),
+    Word("cylinder", "a shape"),
+    Word("polygon", "a shape"),
+    Word("not", "an operator", "PREFIX", "!"),
+    Word("next", "an operator", "PREFIX"),
+    Word("always", "an operator", "TIME_PREFIX", "G"),
+    Word("eventually", "an operator", "TIME_PREFIX", "F"),
+    Word("until", "an operator", "TIME_INFIX", "U"),
+    Word("release", "an operator", "TIME_INFIX", "Rel"),
+    Word("escape", "an operator", "ROUTE_PREFIX", "E"),
+    Word("somewhere", "an operator", "ROUTE_PREFIX"),
+    Word("everywhere", "an operator", "ROUTE_PREFIX"),
+    Word("reach", "an operator", "ROUTE_INFIX", "R"),
+    Word("surround", "an operator", "ROUTE_INFIX"),
+    Word("count", "an operator"),
+    Word("and", "an operator", letter="&"),
+    Word("or", "an operator", letter="|"),
+    Word("implies", "an operator", letter="->"),
+    Word("iff", "an operator", letter="<->"),
+    Word("every", "a quantifier"),
+    Word("some", "a quantifier"),
+    Word("true", "a formula"),
+    Word("false", "a formula"),
+    Word("distance", "a measure"),
+    Word("end", "the mission's last step"),
+    Word("at", "a preposition"),
+    Word("in", "a preposition"),
+    Word("of", "a preposition"),
+    Word("on", "a preposition"),
+    Word("over", "a preposition"),
+    Word("to", "a preposition"),
+    Word("with", "a preposition"),
+    Word("step", "a part of `time`", reserved=False),
+    Word("horizon", "a part of `time`", reserved=False),
+    Word("radius", "a measure", reserved=False),
+    Word("height", "a measure", reserved=False),
+    Word("moving", "a motion", reserved=False),
+    Word("along", "a motion", reserved=False),
+    Word("dynamics", "a part of a team"),
+    Word("start", "a part of a team", reserved=False),
+    Word("finish", "a part of a team", reserved=False),
+    Word("proximity", "a kind of graph", reserved=False),
+    Word("beacons", "a kind of graph", reserved=False),
+    Word("total", "a part of a formation", reserved=False),
+    Word("least", "a quantifier", reserved=False),
+    Word("hops", "a measure", reserved=False),
+    Word("weight", "a part of `prefer`", reserved=False),
+)
+"""Every word of the grammar. A letter (``U``) may also be a name, but for those of operators before their operand."""
+
+SPELLINGS: dict[str, Word] = {word.text: word for word in WORDS} | {word.letter: word for word in WORDS if word.letter}
+DECLARATIONS: frozenset[str] = frozenset(word.text for word in WORDS if word.says == "a declaration")
+OPERATORS: dict[str, Word] = {word.text: word for word in WORDS if word.says == "an operator"}
+
+STATES: frozenset[str] = frozenset({"x", "y", "z", "speed", "altitude"})
+"""What a comparison asks of an agent's own state: names to the grammar, but never of anything declared."""
+
+NAME, LABEL, NUMBER, UNIT, TEXT = "NAME", "LABEL", "NUMBER", "UNIT", "TEXT"
+MOST_FINDINGS = 100
+"""More than anybody reads; what follows them is mostly their echo."""
+
+STRAY = "STRAY"
+"""A character, or a sign of another language, that the grammar does not know."""
+
+
+class Token(NamedTuple):
+    """``kind`` is a token of the grammar; ``word`` an operator's or keyword's word, whichever way it is spelled."""
+
+    kind: str
+    text: str
+    span: Span
+    word: str = ""
+    starts_line: bool = False
+
+    @property
+    def declares(self) -> bool:
+        """Whether this is the first word of a declaration."""
+        return self.word in DECLARATIONS and self.kind == self.word
+
+    @property
+    def may_be_name(self) -> bool:
+        return bool(self.word) and self.text[0].isalpha() and not reserved(self.text)
+
+
+def reserved(text: str) -> bool:
+    """Whether a word can never be a name."""
+    word = SPELLINGS.get(text)
+    if word is None:
+        return False
+    if text == word.letter:
+        return word.token.endswith("PREFIX")
+    return word.reserved
+
+
+# Characters that show nothing, or turn the direction of the text around them.
+_UNSEEN = r"\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f\u00ad\u061c\u200b-\u200f\u2028-\u202e\u2060-\u206f\ufeff\ufff9-\ufffb"
+_UNSEEN_CHARACTER = re.compile(f"[{_UNSEEN}]")
+_TOKEN = re.compile(
+    rf"""
+    (?:[\s{_UNSEEN}]|\#[^\n]*)*+
+    (?: (?P<number> (?:[0-9]+(?:\.[0-9]+)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)? )
+    | (?P<word>   [^\W\d]\w* )
+    | (?P<text>   "[^"\n]*" )
+    | (?P<stray>  <=> | ==>? | => | =< | >< | <> | != | // | /\* | && | \|\| | := | \.\.\. | \*\* | /\\ | \\/ )
+    | (?P<sign>   <-> | -> | <= | >= | \.\. | [-+*/=<>()\[\]{{}},:!&|] )
+    | (?P<other>  . )
+    | (?P<end>    )
+    )
+    """,
+    re.VERBOSE | re.DOTALL,
+)
+_UNIT = re.compile(r"([A-Za-z]+)(?:/(?:min|ms|s|h)(?:\^?[0-9])?)?(?!\w)")
+_BEFORE_COLON = re.compile(r"\s*:")
+
+
+def tokenise(source: Source, limits: Limits) -> tuple[list[Token], list[Diagnostic]]:
+    """The tokens of a text, END last, and what is wrong with single ones of them."""
+    text = source.text
+    tokens: list[Token] = []
+    findings = _unseen(source)
+    position = 0
+    while (match := _TOKEN.match(text, position)) and (group := match.lastgroup) != "end":
+        assert group is not None
+        start, end = match.span(group)
+        starts_line = position == 0 or (start > position and "\n" in text[position:start])
+        written, word = match[group], ""
+        match group:
+            case "sign":
+                kind = written
+            case "number":
+                kind = NUMBER
+            case "word":
+                kind, written = _word(text, start, written, tokens)
+                end = start + len(written)
+            case "text":
+                kind = TEXT
+            case _:
+                kind = STRAY
+        if kind in (NAME, written) and written in SPELLINGS:
+            word = SPELLINGS[written].text
+            kind = SPELLINGS[written].token or word
+        token = Token(kind, written, Span(source, start, end), word, starts_line)
+        tokens.append(token)
+        if kind in _CHECKS and len(findings) < MOST_FINDINGS:
+            findings += _CHECKS[kind](token, limits)
+        position = end
+    tokens.append(Token(END, "", Span(source, len(text), len(text)), starts_line=True))
+    return tokens, findings
+
+
+def _word(text: str, start: int, written: str, tokens: list[Token]) -> tuple[str, str]:
+    """What a word is by the tokens before it, and how far it goes: a unit may hold a ``/``."""
+    before = tokens[-1].kind if tokens else END
+    # After `moving (2, 0)` or a number stands a unit; but in `at least 2 m:` it is a group that is called `m`.
+    if before in (NUMBER, ")") and (len(tokens) < 2 or tokens[-2].kind != "least"):
+        unit = _UNIT.match(text, start)
+        if unit and (unit[1] in UNITS or unit[0].lower() in UNITS_IN_FULL):
+            return UNIT, unit[0]
+    if before in ("require", "prefer") and _BEFORE_COLON.match(text, start + len(written)):
+        return LABEL, written
+    return NAME, written
+
+
+# ------------------------------------------------------------------ messages
+
+
+def quoted(text: str) -> str:
+    """Text of the user's in backticks, cut where it is long."""
+    return f"`{text}`" if len(text) <= 40 else f"`{text[:30]}…`"
+
+
+def _unseen(source: Source) -> list[Diagnostic]:
+    first = 1 if source.text.startswith("\ufeff") else 0
+    return [
+        Diagnostic(
+            NAME_NOT_ALLOWED,
+            f"the character U+{ord(match[0]):04X} cannot be seen, or turns the text around",
+            Label(Span(source, match.start(), match.end())),
+            help="delete it",
+        )
+        for match in islice(_UNSEEN_CHARACTER.finditer(source.text, first), MOST_FINDINGS)
+    ]
+
+
+def _check_name(token: Token, limits: Limits) -> list[Diagnostic]:
+    if len(token.text) > limits.name_length:
+        return [
+            Diagnostic(
+                NAME_NOT_ALLOWED,
+                f"a name of {len(token.text)} characters; the limit is {limits.name_length}",
+                Label(token.span),
+                help=f"choose a shorter one, or raise the limit: `--limit name_length={len(token.text)}`",
+            )
+        ]
+    if not token.text.isascii():
+        return [
+            Diagnostic(
+                NAME_NOT_ALLOWED,
+                f"{quoted(token.text)} has letters other than a to z",
+                Label(token.span),
+                help="write it with the letters a to z, digits and `_`; comments may say anything",
+            )
+        ]
+    return []
+
+
+def _check_number(token: Token, limits: Limits) -> list[Diagnostic]:
+    value = float(token.text)
+    if len(token.text) <= limits.digits and 1 <= value <= limits.magnitude:
+        return []
+    digits = token.text.lower().partition("e")[0].replace(".", "").lstrip("0")
+    if len(digits) > limits.digits:
+        message = f"a number of {len(digits)} digits; at most {limits.digits} are kept exactly"
+        advice = f"round it, or raise the limit: `--limit digits={len(digits)}`"
+    elif not math.isfinite(value):
+        message = f"{quoted(token.text)} is larger than any number the compiler can hold"
+        advice = f"write a number up to {limits.magnitude:g}"
+    elif value > limits.magnitude:
+        message = f"{quoted(token.text)} is larger than {limits.magnitude:g}"
+        advice = f"write a smaller number, or raise the limit: `--limit magnitude={token.text}`"
+    elif digits and value == 0:
+        message = f"{quoted(token.text)} is smaller than any number the compiler can hold"
+        advice = "write `0`"
+    else:
+        return []
+    return [Diagnostic(NUMBER_OUT_OF_RANGE, message, Label(token.span), help=advice)]
+
+
+def _check_unit(token: Token, limits: Limits) -> list[Diagnostic]:
+    meant = UNITS_IN_FULL.get(token.text.lower(), "")
+    if not meant:
+        return []
+    message = f"no unit is called {quoted(token.text)}"
+    fix = Fix(token.span, meant)
+    return [Diagnostic(UNKNOWN_UNIT, message, Label(token.span), help=f"did you mean `{meant}`?", fix=fix)]
+
+
+_CHECKS: dict[str, Callable[[Token, Limits], list[Diagnostic]]] = {
+    NUMBER: _check_number,
+    UNIT: _check_unit,
+    NAME: _check_name,
+    LABEL: _check_name,
+}

@@ -1,0 +1,44 @@
+"""Units of measurement, and the dimension each belongs to."""
+
+from __future__ import annotations
+
+import math
+from enum import Enum
+from typing import NewType
+
+Seconds = NewType("Seconds", float)
+Metres = NewType("Metres", float)
+Steps = NewType("Steps", int)
+Hops = NewType("Hops", int)
+
+
+class Dimension(Enum):
+    """What a quantity measures; the value reads well in a message."""
+
+    NUMBER = "a plain number"
+    LENGTH = "a length"
+    TIME = "a time"
+    SPEED = "a speed"
+    ACCELERATION = "an acceleration"
+    ANGLE = "an angle"
+    TURN = "a turning rate"
+    STEPS = "a number of steps"
+
+
+UNITS: dict[str, tuple[Dimension, float]] = {
+    "ms": (Dimension.TIME, 1e-3),
+    "s": (Dimension.TIME, 1.0),
+    "min": (Dimension.TIME, 60.0),
+    "mm": (Dimension.LENGTH, 1e-3),
+    "cm": (Dimension.LENGTH, 1e-2),
+    "m": (Dimension.LENGTH, 1.0),
+    "km": (Dimension.LENGTH, 1e3),
+    "rad": (Dimension.ANGLE, 1.0),
+    "deg": (Dimension.ANGLE, math.pi / 180),
+    "m/s": (Dimension.SPEED, 1.0),
+    "m/s^2": (Dimension.ACCELERATION, 1.0),
+    "rad/s": (Dimension.TURN, 1.0),
+    "deg/s": (Dimension.TURN, math.pi / 180),
+    "steps": (Dimension.STEPS, 1.0),
+}
+"""Each unit: its dimension, and how many SI units one of it is."""

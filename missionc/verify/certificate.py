@@ -1,0 +1,80 @@
+"""What was verified: every check with its margin, and figures that judge nothing."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+
+@dataclass(frozen=True, slots=True)
+class Check:
+    """One thing that was checked, and how far it is from failing.
+
+    ``margin`` is the slack in ``unit``: what is allowed minus what is there.
+    The check passes while it is at least ``-tolerance``, unless a witness says
+    otherwise (``detail`` tells). ``at`` is the time of the smallest margin in
+    seconds, ``agents`` whom it concerns.
+    """
+
+    name: str
+    subject: str
+    margin: float
+    unit: str
+    tolerance: float
+    passed: bool
+    at: float | None = None
+    agents: tuple[str, ...] = ()
+    detail: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Figure:
+    """A number worth knowing that no rule of the mission judges."""
+
+    name: str
+    subject: str
+    value: float
+    unit: str
+    at: float | None = None
+    agents: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Certificate:
+    """Everything that was checked on one plan."""
+
+    mission: str
+    checks: tuple[Check, ...]
+    figures: tuple[Figure, ...] = ()
+    warnings: tuple[str, ...] = ()
+
+    @property
+    def passed(self) -> bool:
+        return all(check.passed for check in self.checks)
+
+    @property
+    def failures(self) -> tuple[Check, ...]:
+        return tuple(check for check in self.checks if not check.passed)
+
+    def joined(self, other: Certificate) -> Certificate:
+        """This certificate, and after it what the other one holds."""
+        return replace(
+            self,
+            checks=self.checks + other.checks,
+            figures=self.figures + other.figures,
+            warnings=self.warnings + other.warnings,
+        )
+
+
+def judged(
+    name: str,
+    subject: str,
+    margin: float,
+    unit: str,
+    tolerance: float,
+    *,
+    at: float | None = None,
+    agents: tuple[str, ...] = (),
+    detail: str = "",
+) -> Check:
+    """A check that passes exactly where its margin is at least ``-tolerance`` (never where it is not a number)."""
+    return Check(name, subject, margin, unit, tolerance, margin >= -tolerance, at, agents, detail)

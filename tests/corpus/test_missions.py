@@ -1,0 +1,119 @@
+"""Every file of `missions/` is what the language promises: it checks, plans, verifies, and its files read back."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import time
+from hashlib import sha256
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from missionc import driver, stages
+from missionc.backends.api import Budget, Options
+from missionc.ir import Mission
+from missionc.limits import Limits
+from missionc.results import Verified
+from missionc.source import Source
+from missionc.syntax.parse import parse
+from missionc.syntax.show import show
+from missionc.traces import read_trace
+
+ROOT = Path(__file__).resolve().parents[2]
+FILES = sorted((ROOT / "missions").glob("*.mission"))
+PLANNED_BY_SMT = ("wildfire", "strel_deliver", "strel_threat", "strel_escape", "strel_goal", "strel_avoid")
+
+
+def title(path: Path) -> str:
+    return path.stem
+
+
+@pytest.mark.parametrize("path", FILES, ids=title)
+def test_a_mission_checks_without_errors(path: Path) -> None:
+    checked = driver.check(path)
+    assert [f"{each.code.name}: {each.message}" for each in checked.findings if not each.code.warning] == []
+
+
+@pytest.mark.parametrize("path", FILES, ids=title)
+def test_every_stage_of_a_mission_can_be_printed(path: Path) -> None:
+    checked = driver.check(path)
+    texts = stages.of_checked(checked, stages.BEFORE_PLANNING)
+    assert [stage for stage, text in texts if text.strip()] == list(stages.BEFORE_PLANNING)
+
+
+@pytest.mark.parametrize("path", FILES, ids=title)
+def test_a_mission_printed_and_read_again_is_the_same_mission(path: Path) -> None:
+    checked = driver.check(path)
+    assert checked.program is not None
+    text = show(checked.program)
+    again, findings = parse(Source("again.mission", text), Limits(), lambda written, span: Source(written, ""))
+    assert findings == []
+    assert again is not None
+    assert show(again) == text
+
+
+@pytest.mark.parametrize("path", [path for path in FILES if path.stem not in PLANNED_BY_SMT], ids=title)
+def test_a_mission_for_transport_chooses_clot(path: Path) -> None:
+    checked = driver.check(path)
+    assert checked.choice is not None
+    assert checked.choice.backend in ("clot", "hybrid")
+
+
+@pytest.mark.parametrize("name", PLANNED_BY_SMT)
+def test_a_mission_plans_verifies_and_reads_back_for_three_agents(name: str) -> None:
+    compiled_and_read_back(name, {} if name == "wildfire" else {"N": "3"})
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("agents", [5, 8, 10])
+@pytest.mark.parametrize("name", PLANNED_BY_SMT[1:])
+def test_a_mission_plans_verifies_and_reads_back_for_more_agents(name: str, agents: int) -> None:
+    compiled_and_read_back(name, {"N": str(agents)})
+
+
+def compiled_and_read_back(name: str, overrides: dict[str, str]) -> None:
+    checked = driver.check(ROOT / "missions" / f"{name}.mission", overrides=overrides)
+    assert checked.mission is not None
+    compiled = driver.plan(checked, Options(), Budget(time.monotonic() + 240))
+    assert isinstance(compiled.outcome, Verified), [finding.message for finding in compiled.findings]
+    assert compiled.outcome.certificate.passed
+    files = dict(compiled.outcome.files)
+    plan_reads_back(files["plan.json"].decode(), checked.mission, compiled.outcome)
+    trajectories_read_back(files["trajectories.csv"].decode(), checked.mission)
+    for path, content in files.items():
+        if path.startswith("crazyflie/"):
+            polynomials_read_back(content.decode(), checked.mission)
+    certificate = json.loads(files["certificate.json"])
+    assert certificate["passed"] is True
+    assert all(check["passed"] for check in certificate["checks"])
+    listed = json.loads(files["manifest.json"])["files"]
+    assert listed == {path: sha256(content).hexdigest() for path, content in files.items() if path != "manifest.json"}
+
+
+def plan_reads_back(text: str, mission: Mission, outcome: Verified) -> None:
+    """To the very same numbers, and to a trace that the monitor is content with."""
+    trace, findings = read_trace(Source("plan.json", text), mission)
+    assert findings == []
+    assert trace is not None
+    assert np.array_equal(trace.position, outcome.plan.trace.position)
+    assert all(requirement["satisfied"] for requirement in json.loads(text)["requirements"])
+
+
+def trajectories_read_back(text: str, mission: Mission) -> None:
+    rows = list(csv.DictReader(io.StringIO(text)))
+    assert len(rows) == len(mission.agents) * (mission.steps + 1)
+    assert all(np.isfinite([float(value) for key, value in row.items() if key != "agent"]).all() for row in rows)
+    read, findings = read_trace(Source("trajectories.csv", text), mission)
+    assert findings == []
+    assert read is not None
+
+
+def polynomials_read_back(text: str, mission: Mission) -> None:
+    rows = list(csv.reader(io.StringIO(text)))
+    header, pieces = rows[0], np.array([[float(word) for word in row if word] for row in rows[1:]])
+    assert header[0].strip().lower() == "duration"
+    assert pieces.shape[1] == 33
+    assert pieces[:, 0].sum() == pytest.approx(mission.horizon, abs=1e-3)

@@ -1,0 +1,144 @@
+"""Every operator's encoding against its meaning: fix the motion, ask the solver, compare.
+
+The agents' places are fixed by assumptions, so that the clauses about motion
+leave one joint motion; then a formula can be asked for exactly where it holds
+of that motion, and its negation exactly where it does not.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+
+from missionc import ir
+from missionc.backends.smt.clauses import Clauses
+from missionc.backends.smt.labels import Unexpressible
+from missionc.backends.smt.lower import lower
+from missionc.backends.smt.lower_motion import all_ways, lower_motion
+from missionc.backends.smt.occupancy import Occupancy
+from missionc.backends.smt.roadmap import Roadmap
+from missionc.backends.smt.worker import SAT, CaDiCaL
+from missionc.kernel.nodes import Goal, Not
+from missionc.language.operator import Operator
+from missionc.language.operators import OPERATORS
+from missionc.passes.expand import expand
+from missionc.syntax.ast import Metric
+from tests import reference
+from tests.runs import SPAN, applied, formulas, mission_of, run_of, trace_of
+
+GRID = [(x / 2, y / 2) for x in range(5) for y in range(5)]
+
+
+@dataclass(frozen=True)
+class Case:
+    """Roadmaps, where on them each agent is at each step, and a formula."""
+
+    mission: ir.Mission
+    roadmaps: tuple[Roadmap, ...]
+    states: np.ndarray
+    formula: ir.Formula
+    most_links: int
+
+    @property
+    def run(self) -> reference.Run:
+        of = {agent: roadmap for roadmap in self.roadmaps for agent in roadmap.agents}
+        positions = [[tuple(of[agent].position[state]) for state in row] for agent, row in enumerate(self.states)]
+        return run_of(self.mission, trace_of(positions))
+
+
+@st.composite
+def cases(draw: st.DrawFn, first: Operator | None = None) -> Case:
+    """Up to 4 agents on one or two roadmaps of a few states; any move is allowed."""
+    size, steps = draw(st.integers(1, 4)), draw(st.integers(0, 4))
+    mission = mission_of(size, steps)
+    split = draw(st.integers(1, size))
+    groups = [tuple(range(split)), tuple(range(split, size))]
+    places = draw(st.lists(st.sampled_from(GRID), min_size=6, max_size=9, unique=True))
+    roadmaps = tuple(roadmap_of(group, places, steps) for group in groups if group)
+    states = draw(
+        st.lists(
+            st.permutations(range(len(places))).map(lambda order: order[:size]), min_size=steps + 1, max_size=steps + 1
+        )
+    )
+    formula = draw(formulas(mission, steps, 3)) if first is None else draw(applied(first, mission, steps, 2))
+    return Case(mission, roadmaps, np.array(states).T, expressible(formula, mission), draw(st.sampled_from([1, 2, 9])))
+
+
+def roadmap_of(agents: tuple[int, ...], places: list[tuple[float, float]], steps: int) -> Roadmap:
+    count = len(places)
+    moves = np.array([(one, other) for one in range(count) for other in range(count)])
+    everywhere = np.arange(count)
+    return Roadmap(
+        agents=agents,
+        position=np.array(places),
+        velocity=np.zeros((count, 2)),
+        heading=np.full(count, np.nan),
+        moves=moves,
+        standing=np.ones((steps + 1, count), dtype=bool),
+        allowed=np.ones((steps, len(moves)), dtype=bool),
+        starts=(everywhere,) * len(agents),
+        finishes=(everywhere,) * len(agents),
+    )
+
+
+def expressible(formula: ir.Formula, mission: ir.Mission) -> ir.Formula:
+    """Metres become hops; what is about three agents at once becomes false."""
+    match formula:
+        case ir.Apply(operands=operands, bounds=bounds):
+            if isinstance(bounds, ir.Length) and bounds.metric is Metric.METRES:
+                bounds = replace(bounds, metric=Metric.HOPS, low=float(int(bounds.low)), high=bounds.low + 1.0)
+                bounds = replace(bounds, high=float(int(bounds.high)))
+            return replace(formula, operands=tuple(expressible(each, mission) for each in operands), bounds=bounds)
+        case ir.AtLeastOf(body=body) | ir.OfAgent(body=body):
+            return replace(formula, body=expressible(body, mission))
+        case ir.Holds(ir.InFormation(formation)) if formation.total and len(formation.edges) > 1:
+            return ir.Truth(False, SPAN)
+        case _:
+            return formula
+
+
+def agrees(case: Case) -> None:
+    truth = reference.truth(case.formula, case.run, 0, 0)
+    requirement = ir.Requirement("asked", case.formula, SPAN)
+    kernel, findings = expand(replace(case.mission, requirements=(requirement,)))
+    assert kernel is not None, findings
+    node = kernel.requirements[0].formula
+    clauses = Clauses(10_000_000)
+    everyone = frozenset(range(len(case.mission.agents)))
+    motion = lower_motion(case.roadmaps, all_ways(case.roadmaps, {}), everyone, clauses)
+    goals = [Goal("holds", node, SPAN), Goal("fails", Not(node), SPAN)]
+    try:
+        lowered = lower(goals, case.mission, motion, clauses, Occupancy(motion, clauses), case.most_links)
+    except Unexpressible:
+        assume(False)
+    solver = CaDiCaL(0)
+    solver.add(clauses.everything().tolist())
+    fixed = [
+        int(motion.states[agent][step, state])
+        for agent, row in enumerate(case.states)
+        for step, state in enumerate(row)
+    ]
+    holds, fails = (solver.solve([*fixed, literal])[0] == SAT for literal in lowered.goals)
+    if lowered.shortened:
+        assert holds <= truth
+        assert fails <= (not truth)
+    else:
+        assert holds == truth
+        assert fails == (not truth)
+
+
+@given(case=cases())
+@settings(max_examples=120)
+def test_a_formula_can_be_asked_for_exactly_where_it_holds(case: Case) -> None:
+    agrees(case)
+
+
+@pytest.mark.parametrize("operator", OPERATORS, ids=lambda operator: operator.name)
+@given(data=st.data())
+@settings(max_examples=40)
+def test_each_operator_means_to_the_solver_what_it_means(operator: Operator, data: st.DataObject) -> None:
+    agrees(data.draw(cases(operator)))

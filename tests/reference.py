@@ -1,0 +1,448 @@
+"""What every formula means, a second time: slow, obvious, and apart from the compiler.
+
+Only fields of IR values are read; nothing of the compiler is called. Both
+logics are here: ``truth`` gives True or False, ``robustness`` a number. Their
+*and* is ``min`` and their *or* is ``max`` of Python, on either kind of value.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
+from typing import Any
+
+from missionc import ir
+
+Value = Any
+"""True or False, or a number."""
+
+Point = tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class Run:
+    """A mission and how its agents move, in plain lists: ``position[agent][step]``."""
+
+    mission: ir.Mission
+    position: list[list[Point]]
+    velocity: list[list[Point]]
+
+    @property
+    def last(self) -> int:
+        return len(self.position[0]) - 1
+
+
+def truth(formula: ir.Formula, run: Run, agent: int, step: int) -> bool:
+    return bool(Meaning(run, number=False).of(formula, agent, step))
+
+
+def robustness(formula: ir.Formula, run: Run, agent: int, step: int) -> float:
+    return float(Meaning(run, number=True).of(formula, agent, step))
+
+
+def ahead(formula: ir.Formula) -> int:
+    """How many steps ahead the formula looks; a window to the end counts to its start."""
+    if isinstance(formula, ir.Apply):
+        further = max(ahead(operand) for operand in formula.operands)
+        if isinstance(formula.bounds, ir.Window):
+            high = formula.bounds.high
+            return further + (formula.bounds.low if high is None else high)
+        return further + (formula.operator.name == "next")
+    if isinstance(formula, ir.AtLeastOf | ir.OfAgent):
+        return ahead(formula.body)
+    return 0
+
+
+class Meaning:
+    """One of the two logics on one run."""
+
+    def __init__(self, run: Run, number: bool) -> None:
+        self.run, self.number = run, number
+        self.true: Value = math.inf if number else True
+        self.false: Value = -math.inf if number else False
+        self.known: dict[tuple[ir.Formula, int, int], Value] = {}
+
+    # ------------------------------------------------------------ the logics
+
+    def no(self, value: Value) -> Value:
+        return -value if self.number else not value
+
+    def all(self, values: Iterable[Value]) -> Value:
+        return min(values, default=self.true)
+
+    def any(self, values: Iterable[Value]) -> Value:
+        return max(values, default=self.false)
+
+    def constant(self, fact: bool) -> Value:
+        return self.true if fact else self.false
+
+    def closed(self, margin: float) -> Value:
+        """Of something that still holds at its border."""
+        return margin if self.number else margin >= 0
+
+    def strict(self, margin: float) -> Value:
+        return margin if self.number else margin > 0
+
+    # -------------------------------------------------------------- formulas
+
+    def of(self, formula: ir.Formula, agent: int, step: int) -> Value:
+        """What the formula is worth at an agent and a step; worked out once."""
+        key = (formula, agent, step)
+        if key not in self.known:
+            self.known[key] = self.worked_out(formula, agent, step)
+        return self.known[key]
+
+    def worked_out(self, formula: ir.Formula, agent: int, step: int) -> Value:
+        match formula:
+            case ir.Truth(value):
+                return self.constant(value)
+            case ir.Belongs(agents):
+                return self.constant(agent in agents.agents)
+            case ir.Holds(predicate):
+                return self.predicate(predicate, agent, step)
+            case ir.OfAgent(other, body):
+                return self.of(body, other, step)
+            case ir.AtLeastOf(_, number, agents, body):
+                each = sorted((self.of(body, other, step) for other in agents.agents), reverse=True)
+                return self.so_many(each, number)
+            case ir.Apply(operator, operands):
+                return MEANINGS[operator.name](self, formula, *operands)(agent, step)
+
+    def so_many(self, values: list[Value], number: int) -> Value:
+        """At least ``number`` of the values: the number-th best decides."""
+        if number <= 0:
+            return self.true
+        return sorted(values, reverse=True)[number - 1] if number <= len(values) else self.false
+
+    def window(self, formula: ir.Apply, step: int) -> range:
+        bounds = formula.bounds
+        assert isinstance(bounds, ir.Window)
+        end = self.run.last if bounds.high is None else step + bounds.high
+        return range(step + bounds.low, end + 1)
+
+    # ------------------------------------------------------------ predicates
+
+    def predicate(self, predicate: ir.Predicate, agent: int, step: int) -> Value:
+        here = self.run.position[agent][step]
+        radius = self.run.mission.agents[agent].radius
+        match predicate:
+            case ir.Inside(region, body):
+                return self.closed(-signed_distance(region.shape, here) - (radius if body else 0.0))
+            case ir.Touches(region):
+                return self.closed(radius - signed_distance(region.shape, here))
+            case ir.Compare(terms, constant, strict):
+                value = constant + sum(weight * self.feature(feature, agent, step) for weight, feature in terms)
+                return (self.strict if strict else self.closed)(value / metres_of(terms))
+            case ir.Connected(graph, agents):
+                routes = {
+                    (one, other): self.any(
+                        self.links_of(graph, route, step) for route in simple_routes(one, agents) if route[-1] == other
+                    )
+                    for one in agents
+                    for other in agents
+                    if one != other
+                }
+                return self.all(routes.values())
+            case ir.InFormation(formation):
+                errors = [self.edge_error(edge, step) for edge in formation.edges]
+                return self.closed(formation.tolerance - (sum(errors) if formation.total else max(errors, default=0.0)))
+
+    def feature(self, feature: ir.Feature, agent: int, step: int) -> float:
+        here = self.run.position[agent][step]
+        match feature:
+            case ir.Coordinate(axis):
+                return here[axis]
+            case ir.Speed():
+                return math.hypot(*self.run.velocity[agent][step])
+            case ir.Altitude():
+                return self.run.mission.agents[agent].altitude
+            case ir.DistanceTo(ir.Region() as region):
+                return signed_distance(region.shape, here)
+            case ir.DistanceTo(ir.Beacon() as beacon):
+                return math.dist(here, beacon.position)
+            case ir.DistanceTo(int() as other):
+                return math.dist(here, self.run.position[other][step])
+            case ir.DistanceBetween(first, second):
+                return math.dist(self.run.position[first][step], self.run.position[second][step])
+        raise AssertionError(feature)
+
+    def edge_error(self, edge: ir.FormationEdge, step: int) -> float:
+        first, second = self.run.position[edge.first][step], self.run.position[edge.second][step]
+        if isinstance(edge.target, tuple):
+            return math.dist(second, tuple(a + b for a, b in zip(first, edge.target, strict=True)))
+        return abs(math.dist(first, second) - edge.target)
+
+    # ---------------------------------------------------------------- routes
+
+    def link(self, graph: ir.Graph, one: int, other: int, step: int) -> Value:
+        here, there = self.run.position[one][step], self.run.position[other][step]
+        match graph:
+            case ir.Proximity():
+                return self.strict(graph.radius - math.dist(here, there))
+            case ir.BeaconCover():
+                return self.any(
+                    self.all(self.strict(graph.radius - math.dist(place, beacon)) for place in (here, there))
+                    for beacon in graph.beacons
+                )
+
+    def links_of(self, graph: ir.Graph, route: tuple[int, ...], step: int) -> Value:
+        return self.all(self.link(graph, one, other, step) for one, other in itertools.pairwise(route))
+
+    def metres(self, route: tuple[int, ...], step: int) -> float:
+        places = [self.run.position[agent][step] for agent in route]
+        return sum(math.dist(one, other) for one, other in itertools.pairwise(places))
+
+    def at_most(self, bounds: ir.Length, route: tuple[int, ...], bound: float, step: int) -> Value:
+        """The route's own length is at most so much. Hops, and a route of none, have no margin."""
+        hops = len(route) - 1
+        if bounds.metric.name == "HOPS" or hops == 0:
+            return self.constant(hops <= bound)
+        return self.closed(bound - self.metres(route, step))
+
+    def shorter(self, bounds: ir.Length, route: tuple[int, ...], bound: float, step: int) -> Value:
+        hops = len(route) - 1
+        if bounds.metric.name == "HOPS" or hops == 0:
+            return self.constant(hops < bound)
+        return self.strict(bound - self.metres(route, step))
+
+    def length_fits(self, bounds: ir.Length, route: tuple[int, ...], step: int) -> Value:
+        """The route's own length is within the bounds; a lower bound of 0 asks nothing."""
+        fits = self.at_most(bounds, route, bounds.high, step)
+        return fits if bounds.low <= 0 else min(fits, self.no(self.shorter(bounds, route, bounds.low, step)))
+
+    def reach(
+        self, bounds: ir.Length, step: int, start: int, through: Callable[[int], Value], end: Callable[[int], Value]
+    ) -> Value:
+        """Some route within the bounds: ``through`` at every agent before the last, ``end`` at the last."""
+        return self.any(
+            min(
+                self.length_fits(bounds, route, step),
+                self.links_of(bounds.graph, route, step),
+                self.all(through(agent) for agent in route[:-1]),
+                end(route[-1]),
+            )
+            for route in simple_routes(start, bounds.graph.agents)
+        )
+
+    def far_away(self, bounds: ir.Length, step: int, one: int, other: int) -> Value:
+        """The shortest way between two agents, over any agents, is within the bounds."""
+        routes = [route for route in simple_routes(one, bounds.graph.agents) if route[-1] == other]
+        if not self.number:
+            there = [route for route in routes if self.links_of(bounds.graph, route, step)]
+            in_hops = bounds.metric.name == "HOPS"
+            lengths = [len(route) - 1 if in_hops else self.metres(route, step) for route in there]
+            return bool(lengths) and bounds.low <= min(lengths) <= bounds.high
+        near = self.some_way(bounds, one, other, lambda route: self.at_most(bounds, route, bounds.high, step), step)
+        if bounds.low <= 0:
+            return near
+        nearer = self.some_way(bounds, one, other, lambda route: self.shorter(bounds, route, bounds.low, step), step)
+        return min(near, -nearer)
+
+    def some_way(
+        self, bounds: ir.Length, one: int, other: int, fits: Callable[[tuple[int, ...]], Value], step: int
+    ) -> Value:
+        """Some route between the two agents, over any agents, is of a length that fits."""
+        return self.any(
+            min(fits(route), self.links_of(bounds.graph, route, step))
+            for route in simple_routes(one, bounds.graph.agents)
+            if route[-1] == other
+        )
+
+
+def simple_routes(start: int, members: tuple[int, ...]) -> Iterator[tuple[int, ...]]:
+    """Every sequence of different agents from ``start`` on; an agent outside the graph goes nowhere."""
+
+    def onward(route: tuple[int, ...]) -> Iterator[tuple[int, ...]]:
+        yield route
+        for agent in members:
+            if agent not in route:
+                yield from onward((*route, agent))
+
+    return onward((start,)) if start in members else iter([(start,)])
+
+
+def signed_distance(shape: ir.Shape, point: Point) -> float:
+    match shape:
+        case ir.Box(low, high):
+            beyond = [max(a - x, x - b) for a, x, b in zip(low, point, high, strict=True)]
+            if max(beyond) <= 0:
+                return max(beyond)
+            return math.hypot(*(max(excess, 0.0) for excess in beyond))
+        case ir.Disc(centre, radius, None):
+            return math.dist(point, centre) - radius
+        case ir.Difference(left, right):
+            return max(signed_distance(left, point), -signed_distance(right, point))
+        case ir.Union(left, right):
+            return min(signed_distance(left, point), signed_distance(right, point))
+    raise AssertionError(shape)
+
+
+def metres_of(terms: tuple[tuple[float, ir.Feature], ...]) -> float:
+    """How much the terms can change for each metre of the agent's way; for speed alone, its weight."""
+    axes = [
+        sum(weight for weight, feature in terms if isinstance(feature, ir.Coordinate) and feature.axis == axis)
+        for axis in (0, 1, 2)
+    ]
+    distances = {feature for _, feature in terms if isinstance(feature, ir.DistanceTo | ir.DistanceBetween)}
+    change = math.hypot(*axes) + sum(abs(sum(w for w, other in terms if other == each)) for each in distances)
+    return change or abs(sum(weight for weight, feature in terms if isinstance(feature, ir.Speed))) or 1.0
+
+
+# --------------------------------------------------------- one for each operator
+# Each takes the logic, the formula and its operands, and gives the value at an agent and a step.
+
+At = Callable[[int, int], Value]
+
+
+def always(m: Meaning, formula: ir.Apply, body: ir.Formula) -> At:
+    return lambda agent, step: m.all(m.of(body, agent, later) for later in m.window(formula, step))
+
+
+def eventually(m: Meaning, formula: ir.Apply, body: ir.Formula) -> At:
+    return lambda agent, step: m.any(m.of(body, agent, later) for later in m.window(formula, step))
+
+
+def until(m: Meaning, formula: ir.Apply, hold: ir.Formula, end: ir.Formula) -> At:
+    return lambda agent, step: m.any(
+        min(m.of(end, agent, later), m.all(m.of(hold, agent, before) for before in range(step, later)))
+        for later in m.window(formula, step)
+    )
+
+
+def release(m: Meaning, formula: ir.Apply, frees: ir.Formula, held: ir.Formula) -> At:
+    """At every step of the window: ``held``, unless ``frees`` was before."""
+    return lambda agent, step: m.all(
+        max(m.of(held, agent, later), m.any(m.of(frees, agent, before) for before in range(step, later)))
+        for later in m.window(formula, step)
+    )
+
+
+def next_(m: Meaning, formula: ir.Apply, body: ir.Formula) -> At:
+    return lambda agent, step: m.of(body, agent, step + 1)
+
+
+def not_(m: Meaning, formula: ir.Apply, body: ir.Formula) -> At:
+    return lambda agent, step: m.no(m.of(body, agent, step))
+
+
+def and_(m: Meaning, formula: ir.Apply, left: ir.Formula, right: ir.Formula) -> At:
+    return lambda agent, step: min(m.of(left, agent, step), m.of(right, agent, step))
+
+
+def or_(m: Meaning, formula: ir.Apply, left: ir.Formula, right: ir.Formula) -> At:
+    return lambda agent, step: max(m.of(left, agent, step), m.of(right, agent, step))
+
+
+def implies(m: Meaning, formula: ir.Apply, left: ir.Formula, right: ir.Formula) -> At:
+    return lambda agent, step: max(m.no(m.of(left, agent, step)), m.of(right, agent, step))
+
+
+def iff(m: Meaning, formula: ir.Apply, left: ir.Formula, right: ir.Formula) -> At:
+    def both_or_neither(agent: int, step: int) -> Value:
+        one, other = m.of(left, agent, step), m.of(right, agent, step)
+        return max(min(one, other), min(m.no(one), m.no(other)))
+
+    return both_or_neither
+
+
+def reach(m: Meaning, formula: ir.Apply, through: ir.Formula, end: ir.Formula) -> At:
+    return lambda agent, step: m.reach(
+        _length(formula), step, agent, lambda at: m.of(through, at, step), lambda at: m.of(end, at, step)
+    )
+
+
+def somewhere(m: Meaning, formula: ir.Apply, body: ir.Formula) -> At:
+    return lambda agent, step: m.reach(_length(formula), step, agent, lambda _: m.true, lambda at: m.of(body, at, step))
+
+
+def everywhere(m: Meaning, formula: ir.Apply, body: ir.Formula) -> At:
+    """At the end of every route within the bounds."""
+    return lambda agent, step: m.all(
+        max(
+            m.no(m.length_fits(_length(formula), route, step)),
+            m.no(m.links_of(_length(formula).graph, route, step)),
+            m.of(body, route[-1], step),
+        )
+        for route in simple_routes(agent, _length(formula).graph.agents)
+    )
+
+
+def escape(m: Meaning, formula: ir.Apply, body: ir.Formula) -> At:
+    bounds = _length(formula)
+    return lambda agent, step: m.any(
+        min(
+            m.links_of(bounds.graph, route, step),
+            m.all(m.of(body, at, step) for at in route),
+            m.far_away(bounds, step, agent, route[-1]),
+        )
+        for route in simple_routes(agent, bounds.graph.agents)
+    )
+
+
+def surround(m: Meaning, formula: ir.Apply, inner: ir.Formula, border: ir.Formula) -> At:
+    """``inner`` here, and no ``inner``-route that leads out of it where or how it must not."""
+    bounds = _length(formula)
+    most = len(bounds.graph.agents) - 1 if bounds.metric.name == "HOPS" else math.inf
+
+    def breaks(route: tuple[int, ...], step: int) -> Value:
+        inside, last = [m.of(inner, at, step) for at in route], route[-1]
+        leaves = min(m.all(inside[:-1]), m.no(inside[-1]))
+        unguarded = min(leaves, m.no(m.of(border, last, step)), m.at_most(bounds, route, bounds.high, step))
+        too_soon = m.false if bounds.low <= 0 else min(leaves, m.shorter(bounds, route, bounds.low, step))
+        too_far = m.false
+        if bounds.high < most:
+            near = m.some_way(bounds, route[0], last, lambda way: m.at_most(bounds, way, bounds.high, step), step)
+            too_far = min(m.all(inside), m.no(near))
+        return min(m.links_of(bounds.graph, route, step), max(unguarded, too_soon, too_far))
+
+    return lambda agent, step: min(
+        m.of(inner, agent, step),
+        m.all(m.no(breaks(route, step)) for route in simple_routes(agent, bounds.graph.agents)),
+    )
+
+
+def count(m: Meaning, formula: ir.Apply, body: ir.Formula) -> At:
+    bounds = _length(formula)
+
+    def compared(agent: int, step: int) -> Value:
+        others = [other for other in bounds.graph.agents if other != agent]
+        each = [min(m.far_away(bounds, step, agent, other), m.of(body, other, step)) for other in others]
+        if bounds.low <= 0:
+            each.append(m.of(body, agent, step))
+        at_least, more = m.so_many(each, formula.number), m.so_many(each, formula.number + 1)
+        return {
+            ">=": at_least,
+            ">": more,
+            "<": m.no(at_least),
+            "<=": m.no(more),
+            "=": min(at_least, m.no(more)),
+        }[formula.comparison]
+
+    return compared
+
+
+def _length(formula: ir.Apply) -> ir.Length:
+    assert isinstance(formula.bounds, ir.Length)
+    return formula.bounds
+
+
+MEANINGS: dict[str, Callable[..., At]] = {
+    "always": always,
+    "eventually": eventually,
+    "until": until,
+    "release": release,
+    "next": next_,
+    "not": not_,
+    "and": and_,
+    "or": or_,
+    "implies": implies,
+    "iff": iff,
+    "reach": reach,
+    "escape": escape,
+    "somewhere": somewhere,
+    "everywhere": everywhere,
+    "surround": surround,
+    "count": count,
+}

@@ -1,0 +1,41 @@
+"""The smallest missions that are whole, for tests about something else."""
+
+from __future__ import annotations
+
+SMALL = """\
+mission small
+time step 1 s, horizon 6 s
+world (0, 0) to (4, 4)
+region base = box (0.2, 0.2) to (1.8, 1.8)
+region goal = box (2.2, 2.2) to (3.8, 3.8)
+team drone[2] {
+  radius   0.1 m
+  dynamics single_integrator(speed <= 2 m/s)
+  start    in base
+}
+solve with smt { nodes = 40 }
+require visit: every drone: eventually[0, 6 s] goal
+"""
+"""Planned in a moment."""
+
+CONFLICT = (
+    SMALL.replace("every drone: eventually[0, 6 s] goal", "drone[0]: eventually[0, 6 s] goal")
+    + """\
+graph radio = proximity 0.5 m
+require guard: drone[1]: always[0, 6 s] base
+require link: always[0, 6 s] connected(radio)
+"""
+)
+"""No roadmap has a plan of it: base and goal lie further apart than the radio reaches."""
+
+WRONG = SMALL.replace("eventually[0, 6 s] goal", "eventually[0, 9 s] gaol")
+"""One error, MC101."""
+
+LATE = SMALL.replace("eventually[0, 6 s] goal", "eventually[0, 9 s] goal")
+"""One error, MC301."""
+
+
+def parked(steps: int = 6) -> str:
+    """A trace of ``SMALL`` in CSV: both drones wait at base."""
+    rows = [f"drone[{agent}],{step},{0.6 + 0.6 * agent},1" for agent in (0, 1) for step in range(steps + 1)]
+    return "agent,t,x,y\n" + "\n".join(rows) + "\n"

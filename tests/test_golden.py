@@ -1,0 +1,92 @@
+"""Every page with missions and commands in it is run: `tests/golden/`, `docs/`, `docs/errors/`, the README."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from missionc import driver
+from missionc.diagnostics.code import CODES
+from missionc.source import Source
+from tests.golden import Block, blocks, file_name, is_fragment, play
+
+ROOT = Path(__file__).resolve().parent.parent
+GOLDEN = sorted((ROOT / "tests" / "golden").glob("*.md"))
+DOCS = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
+ERRORS = sorted((ROOT / "docs" / "errors").glob("*.md"))
+
+
+def title(page: Path) -> str:
+    return str(page.relative_to(ROOT))
+
+
+@pytest.mark.parametrize("page", GOLDEN + DOCS + ERRORS, ids=title)
+def test_commands_print_what_the_page_says(page: Path, tmp_path: Path, update_golden: bool) -> None:
+    expected = page.read_text(encoding="utf-8")
+    actual = play(expected, tmp_path)
+    if update_golden and actual != expected:
+        page.write_text(actual, encoding="utf-8")
+    else:
+        assert actual == expected
+
+
+@pytest.mark.parametrize("page", DOCS, ids=title)
+def test_missions_of_the_documentation_check_without_errors_unless_said_to_be_wrong(page: Path) -> None:
+    whole: dict[str, str] = {}
+    for block in missions_of(blocks(page.read_text(encoding="utf-8"))):
+        wrong = block.info.endswith(" wrong")
+        text = block.body
+        if is_fragment(block):
+            text = whole[block.info.split()[2]] + text
+        elif not wrong:
+            whole[file_name(block)] = text
+        found = errors(text, title(page))
+        assert bool(found) == wrong, found
+
+
+@pytest.mark.parametrize("page", ERRORS, ids=title)
+def test_the_first_mission_of_an_error_page_earns_its_code(page: Path, tmp_path: Path) -> None:
+    earning = under(page, "earns")
+    assert earning, "the page has no block under `A mission that earns it`"
+    shown = any("$ missionc" in block.body and page.stem in block.body for block in earning)
+    assert shown or page.stem in codes(missions_of(earning), tmp_path)
+
+
+@pytest.mark.parametrize("page", ERRORS, ids=title)
+def test_the_repaired_mission_of_an_error_page_has_no_errors(page: Path, tmp_path: Path) -> None:
+    repaired = missions_of(under(page, "repaired"))
+    if repaired:
+        found = codes(repaired, tmp_path)
+        assert page.stem not in found
+        assert [name for name in found if not CODES[name].warning] == []
+
+
+@pytest.mark.parametrize("page", ERRORS, ids=title)
+def test_an_error_page_has_the_form_all_share(page: Path) -> None:
+    text = page.read_text(encoding="utf-8")
+    assert text.startswith(f"# {page.stem}: {CODES[page.stem].title}\n")
+    assert "## A mission that earns it\n" in text
+
+
+def under(page: Path, heading: str) -> list[Block]:
+    """The blocks below a heading that holds such a word."""
+    return [block for block in blocks(page.read_text(encoding="utf-8")) if heading in block.heading]
+
+
+def missions_of(found: list[Block]) -> list[Block]:
+    return [block for block in found if block.info.split()[:1] == ["mission"]]
+
+
+def errors(text: str, name: str) -> list[str]:
+    """What is wrong with a mission text, warnings aside."""
+    checked = driver.check(Source(name, text))
+    return [f"{each.code.name}: {each.message}" for each in checked.findings if not each.code.warning]
+
+
+def codes(missions: list[Block], folder: Path) -> list[str]:
+    """What checking the last of some files finds, the others beside it."""
+    for block in missions:
+        (folder / file_name(block)).write_text(block.body, encoding="utf-8")
+    checked = driver.check(folder / file_name(missions[-1]))
+    return [finding.code.name for finding in checked.findings]

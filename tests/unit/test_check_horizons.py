@@ -1,0 +1,119 @@
+"""A formula whose horizon exceeds the mission's, with the horizon of each part."""
+
+from __future__ import annotations
+
+from missionc.diagnostics.code import BEYOND_HORIZON, WINDOW_EMPTY
+from missionc.diagnostics.render import render_text
+from missionc.passes.check_horizons import steps_ahead
+from missionc.passes.walk import goals
+from tests.checked import found, meant, only, text, words
+
+
+def test_a_window_past_the_horizon_is_refused_with_the_part_of_each() -> None:
+    mission = text("require watch: every drone: always[0, 16 s] (goal implies eventually[0, 6 s] base)")
+    finding = only(mission, BEYOND_HORIZON)
+    assert finding.message == "the mission ends before `watch` can be judged"
+    assert words(finding) == [("always[0, 16 s]", "looks 16 s ahead"), ("eventually[0, 6 s]", "and 6 s further")]
+    assert finding.notes == ("the formula needs 22 s; the mission lasts 20 s",)
+    assert finding.help == "write `horizon 22 s`, or shorten a window"
+
+
+def test_the_message_reads_as_the_design_shows_it() -> None:
+    mission = text("require watch: every drone: always[0, 16 s] (goal implies eventually[0, 6 s] base)")
+    shown = render_text([only(mission, BEYOND_HORIZON)], colour=False)
+    assert shown.splitlines()[2:] == [
+        "10 | require watch: every drone: always[0, 16 s] (goal implies eventually[0, 6 s] base)",
+        "   |                             ^^^^^^^^^^^^^^^               ------------------ and 6 s further",
+        "   |                             looks 16 s ahead",
+        "   = the formula needs 22 s; the mission lasts 20 s",
+        "   help: write `horizon 22 s`, or shorten a window",
+    ]
+
+
+def test_a_window_that_ends_with_the_mission_is_accepted() -> None:
+    mission = text("require r: every drone: always[0, 14 s] eventually[0, 6 s] not fire")
+    assert found(mission, BEYOND_HORIZON) == []
+
+
+def test_seconds_are_shown_as_they_were_meant_whatever_the_step() -> None:
+    mission = text(
+        "require r: some drone: always[0, 4.7 s] eventually[0, 0.5 s] goal", time="step 0.1 s, horizon 4.7 s"
+    )
+    assert only(mission, BEYOND_HORIZON).notes == ("the formula needs 5.2 s; the mission lasts 4.7 s",)
+
+
+def test_the_left_side_of_until_is_asked_one_step_less_far() -> None:
+    allowed = text("require r: every drone: (eventually[0, 1 s] base) until[0, 20 s] not fire")
+    assert found(allowed, BEYOND_HORIZON) == []
+    refused = text("require r: every drone: (eventually[0, 2 s] base) until[0, 20 s] not fire")
+    assert only(refused, BEYOND_HORIZON).notes == ("the formula needs 21 s; the mission lasts 20 s",)
+
+
+def test_the_right_side_of_until_is_asked_at_its_last_step() -> None:
+    refused = text("require r: every drone: base until[0, 20 s] next goal")
+    assert words(only(refused, BEYOND_HORIZON)) == [
+        ("until[0, 20 s]", "looks 20 s ahead"),
+        ("next goal", "and 1 s further"),
+    ]
+
+
+def test_release_looks_as_far_as_until() -> None:
+    refused = text("require r: every drone: (eventually[0, 2 s] base) release[0, 20 s] not fire")
+    assert only(refused, BEYOND_HORIZON).notes == ("the formula needs 21 s; the mission lasts 20 s",)
+
+
+def test_next_looks_one_step() -> None:
+    mission = text("require r: every drone: always[0, 20 s] next not fire")
+    assert only(mission, BEYOND_HORIZON).notes == ("the formula needs 21 s; the mission lasts 20 s",)
+
+
+def test_a_window_to_the_end_leaves_nothing_to_look_at_from_its_last_step() -> None:
+    finding = only(text("require r: every drone: always[0, end] eventually[0, 6 s] base"), BEYOND_HORIZON)
+    assert words(finding) == [
+        ("always[0, end]", "asks at every step up to the last one, at 20 s"),
+        ("eventually[0, 6 s]", "and 6 s further"),
+    ]
+    assert finding.notes == ("from the mission's last step nothing lies ahead, so no horizon is long enough",)
+    assert finding.help == "write `always[0, 14 s]`, or let the window inside it reach to `end` as well"
+
+
+def test_the_way_out_of_a_window_to_the_end_is_accepted_when_taken() -> None:
+    assert found(text("require r: every drone: always[0, 14 s] eventually[0, 6 s] base"), BEYOND_HORIZON) == []
+    assert found(text("require r: every drone: always[0, end] eventually[0, end] base"), BEYOND_HORIZON) == []
+
+
+def test_a_window_to_the_end_under_a_window_is_accepted() -> None:
+    mission = text("require r: every drone: (not fire) until[2 s, 20 s] always[0, end] not fire")
+    assert found(mission, BEYOND_HORIZON) == found(mission, WINDOW_EMPTY) == []
+
+
+def test_a_window_to_the_end_that_begins_after_it_holds_no_step() -> None:
+    finding = only(text("require r: every drone: always[0, 10 s] eventually[12 s, end] goal"), WINDOW_EMPTY)
+    assert finding.message == "in `r`, `eventually[12 s, end]` holds no step: it begins after the mission's last"
+    assert words(finding)[1] == ("eventually[12 s, end]", "and begins 12 s further")
+
+
+def test_a_preference_is_held_to_the_horizon_too() -> None:
+    mission = text("require r: every drone: always[0, 20 s] not fire\nprefer p: some drone: eventually[0, 21 s] goal")
+    assert only(mission, BEYOND_HORIZON).message == "the mission ends before `p` can be judged"
+
+
+def test_every_requirement_that_looks_too_far_is_reported() -> None:
+    mission = text(
+        "let soon = eventually[0, 15 s] goal",
+        "require a: every drone: always[0, 10 s] soon",
+        "require b: some drone: always[0, 12 s] soon",
+    )
+    notes = [finding.notes[0] for finding in found(mission, BEYOND_HORIZON)]
+    assert notes == [
+        "the formula needs 25 s; the mission lasts 20 s",
+        "the formula needs 27 s; the mission lasts 20 s",
+    ]
+
+
+def test_a_shared_formula_is_looked_at_once() -> None:
+    lets = ["let f0 = fire"] + [f"let f{n} = (next f{n - 1}) or f{n - 1}" for n in range(1, 18)]
+    mission = meant(text(*lets, "require r: every drone: not f17"))
+    looks = steps_ahead(goal.formula for goal in goals(mission))
+    assert looks[mission.requirements[0].formula].total == 17
+    assert len(looks) < 60

@@ -1,0 +1,145 @@
+"""Backend choice: set inclusion, explained; and what to say where it fails."""
+
+from __future__ import annotations
+
+import pytest
+
+from missionc.backends import load
+from missionc.backends.api import Options
+from missionc.diagnostics.code import BACKEND_NOT_THERE, CANNOT_EXPRESS, EXTRA_MISSING, NO_BACKEND
+from missionc.diagnostics.model import Diagnostic
+from missionc.passes.choose_backend import BUILT, OFFERS, Choice, Feature, choose_backend, needs, not_there
+from tests.checked import found, meant, only, text, words
+
+HOPS = "require linked: every drone: always[0, 20 s] (fire implies somewhere[hops 1..2] base)"
+TOTAL = "formation tight = chain of drone spacing 1 m total tolerance 0.2 m\nrequire shape: eventually[3 s, 9 s] tight"
+ROW = "formation row = chain of drone spacing 1 m tolerance 0.2 m\nrequire shape: eventually[3 s, 9 s] row"
+RESTLESS = "team drone[3] { dynamics unicycle(speed 1..2 m/s)  start in base }"
+
+
+def choice(mission: str, forced: str | None = None) -> Choice:
+    chosen, told = choose_backend(meant(mission), forced)
+    assert chosen is not None, told
+    assert told == []
+    return chosen
+
+
+def test_auto_takes_the_first_backend_that_offers_all() -> None:
+    assert choice(text(HOPS)).backend == "smt"
+    assert choice(text(TOTAL)).backend == "clot"
+    assert choice(text(HOPS, TOTAL)).backend == "hybrid"
+
+
+def test_the_words_that_rule_a_backend_out_are_in_the_explanation() -> None:
+    assert choice(text(HOPS, TOTAL)).explanation == (
+        "backend: hybrid\n"
+        "because the first of smt, clot, hybrid that offers all the mission needs\n"
+        "it is not there yet: the mission can be checked, not planned\n"
+        "not smt: it cannot express\n"
+        "  a formation with a total tolerance (line 12: `tight`)\n"
+        "not clot: it cannot express\n"
+        "  a route bounded in hops (line 10: `somewhere[hops 1..2]`)\n"
+        "the mission needs:\n"
+        "  a route bounded in hops (line 10: `somewhere[hops 1..2]`)\n"
+        "  a formation with a total tolerance (line 12: `tight`)\n"
+    )
+
+
+def test_a_backend_that_came_later_in_the_order_is_said_to_have_been_able() -> None:
+    explanation = choice(text(ROW)).explanation
+    assert "not clot: it could; smt comes first\n" in explanation
+    asked = choice(text(ROW, "solve with clot")).explanation
+    assert "because the mission says so (line 12: `solve with clot`)\n" in asked
+    assert "not smt: it could; clot is asked for\n" in asked
+
+
+def test_the_command_line_overrules_the_mission() -> None:
+    chosen = choice(text(ROW, "solve with clot"), "smt")
+    assert chosen.backend == "smt"
+    assert "because the command line says so\n" in chosen.explanation
+    assert choice(text(ROW, "solve with clot"), "auto").backend == "smt"
+
+
+def test_a_backend_that_cannot_express_the_mission_is_refused_with_the_words_in_the_way() -> None:
+    finding = only(text(HOPS, "solve with clot"), CANNOT_EXPRESS)
+    assert finding.message == "the backend `clot` cannot express a route bounded in hops"
+    assert words(finding) == [("somewhere[hops 1..2]", ""), ("solve with clot", "`clot` is chosen here")]
+    assert finding.help == "write `solve with auto`, or choose `smt` or `hybrid`, which can"
+
+
+@pytest.mark.parametrize(
+    ("parts", "feature"),
+    [
+        (TOTAL, Feature.TOTAL_TOLERANCE),
+        ("require r: every drone: eventually[0, 20 s] (drone reach[distance 1 m..3 m] goal)", Feature.METRIC_LENGTH),
+        (ROW + "\nminimize energy", Feature.ENERGY),
+    ],
+)
+def test_smt_says_what_it_cannot_express(parts: str, feature: Feature) -> None:
+    finding = only(text(parts, "solve with smt"), CANNOT_EXPRESS)
+    assert finding.message == f"the backend `smt` cannot express {feature.value}"
+
+
+def test_the_least_duration_of_agents_that_cannot_wait_is_refused() -> None:
+    parts = (ROW, "minimize duration")
+    finding = only(text(*parts, "solve with smt", agents=RESTLESS), CANNOT_EXPRESS)
+    assert finding.message == "the backend `smt` cannot express `minimize duration` of agents that cannot wait"
+    assert finding.notes == ("`drone` moves at every step, so every plan lasts the whole horizon",)
+    assert finding.help == "let `drone` wait (`speed 0..`), or write `minimize distance`"
+    finding = only(text(*parts, agents=RESTLESS), NO_BACKEND)
+    assert "rules out `smt`, `clot` and `hybrid`" in words(finding)[0][1]
+    assert found(text(*parts), NO_BACKEND) == []
+
+
+def test_a_mission_of_a_backend_to_come_is_clean_and_says_so_when_planned() -> None:
+    chosen = choice(text(TOTAL, "solve with clot"))
+    assert not chosen.built
+    finding = not_there(chosen)
+    assert finding.code == BACKEND_NOT_THERE
+    assert words(finding) == [("solve with clot", "chosen here")]
+    assert finding.help == "check it for now: `missionc check` knows all of it"
+    assert not_there(choice(text(ROW, "solve with clot"))).help == "plan it with `--backend smt`"
+
+
+def test_every_feature_is_found_at_its_first_words() -> None:
+    mission = meant(
+        "mission all\n"
+        "time step 1 s, horizon 20 s\n"
+        "world (0, 0, 0) to (9, 9, 3)\n"
+        "obstacle truck = box (5, 5) to (6, 6) moving (0.1, 0, 0) m/s\n"
+        "team drone[3] { dynamics unicycle(speed 0..1 m/s)  start line (1, 1, 1) to (3, 1, 1) }\n"
+        "agent kite { dynamics double_integrator(speed <= 1 m/s, acceleration <= 1 m/s^2)  start at (1, 4, 1) }\n"
+        "graph radio = proximity 2 m\n"
+        "formation row = chain of drone spacing 1 m tolerance 0.2 m\n"
+        "require r: always[1 s, 9 s] (connected(radio) or row)\n"
+        "require q: drone[0]: eventually[0, 9 s] somewhere[hops 1..2] kite\n"
+        "prefer p: eventually[0, 20 s] row weight 2\n"
+        "minimize duration\n"
+    )
+    assert {need.feature: need.span.text for need in needs(mission)} == {
+        Feature.VOLUME: "world (0, 0, 0) to (9, 9, 3)",
+        Feature.MOVING_OBSTACLE: "truck",
+        Feature.UNICYCLE: "drone",
+        Feature.SECOND_ORDER: "kite",
+        Feature.CONNECTED: "connected(radio)",
+        Feature.FORMATION: "row",
+        Feature.HOPS: "somewhere[hops 1..2]",
+        Feature.PREFER: "prefer p: eventually[0, 20 s] row weight 2",
+        Feature.DURATION: "minimize duration",
+    }
+
+
+def test_every_backend_has_a_row_and_one_is_there() -> None:
+    assert list(OFFERS) == ["smt", "clot", "hybrid"]
+    assert set(OFFERS) > BUILT == {"smt"}
+    assert OFFERS["hybrid"] >= OFFERS["smt"] | OFFERS["clot"]
+
+
+def test_a_solver_whose_package_is_missing_is_named_with_the_command_that_installs_it(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(load, "find_spec", lambda name: None)
+    finding = load.load("smt", Options(solver="cadical"))
+    assert isinstance(finding, Diagnostic)
+    assert finding.code == EXTRA_MISSING
+    assert "pip install 'missionc[sat]'" in finding.help

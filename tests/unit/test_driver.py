@@ -1,0 +1,105 @@
+"""The pipeline: which stage stops it, and in which order findings come."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+
+import pytest
+
+from missionc import driver
+from missionc.backends.api import Budget, Impossible, NotFound, Options, Reason, Report
+from missionc.diagnostics.code import CODES
+from missionc.results import Compiled
+from missionc.source import Source
+from tests.small import LATE, SMALL
+
+
+def names(text: str) -> list[str]:
+    return [finding.code.name for finding in driver.check(Source("a.mission", text)).findings]
+
+
+def test_a_syntax_error_keeps_names_from_being_looked_up() -> None:
+    assert names(SMALL.replace("] goal", "] gaol").replace("world (0", "world 0")) == ["MC001"]
+
+
+def test_an_unknown_name_keeps_the_checks_from_running() -> None:
+    assert set(names(LATE.replace("in base", "in bees"))) == {"MC101", "MC103"}
+
+
+def test_all_checks_of_the_mission_as_meant_run_together_and_in_file_order() -> None:
+    text = LATE.replace("(2.2, 2.2) to (3.8, 3.8)", "(6.2, 6.2) to (7, 7)")
+    text = text.replace("start    in base", "start at (1, 1), (1, 1)")
+    assert names(text) == ["MC103", "MC504", "MC503", "MC301"]
+
+
+def test_warnings_stop_nothing() -> None:
+    checked = driver.check(Source("a.mission", SMALL + "region spare = box (0, 0) to (1, 1)\n"))
+    assert [finding.code.name for finding in checked.findings] == ["MC103"]
+    assert checked.ok
+    assert checked.kernel is not None
+
+
+def test_findings_of_an_included_file_come_after_those_of_the_mission(tmp_path: Path) -> None:
+    (tmp_path / "site.mission").write_text("region spare = box (0, 0) to (1, 1)\n")
+    main = tmp_path / "a.mission"
+    main.write_text('include "site.mission"\n' + SMALL + "beacon lost = (1, 1)\n")
+    findings = driver.check(main).findings
+    places = [finding.primary.span.source.name for finding in findings if finding.primary]
+    assert places == [str(main), str(tmp_path / "site.mission")]
+
+
+def test_every_stage_is_timed() -> None:
+    stages = [stage for stage, _ in driver.check(Source("a.mission", SMALL)).seconds]
+    assert stages == ["parse", "resolve", "check", "expand"]
+
+
+class Oracle:
+    """A backend that gives one answer to everything."""
+
+    name = "smt"
+
+    def __init__(self, answer: Impossible | NotFound) -> None:
+        self.answer = answer
+
+    def plan(self, *arguments: object) -> Impossible | NotFound:
+        return self.answer
+
+
+def answered(answer: Impossible | NotFound, monkeypatch: pytest.MonkeyPatch) -> Compiled:
+    monkeypatch.setattr(driver, "load_backend", lambda *arguments: Oracle(answer))
+    checked = driver.check(Source("a.mission", SMALL))
+    return driver.plan(checked, Options(), Budget(time.monotonic() + 60))
+
+
+@pytest.mark.parametrize(
+    ("reason", "code"),
+    [
+        (Reason.TIME, "MC602"),
+        (Reason.MEMORY, "MC603"),
+        (Reason.NO_ROADMAP, "MC605"),
+        (Reason.SIZE, "MC606"),
+        (Reason.SOLVER, "MC607"),
+    ],
+)
+def test_every_reason_of_an_undecided_search_has_its_code(
+    reason: Reason, code: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    compiled = answered(NotFound(reason, "after 3 rounds", Report()), monkeypatch)
+    assert compiled.findings[-1].code is CODES[code]
+    assert compiled.findings[-1].notes == ("after 3 rounds", "this says nothing about whether a plan exists")
+
+
+def test_a_conflict_is_shown_at_the_requirements_it_rests_on(monkeypatch: pytest.MonkeyPatch) -> None:
+    finding = answered(Impossible(("visit",), "on 40 nodes", Report()), monkeypatch).findings[-1]
+    assert finding.code is CODES["MC601"]
+    assert finding.message == "`visit` cannot be satisfied on the roadmap"
+    assert finding.primary is not None
+    assert finding.primary.span.text.startswith("require visit")
+
+
+def test_a_conflict_of_motion_alone_points_at_the_time(monkeypatch: pytest.MonkeyPatch) -> None:
+    finding = answered(Impossible((), "on 40 nodes", Report()), monkeypatch).findings[-1]
+    assert finding.message == "no plan exists on the roadmap, whatever the requirements"
+    assert finding.primary is not None
+    assert finding.primary.span.text.startswith("time step")

@@ -1,0 +1,62 @@
+"""What is loaded when: the front end stays light, and data never becomes code."""
+
+from __future__ import annotations
+
+import ast
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+HEAVY = {"z3", "pysat", "torch", "networkx", "scipy", "matplotlib", "piqp", "jinja2"}
+MODULES = sorted((ROOT / "missionc").rglob("*.py"))
+FORBIDDEN_MODULES = {"pickle", "marshal", "shelve", "yaml", "dill", "cloudpickle", "joblib"}
+FORBIDDEN_CALLS = {"eval", "exec", "compile", "__import__"}
+
+
+def loaded_by(code: str) -> set[str]:
+    """The top-level modules in memory after some code ran in a process of its own."""
+    script = f"{code}\nimport sys\nprint('\\n'.join({{name.partition('.')[0] for name in sys.modules}}))"
+    run = subprocess.run([sys.executable, "-c", script], cwd=ROOT, capture_output=True, text=True, check=True)
+    return set(run.stdout.split())
+
+
+def test_check_loads_no_solver_and_no_large_library() -> None:
+    code = "from missionc.cli import main\nassert main(['check', '--format', 'json', 'missions/wildfire.mission']) == 0"
+    assert loaded_by(code) & HEAVY == set()
+
+
+def test_importing_the_package_loads_nothing_of_it_but_its_version() -> None:
+    script = "import sys, missionc; print([name for name in sys.modules if name.startswith('missionc.')])"
+    run = subprocess.run([sys.executable, "-c", script], cwd=ROOT, capture_output=True, text=True, check=True)
+    assert run.stdout.strip() == "['missionc.version']"
+
+
+@pytest.mark.parametrize("path", MODULES, ids=lambda path: str(path.relative_to(ROOT)))
+def test_no_module_turns_data_into_code(path: Path) -> None:
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    assert imported(tree) & FORBIDDEN_MODULES == set()
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Call):
+            assert not (isinstance(node.func, ast.Name) and node.func.id in FORBIDDEN_CALLS), f"line {node.lineno}"
+            for keyword in node.keywords:
+                assert keyword.arg != "shell", f"line {node.lineno}"
+                assert not (keyword.arg == "cache" and "lark" in imported(tree)), f"line {node.lineno}"
+
+
+@pytest.mark.parametrize("path", MODULES, ids=lambda path: str(path.relative_to(ROOT)))
+def test_no_module_is_longer_than_four_hundred_lines(path: Path) -> None:
+    assert len(path.read_text(encoding="utf-8").splitlines()) <= 400
+
+
+def imported(tree: ast.Module) -> set[str]:
+    """The top-level names of everything a module imports."""
+    names: set[str] = set()
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            names |= {alias.name.partition(".")[0] for alias in node.names}
+        elif isinstance(node, ast.ImportFrom) and node.module:
+            names.add(node.module.partition(".")[0])
+    return names

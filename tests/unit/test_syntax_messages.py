@@ -1,0 +1,308 @@
+"""What is said about a text that cannot be read: where, what was expected in words, and what to write instead."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+
+from missionc.diagnostics.model import Diagnostic
+from missionc.limits import Limits
+from missionc.source import Source, Span
+from missionc.syntax import table
+from missionc.syntax.forms import DECLARED, IN_FORMULA, INSTEAD, PARTS
+from missionc.syntax.parse import parse
+from missionc.syntax.tokens import DECLARATIONS
+
+
+def findings_of(text: str) -> list[Diagnostic]:
+    return parse(Source("test.mission", text), Limits(), nothing_to_include)[1]
+
+
+def nothing_to_include(path: str, span: Span) -> Source:
+    return Source(path, "")
+
+
+def finding_of(text: str) -> Diagnostic:
+    (finding,) = findings_of(text)
+    return finding
+
+
+def underlined(finding: Diagnostic) -> str:
+    assert finding.primary is not None
+    return finding.primary.span.text
+
+
+@pytest.mark.parametrize(
+    ("text", "place", "message"),
+    [
+        ("time step 1 s, horizon , 5", ",", "no comma stands between `horizon` and `5`"),
+        ("time step 1 s horizon 5", "horizon", "`,` was expected after `s`, not `horizon`"),
+        ("param T", "T", "`=` was expected after `T`, but the file ends"),
+        ("region", "region", "a name was expected after `region`, but the file ends"),
+        ("region a = box (1, 1) to\nmission m", "to", "a point such as `(1, 2)` was expected after `to`"),
+        ("region a = box (1 1) to (2, 2)", "1", "`,` or `)` was expected after `1`, not `1`"),
+        ("region a = not b", "not", "a shape was expected after `=`, not `not`"),
+        ("region a = disc (1, 1) radius 1", "(", "`at` was expected after `disc`, not `(`"),
+        ("agent t { start at 1, 1 }", "1", "a point such as `(1, 2)` was expected after `at`, not `1`"),
+        (
+            "team t[2] { start on b }",
+            "on",
+            "a place (`in`, `at`, `line` or `grid`) was expected after `start`, not `on`",
+        ),
+        ("graph g = distance 1 m", "distance", "`beacons` or `proximity` was expected after `=`, not `distance`"),
+        ("graph g = proximity 1 m over", "over", "a team, group or agent was expected after `over`, but the file ends"),
+        ("include site.mission", "site", "a file name in double quotes was expected after `include`, not `site`"),
+        ("minimize [", "[", "`duration`, `energy` or `distance` was expected after `minimize`, not `[`"),
+        ("require a: x y", "y", "an operator or the next declaration was expected after `x`, not `y`"),
+        ("require a: x implies\nlet b = x", "implies", "a formula was expected after `implies`"),
+        ("require a: count[hops 1..1] x and y", "and", "the comparison of `count` was expected before `and`"),
+        ("require a: distance base <= 2", "base", "`(` was expected after `distance`, not `base`"),
+        (")", ")", "nothing is open that `)` could close"),
+    ],
+)
+def test_what_was_expected_is_said_in_words(text: str, place: str, message: str) -> None:
+    finding = finding_of(text)
+    assert finding.code.name == "MC001"
+    assert finding.message == message
+    assert underlined(finding) == place
+    assert finding.help
+
+
+@pytest.mark.parametrize(
+    ("text", "code", "place", "message", "mended"),
+    [
+        ("let f = alwais[0, 5 s] x", "MC008", "alwais", "no operator is called `alwais`", "always"),
+        ("let f = globally[0, 5 s] x", "MC008", "globally", "no operator is called `globally`", "always"),
+        ("let f = x untill[0, 5 s] y", "MC008", "untill", "no operator is called `untill`", "until"),
+        ("let f = x AND y", "MC008", "AND", "no operator is called `AND`", "and"),
+        ("let f = nott x", "MC008", "nott", "no operator is called `nott`", "not"),
+        ("let f = Every d: x", "MC008", "Every", "no operator is called `Every`", "every"),
+        ("let f = x reech[hops 0..2] y", "MC008", "reech", "no operator is called `reech`", "reach"),
+        ("let f = x && y", "MC001", "&&", "`&&` is not a sign of the language", "and"),
+        ("let f = x || y", "MC001", "||", "`||` is not a sign of the language", "or"),
+        ("let f = x => y", "MC001", "=>", "`=>` is not a sign of the language", "implies"),
+        ("let f = x ≤ 3", "MC001", "≤", "`≤` is not a sign of the language", "<="),
+        ("let f == x", "MC001", "==", "`==` is not a sign of the language", "="),
+        ("let f : x", "MC001", ":", "`=` was expected after `f`", "="),
+        ("require f = x", "MC001", "=", "a requirement's label ends in `:`", ":"),
+        ("require f every d: x", "MC001", "f", "`:` was expected after the label `f`", ":"),
+        ("require f (x and y)", "MC001", "f", "`:` was expected after the label `f`", ":"),
+        ("let f = every d x", "MC001", "every d", "`:` was expected after `every d`", ":"),
+        ("let f = some d[0..2] x", "MC001", "some d[0..2]", "`:` was expected after `some d[0..2]`", ":"),
+        ("let f = at least 2 d x", "MC001", "at least 2 d", "`:` was expected after `at least 2 d`", ":"),
+        ("let f = always[0..5 s] x", "MC001", "..", "a comma stands between the ends of a window", ","),
+        ("let f = x reach[hops 0, 2] y", "MC001", ",", "two points stand between the ends of a length", ".."),
+        ("let f = (x and y", "MC001", "y", "`)` was expected after `y`: a bracket is still open", ")"),
+        ("team d[2] { radius 1 m", "MC001", "m", "`}` was expected after `m`: a bracket is still open", "}"),
+        ("team d[2] { radius = 1 m }", "MC001", "=", "there is no `=` between `radius` and what it is", ""),
+        ("agent d { dynamics u(speed < 1) }", "MC001", "<", "a limit is inclusive", "<="),
+        ("region a = circle at (1, 1) radius 1", "MC001", "circle", "no shape is called `circle`", "disc"),
+        ("region a = polygon (0, 0) (1, 1)", "MC001", "(", "`,` was expected between two points", ","),
+        ("regoin a = b", "MC001", "regoin", "no declaration is called `regoin`", "region"),
+        ("let f = x;", "MC001", ";", "`;` stands between no declarations and ends none", ""),
+        ("let f = x.", "MC001", ".", "`.` stands between no declarations and ends none", ""),
+        ("param T = 20.", "MC001", ".", "a number does not end in a point", ""),
+        ("param T = 20 sec", "MC202", "sec", "no unit is called `sec`", "s"),
+        ("mission wild-fire", "MC007", "wild-fire", "`wild-fire` is no name: `-` is the sign for minus", "wild_fire"),
+        ("require no-fly: x", "MC007", "no-fly", "`no-fly` is no name: `-` is the sign for minus", "no_fly"),
+    ],
+)
+def test_a_frequent_slip_is_named_and_can_be_mended(
+    text: str, code: str, place: str, message: str, mended: str
+) -> None:
+    finding = finding_of(text)
+    assert (finding.code.name, finding.message, underlined(finding)) == (code, message, place)
+    assert finding.fix is not None
+    assert finding.fix.replacement == mended
+    span = finding.fix.span
+    assert findings_of(text[: span.start] + f" {mended} " + text[span.end :]) == []
+
+
+@pytest.mark.parametrize(
+    ("text", "code", "message", "advice"),
+    [
+        ("let f = x == 3", "MC001", "compares nothing", "x >= 2 and x <= 2.1"),
+        ("let f = x = 3", "MC001", "compares nothing", "x >= 2 and x <= 2.1"),
+        ("let f = 0 <= x <= 3", "MC001", "two sides", "x >= 0 and x <= 3"),
+        ("let f = always x", "MC001", "`always` needs its bounds, to say over which time", "always[0 s, 5 s]"),
+        ("let f = x R y", "MC001", "`R` needs its bounds, to say how far", "R[hops 0..2]"),
+        ("let f = always[5 s] x", "MC001", "a window has two ends", "always[0 s, 5 s]"),
+        ("let f = always[hops 0..2] x", "MC001", "along time, not along a route", "always[0 s, 5 s]"),
+        ("let f = x reach[0, 2 s] y", "MC001", "`hops` or `distance`", "reach[hops 0..2]"),
+        ("let f = x reach[hops 2] y", "MC001", "the least or the most", "`<= 2`"),
+        ("time step 1 s, horizon T + 3 s", "MC001", "arithmetic stands in brackets", "(T + 3 s)"),
+        ("let f = distance(base)", "MC001", "`distance(base)` is a number", "`distance(base) <= 2`"),
+        ("let f = (x + 2) and y", "MC001", "a formula was expected; `x + 2` is a number", "`x + 2 <= 2`"),
+        ("let f = (a and b) <= 3", "MC001", "a number was expected", "x + 2 <= 3"),
+        ("let f = at least d: x", "MC001", "needs a number", "at least 2 d"),
+        ("let f = x <= 3 foo", "MC202", "no unit is called `foo`", "m/s^2"),
+        ("let f = gizmo[0, 5 s] x", "MC008", "no operator is called `gizmo`", "eventually"),
+        ("let f = x $ y", "MC001", "`$` means nothing", "delete"),
+        ('include "site', "MC001", "has no end", "close it"),
+        ("every d: x", "MC001", "`every` begins a formula", "require LABEL: every"),
+        ("team d[2] {} let f = d[0, 1]: x", "MC001", "counted `0..2`", "write `..`"),
+        ("formation f = wedge of d tolerance 1", "MC001", "no formation is called `wedge`", "offsets"),
+        ("formation f = line of d (0, 0) tolerance 1", "MC001", "neither points nor links", "delete"),
+        ("formation f = offsets of d tolerance 1", "MC001", "takes points", "after `d`"),
+        ("formation f = distances of d (0: 1) tolerance 1", "MC001", "between two agents", "0-1: 0.8 m"),
+        ("formation f = line of d total spacing 1", "MC001", "`tolerance` was expected", "total tolerance"),
+        ("team d[2] { start ring (0, 0) to (1, 1) }", "MC001", "`line` or a `grid`", "line P to P"),
+        ("region box = a", "MC007", "`box` is a word of the language (a shape)", "box_1"),
+        ("region G = a", "MC007", "`G` is short for `always`", "G_1"),
+        ("region region = a", "MC007", "(a declaration)", "region_1"),
+        ("let f = every team: x", "MC001", "a team, group or agent was expected after `every`", "every drone: base"),
+        ("minimize time", "MC001", "`duration`, `energy` or `distance` was expected", "minimize distance"),
+        ("region été = a", "MC007", "letters other than a to z", "a to z"),
+        ("region a\u202e = b", "MC007", "U+202E", "delete"),
+        (f"region {'a' * 129} = b", "MC007", "129 characters; the limit is 128", "--limit name_length=129"),
+    ],
+)
+def test_a_slip_without_one_cure_gets_advice(text: str, code: str, message: str, advice: str) -> None:
+    finding = finding_of(text)
+    assert finding.code.name == code
+    assert message in finding.message
+    assert advice in finding.help
+
+
+@pytest.mark.parametrize(
+    ("text", "place", "message", "advice"),
+    [
+        ("maximize distance", "maximize", "a mission minimizes", "write `minimize distance`, `duration` or `energy`"),
+        ("region 2nd = a", "2nd", "`2nd` is no name: a name begins with a letter", "choose another name"),
+        ('region "a" = b', '"a"', "a name stands without quotes", "delete them"),
+        ("region a = disc at (1, 1), radius 1", ",", "no comma stands between `)` and `radius`", "delete it"),
+        ("region a = box (1; 1) to (2, 2)", ";", "`;` is not a sign of the language", "write `,`"),
+        ("region a = box (1, 1) - (2, 2)", "-", "`to` was expected", "write it as in `box (1, 1) to (3, 3)`"),
+        ("obstacle o = a moving 1 m/s", "1", "a point such as `(1, 2)` was expected", "as in `moving (1, 0) m/s`"),
+        ("obstacle o = a along (0, 1, 0)", ",", "`:` was expected", "as in `along (0 s: 0, 0), (4 s: 3, 0)`"),
+        ("// words", "//", "`//` is not a sign of the language", "write `#`"),
+        ("separation: 1 m", ":", "there is no `:` between `separation` and what it is", "delete it"),
+        ("group e = d[0, 1]", ",", "members of a team are counted `0..2`", "write `..`"),
+        ("group e = d + f", "+", "`,`, `[` or the next declaration was expected", "group east = drone[0..2], truck"),
+        ("team e { radius 1 m }", "e", "the team `e` does not say how many agents it has", "write `team e[3]`"),
+        ("team e[2] { radius 1 m, start in a }", ",", "no comma stands between `m` and `start`", "delete it"),
+        ("team e[2] { strat in a }", "strat", "no part of a team is called `strat`", "did you mean `start`?"),
+        ("team e[2] { dynamcs a(b 1) }", "dynamcs", "no part of a team is called `dynamcs`", "`dynamics`?"),
+        ("team e[2] { start base }", "start base", "does not say how its places are given", "write `start in base`"),
+        ("team e[2] { start in box (0, 0) to (1, 1) }", "box", "a region was expected after `in`", "`start in base`"),
+        ("team e[2] { dynamics a(2 m/s) }", "2", "`2` does not say which bound it is", "as in `speed <= 2 m/s`"),
+        ("require every d: next[1] a", "[", "`next` takes no bounds", "`next` is one step ahead"),
+        ("require a: x weight 2", "weight", "a requirement has no weight", "write `prefer` in place of `require`"),
+        ("require count[hops 1..1] a and b >= 2", "and", "the comparison of `count` was expected", "(f and g) >= 2"),
+        ("require count[hops 1..1] a = 2", "=", "`=` does not compare", "`count[…] f >= 2 and count[…] f <= 2`"),
+        ("require every d: count[hops 1..1] a", "a", "a comparison such as `>= 2` was expected", "count[hops 1..1]"),
+        ("require a == b", "==", "`==` is not a sign of the language", "of two formulas, write `iff`"),
+        ("require x == 2", "==", "no two measures are ever exactly equal", "say how close"),
+        ("require x^2 <= 3", "^", "there are no powers: a comparison is linear", "multiply by numbers only"),
+        ("require 2x <= 3", "2x", "there is no `*` between the numbers of `2x`", "write `2 * x`"),
+        ("require every d: ~a", "~", "`~` is not a sign of the language", "write `not`"),
+        ("require distance <= 3", "<=", "`(` was expected after `distance`", "as in `distance(base) <= 2 m`"),
+        ("require every d: inside a", "inside a", "what `inside` is of stands in brackets", "write `inside(a)`"),
+        ("require d[0] in a", "in", "there is no `in` in formulas", "as in `drone[0]: base`"),
+        ("require at most 2 d: a", "at most", "there is no quantifier `at most`", "not at least 3 drone: f"),
+        ("require exactly 2 d: a", "exactly", "no operator is called `exactly`", "(at least 2 drone: f) and not"),
+        ("require never[0, 5] a", "never", "no operator is called `never`", "`always[0 s, 5 s] not f`"),
+        ("require a xor b", "xor", "no operator is called `xor`", "`not (f iff g)`"),
+        ("require if a then b", "if", "no operator is called `if`", "`f implies g`"),
+        ("require eventually[0 to 5] a", "to", "a comma stands between the ends of a window", "write `,`"),
+        ("require eventually[0; 5] a", ";", "a comma stands between the ends of a window", "write `,`"),
+        ("require eventually[<= 5] a", "<=", "a window has two ends", "write `eventually[0 s, 5 s]`"),
+        ("require eventually[end, 5] a", "end", "`end` is the later bound of a window", "`eventually[5 s, end]`"),
+        ("require somewhere[hops = 2] a", "=", "a length is `<= 2`, or `1..2`, or `1..`", "somewhere[hops 1..2]"),
+        ("require somewhere[hops 1-2] a", "2", "`1-2` alone does not say", "`2..2`, `2..` or `<= 2`"),
+        ("require somewhere[hops 1..2 in g] a", "in", "`]` or `on` was expected", "as in `somewhere[hops 1..2]`"),
+    ],
+)
+def test_what_people_write_instead_is_answered_in_its_own_words(
+    text: str, place: str, message: str, advice: str
+) -> None:
+    finding = finding_of(text)
+    assert underlined(finding) == place
+    assert message in finding.message
+    assert advice in finding.help
+
+
+def test_no_word_is_offered_that_says_something_else() -> None:
+    for text in ("maximize distance", "let f = a xor b", "let f = no a", "let f = never a"):
+        assert finding_of(text).fix is None
+
+
+@pytest.mark.parametrize(
+    ("text", "opening"), [("let f = (x and [y", "("), ("let f = (x and y]", "("), ("team d[2 {", "[")]
+)
+def test_an_open_bracket_is_pointed_at(text: str, opening: str) -> None:
+    finding = finding_of(text)
+    assert [label.span.text for label in finding.labels] == [opening]
+
+
+def test_all_errors_of_a_file_are_found_in_one_run_in_file_order() -> None:
+    text = """mission m
+time step 1 s horizon 5 s
+region a = box (0, 0) (1, 1)
+team d[2] { radius 0.1 sec  dynamics unicycle(speed)  start in a }
+param big = 1e400
+require x: every d alwais[0, 5 s] a
+require y: every d: always[0, 5 s] a
+regoin b = a
+require z: (a and
+solve with smt
+"""
+    found = [(finding.code.name, underlined(finding)) for finding in findings_of(text)]
+    assert found == [
+        ("MC001", "horizon"),
+        ("MC001", "("),
+        ("MC202", "sec"),
+        ("MC001", ")"),
+        ("MC006", "1e400"),
+        ("MC001", "every d"),
+        ("MC001", "regoin"),
+        ("MC001", "and"),
+    ]
+
+
+def test_one_error_hides_no_declaration_after_it_on_its_line() -> None:
+    found = findings_of("team a[2] { radius } team b[2] { radius } region c = ) region d = box")
+    assert [underlined(finding) for finding in found] == ["}", "}", ")", "box"]
+
+
+def test_a_missing_brace_hides_only_its_own_declaration() -> None:
+    first, second = findings_of("team a[2] { radius 1 m\nregion c = )\nregion d = a")
+    assert "`}` was expected" in first.message
+    assert underlined(second) == ")"
+
+
+def test_no_message_names_a_token_of_the_grammar() -> None:
+    tokens = {kind for row in table.load().actions for kind in row if kind.isupper()}
+    texts = [" ".join(text.split()[:length]) for text in DECLARED.values() for length in range(1, 20)]
+    for text in (*texts, *(f"{text} ]" for text in texts), *(f"{text} @" for text in texts)):
+        for finding in findings_of(text):
+            assert tokens.isdisjoint(re.findall(r"\w+", finding.message)), finding.message
+            assert "invalid" not in finding.message
+            assert not finding.message.endswith(".")
+
+
+def test_every_part_that_is_shown_is_read() -> None:
+    teams = [text for word in ("dynamics", "start", "finish") for text in PARTS[word].split("` or `")]
+    assert findings_of("team d[2] { " + "  ".join(teams) + " }") == []
+    shapes = [PARTS[word] for word in ("box", "disc", "ball", "cylinder", "polygon")]
+    assert findings_of("\n".join(f"region a = {shape}" for shape in shapes)) == []
+    motions = [PARTS["moving"], PARTS["along"], PARTS["height"]]
+    assert findings_of("\n".join(f"obstacle a = {PARTS['box']} {motion}" for motion in motions)) == []
+
+
+def test_every_formula_that_is_shown_is_read() -> None:
+    for text in (*IN_FORMULA.values(), *INSTEAD.values()):
+        assert findings_of(f"require {text}") == [], text
+
+
+def test_every_declaration_has_an_example_that_is_read() -> None:
+    assert set(DECLARED) == DECLARATIONS
+    for text in DECLARED.values():
+        assert findings_of(f"{text} separation 1 m") == []
+
+
+def test_a_measure_that_is_unknown_is_no_formula() -> None:
+    finding = finding_of("require every d: dist(base) <= 3")
+    assert (finding.code.name, underlined(finding)) == ("MC101", "dist")
+    assert "`distance(…)`" in finding.help
