@@ -1,4 +1,4 @@
-"""How long `missionc check` takes, the whole process, on missions of 30 to 2,000 lines.
+"""How long `missionc check` takes, the whole process, on missions of 30 to 700 lines.
 
     python bench/check_time.py [RUNS]
 
@@ -44,7 +44,7 @@ def main(runs: int) -> None:
     print(f"{'mission':<12} {'least':>7} {'median':>7}   seconds, {runs} runs")
     rows = {"nothing": [sys.executable, "-c", "import missionc.cli"]}
     with tempfile.TemporaryDirectory() as folder:
-        for lines in (30, 200, 2000):
+        for lines in (30, 200, 700):
             path = Path(folder) / f"of_{lines}_lines.mission"
             path.write_text(mission(lines), encoding="utf-8")
             rows[f"{lines} lines"] = [sys.executable, "-m", "missionc", "check", str(path)]

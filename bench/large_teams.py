@@ -15,6 +15,7 @@ import missionc
 from missionc.backends.api import Impossible, NotFound, Options
 from missionc.results import Verified
 from missionc.source import Source
+from missionc.units import Seconds
 
 RELAYS = """
 mission relays
@@ -52,13 +53,17 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--solver", default="z3", choices=["z3", "cadical", "race"])
     parser.add_argument("--limit", type=float, default=1800.0, help="seconds for each mission")
+    parser.add_argument("--memory", type=int, default=16, help="gigabytes the solver may have")
     parser.add_argument("--only", choices=["relays", "network"])
     arguments = parser.parse_args()
     for name, text in (("relays", RELAYS), ("network", NETWORK)):
         if arguments.only not in (None, name):
             continue
         compiled = missionc.compile(
-            Source(f"{name}.mission", text), time_limit=arguments.limit, options=Options(solver=arguments.solver)
+            Source(f"{name}.mission", text),
+            time_limit=Seconds(arguments.limit),
+            memory_limit=arguments.memory << 30,
+            options=Options(solver=arguments.solver),
         )
         outcome = compiled.outcome
         stages = dict(compiled.seconds)
