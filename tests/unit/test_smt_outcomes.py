@@ -1,0 +1,72 @@
+"""What the SMT backend answers: a plan, a refusal that names the conflict, or neither."""
+
+from __future__ import annotations
+
+import pytest
+
+import missionc
+from missionc.backends.api import Impossible, NotFound, Options, Reason
+from missionc.limits import Limits
+from missionc.results import Verified
+from missionc.source import Source
+
+TEAM = """
+mission outcomes
+time step 1 s, horizon 6 s
+world (0, 0) to (10, 10)
+region base = box (0.5, 0.5) to (3, 3)
+region goal = box (5, 5) to (7, 7)
+team drone[3] { radius 0.1 m dynamics unicycle(speed 0..2 m/s) start in base }
+graph radio = proximity 1 m
+"""
+GO = "require go: drone[0]: eventually[0, 6 s] goal\n"
+NEAR = "require near: drone[0]: always[0, 6 s] (drone reach[hops 0..2 on radio] base)\n"
+OTHER = "require other: some drone: eventually[0, 6 s] base\n"
+
+
+def compiled(text: str, **options: object) -> missionc.Compiled:
+    return missionc.compile(Source("outcomes.mission", TEAM + text), **options)  # type: ignore[arg-type]
+
+
+def test_a_refusal_names_the_requirements_that_conflict_and_no_other() -> None:
+    outcome = compiled(GO + NEAR + OTHER).outcome
+    assert isinstance(outcome, Impossible)
+    assert set(outcome.conflict) == {"go", "near"}
+    assert "110, 187 and 318 nodes" in outcome.statement
+
+
+def test_a_certified_refusal_leaves_clauses_and_a_proof_that_ends_in_the_empty_clause() -> None:
+    outcome = compiled(GO + NEAR, options=Options(certify=True)).outcome
+    assert isinstance(outcome, Impossible)
+    files = dict(outcome.report.files)
+    assert files["impossible.cnf"].startswith(b"p cnf ")
+    assert files["impossible.drat"].split(b"\n")[-2].strip() == b"0"
+
+
+@pytest.mark.parametrize("solver", ["z3", "cadical", "race"])
+def test_every_solver_finds_a_plan_that_is_verified(solver: str) -> None:
+    assert isinstance(compiled(GO, options=Options(solver=solver)).outcome, Verified)
+
+
+@pytest.mark.parametrize("solver", ["z3", "cadical"])
+def test_every_solver_refuses_what_cannot_be(solver: str) -> None:
+    assert isinstance(compiled(GO + NEAR, options=Options(solver=solver)).outcome, Impossible)
+
+
+def test_a_problem_over_the_limit_on_clauses_is_refused_as_too_large_and_not_as_impossible() -> None:
+    outcome = compiled(GO + NEAR, limits=Limits(clauses=500)).outcome
+    assert isinstance(outcome, NotFound)
+    assert outcome.reason is Reason.SIZE
+
+
+def test_the_same_seed_gives_the_same_bytes() -> None:
+    first, second = compiled(GO, seed=4).outcome, compiled(GO, seed=4).outcome
+    assert isinstance(first, Verified)
+    assert isinstance(second, Verified)
+    assert dict(first.files) == dict(second.files)
+
+
+def test_a_preference_that_can_be_kept_is_kept() -> None:
+    outcome = compiled(GO + "prefer stay: drone[1]: always[0, 6 s] base\n").outcome
+    assert isinstance(outcome, Verified)
+    assert "`stay` is kept" in outcome.report.notes
