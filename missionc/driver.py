@@ -268,7 +268,7 @@ def _impossible(mission: Mission, found: Impossible) -> Diagnostic:
             IMPOSSIBLE,
             "no plan exists on the roadmap, whatever the requirements",
             Label(mission.time_span or mission.span, "in this time"),
-            notes=(found.statement,),
+            notes=(found.statement, *found.report.notes),
             help="give the agents more time or more room, or look at their starts and finishes",
         )
     names = ", ".join(f"`{name}`" for name, _ in spans)
@@ -278,7 +278,7 @@ def _impossible(mission: Mission, found: Impossible) -> Diagnostic:
         f"{conflict} on the roadmap",
         Label(spans[0][1], "this" if len(spans) > 1 else ""),
         tuple(Label(span, "and this") for _, span in spans[1:]),
-        (found.statement,),
+        (found.statement, *found.report.notes),
         "relax one of them, give the agents more time, or a finer roadmap: `solve with smt { nodes = 400 }`",
     )
 

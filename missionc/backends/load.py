@@ -18,14 +18,21 @@ def load(name: str, options: Options | None = None) -> Backend | Diagnostic:
             None,
             help="plan with `--backend smt`, where the mission allows it",
         )
-    solver = (options or Options()).solver
-    if solver != "z3" and find_spec("pysat") is None:
-        return Diagnostic(
-            EXTRA_MISSING,
-            f"`--solver {solver}` needs the package python-sat, which is not installed",
-            None,
-            help="install it with `pip install 'missionc[sat]'`, or leave `--solver` out: Z3 is always there",
-        )
+    options = options or Options()
+    if find_spec("pysat") is None:
+        if options.solver != "z3":
+            return _sat_missing(f"--solver {options.solver}", "leave `--solver` out: Z3 is always there")
+        if options.certify:
+            return _sat_missing("--certify", "leave `--certify` out: the answer is the same, without a proof of it")
     from missionc.backends.smt import BACKEND
 
     return BACKEND
+
+
+def _sat_missing(flag: str, otherwise: str) -> Diagnostic:
+    return Diagnostic(
+        EXTRA_MISSING,
+        f"`{flag}` needs the package python-sat, which is not installed",
+        None,
+        help=f"install it with `pip install 'missionc[sat]'`, or {otherwise}",
+    )

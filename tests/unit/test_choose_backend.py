@@ -135,11 +135,15 @@ def test_every_backend_has_a_row_and_one_is_there() -> None:
     assert OFFERS["hybrid"] >= OFFERS["smt"] | OFFERS["clot"]
 
 
-def test_a_solver_whose_package_is_missing_is_named_with_the_command_that_installs_it(
-    monkeypatch: pytest.MonkeyPatch,
+@pytest.mark.parametrize(
+    ("options", "flag"), [(Options(solver="cadical"), "--solver cadical"), (Options(certify=True), "--certify")]
+)
+def test_a_flag_whose_package_is_missing_is_named_with_the_command_that_installs_it(
+    options: Options, flag: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(load, "find_spec", lambda name: None)
-    finding = load.load("smt", Options(solver="cadical"))
+    finding = load.load("smt", options)
     assert isinstance(finding, Diagnostic)
     assert finding.code == EXTRA_MISSING
+    assert finding.message.startswith(f"`{flag}` needs the package python-sat")
     assert "pip install 'missionc[sat]'" in finding.help

@@ -103,3 +103,9 @@ def test_a_conflict_of_motion_alone_points_at_the_time(monkeypatch: pytest.Monke
     assert finding.message == "no plan exists on the roadmap, whatever the requirements"
     assert finding.primary is not None
     assert finding.primary.span.text.startswith("time step")
+
+
+def test_why_there_is_no_proof_of_a_refusal_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
+    report = Report(notes=("no proof was written: the time limit came first",))
+    finding = answered(Impossible(("visit",), "on 40 nodes", report), monkeypatch).findings[-1]
+    assert finding.notes == ("on 40 nodes", "no proof was written: the time limit came first")

@@ -35,14 +35,6 @@ def test_a_refusal_names_the_requirements_that_conflict_and_no_other() -> None:
     assert "110, 187 and 318 nodes" in outcome.statement
 
 
-def test_a_certified_refusal_leaves_clauses_and_a_proof_that_ends_in_the_empty_clause() -> None:
-    outcome = compiled(GO + NEAR, options=Options(certify=True)).outcome
-    assert isinstance(outcome, Impossible)
-    files = dict(outcome.report.files)
-    assert files["impossible.cnf"].startswith(b"p cnf ")
-    assert files["impossible.drat"].split(b"\n")[-2].strip() == b"0"
-
-
 @pytest.mark.parametrize("solver", ["z3", "cadical", "race"])
 def test_every_solver_finds_a_plan_that_is_verified(solver: str) -> None:
     assert isinstance(compiled(GO, options=Options(solver=solver)).outcome, Verified)

@@ -63,9 +63,12 @@ class Problem:
 
 @dataclass(frozen=True, slots=True)
 class NoPlan:
-    """A proof that these roadmaps hold no plan: the requirements it rests on."""
+    """Proven: these roadmaps hold no plan. The requirements that rests on, and what was refused."""
 
     conflict: tuple[str, ...]
+    clauses: Clauses
+    core: tuple[int, ...]
+    """The literals of the requirements in conflict."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,7 +110,7 @@ class Run:
 
     def plan(self) -> Outcome:
         solve = self.mission.solve
-        conflict: tuple[str, ...] = ()
+        refused: NoPlan | None = None
         missing = ""
         for attempt in range(ROADMAPS):
             nodes = round(solve.option("nodes", NODES) * FINER**attempt)
@@ -125,10 +128,13 @@ class Run:
                 result = self.on_roadmaps(roadmaps, solvers)
             if not isinstance(result, NoPlan):
                 return result
-            conflict = result.conflict
-        if missing:
+            refused = result
+        if missing or refused is None:
             return self.not_found(Reason.NO_ROADMAP, missing)
-        return Impossible(conflict, self.refusal(conflict), self.account.report())
+        if self.options.certify:
+            with self.account.stage("proof"):
+                self.certify(refused)
+        return Impossible(refused.conflict, self.refusal(refused.conflict), self.account.report())
 
     def on_roadmaps(self, roadmaps: tuple[Roadmap, ...], solvers: Solvers) -> Outcome | NoPlan:
         self.account.sizes["nodes"] = self.tried[-1]
@@ -191,9 +197,6 @@ class Run:
         elif isinstance(result, Unsatisfiable) and not lowered.shortened:
             with account.stage("core"):
                 core = minimise(result.core, search)
-            if self.options.certify and len(self.tried) == ROADMAPS:
-                with account.stage("proof"):
-                    self.certify(search.clauses, core)
         self.record(problem, solvers)
         match result:
             case Found(states):
@@ -202,7 +205,8 @@ class Run:
                 return TooFewLinks()
             case Unsatisfiable():
                 goals = zip(kernel.requirements, problem.required, strict=True)
-                return NoPlan(tuple(goal.name for goal, literal in goals if literal in core))
+                conflict = tuple(goal.name for goal, literal in goals if literal in core)
+                return NoPlan(conflict, search.clauses, core)
             case Stopped(reason, detail):
                 return self.not_found(reason, detail)
 
@@ -240,8 +244,8 @@ class Run:
         if "smt2" in self.options.captures:
             texts["smt2"] = smt2(clauses.everything(), clauses.variables)
 
-    def certify(self, clauses: Clauses, core: tuple[int, ...]) -> None:
-        match prove(clauses, core, self.budget):
+    def certify(self, refused: NoPlan) -> None:
+        match prove(refused.clauses, refused.core, self.budget):
             case Proof(cnf, drat):
                 self.account.files |= {CNF: cnf, DRAT: drat}
             case Unproved(statement):

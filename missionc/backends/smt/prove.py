@@ -1,20 +1,22 @@
-"""A proof, for others to check, that the clauses cannot hold: the CNF and a DRAT proof of it."""
+"""A proof, for others to check, that the clauses cannot hold: the CNF and a DRAT proof of it.
+
+CaDiCaL writes it, whichever solver answered. Z3 can write one too, but what it
+writes is refused by proof checkers: it drops clauses that it still uses.
+"""
 
 from __future__ import annotations
 
-import shutil
 import subprocess
-import sysconfig
-import tempfile
+import sys
 import time
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
 from missionc.backends.api import Budget
 from missionc.backends.smt.clauses import Clauses
 from missionc.backends.smt.dimacs import dimacs
+from missionc.backends.smt.solve import WORKER
 
 CNF, DRAT = "impossible.cnf", "impossible.drat"
 
@@ -35,22 +37,25 @@ class Unproved:
 
 
 def prove(clauses: Clauses, assumptions: tuple[int, ...], budget: Budget) -> Proof | Unproved:
-    """Solves once more from the beginning, by Z3's own program, which writes down each step."""
-    program = shutil.which("z3", path=sysconfig.get_path("scripts")) or shutil.which("z3")
-    if program is None:
-        return Unproved("no proof was written: the program `z3`, which comes with z3-solver, was not found")
+    """Solves once more from the beginning, in a child that writes down each step.
+
+    Raises:
+        RuntimeError: CaDiCaL has a model of what another solver has refused.
+    """
     units = np.array([(literal, 0) for literal in assumptions], dtype=np.int32).ravel()
     flat = np.concatenate([clauses.everything(), units])
     cnf = dimacs(flat, clauses.variables, clauses.count + len(assumptions))
+    command = [sys.executable, "-P", str(WORKER), "proof", str(budget.memory_bytes), str(budget.seed)]
     left = max(1.0, budget.deadline - time.monotonic())
-    with tempfile.TemporaryDirectory(prefix="missionc-") as folder:
-        problem, proof = Path(folder, CNF), Path(folder, DRAT)
-        problem.write_bytes(cnf)
-        command = [program, "-dimacs", f"-memory:{budget.memory_bytes >> 20}", f"sat.drat.file={proof}", str(problem)]
-        try:
-            done = subprocess.run(command, capture_output=True, timeout=left, check=False)  # noqa: S603
-        except subprocess.TimeoutExpired:
-            return Unproved("no proof was written: the time limit came first")
-        if b"UNSATISFIABLE" not in done.stdout or not proof.exists():
-            return Unproved("no proof was written: the solver that writes proofs gave up")
-        return Proof(cnf, proof.read_bytes())
+    try:
+        # In a session of its own, Ctrl-C on the terminal is the parent's alone to act on.
+        done = subprocess.run(  # noqa: S603
+            command, input=cnf, capture_output=True, timeout=left, check=False, start_new_session=True
+        )
+    except subprocess.TimeoutExpired:
+        return Unproved("no proof was written: the time limit came first")
+    if done.returncode:
+        return Unproved("no proof was written: the solver that writes it ended early, most likely for want of memory")
+    if not done.stdout:
+        raise RuntimeError("the solvers disagree: CaDiCaL has a model of clauses that were refused")
+    return Proof(cnf, done.stdout)

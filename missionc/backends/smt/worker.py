@@ -12,6 +12,9 @@ is a letter, a length of eight bytes, and so many bytes:
     V  variables: the answer is V with a byte for each, 1 where the last model has it true
 
 It begins with R when it is ready, and says E and why when something failed.
+
+As ``proof`` it reads one DIMACS text to its end, and writes a DRAT proof that it
+cannot hold; nothing where it can.
 """
 
 from __future__ import annotations
@@ -197,10 +200,10 @@ def terms(made: list[int]) -> Any:
 class CaDiCaL:
     """CaDiCaL, through python-sat."""
 
-    def __init__(self, seed: int) -> None:
+    def __init__(self, proof: bool = False) -> None:
         from pysat.solvers import Cadical195
 
-        self.make: Callable[[], Any] = Cadical195
+        self.make: Callable[[], Any] = lambda: Cadical195(with_proof=proof)
         self.solver = self.make()
         self.true: frozenset[int] = frozenset()
 
@@ -227,6 +230,11 @@ class CaDiCaL:
     def values(self, variables: list[int]) -> bytes:
         return bytes(variable in self.true for variable in variables)
 
+    def proof(self) -> bytes:
+        """What was derived and what was dropped, up to the empty clause: DRAT, as text."""
+        lines = self.solver.get_proof()
+        return "".join(f"{line}\n" for line in lines[: lines.index("0") + 1]).encode()
+
 
 def packed(literals: list[int]) -> bytes:
     return array.array("i", literals).tobytes()
@@ -237,12 +245,22 @@ def main() -> None:
     die_with_parent()
     resource.setrlimit(resource.RLIMIT_AS, (memory, memory))
     source, sink = sys.stdin.buffer, sys.stdout.buffer
+    if name == "proof":
+        return prove(source, sink)
     try:
-        serve(CaDiCaL(seed) if name == "cadical" else Z3(seed), source, sink)
+        serve(CaDiCaL() if name == "cadical" else Z3(seed), source, sink)
     except MemoryError:
         send(sink, b"E", b"memory")
     except Exception as error:
         send(sink, b"E", b"memory" if b"memory" in str(error).encode() else str(error).encode())
+
+
+def prove(source: BinaryIO, sink: BinaryIO) -> None:
+    solver = CaDiCaL(proof=True)
+    solver.add_text(source.read())
+    if solver.solve([])[0] == UNSAT:
+        sink.write(solver.proof())
+        sink.flush()
 
 
 def serve(solver: Solver, source: BinaryIO, sink: BinaryIO) -> None:
