@@ -1,14 +1,17 @@
 """[strel] Table 2 and its two studies, here: every cell planned, checked for collisions, and verified.
 
-    python bench/strel_table2.py [--quick] [--solver z3|cadical|race] [--paper] [--limit SECONDS]
+    python bench/strel_table2.py [--agents N ...] [--best-of RUNS] [--solver z3|cadical|race]
+                                 [--paper] [--limit SECONDS]
 
-Columns: seconds to lower, to solve (collision rounds included), to verify, and
+With ``--agents`` only the table's cells with so many agents are run, without
+the two studies. Columns: seconds to lower, to solve (collision rounds included), to verify, and
 all from the start of ``lower`` to a verified plan; clauses; the solver's peak
 memory; the paper's own encoding and solving seconds, on its machine. With
 ``--paper`` the paper's encoding, rendered by us in ``paper_encoding.py``, runs
-in the same process on the same roadmap, without collisions, as it was given;
-``ratio`` is its encoding and solving over our whole. A cell that passes the
-limit is stopped, and its ratio is a lower bound.
+in the same process on the same roadmap, without collisions, as it was given, by
+the processor's clock; ``ratio`` is its encoding and solving over our whole by
+the clock on the wall. A cell that passes the limit is stopped, and its ratio is
+a lower bound.
 """
 
 from __future__ import annotations
@@ -22,11 +25,11 @@ from pathlib import Path
 import numpy as np
 
 import missionc
-from missionc.backends.api import Options
+from missionc.backends.api import Options, Report
 from missionc.backends.smt.plan import NEIGHBOURS
 from missionc.backends.smt.roadmap import NoRoadmap, build_roadmaps
 from missionc.ir import Mission
-from missionc.results import Verified
+from missionc.results import Compiled, Verified
 
 ROOT = Path(__file__).resolve().parent.parent
 
@@ -65,10 +68,10 @@ class Cell:
     published: tuple[float, float]
 
 
-def cells(quick: bool) -> list[Cell]:
+def cells(teams: list[int]) -> list[Cell]:
     table = [Cell(name, agents, 10, published) for (name, agents), published in PAPER.items()]
-    if quick:
-        return [cell for cell in table if cell.agents == 3]
+    if teams:
+        return [cell for cell in table if cell.agents in teams]
     table += [Cell("strel_deliver", 10, window, published) for window, published in HORIZONS.items()]
     table += [Cell("strel_avoid", 10, window, published) for window, published in AVOIDING.items()]
     return table
@@ -85,12 +88,20 @@ def paper_seconds(cell: Cell, mission: Mission, limit: float) -> tuple[str, floa
     total = measured.encoding + (measured.solving or 0.0)
     stopped = measured.solving is None
     words = f"{measured.encoding:.1f}+{measured.solving:.1f}" if measured.solving is not None else measured.answer
-    return words, limit if stopped else total, stopped
+    return words, total, stopped
+
+
+def spent(compiled: Compiled, report: Report) -> tuple[float, float, float]:
+    """Seconds to lower, to solve with all rounds, and to verify."""
+    seconds = dict(compiled.seconds)
+    solve = sum(took for stage, took in report.seconds if stage not in ("roadmap", "lower"))
+    return seconds["lower"], solve, seconds["verify"]
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--quick", action="store_true", help="three agents only")
+    parser.add_argument("--agents", type=int, nargs="+", default=[], help="only the table's cells with so many")
+    parser.add_argument("--best-of", type=int, default=1, help="plan so many times and show the quickest run")
     parser.add_argument("--solver", default="z3", choices=["z3", "cadical", "race"])
     parser.add_argument("--paper", action="store_true", help="run the paper's encoding beside each cell of the table")
     parser.add_argument("--limit", type=float, default=120.0, help="seconds for a cell of the paper's encoding")
@@ -98,18 +109,21 @@ def main() -> None:
     sys.path.insert(0, str(Path(__file__).parent))
     print(f"{'mission':<14} {'N':>3} {'T':>4} {'lower':>7} {'solve':>7} {'verify':>7} {'total':>7}", end=" ")
     print(f"{'clauses':>8} {'MB':>5} {'published':>13} {'beside':>22} {'ratio':>8}", flush=True)
-    for cell in cells(arguments.quick):
+    for cell in cells(arguments.agents):
         overrides = {"N": str(cell.agents), "T": f"{cell.window} s"}
         file = ROOT / "missions" / f"{cell.name}.mission"
-        compiled = missionc.compile(file, overrides=overrides, options=Options(solver=arguments.solver))
-        outcome = compiled.outcome
-        if not isinstance(outcome, Verified):
+        options = Options(solver=arguments.solver)
+        runs = []
+        for _ in range(arguments.best_of):
+            compiled = missionc.compile(file, overrides=overrides, options=options)
+            outcome = compiled.outcome
+            if isinstance(outcome, Verified):
+                runs.append((spent(compiled, outcome.report), outcome.report))
+        if not runs:
             print(f"{cell.name:<14} {cell.agents:>3} {cell.window:>4} {type(outcome).__name__}")
             continue
-        seconds = dict(compiled.seconds)
-        sizes = dict(outcome.report.sizes)
-        lower, verify = seconds["lower"], seconds["verify"]
-        solve = sum(took for stage, took in outcome.report.seconds if stage not in ("roadmap", "lower"))
+        (lower, solve, verify), report = min(runs, key=lambda run: sum(run[0]))
+        sizes = dict(report.sizes)
         total = lower + solve + verify
         row = f"{cell.name:<14} {cell.agents:>3} {cell.window:>4}"
         row += f" {lower:>7.3f} {solve:>7.3f} {verify:>7.3f} {total:>7.3f}"

@@ -8,6 +8,7 @@ of that motion, and its negation exactly where it does not.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from unittest.mock import patch
 
 import numpy as np
 import pytest
@@ -15,11 +16,13 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from missionc import ir
+from missionc.backends.smt import links
 from missionc.backends.smt.clauses import Clauses
-from missionc.backends.smt.labels import Unexpressible
-from missionc.backends.smt.lower import lower
-from missionc.backends.smt.lower_motion import all_ways, lower_motion
+from missionc.backends.smt.labels import Labels, Unexpressible
+from missionc.backends.smt.lower import Lowered, lower
+from missionc.backends.smt.lower_motion import Motion, all_ways, lower_motion
 from missionc.backends.smt.occupancy import Occupancy
+from missionc.backends.smt.outlook import Outlook
 from missionc.backends.smt.roadmap import Roadmap
 from missionc.backends.smt.worker import SAT, CaDiCaL
 from missionc.kernel.nodes import Goal, Not
@@ -101,22 +104,27 @@ def expressible(formula: ir.Formula, mission: ir.Mission) -> ir.Formula:
             return formula
 
 
-def agrees(case: Case) -> None:
-    truth = reference.truth(case.formula, case.run, 0, 0)
+def asked(case: Case, cast: frozenset[int]) -> tuple[tuple[Goal, Goal], Motion, Lowered, CaDiCaL]:
+    """That the formula holds, and that it fails, as goals; and all that is said to a solver of these agents."""
     requirement = ir.Requirement("asked", case.formula, SPAN)
     kernel, findings = expand(replace(case.mission, requirements=(requirement,)))
     assert kernel is not None, findings
     node = kernel.requirements[0].formula
     clauses = Clauses(10_000_000)
-    everyone = frozenset(range(len(case.mission.agents)))
-    motion = lower_motion(case.roadmaps, all_ways(case.roadmaps, {}), everyone, clauses)
-    goals = [Goal("holds", node, SPAN), Goal("fails", Not(node), SPAN)]
+    motion = lower_motion(case.roadmaps, all_ways(case.roadmaps, {}), cast, clauses)
+    goals = Goal("holds", node, SPAN), Goal("fails", Not(node), SPAN)
     try:
         lowered = lower(goals, case.mission, motion, clauses, Occupancy(motion, clauses), case.most_links)
     except Unexpressible:
         assume(False)
-    solver = CaDiCaL(0)
+    solver = CaDiCaL()
     solver.add(clauses.everything().tolist())
+    return goals, motion, lowered, solver
+
+
+def agrees(case: Case) -> None:
+    truth = reference.truth(case.formula, case.run, 0, 0)
+    _, motion, lowered, solver = asked(case, frozenset(range(len(case.mission.agents))))
     fixed = [
         int(motion.states[agent][step, state])
         for agent, row in enumerate(case.states)
@@ -142,3 +150,21 @@ def test_a_formula_can_be_asked_for_exactly_where_it_holds(case: Case) -> None:
 @settings(max_examples=40)
 def test_each_operator_means_to_the_solver_what_it_means(operator: Operator, data: st.DataObject) -> None:
     agrees(data.draw(cases(operator)))
+
+
+@given(case=cases())
+@settings(max_examples=60)
+def test_a_formula_means_the_same_where_places_are_asked_in_groups(case: Case) -> None:
+    with patch.object(links, "DENSE", -1):
+        agrees(case)
+
+
+@given(case=cases(), members=st.sets(st.integers(0, 3), min_size=1))
+@settings(max_examples=120)
+def test_agents_are_not_given_up_as_too_few_where_they_have_a_plan(case: Case, members: set[int]) -> None:
+    cast = frozenset(members) & frozenset(range(len(case.mission.agents)))
+    goals, motion, lowered, solver = asked(case, cast)
+    for goal, literal in zip(goals, lowered.goals, strict=True):
+        outlook = Outlook(Labels(case.mission, case.roadmaps), motion.ways, cast)
+        if outlook.hopeless((goal,)):
+            assert solver.solve([literal])[0] != SAT

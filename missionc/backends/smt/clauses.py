@@ -68,21 +68,19 @@ class Clauses:
 
     def add(self, *columns: Literals | int) -> None:
         """One clause for each row of the columns, which broadcast; a column may itself be (rows, literals)."""
-        matrix = _matrix((*columns, NOTHING))  # one column at least, for what cannot hold
-        satisfied = (matrix == TRUE).any(axis=1)
-        if satisfied.any():
-            matrix = matrix[~satisfied]
-        self.reserve(len(matrix))
+        ended = _matrix((*columns, NOTHING))  # the last column is the clause's end
+        true = ended == TRUE
+        if true.any():
+            ended = ended[~true.any(axis=1)]
+        self.reserve(len(ended))
+        matrix = ended[:, :-1]
         present = (matrix != NOTHING) & (matrix != FALSE)
-        ended = np.concatenate([matrix, np.zeros((len(matrix), 1), dtype=np.int32)], axis=1)
-        if not present.all():
+        if not (present.size and present.all()):
             empty = ~present.any(axis=1)  # nothing is left of the clause: it cannot hold
-            ended[empty, 0] = FALSE
-            present[empty, 0] = True
-            flat = ended[np.concatenate([present, np.ones((len(matrix), 1), dtype=bool)], axis=1)]
-        else:
-            flat = ended.ravel()
-        self._append(flat, len(matrix))
+            kept = np.concatenate([present, np.ones((len(matrix), 1), dtype=bool)], axis=1)
+            ended, kept = np.insert(ended, 0, FALSE, axis=1), np.insert(kept, 0, empty, axis=1)
+            ended = ended[kept]
+        self._append(ended.ravel(), len(matrix))
 
     def add_ragged(self, heads: Literals, bodies: Literals, sizes: NDArray[np.int64]) -> None:
         """One clause for each head: its literals, (clauses, heads), and the next ``sizes`` of ``bodies``."""
@@ -234,9 +232,11 @@ def _matrix(columns: tuple[Literals | int, ...]) -> Literals:
     if len(columns) == 1 and isinstance(columns[0], np.ndarray) and columns[0].ndim == 2:
         return columns[0]
     rows = max((len(column) for column in columns if isinstance(column, np.ndarray)), default=1)
-    parts = []
-    for column in columns:
-        block = np.asarray(column, dtype=np.int32)
-        block = block[:, None] if block.ndim == 1 else block.reshape(-1, 1) if block.ndim == 0 else block
-        parts.append(np.broadcast_to(block, (rows, block.shape[1])))
-    return np.concatenate(parts, axis=1)
+    widths = [column.shape[1] if isinstance(column, np.ndarray) and column.ndim == 2 else 1 for column in columns]
+    matrix = np.empty((rows, sum(widths)), dtype=np.int32)
+    start = 0
+    for column, width in zip(columns, widths, strict=True):
+        block = column[:, None] if isinstance(column, np.ndarray) and column.ndim == 1 else column
+        matrix[:, start : start + width] = block
+        start += width
+    return matrix

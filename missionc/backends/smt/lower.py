@@ -85,7 +85,7 @@ def lower(
     formulas = Formulas(mission, motion, clauses, occupancy, most_links)
     origin = np.zeros(1, dtype=np.int64)
     asked = clauses.fresh(len(goals))
-    with _deep():
+    with deep():
         found = [formulas.holds(goal.formula, True, origin, origin) for goal in goals]
     held = np.concatenate([*found, np.zeros(0, dtype=np.int32)])
     clauses.add(-asked, held)
@@ -231,7 +231,8 @@ class Formulas:
 
 
 @contextmanager
-def _deep() -> Iterator[None]:
+def deep() -> Iterator[None]:
+    """Room for formulas that nest deep."""
     before = sys.getrecursionlimit()
     sys.setrecursionlimit(max(before, DEEP))
     try:

@@ -45,7 +45,7 @@ class Places:
         self.labels, self.occupancy, self.of_agents = labels, occupancy, of_agents
         self.motion, self.clauses = occupancy.motion, occupancy.clauses
         self.routes = Routes(occupancy, self, most_links)
-        self._tables = Tables(self.motion)
+        self._tables = Tables(self.motion.steps + 1, self.motion.places)
         self._decides: dict[Node, bool] = {}
         self._told_apart: dict[Node, tuple[Agents, ...]] = {}
 

@@ -46,7 +46,9 @@ class Routes:
     def __init__(self, occupancy: Occupancy, of_places: OfPlaces, most_links: int) -> None:
         self.occupancy, self.of_places, self.clauses = occupancy, of_places, occupancy.clauses
         self.most_links, self.shortened = most_links, False
-        self._tables = Tables(occupancy.motion)
+        motion = occupancy.motion
+        self._tables = Tables(motion.steps + 1, motion.places)
+        self._groups: dict[Graph, Tables] = {}
         self._links: dict[Graph, Links] = {}
         self._isolated: dict[Route, Literals] = {}
 
@@ -115,8 +117,11 @@ class Routes:
             table[step, place] = names = self.clauses.fresh(len(step))
             self.clauses.add(-names, self.of_places.among(route.end, False, route.members, step, place))
             through = self.of_places.among(route.through, False, route.members, step, place)
-            _, owner, neighbours = self._linked(route.graph).beside(place)
-            self.clauses.add(-names[owner], through[owner], table[step[owner], neighbours])
+            _, owner, linked = self._linked(route.graph).beside(place)
+            beyond = self._each(
+                (route, "cut off"), route.graph, False, lambda *cells: table[cells], step[owner], linked
+            )
+            self.clauses.add(-names[owner], through[owner], beyond)
         return table[steps, places]
 
     def _over_links(
@@ -124,12 +129,36 @@ class Routes:
     ) -> Literals:
         """What is asked holds at some linked place; or, not ``some``, at every one."""
 
+        links = self._linked(graph)
+
         def define(steps: Indices, places: Indices) -> Literals:
-            sizes, owner, neighbours = self._linked(graph).beside(places)
-            literals = ask(steps[owner], neighbours)
+            sizes, owner, linked = links.beside(places)
+            literals = self._each(what, graph, some, ask, steps[owner], linked)
             return (self.clauses.any_of_ragged if some else self.clauses.all_of_ragged)(literals, sizes)
 
-        return self._tables.look_up(("links", graph, what), steps, places, define)
+        return self._tables.look_up(("links", graph, what), steps, links.same[places], define)
+
+    def _each(self, what: Hashable, graph: Graph, some: bool, ask: Define, steps: Indices, linked: Indices) -> Literals:
+        """What is asked of each of these places; of a group, that it holds at some place of it, or at every one."""
+        places, groups = self.occupancy.motion.places, self._linked(graph).groups
+        if not len(groups):
+            return ask(steps, linked)
+
+        def define(steps: Indices, group: Indices) -> Literals:
+            parts = groups[group]
+            inside = self._each(what, graph, some, ask, np.repeat(steps, parts.shape[1]), parts.ravel())
+            matrix = inside.reshape(parts.shape)
+            return self.clauses.any_of(matrix) if some else self.clauses.all_of(matrix)
+
+        result = np.empty(len(linked), dtype=np.int32)
+        alone = linked < places
+        result[alone] = ask(steps[alone], linked[alone])
+        if not alone.all():
+            if graph not in self._groups:
+                self._groups[graph] = Tables(self.occupancy.motion.steps + 1, len(groups))
+            tables = self._groups[graph]
+            result[~alone] = tables.look_up(what, steps[~alone], linked[~alone] - places, define)
+        return result
 
     def _linked(self, graph: Graph) -> Links:
         if graph not in self._links:

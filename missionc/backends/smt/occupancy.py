@@ -19,8 +19,8 @@ Define = Callable[[Indices, Indices], Literals]
 class Tables:
     """Literals by step and place, each made when it is first asked for."""
 
-    def __init__(self, motion: Motion) -> None:
-        self._shape = (motion.steps + 1, motion.places)
+    def __init__(self, steps: int, places: int) -> None:
+        self._shape = (steps, places)
         self._tables: dict[Hashable, Literals] = {}
 
     def look_up(self, key: Hashable, steps: Indices, places: Indices, define: Define) -> Literals:
@@ -28,11 +28,13 @@ class Tables:
         if key not in self._tables:
             self._tables[key] = np.full(self._shape, NOTHING, dtype=np.int32)
         table = self._tables[key]
-        missing = table[steps, places] == NOTHING
-        if missing.any():
-            cells = np.unique(steps[missing] * self._shape[1] + places[missing])
-            step, place = np.divmod(cells, self._shape[1])
-            table[step, place] = define(step, place)
+        found = table[steps, places]
+        missing = np.zeros(self._shape, dtype=np.bool_)
+        missing[steps, places] = found == NOTHING
+        step, place = np.nonzero(missing)
+        if not step.size:
+            return found
+        table[step, place] = define(step, place)
         return table[steps, places]
 
 
@@ -41,7 +43,7 @@ class Occupancy:
 
     def __init__(self, motion: Motion, clauses: Clauses) -> None:
         self.motion, self.clauses = motion, clauses
-        self._tables = Tables(motion)
+        self._tables = Tables(motion.steps + 1, motion.places)
         self._states: dict[Agents, list[Literals]] = {}
 
     def occupied(self, agents: Agents, steps: Indices, places: Indices) -> Literals:

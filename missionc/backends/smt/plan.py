@@ -24,11 +24,12 @@ from missionc.backends.smt.clauses import Clauses, TooLarge
 from missionc.backends.smt.core import minimise
 from missionc.backends.smt.dimacs import dimacs, smt2
 from missionc.backends.smt.improve import improve
-from missionc.backends.smt.labels import Unexpressible
+from missionc.backends.smt.labels import Labels, Unexpressible
 from missionc.backends.smt.lift import lift
 from missionc.backends.smt.lower import Lowered, lower
 from missionc.backends.smt.lower_motion import Motion, all_ways, lower_motion
 from missionc.backends.smt.occupancy import Occupancy
+from missionc.backends.smt.outlook import Outlook
 from missionc.backends.smt.prove import CNF, DRAT, Proof, Unproved, prove
 from missionc.backends.smt.roadmap import NoRoadmap, Roadmap, build_roadmaps
 from missionc.backends.smt.search import Found, Search
@@ -162,7 +163,12 @@ class Run:
             found = roles(kernel, mission, roadmaps)
             ways = all_ways(roadmaps, found.never)
         until = time.monotonic() + FEW_SHARE * (self.budget.deadline - time.monotonic())
+        labels = Labels(mission, roadmaps)
         for cast in casts(frozenset(found.named), len(mission.agents)):
+            with self.account.stage("lower"):
+                hopeless = Outlook(labels, ways, cast).hopeless(kernel.requirements)
+            if hopeless:
+                continue
             problem = self.lowered(roadmaps, ways, cast, LINKS, solvers)
             if problem.lowered.hopeless:
                 continue

@@ -7,7 +7,6 @@ writes is refused by proof checkers: it drops clauses that it still uses.
 from __future__ import annotations
 
 import subprocess
-import sys
 import time
 from dataclasses import dataclass
 
@@ -16,7 +15,7 @@ import numpy as np
 from missionc.backends.api import Budget
 from missionc.backends.smt.clauses import Clauses
 from missionc.backends.smt.dimacs import dimacs
-from missionc.backends.smt.solve import WORKER
+from missionc.backends.smt.solve import worker
 
 CNF, DRAT = "impossible.cnf", "impossible.drat"
 
@@ -45,7 +44,7 @@ def prove(clauses: Clauses, assumptions: tuple[int, ...], budget: Budget) -> Pro
     units = np.array([(literal, 0) for literal in assumptions], dtype=np.int32).ravel()
     flat = np.concatenate([clauses.everything(), units])
     cnf = dimacs(flat, clauses.variables, clauses.count + len(assumptions))
-    command = [sys.executable, "-P", str(WORKER), "proof", str(budget.memory_bytes), str(budget.seed)]
+    command = worker("proof", budget.memory_bytes, budget.seed)
     left = max(1.0, budget.deadline - time.monotonic())
     try:
         # In a session of its own, Ctrl-C on the terminal is the parent's alone to act on.

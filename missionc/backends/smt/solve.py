@@ -12,6 +12,8 @@ import sys
 import threading
 import time
 from dataclasses import dataclass
+from functools import cache
+from importlib.util import find_spec
 from pathlib import Path
 from types import TracebackType
 from typing import TypeAlias
@@ -27,6 +29,9 @@ WORKER = Path(__file__).with_name("worker.py")
 
 SOLVERS = {"z3": ("z3",), "cadical": ("cadical",), "race": ("z3", "cadical")}
 """What ``--solver`` may say, and the children it starts."""
+
+PACKAGES = {"z3": "z3", "cadical": "pysat", "proof": "pysat"}
+"""The packages that what the worker can be comes with."""
 
 FEW = 1_000
 """Up to so many literals at a time are quicker as they are than as text, for Z3."""
@@ -68,7 +73,7 @@ class Child:
     def __init__(self, name: str, memory_bytes: int, seed: int) -> None:
         self.name = name
         self.peak_bytes = 0
-        command = [sys.executable, "-P", str(WORKER), name, str(memory_bytes), str(seed)]
+        command = worker(name, memory_bytes, seed)
         # In a session of its own, Ctrl-C on the terminal is the parent's alone to act on.
         self.process = subprocess.Popen(  # noqa: S603
             command,
@@ -245,6 +250,19 @@ def _answer(child: Child, kind: bytes) -> bytes | str | None:
         if letter == b"E":
             return payload.decode(errors="replace")
     return None
+
+
+def worker(what: str, memory_bytes: int, seed: int) -> list[str]:
+    """The command that starts a child: without ``site`` and what the environment says, it is ready a fifth sooner."""
+    limits = str(memory_bytes), str(seed)
+    return [sys.executable, "-I", "-S", str(WORKER), what, *limits, _folder(PACKAGES[what])]
+
+
+@cache
+def _folder(package: str) -> str:
+    """Where a package lies; nowhere, where there is none."""
+    found = find_spec(package)
+    return "" if found is None or found.origin is None else str(Path(found.origin).parent.parent)
 
 
 def _peak_bytes(process: int) -> int:

@@ -1,9 +1,10 @@
-"""The solver in a process of its own: ``python worker.py SOLVER MEMORY_BYTES SEED``.
+"""The solver in a process of its own: ``python -I -S worker.py SOLVER MEMORY_BYTES SEED FOLDER``.
 
 Z3 in the same process would swallow Ctrl-C, and its memory limit would end the
-interpreter. This file imports nothing of the compiler, so that the child is
-ready soon. It reads messages from standard input and answers on standard output; a message
-is a letter, a length of eight bytes, and so many bytes:
+interpreter. This file imports nothing of the compiler and as little as can be of
+Python, so that the child is ready soon; ``FOLDER`` is where the solver's package
+lies. It reads messages from standard input and answers on standard output; a
+message is a letter, a length of eight bytes, and so many bytes:
 
     A  clauses as DIMACS text
     L  clauses as literals, with a 0 after each
@@ -19,12 +20,10 @@ cannot hold; nothing where it can.
 
 from __future__ import annotations
 
-import array
 import ctypes
 import os
 import resource
 import sys
-from importlib.util import find_spec
 
 TYPE_CHECKING = False  # of ``typing``, whose import would take a tenth of the child's start
 if TYPE_CHECKING:
@@ -96,8 +95,8 @@ class Z3:
     where a few clauses are added: those are made of terms.
     """
 
-    def __init__(self, seed: int) -> None:
-        self.library = library = z3_library()
+    def __init__(self, seed: int, folder: str) -> None:
+        self.library = library = z3_library(folder)
         for name, value in {"random_seed": str(seed % 2**31), **PARAMETERS}.items():
             library.Z3_global_param_set(f"sat.{name}".encode(), value.encode())
         self.context = context = library.Z3_mk_context_rc(library.Z3_mk_config())
@@ -175,17 +174,11 @@ class Z3:
             raise RuntimeError(self.library.Z3_get_error_msg(self.context, code).decode())
 
 
-def z3_library() -> Any:
-    """The library that comes with the package z3-solver."""
-    package = find_spec("z3")
-    folders = [] if package is None else list(package.submodule_search_locations or [])
-    found = [
-        os.path.join(folder, "lib", name)
-        for folder in folders
-        if os.path.isdir(os.path.join(folder, "lib"))
-        for name in sorted(os.listdir(os.path.join(folder, "lib")))
-        if name.startswith("libz3.")
-    ]
+def z3_library(folder: str) -> Any:
+    """The library that comes with the package z3-solver; the system's, where the package has none."""
+    inside = os.path.join(folder, "z3", "lib")
+    names = sorted(os.listdir(inside)) if os.path.isdir(inside) else []
+    found = [os.path.join(inside, name) for name in names if name.startswith("libz3.")]
     library = ctypes.CDLL(found[0] if found else "libz3.so")
     for name, (result, *arguments) in SIGNATURES.items():
         function = getattr(library, f"Z3_{name}")
@@ -237,18 +230,23 @@ class CaDiCaL:
 
 
 def packed(literals: list[int]) -> bytes:
-    return array.array("i", literals).tobytes()
+    return bytes((ctypes.c_int32 * len(literals))(*literals))
+
+
+def unpacked(payload: bytes) -> list[int]:
+    return memoryview(payload).cast("i").tolist()
 
 
 def main() -> None:
-    name, memory, seed = sys.argv[1], int(sys.argv[2]), int(sys.argv[3])
+    name, memory, seed, folder = sys.argv[1], int(sys.argv[2]), int(sys.argv[3]), sys.argv[4]
     die_with_parent()
     resource.setrlimit(resource.RLIMIT_AS, (memory, memory))
+    sys.path.append(folder)
     source, sink = sys.stdin.buffer, sys.stdout.buffer
     if name == "proof":
         return prove(source, sink)
     try:
-        serve(CaDiCaL() if name == "cadical" else Z3(seed), source, sink)
+        serve(CaDiCaL() if name == "cadical" else Z3(seed, folder), source, sink)
     except MemoryError:
         send(sink, b"E", b"memory")
     except Exception as error:
@@ -271,14 +269,14 @@ def serve(solver: Solver, source: BinaryIO, sink: BinaryIO) -> None:
             case b"A":
                 solver.add_text(payload)
             case b"L":
-                solver.add(array.array("i", payload).tolist())
+                solver.add(unpacked(payload))
             case b"N":
                 solver.anew()
             case b"S":
-                answer, detail = solver.solve(array.array("i", payload).tolist())
+                answer, detail = solver.solve(unpacked(payload))
                 send(sink, b"S", answer + detail)
             case b"V":
-                send(sink, b"V", solver.values(array.array("i", payload).tolist()))
+                send(sink, b"V", solver.values(unpacked(payload)))
 
 
 def send(sink: BinaryIO, kind: bytes, payload: bytes) -> None:
