@@ -1,4 +1,4 @@
-"""Larger teams than [strel] tried: 30 drones that all keep a relay, 100 that keep one radio network with the base.
+"""Harder teams than [strel] tried: 30 drones with a relay for each, 100 in one radio network, and robots with inertia.
 
     python bench/large_teams.py [--solver z3|cadical|race] [--limit SECONDS]
 
@@ -48,15 +48,30 @@ solve with smt { nodes = 500 }
 """
 """N = 100, T = 30, 500 nodes: every drone visits one region, and always has a way over the radio to the base."""
 
+MIXED = """
+mission mixed
+time   step 1 s, horizon 15 s
+world  (0, 0) to (10, 10)
+region base = box (0.5, 0.5) to (4, 4)
+region goal = box (6, 6) to (9, 9)
+obstacle tower = box (4.6, 4.6) to (5.4, 5.4)
+team heavy[3] { radius 0.1 m  dynamics double_integrator(speed <= 2 m/s, acceleration <= 1 m/s^2)  start in base }
+team car[2]   { radius 0.1 m  dynamics unicycle(speed 0..2 m/s, turn <= 60 deg/s)  start in base }
+graph radio = proximity 3 m
+require visit: some heavy: eventually[0, 15 s] goal
+require link:  always[0, 15 s] connected(radio)
+"""
+"""N = 5, T = 15: bounded acceleration, bounded turning, and all connected throughout."""
+
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--solver", default="z3", choices=["z3", "cadical", "race"])
     parser.add_argument("--limit", type=float, default=1800.0, help="seconds for each mission")
     parser.add_argument("--memory", type=int, default=16, help="gigabytes the solver may have")
-    parser.add_argument("--only", choices=["relays", "network"])
+    parser.add_argument("--only", choices=["relays", "network", "mixed"])
     arguments = parser.parse_args()
-    for name, text in (("relays", RELAYS), ("network", NETWORK)):
+    for name, text in (("relays", RELAYS), ("network", NETWORK), ("mixed", MIXED)):
         if arguments.only not in (None, name):
             continue
         compiled = missionc.compile(
