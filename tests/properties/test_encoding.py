@@ -31,6 +31,7 @@ from missionc.language.operators import OPERATORS
 from missionc.passes.expand import expand
 from missionc.syntax.ast import Metric
 from tests import reference
+from tests.roadmaps import roadmap_of
 from tests.runs import SPAN, applied, formulas, mission_of, run_of, trace_of
 
 GRID = [(x / 2, y / 2) for x in range(5) for y in range(5)]
@@ -69,23 +70,6 @@ def cases(draw: st.DrawFn, first: Operator | None = None) -> Case:
     )
     formula = draw(formulas(mission, steps, 3)) if first is None else draw(applied(first, mission, steps, 2))
     return Case(mission, roadmaps, np.array(states).T, expressible(formula, mission), draw(st.sampled_from([1, 2, 9])))
-
-
-def roadmap_of(agents: tuple[int, ...], places: list[tuple[float, float]], steps: int) -> Roadmap:
-    count = len(places)
-    moves = np.array([(one, other) for one in range(count) for other in range(count)])
-    everywhere = np.arange(count)
-    return Roadmap(
-        agents=agents,
-        position=np.array(places),
-        velocity=np.zeros((count, 2)),
-        heading=np.full(count, np.nan),
-        moves=moves,
-        standing=np.ones((steps + 1, count), dtype=bool),
-        allowed=np.ones((steps, len(moves)), dtype=bool),
-        starts=(everywhere,) * len(agents),
-        finishes=(everywhere,) * len(agents),
-    )
 
 
 def expressible(formula: ir.Formula, mission: ir.Mission) -> ir.Formula:

@@ -187,6 +187,17 @@ def test_moves_and_places_are_open_when_moving_obstacles_are_away(case: tuple[Mi
         assert np.all(roadmap.allowed[step][gap > 2 * keep])
 
 
+def test_every_move_can_be_made_the_other_way_round(case: tuple[Mission, Roadmap]) -> None:
+    _, roadmap = case
+    if not np.isnan(roadmap.heading).all():
+        pytest.skip("with headings the way back is another edge")
+    state = np.concatenate([roadmap.position, roadmap.velocity], axis=1).round(6) + 0.0
+    turned = np.concatenate([roadmap.position, -roadmap.velocity], axis=1).round(6) + 0.0
+    there = {(*state[one], *state[other]) for one, other in roadmap.moves}
+    back = {(*turned[other], *turned[one]) for one, other in roadmap.moves}
+    assert back == there
+
+
 def test_no_state_is_a_dead_end(case: tuple[Mission, Roadmap]) -> None:
     mission, roadmap = case
     finishing = np.unique(np.concatenate(roadmap.finishes)) if mission.agents[0].finish else np.zeros(0, dtype=int)

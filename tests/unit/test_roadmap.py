@@ -189,3 +189,25 @@ def test_a_world_without_moving_obstacles_is_open_all_the_time(dynamics: str) ->
 def test_without_any_node_asked_for_places_and_regions_have_theirs() -> None:
     (roadmap,) = built(f"team robot[2] {{ radius 0.1 m {FREE} start in base }}", nodes=0)
     assert 6 <= len(np.unique(roadmap.position, axis=0)) < 40
+
+
+@pytest.mark.parametrize(
+    "shape",
+    [
+        "disc at (6, 2) radius 0.05",
+        "box (9.5, 0.2) to (9.9, 9.8)",
+        "box (5, 5) to (6, 6) - disc at (5.5, 5.5) radius 0.45",
+        "polygon (9, 9), (9.6, 9.9), (9.9, 9.7)",
+        "disc at (0.4, 9.6) radius 0.2 + disc at (9.6, 9.6) radius 0.2",
+    ],
+)
+@pytest.mark.parametrize("dynamics", [FREE, "dynamics unicycle(speed 1..2 m/s)"])
+def test_a_region_named_in_a_requirement_has_a_state_however_small_it_is(shape: str, dynamics: str) -> None:
+    body = f"region spot = {shape}\nteam robot[2] {{ radius 0.1 m {dynamics} start in base }}\n"
+    body += "require spot: some robot: eventually[0, 8 s] spot"
+    mission = resolved(body)
+    spot = next(region for region in mission.regions if region.name == "spot")
+    for nodes in (0, 60):
+        roadmaps = build_roadmaps(mission, nodes, 6, np.random.default_rng(1))
+        assert not isinstance(roadmaps, NoRoadmap), roadmaps.statement
+        assert signed_distance(np, spot.shape, roadmaps[0].position).min() <= 0

@@ -7,7 +7,7 @@ import time
 import numpy as np
 
 from missionc.backends.api import Progress
-from missionc.backends.smt.clauses import FALSE, Clauses, Literals
+from missionc.backends.smt.clauses import FALSE, Clauses, Literals, TooLarge
 from missionc.backends.smt.lower_motion import Motion
 from missionc.backends.smt.roadmap import Indices
 from missionc.backends.smt.search import Found, Search
@@ -20,8 +20,12 @@ PATIENCE = 60.0
 def shorten_duration(found: Found, kept: tuple[int, ...], search: Search) -> Found:
     """Halves what lies between the shortest plan found and what is known to be too short."""
     until = time.monotonic() + PATIENCE
-    still = add_stillness(search.clauses, search.motion)
     impossible, best = -1, duration(found.states)
+    try:
+        still = add_stillness(search.clauses, search.motion)
+    except TooLarge:
+        search.account.notes.append(f"lasts {best} steps; too many clauses to look for fewer")
+        return found
     while best - impossible > 1:
         target = (best + impossible) // 2
         search.listen(Progress("improve", search.rounds, f"{best} steps; are {target} enough?"))

@@ -8,9 +8,9 @@ from typing import TypeAlias
 
 import numpy as np
 
-from missionc.backends.api import Progress
+from missionc.backends.api import Progress, Reason
 from missionc.backends.smt.account import Account
-from missionc.backends.smt.clauses import FALSE, TRUE, Clauses
+from missionc.backends.smt.clauses import FALSE, TRUE, Clauses, TooLarge
 from missionc.backends.smt.collisions import Separation, too_near
 from missionc.backends.smt.lower_motion import Motion
 from missionc.backends.smt.roadmap import Indices
@@ -55,11 +55,7 @@ class Search:
                 self._separation.one_in_each_place()
 
     def find(self, assumptions: tuple[int, ...], deadline: float | None = None) -> Result:
-        """A joint motion without collisions in which the assumptions hold, or why there is none.
-
-        Raises:
-            TooLarge: the clauses would pass their limit.
-        """
+        """A joint motion without collisions in which the assumptions hold, or why there is none."""
         while True:
             self.rounds += 1
             with self.account.stage("solve"):
@@ -71,7 +67,10 @@ class Search:
                 near = too_near(states, self.cast, self.motion, self.mission)
                 if not len(near):
                     return Found(states)
-                self._separation.forbid(near, states)
+                try:
+                    self._separation.forbid(near, states)
+                except TooLarge as error:
+                    return Stopped(Reason.SIZE, f"{error}; the limit is {self.clauses.limit}")
             self.listen(Progress("solve", self.rounds, f"{len(near)} times two agents came too near"))
 
     def ask(self, assumptions: tuple[int, ...], deadline: float | None = None) -> Answer:

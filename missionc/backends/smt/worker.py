@@ -47,6 +47,9 @@ if TYPE_CHECKING:
 
 SAT, UNSAT, UNKNOWN = b"s", b"u", b"?"
 
+OUT_OF_MEMORY = ("memory", "failed to map segment")
+"""What is said where there is none left: by Z3, and by the system that loads a library."""
+
 POINTER, NUMBER, TEXT = ctypes.c_void_p, ctypes.c_int, ctypes.c_char_p
 SIGNATURES: dict[str, tuple[Any, ...]] = {
     "ast_vector_get": (POINTER, POINTER, POINTER, NUMBER),
@@ -250,7 +253,8 @@ def main() -> None:
     except MemoryError:
         send(sink, b"E", b"memory")
     except Exception as error:
-        send(sink, b"E", b"memory" if b"memory" in str(error).encode() else str(error).encode())
+        said = str(error)
+        send(sink, b"E", b"memory" if any(words in said for words in OUT_OF_MEMORY) else said.encode())
 
 
 def prove(source: BinaryIO, sink: BinaryIO) -> None:

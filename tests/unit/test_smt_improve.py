@@ -1,0 +1,119 @@
+"""From a plan to a better one: preferences by weight, then the objective; what was found is never lost."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import missionc
+from missionc.backends.api import Report
+from missionc.backends.smt.improve import improve
+from missionc.backends.smt.search import Found, Search
+from missionc.ir import Compare, DistanceBetween, Objective, SingleIntegrator
+from missionc.kernel.nodes import All, Atom, Goal, Kernel, Node, Throughout
+from missionc.plan import Trace
+from missionc.results import Verified
+from missionc.source import Source
+from tests.plans import SPAN, mission_of
+from tests.roadmaps import asked, roadmap_of
+from tests.small import SMALL
+
+ONE = SMALL.replace("drone[2]", "drone[1]")
+FEW = ONE.replace("nodes = 40", "nodes = 4").replace("6 s", "2 s")
+CORNER = "region corner = box (0.2, 2.2) to (1.8, 3.8)\n"
+EITHER = ONE.replace("every drone: eventually[0, 6 s] goal", "drone[0]: eventually[0, 6 s] (goal or base)") + CORNER
+
+
+def planned(text: str, **options: object) -> tuple[Trace, Report]:
+    outcome = missionc.compile(Source("improve.mission", text), **options).outcome  # type: ignore[arg-type]
+    assert isinstance(outcome, Verified), outcome
+    return outcome.plan.trace, outcome.report
+
+
+def kept(report: Report) -> set[str]:
+    return {note.split("`")[1] for note in report.notes if note.endswith("is kept")}
+
+
+def travelled(trace: Trace) -> float:
+    return float(np.linalg.norm(np.diff(trace.position, axis=1), axis=-1).sum())
+
+
+@pytest.mark.parametrize(("stay", "away", "winner"), [(1, 2, "away"), (2, 1, "stay")])
+def test_of_two_preferences_that_exclude_each_other_the_heavier_is_kept(stay: int, away: int, winner: str) -> None:
+    text = (
+        EITHER
+        + f"prefer stay: drone[0]: always[0, 6 s] base weight {stay}\n"
+        + f"prefer away: drone[0]: eventually[0, 6 s] goal weight {away}\n"
+    )
+    _, report = planned(text)
+    assert kept(report) == {winner}
+
+
+def test_a_preference_that_no_plan_keeps_costs_nothing_but_a_note() -> None:
+    stay, calm = "prefer stay: drone[0]: always[0, 6 s] base\n", "prefer calm: drone[0]: eventually[0, 6 s] goal\n"
+    _, report = planned(ONE + stay + calm)
+    assert kept(report) == {"calm"}
+    assert any(note.startswith("`stay` is not kept: no plan on this roadmap") for note in report.notes)
+
+
+@pytest.mark.slow
+def test_a_shorter_way_is_found_where_distance_is_to_be_least() -> None:
+    plain, _ = planned(FEW)
+    short, report = planned(FEW + "minimize distance\n")
+    assert travelled(short) <= travelled(plain)
+    assert any("m in all" in note for note in report.notes)
+
+
+def test_an_early_end_is_found_where_duration_is_to_be_least() -> None:
+    trace, report = planned(ONE + "minimize duration\n")
+    moving = np.flatnonzero((np.abs(np.diff(trace.position, axis=1)) > 1e-9).any(axis=(0, 2)))
+    assert moving.max() + 1 <= 2
+    assert any("the fewest on this roadmap" in note for note in report.notes)
+
+
+# ------------------------------------------- a plan that was found is not lost
+
+PLACES = [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)]
+
+
+@contextmanager
+def found(objective: Objective, *preferences: Node) -> Iterator[tuple[Found, Callable[[], Found], Search]]:
+    """A joint motion of two agents, what makes a better one of it, and the search it came from."""
+    mission = replace(mission_of([PLACES[0]] * 2, 3, dynamics=SingleIntegrator(9.0)), objective=objective)
+    case = asked(mission, (roadmap_of((0, 1), PLACES, 3),), *preferences)
+    wishes = tuple(
+        Goal(f"wish{number}", node, SPAN, float(len(preferences) - number)) for number, node in enumerate(preferences)
+    )
+    kernel = Kernel((), wishes)
+    with case.search() as search:
+        first = search.find(case.fixed([[0, 1, 2, 3], [1, 0, 3, 2]])[::5])
+        assert isinstance(first, Found)
+        yield first, lambda: improve(first, mission, kernel, case.lowered.goals, search), search
+
+
+@pytest.mark.parametrize(("objective", "note"), [(Objective.DISTANCE, "for less"), (Objective.DURATION, "for fewer")])
+def test_where_there_is_no_room_for_more_clauses_the_plan_is_the_one_found(objective: Objective, note: str) -> None:
+    with found(objective) as (first, better, search):
+        search.clauses.limit = search.clauses.count
+        assert better() is first
+        assert search.account.notes[-1].endswith(f"too many clauses to look {note}")
+
+
+def test_a_preference_for_which_there_is_no_room_for_clauses_is_not_kept_and_the_plan_stays() -> None:
+    near = Compare(((-1.0, DistanceBetween(0, 1)),), 0.5, False)
+    with found(Objective.NONE, Throughout(Atom(near), 0, 3)) as (first, better, search):
+        search.clauses.limit = search.clauses.count
+        assert better() is first
+        assert search.account.notes == ["`wish0` is not kept: the search ended first"]
+
+
+def test_where_the_solver_dies_the_plan_is_the_one_found() -> None:
+    for objective in (Objective.DISTANCE, Objective.DURATION):
+        with found(objective, All(())) as (first, better, search):
+            search.solvers.close()
+            assert better() is first
+            assert search.account.notes[0] == "`wish0` is not kept: the search ended first"

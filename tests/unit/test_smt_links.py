@@ -1,0 +1,77 @@
+"""Which places are linked, and that each finds its neighbours."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from missionc import ir
+from missionc.backends.smt import links as module
+from missionc.backends.smt.links import Links, links_between
+from missionc.units import Metres
+from tests.plans import SPAN
+
+RADIO = ir.Proximity("radio", Metres(1.0), (0, 1, 2), SPAN)
+CELL = ir.BeaconCover("cell", Metres(1.0), ((0.0, 0.0), (4.0, 0.0)), (0, 1, 2), SPAN)
+
+
+def pairs(links: Links) -> set[tuple[int, int]]:
+    places = np.arange(len(links.first) - 1)
+    _, owner, neighbours = links.beside(places)
+    return set(zip(places[owner].tolist(), neighbours.tolist(), strict=True))
+
+
+def scattered(count: int, seed: int = 0) -> np.ndarray:
+    return np.random.default_rng(seed).uniform(0, 4, (count, 2))
+
+
+def test_places_are_linked_where_they_are_nearer_than_the_radius_and_to_no_place_twice() -> None:
+    position = scattered(60)
+    links = links_between(RADIO, position)
+    expected = {
+        (one, other)
+        for one in range(60)
+        for other in range(60)
+        if one != other and math.dist(position[one], position[other]) < 1.0
+    }
+    assert pairs(links) == expected
+    assert len(links.neighbours) == len(expected)
+
+
+@pytest.mark.parametrize("graph", [RADIO, CELL], ids=lambda graph: graph.name)
+def test_a_link_is_there_from_both_its_ends(graph: ir.Graph) -> None:
+    found = pairs(links_between(graph, scattered(80)))
+    assert found
+    assert found == {(other, one) for one, other in found}
+
+
+def test_no_place_is_linked_to_itself_but_two_of_one_position_are() -> None:
+    assert pairs(links_between(RADIO, np.array([[1.0, 1.0], [1.0, 1.0], [3.0, 3.0]]))) == {(0, 1), (1, 0)}
+
+
+def test_places_of_one_cell_are_linked_however_far_apart_and_those_of_two_cells_are_not() -> None:
+    position = np.array([[-0.9, 0.0], [0.9, 0.0], [3.2, 0.0], [2.0, 0.0]])
+    assert pairs(links_between(CELL, position)) == {(0, 1), (1, 0)}
+
+
+def test_many_places_are_looked_at_in_blocks_with_the_same_result(monkeypatch: pytest.MonkeyPatch) -> None:
+    position = scattered(50, seed=3)
+    whole = links_between(RADIO, position)
+    monkeypatch.setattr(module, "BLOCK", 120)
+    blocks = links_between(RADIO, position)
+    assert np.array_equal(whole.first, blocks.first)
+    assert np.array_equal(whole.neighbours, blocks.neighbours)
+
+
+def test_the_neighbours_of_some_places_come_in_the_order_in_which_these_are_asked_for() -> None:
+    links = links_between(RADIO, np.array([[0.0, 0.0], [0.5, 0.0], [1.2, 0.0], [3.0, 0.0]]))
+    sizes, owner, neighbours = links.beside(np.array([2, 3, 1, 2]))
+    assert sizes.tolist() == [1, 0, 2, 1]
+    assert owner.tolist() == [0, 2, 2, 3]
+    assert neighbours.tolist() == [1, 0, 2, 1]
+
+
+def test_no_places_have_no_links() -> None:
+    assert pairs(links_between(RADIO, np.zeros((0, 2)))) == set()
