@@ -46,6 +46,7 @@ from missionc.reading import loader, read_source, read_text
 from missionc.results import Checked, Compiled, CompileOutcome, Monitored, Refused, Unverified, Verified
 from missionc.source import Source, Span
 from missionc.syntax.parse import parse
+from missionc.syntax.tokens import MOST_FINDINGS
 from missionc.units import Seconds
 
 if TYPE_CHECKING:
@@ -105,7 +106,11 @@ def check(
 
     def so_far(findings: list[Diagnostic]) -> Checked:
         return Checked(
-            name, in_file_order(findings, sources), tuple(sources), dict(overrides or {}), seconds=tuple(watch.seconds)
+            name,
+            no_more_than_are_read(in_file_order(findings, sources)),
+            tuple(sources),
+            dict(overrides or {}),
+            seconds=tuple(watch.seconds),
         )
 
     with watch.stage("parse"):
@@ -242,6 +247,17 @@ def in_file_order(findings: list[Diagnostic], sources: list[Source]) -> tuple[Di
         return (order.get(span.source.name, len(order)), span.start) if span else (-1, 0)
 
     return tuple(sorted(findings, key=place))
+
+
+def no_more_than_are_read(findings: tuple[Diagnostic, ...]) -> tuple[Diagnostic, ...]:
+    """The first findings, errors rather than warnings; the last one says how many more there are."""
+    left = len(findings) - MOST_FINDINGS
+    if left <= 0:
+        return findings
+    errors_first = sorted(range(len(findings)), key=lambda number: findings[number].code.warning)
+    *shown, last = (findings[number] for number in sorted(errors_first[:MOST_FINDINGS]))
+    more = f"{left} more findings are not shown" if left > 1 else "1 more finding is not shown"
+    return (*shown, replace(last, notes=(*last.notes, more)))
 
 
 def _inputs(checked: Checked) -> tuple[tuple[str, bytes], ...]:

@@ -83,6 +83,7 @@ TOO_MANY_AGENTS = Code("MC513", "too many agents")
 ESCAPES_AT_ONCE = Code("MC514", "an escape of no distance", warning=True)
 REACHES_ITSELF = Code("MC515", "a route that ends where it starts", warning=True)
 NO_ROOM = Code("MC516", "a region too small for its agents")
+NEVER_HOLDS = Code("MC517", "a comparison that can never hold", warning=True)
 
 # 6xx: outcome of planning
 IMPOSSIBLE = Code("MC601", "no plan exists on the roadmap")

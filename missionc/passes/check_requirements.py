@@ -2,17 +2,18 @@
 
     in   Mission
     out  nothing but findings
-    says MC307 MC510 MC511 MC514 MC515
+    says MC307 MC510 MC511 MC514 MC515 MC517
 
 Nothing is said without a proof, so much that is impossible is left to the solver.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import islice
 
-from missionc.diagnostics.code import CONTRADICTION, VACUOUS
+from missionc.diagnostics.code import CONTRADICTION, NEVER_HOLDS, VACUOUS
 from missionc.diagnostics.model import Diagnostic, Label
 from missionc.ir import Apply, AtLeastOf, Compare, Formula, Holds, Mission, OfAgent, Requirement
 from missionc.passes.certain import FALSE, TRUE, Certain, certain
@@ -21,8 +22,8 @@ from missionc.passes.check_routes import check_routes
 from missionc.passes.ground import Ground
 from missionc.passes.in_text_order import in_text_order
 from missionc.passes.literals import Places
-from missionc.passes.ranges import in_words, of_comparison
-from missionc.passes.walk import goals, operands
+from missionc.passes.ranges import Range, in_words, of_comparison
+from missionc.passes.walk import bottom_up, goals, operands
 from missionc.syntax.tokens import MOST_FINDINGS
 
 
@@ -41,7 +42,7 @@ def check_requirements(mission: Mission) -> list[Diagnostic]:
         return []
     ground = Ground.of(mission)
     known = certain(ground, (goal.formula for goal in goals(mission)))
-    findings = check_routes(mission, known)
+    findings = [*check_routes(mission, known), *_dead_comparisons(mission, known)]
     undecided = []
     for requirement in mission.requirements:
         match known.sure[requirement.formula].number:
@@ -54,6 +55,17 @@ def check_requirements(mission: Mission) -> list[Diagnostic]:
     radii = [agent.radius for agent in mission.agents]
     places = Places(ground.atlas, min(radii), max(radii))
     return in_text_order([*findings, *islice(contradictions(mission, places, undecided), MOST_FINDINGS)])
+
+
+def _dead_comparisons(mission: Mission, known: Certain) -> Iterator[Diagnostic]:
+    """Comparisons that no agent can satisfy, where what they are part of is not decided by them."""
+    told = {goal.formula for goal in mission.requirements if known.sure[goal.formula].number in (TRUE, FALSE)}
+    for formula in bottom_up(goal.formula for goal in goals(mission) if goal.formula not in told):
+        match formula:
+            case Holds(Compare()) if known.sure[formula].number == FALSE:
+                yield _comparison_never_holds(known, formula)
+            case _:
+                pass
 
 
 def _culprit(known: Certain, root: Formula) -> Culprit:
@@ -71,10 +83,8 @@ def _why(known: Certain, formula: Formula) -> str:
     sure = known.sure[formula]
     always = sure.true != 0
     match formula:
-        case Holds(Compare() as said):
-            bits = sure.true or sure.false
-            agent = next(agent for agent, kind in known.kinds if kind & bits)
-            return f"always {always}: {in_words(said, of_comparison(known.ground, agent, said))}".lower()
+        case Holds(Compare() as said) if (values := _range(known, said, sure.true or sure.false)) is not None:
+            return f"always {always}: {in_words(said, values)}".lower()
         case Holds():
             return "wherever an agent can be" if always else "no agent has room to be there"
         case Apply() if not formula.operator.spatial:
@@ -87,6 +97,13 @@ def _why(known: Certain, formula: Formula) -> str:
             return "always true" if always else "never true"
 
 
+def _range(known: Certain, said: Compare, bits: int) -> Range | None:
+    """Between which values a comparison's sides differ for one of these agents; None where that does not decide it."""
+    agent = next(agent for agent, kind in known.kinds if kind & bits)
+    values = of_comparison(known.ground, agent, said)
+    return None if values.low < 0 < values.high else values
+
+
 # ------------------------------------------------------------------ messages
 
 
@@ -97,6 +114,15 @@ def _never_violated(known: Certain, requirement: Requirement) -> Diagnostic:
         f"requirement `{requirement.name}` cannot be violated: every plan satisfies it",
         Label(culprit.formula.span, culprit.why),
         help="drop it, or say what it should rule out",
+    )
+
+
+def _comparison_never_holds(known: Certain, formula: Formula) -> Diagnostic:
+    return Diagnostic(
+        NEVER_HOLDS,
+        "this comparison can never hold",
+        Label(formula.span, _why(known, formula)),
+        help="compare with a value within that range, or drop it",
     )
 
 

@@ -10,6 +10,7 @@ from missionc.diagnostics.code import (
     CONTRADICTION,
     ESCAPES_AT_ONCE,
     HOPS_BEYOND_TEAM,
+    NEVER_HOLDS,
     REACHES_ITSELF,
     TOO_FAR,
     VACUOUS,
@@ -260,3 +261,49 @@ def test_many_conditions_in_one_formula_are_looked_at_in_one_pass() -> None:
     """Each looks as far ahead as the others; a pair by pair comparison of them would take minutes."""
     many = " or ".join(f"x <= {number}" for number in range(4_000))
     assert findings(text(f"require r: every drone: {many}", "require q: every drone: goal or fire or base")) != []
+
+
+# ------------------------------------------------ comparisons that never hold
+
+
+@pytest.mark.parametrize(
+    ("goal", "part", "why"),
+    [
+        ("require a: some drone: eventually[0, 20 s] (y > 12 or goal)", "y > 12", "`y` stays between 0 and 10 m"),
+        ("prefer a: some drone: eventually[0, 20 s] y > 12", "y > 12", "`y` stays between 0 and 10 m"),
+        ("require a: every drone: always[0, 20 s] (not (x < -1) and x < 9)", "x < -1", "`x` stays between 0 and 10 m"),
+        (
+            "let fast = speed >= 3 m/s\nrequire a: some drone: eventually[0, 20 s] (fast or goal)",
+            "speed >= 3 m/s",
+            "the speed stays between 0 and 2 m/s",
+        ),
+    ],
+)
+def test_a_comparison_that_never_holds_is_pointed_at_where_its_goal_may_hold_without_it(
+    goal: str, part: str, why: str
+) -> None:
+    finding = only(text(goal), NEVER_HOLDS)
+    assert words(finding) == [(part, f"always false: {why}")]
+    assert not has_errors([finding])
+
+
+def test_a_comparison_that_decides_its_requirement_is_said_once_and_of_the_requirement() -> None:
+    mission = text("require a: some drone: eventually[0, 20 s] y > 12")
+    assert found(mission, NEVER_HOLDS) == []
+    assert words(only(mission, CONTRADICTION)) == [("y > 12", "always false: `y` stays between 0 and 10 m")]
+
+
+def test_a_comparison_used_twice_is_said_once_and_one_that_some_agent_can_satisfy_not_at_all() -> None:
+    high = "let high = y > 12"
+    one = "require a: some drone: eventually[0, 20 s] (high or goal)"
+    other = "require b: every drone: always[0, 20 s] (high or not fire)"
+    assert len(found(text(high, one, other), NEVER_HOLDS)) == 1
+    fast = "agent jet { radius 0.1 m  dynamics single_integrator(speed <= 9 m/s)  start in base }"
+    mission = text(fast, "require a: some (drone + jet): eventually[0, 20 s] (speed >= 3 m/s or goal)")
+    assert found(mission, NEVER_HOLDS) == []
+
+
+def test_a_place_that_an_obstacle_fills_is_given_as_the_reason_and_not_the_size_of_the_world() -> None:
+    wall = "obstacle wall = box (8, 0) to (10, 10)"
+    finding = only(text(wall, "require a: some drone: eventually[0, 20 s] (x > 8.5 or fire)"), NEVER_HOLDS)
+    assert words(finding) == [("x > 8.5", "no agent has room to be there")]

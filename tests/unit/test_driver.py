@@ -33,6 +33,23 @@ def test_all_checks_of_the_mission_as_meant_run_together_and_in_file_order() -> 
     assert names(text) == ["MC103", "MC504", "MC503", "MC301"]
 
 
+def test_no_more_findings_are_shown_than_anybody_reads_and_the_last_says_how_many_more_there_are() -> None:
+    unused = "\n".join(f"param p{index} = 1" for index in range(300))
+    findings = driver.check(Source("a.mission", f"{SMALL}{unused}\nrequire nobody: every drown: goal")).findings
+    assert len(findings) == 100
+    assert findings[-1].code.name == "MC101", "errors come before warnings"
+    assert findings[-1].notes[-1] == "201 more findings are not shown"
+    assert not any("not shown" in note for finding in findings[:-1] for note in finding.notes)
+
+
+def test_findings_of_several_checks_are_counted_together() -> None:
+    late = "\n".join(f"require late{index}: every drone: eventually[0, 9 s] base" for index in range(60))
+    away = "\n".join(f"region away{index} = box (9, 9) to (9.5, 9.5)" for index in range(60))
+    findings = driver.check(Source("a.mission", f"{SMALL}{late}\n{away}\n")).findings
+    assert len(findings) == 100
+    assert findings[-1].notes[-1] == "80 more findings are not shown"
+
+
 def test_warnings_stop_nothing() -> None:
     checked = driver.check(Source("a.mission", SMALL + "region spare = box (0, 0) to (1, 1)\n"))
     assert [finding.code.name for finding in checked.findings] == ["MC103"]

@@ -333,13 +333,6 @@ def test_all_findings_come_in_one_go_and_in_the_order_of_the_text() -> None:
     assert spans == sorted(spans)
 
 
-def test_no_more_findings_are_kept_than_anybody_reads_and_errors_come_before_warnings() -> None:
-    unused = "\n".join(f"param p{index} = 1" for index in range(300))
-    found = codes(demo(more=f"{unused}\nrequire nobody: every drown: goal"))
-    assert len(found) == 100
-    assert found[-1] == "MC101"
-
-
 def test_a_mission_is_printed_the_same_way_each_time() -> None:
     text = demo(
         more="let there = goal\nrequire stay: always[2 s, end] some drone: there\nprefer x1: some drone: x + 2*y <= 3"
