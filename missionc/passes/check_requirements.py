@@ -61,11 +61,9 @@ def _dead_comparisons(mission: Mission, known: Certain) -> Iterator[Diagnostic]:
     """Comparisons that no agent can satisfy, where what they are part of is not decided by them."""
     told = {goal.formula for goal in mission.requirements if known.sure[goal.formula].number in (TRUE, FALSE)}
     for formula in bottom_up(goal.formula for goal in goals(mission) if goal.formula not in told):
-        match formula:
-            case Holds(Compare()) if known.sure[formula].number == FALSE:
-                yield _comparison_never_holds(known, formula)
-            case _:
-                pass
+        is_comparison = isinstance(formula, Holds) and isinstance(formula.predicate, Compare)
+        if is_comparison and known.sure[formula].number == FALSE:
+            yield _comparison_never_holds(known, formula)
 
 
 def _culprit(known: Certain, root: Formula) -> Culprit:

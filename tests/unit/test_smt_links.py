@@ -18,9 +18,19 @@ CELL = ir.BeaconCover("cell", Metres(1.0), ((0.0, 0.0), (4.0, 0.0)), (0, 1, 2), 
 
 
 def pairs(links: Links) -> set[tuple[int, int]]:
-    places = np.arange(len(links.first) - 1)
-    _, owner, neighbours = links.beside(places)
-    return set(zip(places[owner].tolist(), neighbours.tolist(), strict=True))
+    """Every place with every place that it is linked to, each group spelt out."""
+    count = len(links.first) - 1
+    _, owner, linked = links.beside(np.arange(count))
+    found = [(place, other) for place, each in zip(owner, linked, strict=True) for other in spelt_out(links, int(each))]
+    assert len(found) == len(set(found)), "no link is there twice"
+    return {(int(place), int(other)) for place, other in found}
+
+
+def spelt_out(links: Links, each: int) -> list[int]:
+    places = len(links.first) - 1
+    if each < places:
+        return [each]
+    return [place for member in links.groups[each - places] for place in spelt_out(links, int(member))]
 
 
 def scattered(count: int, seed: int = 0) -> np.ndarray:
@@ -37,7 +47,6 @@ def test_places_are_linked_where_they_are_nearer_than_the_radius_and_to_no_place
         if one != other and math.dist(position[one], position[other]) < 1.0
     }
     assert pairs(links) == expected
-    assert len(links.neighbours) == len(expected)
 
 
 @pytest.mark.parametrize("graph", [RADIO, CELL], ids=lambda graph: graph.name)
@@ -47,8 +56,9 @@ def test_a_link_is_there_from_both_its_ends(graph: ir.Graph) -> None:
     assert found == {(other, one) for one, other in found}
 
 
-def test_no_place_is_linked_to_itself_but_two_of_one_position_are() -> None:
-    assert pairs(links_between(RADIO, np.array([[1.0, 1.0], [1.0, 1.0], [3.0, 3.0]]))) == {(0, 1), (1, 0)}
+def test_no_place_is_linked_to_itself_nor_to_another_at_the_same_point() -> None:
+    position = np.array([[1.0, 1.0], [1.0, 1.0], [3.0, 3.0], [1.5, 1.0]])
+    assert pairs(links_between(RADIO, position)) == {(0, 3), (1, 3), (3, 0), (3, 1)}
 
 
 def test_places_of_one_cell_are_linked_however_far_apart_and_those_of_two_cells_are_not() -> None:
@@ -56,13 +66,12 @@ def test_places_of_one_cell_are_linked_however_far_apart_and_those_of_two_cells_
     assert pairs(links_between(CELL, position)) == {(0, 1), (1, 0)}
 
 
-def test_many_places_are_looked_at_in_blocks_with_the_same_result(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize(("name", "value"), [("BLOCK", 120), ("DENSE", -1)])
+def test_in_blocks_and_in_groups_the_links_are_the_same(name: str, value: int, monkeypatch: pytest.MonkeyPatch) -> None:
     position = scattered(50, seed=3)
-    whole = links_between(RADIO, position)
-    monkeypatch.setattr(module, "BLOCK", 120)
-    blocks = links_between(RADIO, position)
-    assert np.array_equal(whole.first, blocks.first)
-    assert np.array_equal(whole.neighbours, blocks.neighbours)
+    whole = pairs(links_between(RADIO, position))
+    monkeypatch.setattr(module, name, value)
+    assert pairs(links_between(RADIO, position)) == whole
 
 
 def test_the_neighbours_of_some_places_come_in_the_order_in_which_these_are_asked_for() -> None:
