@@ -1,0 +1,82 @@
+"""Where a waypoint is probed: the corners of a regular polytope, turned at random.
+
+Source:
+    [clot] Algorithm 1, line 4.
+"""
+
+from __future__ import annotations
+
+import math
+from enum import Enum, auto
+from itertools import product
+from typing import assert_never
+
+import torch
+from torch import Tensor
+
+
+class Polytope(Enum):
+    """A set of directions that sum to zero."""
+
+    SIMPLEX = auto()
+    """dim + 1 corners: the fewest."""
+    ORTHOPLEX = auto()
+    """2 dim corners: both ways along each axis."""
+    CUBE = auto()
+    """2^dim corners."""
+
+
+def directions(polytope: Polytope, dim: int) -> Tensor:
+    """Its corners as unit vectors, (directions, dim), float64; ``dim`` is at least 1."""
+    match polytope:
+        case Polytope.SIMPLEX:
+            # The unit vectors of dim + 1 axes, seen in the hyperplane across their mean (the rows of Helmert's matrix).
+            rows = [[1.0] * axis + [-float(axis)] + [0.0] * (dim - axis) for axis in range(1, dim + 1)]
+            corners = torch.tensor(rows, dtype=torch.float64)
+            lengths: Tensor = torch.linalg.vector_norm(corners, dim=1, keepdim=True)
+            return (corners / lengths).mT * math.sqrt((dim + 1) / dim)
+        case Polytope.ORTHOPLEX:
+            axes = torch.eye(dim, dtype=torch.float64)
+            return torch.cat([axes, -axes])
+        case Polytope.CUBE:
+            corners = torch.tensor(list(product((-1.0, 1.0), repeat=dim)), dtype=torch.float64)
+            return corners / math.sqrt(dim)
+        case _:
+            assert_never(polytope)
+
+
+def rotations(shape: tuple[int, ...], dim: int, generator: torch.Generator) -> Tensor:
+    """Rotations drawn uniformly (from the Haar measure), each by itself.
+
+    Returns:
+        (*shape, dim, dim), float32, on the generator's device: orthogonal, of
+        determinant 1.
+    """
+    if dim == 2:
+        return _turns(torch.rand(shape, generator=generator, device=generator.device) * (2 * math.pi))
+    if dim == 3:
+        return _quaternions(torch.randn((*shape, 4), generator=generator, device=generator.device))
+    gaussian = torch.randn((*shape, dim, dim), generator=generator, device=generator.device, dtype=torch.float64)
+    orthogonal, triangular = torch.linalg.qr(gaussian)
+    # The factors are unique, and the first one uniform, once the other's diagonal is positive.
+    orthogonal = orthogonal * triangular.diagonal(dim1=-2, dim2=-1).sgn()[..., None, :]
+    first = orthogonal[..., :1] * torch.linalg.det(orthogonal)[..., None, None]
+    return torch.cat([first, orthogonal[..., 1:]], dim=-1).float()
+
+
+def _turns(angle: Tensor) -> Tensor:
+    """Rotations of the plane by angles (...) in rad."""
+    cos, sin = angle.cos(), angle.sin()
+    return torch.stack([cos, -sin, sin, cos], dim=-1).reshape(*angle.shape, 2, 2)
+
+
+def _quaternions(gaussian: Tensor) -> Tensor:
+    """Rotations of space from the directions of (..., 4): a uniform direction is a uniform rotation."""
+    length: Tensor = torch.linalg.vector_norm(gaussian, dim=-1, keepdim=True)
+    w, x, y, z = (gaussian / length).unbind(-1)
+    rows = [
+        *(1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)),
+        *(2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)),
+        *(2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)),
+    ]
+    return torch.stack(rows, dim=-1).reshape(*w.shape, 3, 3)

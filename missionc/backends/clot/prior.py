@@ -1,0 +1,152 @@
+"""Where candidate trajectories come from: a Gaussian process over waypoints, and the kernel that smooths their steps.
+
+Waypoints are positions at the mission's steps. Their second differences are
+white noise, so that likely trajectories turn and speed up gently; what is known
+(the ends, places to pass through) is met exactly.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TypeAlias, assert_never
+
+import torch
+from torch import Tensor
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Fixed:
+    """An end that is given: ``position`` is (dim,) or (batch, dim), metres; at rest, or at any velocity."""
+
+    position: Tensor
+    at_rest: bool = True
+
+
+@dataclass(frozen=True, slots=True)
+class Free:
+    """An end that may be anywhere, at any velocity."""
+
+
+End: TypeAlias = Fixed | Free
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Prior:
+    """A distribution over trajectories, one for each candidate.
+
+    Args:
+        mean: (batch, steps, dim), metres, float32: the trajectory of least
+            acceleration that passes through what is pinned.
+        pinned: (batch, steps), bool: waypoints that every sample shares with
+            the mean.
+        root: (batch, steps, steps), float64: lower Cholesky factor of the
+            precision (1/m²), identity in the pinned rows.
+    """
+
+    mean: Tensor
+    pinned: Tensor
+    root: Tensor
+
+    def sample(self, generator: torch.Generator, scale: float = 1.0) -> Tensor:
+        """A trajectory for each candidate.
+
+        Args:
+            scale: multiplies the deviation from the mean; 0 gives the mean.
+
+        Returns:
+            (batch, steps, dim), metres, float32.
+        """
+        noise = torch.randn(self.mean.shape, generator=generator, dtype=torch.float64, device=generator.device)
+        noise = noise.to(self.mean.device).masked_fill(self.pinned[..., None], 0.0)
+        deviation: Tensor = torch.linalg.solve_triangular(self.root.mT, noise, upper=True)
+        return self.mean + (scale * deviation).to(self.mean.dtype)
+
+
+def prior(steps: int, start: End, finish: End, acceleration: float, via_steps: Tensor, via_positions: Tensor) -> Prior:
+    """The prior of a batch of candidates.
+
+    Args:
+        steps: waypoints of a trajectory, its ends among them; at least 3.
+        acceleration: standard deviation of a second difference in each
+            coordinate, metres per step²; more than 0.
+        via_steps: (batch, places), int64: when a candidate passes a place,
+            from 0 to ``steps - 1``. Of a step that is named twice the last
+            place counts, and a fixed end counts more than any.
+        via_positions: (batch, places, dim), metres: the places. With no
+            places, still (batch, 0, dim).
+
+    Raises:
+        ValueError: too little is known for a proper distribution: a candidate
+            needs two pinned waypoints, or one that is an end at rest.
+
+    Source:
+        [clot] IV-B.3, step (I), with positions for states: the velocities of
+        the paper's prior are free of the positions, and no motion has both.
+    """
+    device = via_positions.device
+    batch, places, dim = via_positions.shape
+    pinned = torch.zeros(batch, steps, dtype=torch.bool, device=device)
+    known = torch.zeros(batch, steps, dim, dtype=torch.float64, device=device)
+    candidates = torch.arange(batch, device=device)
+    for place in range(places):
+        pinned[candidates, via_steps[:, place]] = True
+        known[candidates, via_steps[:, place]] = via_positions[:, place].double()
+    for end, step in ((start, 0), (finish, steps - 1)):
+        match end:
+            case Fixed(position):
+                pinned[:, step] = True
+                known[:, step] = position.double()
+            case Free():
+                pass
+            case _:
+                assert_never(end)
+    differences = _second_differences(steps, _rests(start), _rests(finish)).to(device)
+    if batch and int(pinned.sum(1).min()) + _rests(start) + _rests(finish) < 2:
+        raise ValueError("a candidate needs two pinned waypoints, or a fixed end at rest")
+    precision = (differences.mT @ differences) / acceleration**2
+    # Pinned waypoints leave the system: their rows and columns become the identity's, so that they are met exactly and
+    # the conditioning of what remains does not depend on how they are pinned.
+    known = known * pinned[..., None]
+    pull = torch.where(pinned[..., None], known, -(precision @ known))
+    free = ~pinned
+    remaining = precision * (free[:, :, None] & free[:, None, :]) + torch.diag_embed(pinned.double())
+    root = torch.linalg.cholesky(remaining)
+    mean = torch.cholesky_solve(pull, root)
+    return Prior(mean.float(), pinned, root)
+
+
+def smoother(fixed: Tensor, width: float) -> Tensor:
+    """The matrix that spreads a step of one waypoint over its neighbours in time.
+
+    A Gaussian kernel whose rows sum to 1, faded out on both sides towards fixed
+    waypoints. A step of every waypoint therefore stays as short as the longest
+    of them, and a fixed waypoint neither moves nor is felt.
+
+    Args:
+        fixed: (steps,) or (batch, steps), bool.
+        width: standard deviation of the kernel, and the reach of the fading,
+            steps; more than 0.
+
+    Returns:
+        (steps, steps) or (batch, steps, steps), float32.
+    """
+    steps = torch.arange(fixed.shape[-1], dtype=torch.float32, device=fixed.device)
+    apart = (steps[:, None] - steps).abs()
+    kernel = torch.softmax(-0.5 * (apart / width) ** 2, dim=-1)
+    nearest = torch.where(fixed[..., None, :], apart, torch.inf).amin(-1)
+    window = (nearest / width).clamp(max=1.0)
+    return window[..., :, None] * kernel * window[..., None, :]
+
+
+def _rests(end: End) -> bool:
+    return isinstance(end, Fixed) and end.at_rest
+
+
+def _second_differences(steps: int, rests_first: bool, rests_last: bool) -> Tensor:
+    """(steps - 2 … steps, steps), float64. An end at rest was, or will be, where it is for one step more."""
+    rows = torch.zeros(steps, steps, dtype=torch.float64)
+    rows.diagonal().fill_(-2.0)
+    rows.diagonal(1).fill_(1.0)
+    rows.diagonal(-1).fill_(1.0)
+    rows[0, 0] = rows[-1, -1] = -1.0
+    return rows[0 if rests_first else 1 : steps if rests_last else steps - 1]

@@ -1,0 +1,66 @@
+"""How much of each waypoint goes which way: entropic transport from waypoints to directions.
+
+CPU time of one thread for 48 waypoints, 4 directions and regulariser 0.08: of
+32 candidates 0.2 ms by softmax and 9 ms by Sinkhorn's iteration, of 800
+candidates 4 ms and 220 ms. On random costs the two differ by a tenth of the
+mass; over the iterations of a plan that makes no difference that was seen
+(``transport`` has the figures).
+
+Source:
+    [clot] equation (7), a problem for each candidate.
+"""
+
+from __future__ import annotations
+
+import math
+
+import torch
+from torch import Tensor
+
+CHECKED_EVERY = 5
+"""Rounds between two looks at the marginals; each look waits for the device."""
+
+
+def sinkhorn(costs: Tensor, regulariser: float, tolerance: float = 1e-4, limit: int = 200) -> Tensor:
+    """The plan of least cost minus entropy whose marginals are both uniform.
+
+    Sinkhorn's iteration on logarithms, so that no regulariser under- or
+    overflows. The whole batch stops at once.
+
+    Args:
+        costs: (batch, steps, directions), finite.
+        regulariser: weight of the entropy, in units of cost; more than 0.
+        tolerance: stop when what all directions together receive is off by no
+            more than this in every candidate; the whole mass is 1.
+        limit: rounds at most.
+
+    Returns:
+        (batch, steps, directions), at least 0: a waypoint's weights sum to
+        1/steps, to rounding; a direction's sum to 1/directions, to ``tolerance``
+        unless ``limit`` came first.
+    """
+    steps, ways = costs.shape[1:]
+    kernel = costs / -regulariser
+    row = torch.zeros_like(costs[:, :, :1])
+    column = torch.zeros_like(costs[:, :1, :])
+    for done in range(1, limit + 1):
+        column = -math.log(ways) - torch.logsumexp(kernel + row, dim=1, keepdim=True)
+        row = -math.log(steps) - torch.logsumexp(kernel + column, dim=2, keepdim=True)
+        if done % CHECKED_EVERY == 0:
+            received = (kernel + row + column).exp().sum(1)
+            if float((received - 1 / ways).abs().sum(1).max()) <= tolerance:
+                break
+    return (kernel + row + column).exp()
+
+
+def row_softmax(costs: Tensor, regulariser: float) -> Tensor:
+    """The same plan where directions may receive any amount: each waypoint chooses by itself.
+
+    Args:
+        costs: (batch, steps, directions), finite.
+        regulariser: weight of the entropy, in units of cost; more than 0.
+
+    Returns:
+        (batch, steps, directions), at least 0: a waypoint's weights sum to 1/steps.
+    """
+    return torch.softmax(costs / -regulariser, dim=2) / costs.shape[1]
