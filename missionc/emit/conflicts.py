@@ -11,14 +11,16 @@ Source:
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
+from typing import TypeAlias
 
 import numpy as np
 
-from missionc.emit.fit import DEGREE, SAFE, Course, Plane
+from missionc.emit.fit import SAFE, Course, Plane
+from missionc.emit.splines import DEGREE
 from missionc.ir import Mission, Obstacle, Path, Shape, Still, Union
-from missionc.plan import Array
-from missionc.verify.curves import Curves
+from missionc.plan import Array, Flags
+from missionc.verify.curves import Curves, refined, values
 from missionc.verify.obstacles import margins, seen_from
 from missionc.verify.separation import near_pairs, pair_margins
 from missionc.verify.solids import Distance, solid
@@ -28,46 +30,114 @@ LENIENT = 2e-6
 """Metres: a plane is never tighter than the verified motion by this, or bodies that start in touch had no room."""
 
 
+SMALLEST = 1 / 8
+"""Of a piece: a moving obstacle's planes are for no smaller part than this, or what its own turns leave."""
+
+
 @dataclass(frozen=True, slots=True)
 class Near:
-    """Two agents, or one agent and an obstacle, too close in a piece."""
+    """Two agents, or one agent and an obstacle, too close in a piece, from ``begin`` to ``end`` (seconds)."""
 
     piece: int
+    begin: float
+    end: float
     first: int
     other: int | Obstacle
+    short: float = field(compare=False)
+    """Metres: by how much at least."""
+
+    @property
+    def agents(self) -> tuple[int, ...]:
+        return (self.first, self.other) if isinstance(self.other, int) else (self.first,)
+
+    @property
+    def moving(self) -> bool:
+        return isinstance(self.other, Obstacle) and not isinstance(self.other.motion, Still)
 
 
-def conflicts(mission: Mission, level: Curves) -> list[Near]:
-    """All places where the curves keep less than the mission's separation or clearance."""
+Held: TypeAlias = dict[Near, list[Plane]]
+"""The planes that are to end each conflict."""
+
+
+def conflicts(mission: Mission, level: Curves, held: Held) -> list[Near]:
+    """All places where the curves keep less than the mission's separation or clearance.
+
+    Beside moving obstacles, the parts of pieces are looked at that planes were made for.
+    """
     found: list[Near] = []
     for piece, first, second in near_pairs(mission, level, spare=0.0):
         lower, upper, _ = pair_margins(mission, level, piece, first, second, 0.0)
-        close = (upper < -ROUNDING / 2) | (lower < -2 * ROUNDING)
-        found += [Near(piece, int(one), int(two)) for one, two in zip(first[close], second[close], strict=True)]
+        begin, end = level.times[piece : piece + 2].tolist()
+        found += [
+            Near(piece, begin, end, int(first[index]), int(second[index]), -float(upper[index]))
+            for index in np.flatnonzero(_close(lower, upper)).tolist()
+        ]
+    cuts = np.array([time for near in held if near.moving for time in (near.begin, near.end)])
     for obstacle in mission.obstacles:
-        seen = seen_from(level, obstacle)
+        seen = seen_from(level if isinstance(obstacle.motion, Still) else refined(level, cuts), obstacle)
         bounds = margins(mission, seen, obstacle, ROUNDING, 0.0)
-        touched = np.flatnonzero((bounds.upper < -ROUNDING / 2) | (bounds.lower < -2 * ROUNDING))
-        agent, part = np.divmod(touched, seen.times.size - 1)
-        piece_of = np.clip(np.searchsorted(level.times, seen.times[part], side="right") - 1, 0, None)
-        found += [Near(p, a, obstacle) for a, p in sorted(set(zip(agent.tolist(), piece_of.tolist(), strict=True)))]
+        parts = seen.times.size - 1
+        for index in np.flatnonzero(_close(bounds.lower, bounds.upper)).tolist():
+            agent, part = divmod(index, parts)
+            begin, end = seen.times[part : part + 2].tolist()
+            piece = int(np.searchsorted(level.times, begin, side="right")) - 1
+            found.append(Near(piece, begin, end, agent, obstacle, -float(bounds.upper[index])))
     return found
 
 
-def planes_for(mission: Mission, course: Course, times: Array, near: Near) -> list[Plane]:
-    """The planes that end a conflict, as far as the verified motion respects them."""
+def _close(lower: Array, upper: Array) -> Flags:
+    return np.asarray((upper < -ROUNDING / 2) | (lower < -2 * ROUNDING))
+
+
+def held_apart(mission: Mission, course: Course, held: Held, found: list[Near], level: Curves) -> Held:
+    """The planes, and those that end what was found.
+
+    The verified motion lays them. Where those did not help beside a moving obstacle, its time is halved; and
+    where that is short already, the curve lays them as it was found.
+    """
+    more = dict(held)
+    for near in found:
+        if near not in held:
+            for wider in [each for each in more if each.moving and _contains(each, near)]:
+                del more[wider]
+            more[near] = _planes(mission, course, near, None)
+        elif near.moving and near.end - near.begin > SMALLEST * (
+            course.times[near.piece + 1] - course.times[near.piece]
+        ):
+            del more[near]
+            middle = (near.begin + near.end) / 2
+            for half in (replace(near, end=middle), replace(near, begin=middle)):
+                more[half] = _planes(mission, course, half, None)
+        elif near.moving:
+            more[near] = _planes(mission, course, near, level)
+    return more
+
+
+def _contains(wide: Near, near: Near) -> bool:
+    same = (wide.piece, wide.first, wide.other) == (near.piece, near.first, near.other)
+    return same and wide.begin <= near.begin and near.end <= wide.end
+
+
+def _planes(mission: Mission, course: Course, near: Near, level: Curves | None) -> list[Plane]:
+    """Laid by the verified motion, and only as far as it respects them; or by the curve that was found."""
     match near.other:
         case int(second):
             ends = np.stack([course.start[:, near.piece], course.end[:, near.piece]], axis=1)
             return _between(mission, near, second, ends[near.first] - ends[second])
         case Obstacle(motion=Still()) as obstacle:
             ends = np.stack([course.start[near.first, near.piece], course.end[near.first, near.piece]])
-            return _beside(mission, near, obstacle, ends, np.zeros_like(ends))
+            return _beside(mission, near, obstacle, (0.0, 1.0), ends, np.zeros_like(ends), True)
         case Obstacle(motion=Path(knots, offsets)) as obstacle:
-            ends = course.joint[near.first, near.piece : near.piece + 2]
-            when = times[near.piece : near.piece + 2]
+            begin, end = course.times[near.piece : near.piece + 2]
+            when = np.array([near.begin, near.end])
+            share = np.clip((when - begin) / (end - begin), 0.0, 1.0)
             shift = np.stack([np.interp(when, knots, axis) for axis in np.array(offsets).T], axis=-1)
-            return _beside(mission, near, obstacle, ends, shift)
+            if level is None:
+                first, last = course.joint[near.first, near.piece : near.piece + 2]
+                ends = first + share[:, None] * (last - first)
+            else:
+                ends = values(level.coefficients[near.first, [near.piece] * 2], when - begin)
+            return _beside(mission, near, obstacle, (float(share[0]), float(share[1])), ends, shift, level is None)
         case _:
             raise AssertionError(near)
 
@@ -83,10 +153,12 @@ def _between(mission: Mission, near: Near, second: int, relative: Array) -> list
     if distance <= LENIENT:
         return []
     offset = np.full(DEGREE + 1, min(need + SAFE, distance - LENIENT))
-    return [Plane(near.piece, near.first, second, closest / distance, offset)]
+    return [Plane(near.piece, (0.0, 1.0), near.first, second, closest / distance, offset)]
 
 
-def _beside(mission: Mission, near: Near, obstacle: Obstacle, ends: Array, shift: Array) -> list[Plane]:
+def _beside(
+    mission: Mission, near: Near, obstacle: Obstacle, share: tuple[float, float], ends: Array, shift: Array, relax: bool
+) -> list[Plane]:
     """One plane for each part of the shape; ``ends`` and ``shift`` (of the obstacle) at both ends: (2, dim)."""
     need = mission.agents[near.first].radius + mission.clearance
     seen = ends - shift
@@ -97,9 +169,10 @@ def _beside(mission: Mission, near: Near, obstacle: Obstacle, ends: Array, shift
         point = _closest(distance, seen)
         normal = _gradient(distance, point)
         level = float(normal @ point) - float(distance(point)) + need + SAFE
-        # The verified motion itself must be on this side, or nothing could be.
-        level = min(level, float((seen @ normal).min()) - LENIENT)
-        planes.append(Plane(near.piece, near.first, near.first, normal, level + drift @ normal))
+        if relax:
+            # The verified motion itself must be on this side, or nothing could be.
+            level = min(level, float((seen @ normal).min()) - LENIENT)
+        planes.append(Plane(near.piece, share, near.first, near.first, normal, level + drift @ normal))
     return planes
 
 

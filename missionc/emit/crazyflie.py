@@ -4,11 +4,14 @@
     out  the files, and the certificate of what is in them
     says MC703
 
-A fit of each agent alone is tried first. Where that brings two agents, or an
-agent and an obstacle, closer than the mission allows, planes are put between
-them and those agents are fitted together; where even this fails, every step
-gets more pieces. With two pieces for each step there is always a solution on
-straight motion: to rest at each step, all agents in the same rhythm.
+A fit of each agent alone, with one piece for each step, is tried first. Where
+that brings two agents, or an agent and an obstacle, closer than the mission
+allows, planes are put between them and those agents are fitted together. The
+steps where even this fails get more pieces, and those beside them. With two
+pieces for each step there is always a solution on straight motion beside what
+stands still: to rest at each step, all agents in the same rhythm. Beside a
+moving obstacle the flight has to keep time with the plan, which takes more
+pieces, and more room the later it comes to speed.
 """
 
 from __future__ import annotations
@@ -20,22 +23,26 @@ import numpy as np
 
 from missionc.diagnostics.code import NOT_FLYABLE
 from missionc.diagnostics.model import Diagnostic, Label
-from missionc.emit.conflicts import Near, conflicts, planes_for
-from missionc.emit.fit import Course, NoFit, Plane, fit
+from missionc.emit.conflicts import Held, Near, conflicts, held_apart
+from missionc.emit.fit import Course, Fitted, NoFit, Plane, fit
 from missionc.ir import DoubleIntegrator, Mission
 from missionc.plan import Array, Trace
 from missionc.verify.certificate import Certificate, Check
 from missionc.verify.columns import COLUMNS
-from missionc.verify.curves import Curves, motion, values
+from missionc.verify.curves import Curves, Indices, motion, values
 from missionc.verify.polynomials import verify_polynomials
 from missionc.verify.tolerances import TUBE
 
 ROUNDS = 12
-"""Refits with more planes before every step gets more pieces."""
+"""Refits with more planes before steps get more pieces."""
 NARROWEST = 1e-3
 """Metres: a tube is not halved below this."""
-PIECES = (1, 2, 4)
-"""How many pieces a step may get, in the order they are tried."""
+NEGLIGIBLE = 1e-9
+"""Metres: a parabola that leaves its chord by less is straight."""
+EXCESS = 1e-6
+"""Metres: a bound of the fit that is exceeded by more is not kept."""
+HALVINGS, SHORTEST = 3, 0.1
+"""How often a step's pieces may be halved; and the seconds that they last at least, after the first time."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -48,106 +55,129 @@ class Flyable:
 
 @dataclass(frozen=True, slots=True)
 class _Stuck:
-    """Why no polynomials were found: the agents, the time, in words."""
+    """No polynomials were found: what they fail, if there were any, and the steps that leave too little room."""
 
-    agents: tuple[int, ...]
-    at: float | None
-    why: str
+    failed: Check | None
+    steps: tuple[int, ...]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Tight:
-    """Polynomials on which no bodies touch, but closer than the mission asks: taken if there are no better ones."""
+    """Polynomials on which no bodies touch, but ``short`` metres closer than asked: taken if there are no better."""
 
     flyable: Flyable
+    short: float
+    steps: tuple[int, ...]
 
 
 def crazyflie(mission: Mission, trace: Trace) -> Flyable | Diagnostic:
     """Polynomials that keep what the plan keeps, or why there are none."""
+    fewest = _fewest(mission, trace)
+    pieces = fewest
     attempts: list[_Tight | _Stuck] = []
-    for pieces in PIECES:
+    while True:
         found = _attempt(mission, trace, pieces)
         if isinstance(found, Flyable):
             return found
         attempts.append(found)
-    for attempt in attempts:
-        if isinstance(attempt, _Tight):
-            return attempt.flyable
+        more = _more(pieces, fewest, found.steps, trace.step)
+        if np.array_equal(more, pieces):
+            break
+        pieces = more
+    tight = [attempt for attempt in attempts if isinstance(attempt, _Tight)]
+    if tight:
+        return min(tight, key=lambda attempt: attempt.short).flyable
     return _not_flyable(mission, [attempt for attempt in attempts if isinstance(attempt, _Stuck)])
 
 
-def _attempt(mission: Mission, trace: Trace, pieces: int) -> Flyable | _Tight | _Stuck:
-    course, times = _course(mission, trace, pieces)
-    if course.fixed.size < 3:
-        return _Stuck((), None, "a trajectory of one piece cannot be uploaded")
-    planes: list[Plane] = []
-    known: set[Near] = set()
+def _fewest(mission: Mission, trace: Trace) -> Indices:
+    """(steps,): so many chords that a parabola leaves its tube at least half of the width; two for a single step."""
+    chords = np.ceil(np.sqrt(_bulge(mission, motion(mission, trace)) / (TUBE / 2))).astype(np.int64)
+    return np.maximum(chords, 2 if chords.size == 1 else 1)
+
+
+def _more(pieces: Indices, fewest: Indices, steps: tuple[int, ...], step: float) -> Indices:
+    """Twice as many where there is too little room, half of that beside it; if no more can be, two everywhere."""
+    more = pieces.copy()
+    for index in steps:
+        if pieces[index] < 2 * fewest[index] or step / pieces[index] >= 2 * SHORTEST:
+            more[index] = min(2 * pieces[index], fewest[index] << HALVINGS)
+    for index in steps:
+        for beside in (index - 1, index + 1):
+            if 0 <= beside < more.size:
+                times = more[index] // fewest[index] // 2
+                more[beside] = max(more[beside], fewest[beside] * times)
+    return more if (more > pieces).any() else np.maximum(pieces, 2 * fewest)
+
+
+def _attempt(mission: Mission, trace: Trace, pieces: Indices) -> Flyable | _Tight | _Stuck:
+    """With so many pieces for each step."""
+    course = _course(mission, trace, pieces)
+    step_of = np.repeat(np.arange(pieces.size), pieces)
+    coefficients = np.zeros((len(mission.agents), step_of.size, mission.dimension, 8))
+    excess = np.zeros(coefficients.shape[:2])
+    held: Held = {}
     stale = {agent.index for agent in mission.agents}
-    coefficients = np.zeros((len(mission.agents), times.size - 1, mission.dimension, 8))
+    found: list[Near] = []
     for _ in range(ROUNDS):
+        planes = [plane for each in held.values() for plane in each]
         for group in _groups(planes, stale):
-            points = _fit(mission, course, planes, group)
-            if not isinstance(points, NoFit):
-                coefficients[group] = _rounded(points, times[1])
-            elif not known:
-                why = f"no curve of {pieces} piece{'s' if pieces > 1 else ''} for each step stays near the plan"
-                return _Stuck(tuple(group), None, why)
-        found = conflicts(mission, Curves(times, coefficients))
-        new = [plane for near in found if near not in known for plane in planes_for(mission, course, times, near)]
-        radius = _narrowed(course.radius, [near for near in found if near in known])
-        if not new and np.array_equal(radius, course.radius):
+            fitted = _fit(mission, course, planes, group)
+            if isinstance(fitted, NoFit):
+                return _Stuck(None, ())
+            coefficients[group] = _rounded(fitted.points, np.diff(course.times))
+            excess[group] = fitted.excess
+        level = Curves(course.times, coefficients)
+        found = conflicts(mission, level, held)
+        radius = _narrowed(course.radius, [near for near in found if near in held and not near.moving])
+        more = held_apart(mission, course, held, found, level)
+        if more == held and np.array_equal(radius, course.radius):
             break
-        course, planes = replace(course, radius=radius), planes + new
-        known.update(found)
-        stale = {near.first for near in found} | {near.other for near in found if isinstance(near.other, int)}
-    files = _texts(mission, coefficients, times)
+        held, course = more, replace(course, radius=radius)
+        stale = {agent for near in found for agent in near.agents}
+    steps = {*step_of[excess.max(axis=0) > EXCESS].tolist(), *(int(step_of[near.piece]) for near in found)}
+    files = _texts(mission, coefficients, np.diff(course.times))
     certificate = verify_polynomials(mission, trace, files)
     if not certificate.passed:
-        return _refused(mission, certificate.failures[0])
-    return _Tight(Flyable(files, certificate)) if found else Flyable(files, certificate)
+        failed = min(certificate.failures, key=lambda check: check.margin)
+        if failed.at is not None:
+            steps.add(min(int(failed.at / trace.step), mission.steps - 1))
+        return _Stuck(failed, tuple(sorted(steps)))
+    if not found:
+        return Flyable(files, certificate)
+    return _Tight(Flyable(files, certificate), max(near.short for near in found), tuple(sorted(steps)))
 
 
-def _refused(mission: Mission, check: Check) -> _Stuck:
-    index = {agent.name: agent.index for agent in mission.agents}
-    at = "" if check.at is None else f" at {check.at:.2f} s"
-    short = f"{max(0.0, -check.margin):.3g} {check.unit}"
-    why = f"{check.name} of {check.subject} fails by {short}{at}"
-    return _Stuck(tuple(index[name] for name in check.agents), check.at, why)
+def _course(mission: Mission, trace: Trace, pieces: Indices) -> Course:
+    """Segments to stay near, and the times of the joints; all pieces of a step last the same float32 number of seconds.
 
-
-def _course(mission: Mission, trace: Trace, pieces: int) -> tuple[Course, Array]:
-    """Segments to stay near, and the times of the joints; all pieces last the same float32 number of seconds."""
+    A step's pieces share its segment; where a parabola bends it, each has its own chord.
+    """
     planned = motion(mission, trace)
-    bulge = _bulge(mission, planned)
-    if bulge > 0:
-        # So many chords that a parabola leaves its tube at least half of the width.
-        pieces *= max(1, math.ceil(math.sqrt(bulge / (TUBE / 2))))
-    steps = planned.durations.size
-    duration = float(np.float32(trace.step / pieces))
-    share = np.arange(pieces) / pieces * trace.step
-    inner = values(planned.coefficients[:, :, None], np.broadcast_to(share, (len(mission.agents), steps, pieces)))
-    last = trace.position[:, -1:]
-    joint = np.concatenate([inner.reshape(len(mission.agents), -1, mission.dimension), last], axis=1)
-    fixed = np.arange(steps * pieces + 1) % pieces == 0
+    step_of = np.repeat(np.arange(pieces.size), pieces)
+    within = np.arange(step_of.size) - np.repeat(np.cumsum(pieces) - pieces, pieces)
+    share = within / pieces[step_of] * trace.step
+    inner = values(planned.coefficients[:, step_of], np.broadcast_to(share, (len(mission.agents), share.size)))
+    fixed = np.append(within == 0, True)
+    joint = np.concatenate([inner, trace.position[:, -1:]], axis=1)
     joint[:, fixed] = trace.position
-    if bulge > 0:
-        start, end = joint[:, :-1], joint[:, 1:]
-        radius = np.full(start.shape[:2], TUBE - bulge / pieces**2)
-    else:
-        start = np.repeat(trace.position[:, :-1], pieces, axis=1)
-        end = np.repeat(trace.position[:, 1:], pieces, axis=1)
-        radius = np.full(start.shape[:2], TUBE)
-    times: Array = duration * np.arange(steps * pieces + 1, dtype=np.float64)
-    return Course(joint, fixed, start, end, radius), times
+    bulge = (_bulge(mission, planned) / pieces**2)[step_of]
+    bent = (bulge > 0)[:, None]
+    start = np.where(bent, joint[:, :-1], trace.position[:, step_of])
+    end = np.where(bent, joint[:, 1:], trace.position[:, step_of + 1])
+    radius = np.tile(TUBE - bulge, (len(mission.agents), 1))
+    durations = (trace.step / pieces[step_of]).astype(np.float32).astype(np.float64)
+    return Course(np.concatenate([[0.0], np.cumsum(durations)]), joint, fixed, start, end, radius)
 
 
-def _bulge(mission: Mission, planned: Curves) -> float:
-    """How far any parabola of a step leaves its chord, metres."""
-    if planned.coefficients.shape[-1] < 3:
-        return 0.0
+def _bulge(mission: Mission, planned: Curves) -> Array:
+    """(steps,), metres: how far any parabola of a step leaves its chord."""
     chosen = [agent.index for agent in mission.agents if isinstance(agent.dynamics, DoubleIntegrator)]
+    if not chosen:
+        return np.zeros(planned.durations.size)
     bend = np.linalg.norm(planned.coefficients[chosen, :, :, 2], axis=-1) * 2
-    return float((bend * planned.durations**2 / 8).max())
+    bulge: Array = (bend * planned.durations**2 / 8).max(axis=0)
+    return np.where(bulge > NEGLIGIBLE, bulge, 0.0)
 
 
 def _groups(planes: list[Plane], stale: set[int]) -> list[list[int]]:
@@ -172,9 +202,10 @@ def _groups(planes: list[Plane], stale: set[int]) -> list[list[int]]:
     return [group for group in groups.values() if stale.intersection(group)]
 
 
-def _fit(mission: Mission, course: Course, planes: list[Plane], group: list[int]) -> Array | NoFit:
+def _fit(mission: Mission, course: Course, planes: list[Plane], group: list[int]) -> Fitted | NoFit:
     place = {index: position for position, index in enumerate(group)}
-    own = Course(course.joint[group], course.fixed, course.start[group], course.end[group], course.radius[group])
+    start, end, radius = course.start[group], course.end[group], course.radius[group]
+    own = Course(course.times, course.joint[group], course.fixed, start, end, radius)
     held = [
         replace(plane, first=place[plane.first], second=place[plane.second]) for plane in planes if plane.first in place
     ]
@@ -191,19 +222,19 @@ def _narrowed(radius: Array, again: list[Near]) -> Array:
     return radius
 
 
-def _rounded(points: Array, duration: float) -> Array:
-    """Control points to coefficients in float32: (..., 8) to the same shape, ascending powers of seconds."""
+def _rounded(points: Array, durations: Array) -> Array:
+    """Control points to coefficients in float32: (agents, pieces, dim, 8) to the same, ascending powers of seconds."""
     difference = points
     columns = []
     for power in range(8):
-        columns.append(difference[..., 0] * math.comb(7, power) / duration**power)
+        columns.append(difference[..., 0] * math.comb(7, power) / (durations**power)[:, None])
         difference = np.diff(difference, axis=-1)
     return np.stack(columns, axis=-1).astype(np.float32).astype(np.float64)
 
 
-def _texts(mission: Mission, coefficients: Array, times: Array) -> dict[str, str]:
+def _texts(mission: Mission, coefficients: Array, durations: Array) -> dict[str, str]:
     """Nine significant digits tell every float32 number from every other."""
-    pieces = times.size - 1
+    pieces = durations.size
     files = {}
     for agent in mission.agents:
         rows = np.zeros((pieces, 4, 8))
@@ -211,7 +242,7 @@ def _texts(mission: Mission, coefficients: Array, times: Array) -> dict[str, str
         if mission.dimension == 2:
             rows[:, 2, 0] = np.float32(agent.altitude)
         lines = [",".join(COLUMNS)]
-        table = np.concatenate([np.full((pieces, 1), times[1]), rows.reshape(pieces, -1)], axis=1)
+        table = np.concatenate([durations[:, None], rows.reshape(pieces, -1)], axis=1)
         # Adding zero turns -0 into 0.
         lines += [",".join(f"{number + 0.0:.9g}" for number in row) for row in table.tolist()]
         files[agent.name] = "\n".join(lines) + "\n"
@@ -219,17 +250,32 @@ def _texts(mission: Mission, coefficients: Array, times: Array) -> dict[str, str
 
 
 def _not_flyable(mission: Mission, attempts: list[_Stuck]) -> Diagnostic:
-    last = attempts[-1]
-    agents = [mission.agents[index] for index in last.agents or (0,)]
-    names = " and ".join(f"`{agent.name}`" for agent in agents[:2]) + (" and others" if len(agents) > 2 else "")
-    when = "" if last.at is None else f" at {last.at:.2f} s"
+    """Said of the attempt that came nearest."""
+    tried = [attempt.failed for attempt in attempts if attempt.failed is not None]
+    failed = max(tried, key=lambda check: check.margin, default=None)
+    spans = {agent.name: agent.span for agent in mission.agents}
+    names = failed.agents if failed and failed.agents else (mission.agents[0].name,)
+    who = " and ".join(f"`{name}`" for name in names)
+    message, why = f"no polynomials fly the plan of {who}", "no curve was found that stays near the plan"
+    help_ = "give the agents more time for their ways: a larger `step`, or slower `dynamics`"
+    match failed:
+        case Check(name="flown obstacle", subject=obstacle, margin=margin, at=float(at)):
+            message += f" clear of `{obstacle}`: they would touch at {at:.2f} s"
+            why = f"the best that was found overlaps by {-margin - mission.clearance:.3g} m there"
+            help_ = f"give the plan more room there: a `clearance` above {mission.clearance:g} m, or another start"
+        case Check(name="flown separation", margin=margin, at=float(at)):
+            message += f": they would touch at {at:.2f} s"
+            why = f"the best that was found overlaps by {-margin - mission.separation:.3g} m there"
+            help_ = f"give the plan more room there: a `separation` above {mission.separation:g} m, or other starts"
+        case Check(name=name, margin=margin, unit=unit, at=float(at)):
+            message += f" at {at:.2f} s"
+            why = f"in the best that was found `{name}` fails by {-margin:.3g} {unit}"
+        case _:
+            pass
     return Diagnostic(
         NOT_FLYABLE,
-        f"no polynomials fly the plan of {names}{when}",
-        Label(agents[0].span),
-        notes=(
-            last.why,
-            f"they start and end at rest, and stay within {TUBE:g} m of the verified motion",
-        ),
-        help="give the agents more room, or time to come to speed: a larger `separation` or `clearance`, other starts",
+        message,
+        Label(spans[names[0]]),
+        notes=(why, f"they start and end at rest, and stay within {TUBE:g} m of the verified motion"),
+        help=help_,
     )

@@ -1,11 +1,11 @@
 """The smoothest polynomials through a plan: one convex quadratic program.
 
-Every piece is a degree-7 Bernstein curve. They pass every step's position at
-its time, join with four continuous derivatives, rest at both ends, keep their
-control points in a box inscribed in the tube around their segment, and have
-the least integral of squared jerk. Control points of two agents, or of one
-beside an obstacle, may be held on their sides of a plane: then so are the
-curves, since they stay in the hulls of their points.
+They pass every step's position at its time, rest at both ends, keep each
+piece's control points in a box inscribed in the tube around its segment, and
+have the least integral of squared jerk. Control points of two agents, or of
+one beside an obstacle, may be held on their sides of a plane, for a whole
+piece or a part of it: then so are the curves, since they stay in the hulls of
+their points.
 
 Source:
     Hönig, Preiss, Kumar, Sukhatme, Ayanian, "Trajectory Planning for Quadrotor Swarms" (2018), sections V and VI.
@@ -14,19 +14,22 @@ Source:
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import comb, sqrt
+from math import sqrt
 
 import numpy as np
 import piqp
-from scipy.sparse import coo_array, csc_matrix
+from scipy.sparse import block_array, block_diag, coo_array, csc_matrix, csr_array, eye_array, hstack, kron
 
+from missionc.emit.splines import DEGREE, control_points_of, effort, part_of
 from missionc.plan import Array, Flags
+from missionc.verify.curves import Indices
 
-DEGREE = 7
-JOIN = 4
-"""Derivatives that are continuous at a joint."""
 SAFE = 1e-5
 """Metres kept back from every bound: more than rounding to float32 takes."""
+REST = 4
+"""Coefficients at each end of the spline that are the place where it rests."""
+PENALTY = 1e5
+"""Of a metre beyond a bound, where not all bounds can be kept, in units of effort."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -34,12 +37,14 @@ class Course:
     """Where each agent is to fly.
 
     Args:
+        times: (pieces + 1,), seconds: the joints.
         joint: (agents, pieces + 1, dim), metres: positions at the joints, where ``fixed``.
         fixed: (pieces + 1,): the joint is at a step, so that the position there is the plan's.
         start, end: (agents, pieces, dim): the segment that the piece stays near.
         radius: (agents, pieces), metres: how near.
     """
 
+    times: Array
     joint: Array
     fixed: Flags
     start: Array
@@ -49,27 +54,37 @@ class Course:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Plane:
-    """In ``piece``: ``normal @ (first - second) >= offset`` for each of the 8 control points.
+    """``normal @ (first - second) >= offset`` for each of the 8 control points of a part of ``piece``.
 
+    ``part`` is between two shares of the piece's duration.
     ``second`` equal to ``first`` stands for the origin: the plane is about one agent.
     """
 
     piece: int
+    part: tuple[float, float]
     first: int
     second: int
     normal: Array
     offset: Array
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Fitted:
+    """Control points (agents, pieces, dim, 8) in metres; and by how much a bound is exceeded: (pieces,), metres."""
+
+    points: Array
+    excess: Array
+
+
 @dataclass(frozen=True, slots=True)
 class NoFit:
-    """The program has no solution, or the solver found none."""
+    """The solver found no solution."""
 
     status: str
 
 
 class _Rows:
-    """Rows of a sparse matrix, with bounds, in the order they come."""
+    """Bounds on weighted sums of control points, in the order they come; each belongs to a piece."""
 
     def __init__(self, columns: int) -> None:
         self.columns = columns
@@ -79,97 +94,161 @@ class _Rows:
         self.value: list[Array] = []
         self.low: list[Array] = []
         self.high: list[Array] = []
+        self.piece: list[Indices] = []
 
-    def add(self, column: Array, value: Array, low: Array, high: Array) -> None:
-        """(rows, entries) twice, (rows,) twice."""
+    def add(self, column: Array, value: Array, low: Array, high: Array, piece: Indices) -> None:
+        """(rows, entries) twice, (rows,) three times."""
         rows = column.shape[0]
         self.row.append(np.repeat(np.arange(self.count, self.count + rows), column.shape[1]))
         self.column.append(column.ravel())
         self.value.append(np.broadcast_to(value, column.shape).ravel())
         self.low.append(np.broadcast_to(low, rows))
         self.high.append(np.broadcast_to(high, rows))
+        self.piece.append(np.broadcast_to(piece, rows))
         self.count += rows
 
-    def matrix(self) -> csc_matrix:
+    def matrix(self) -> csr_array:
+        if not self.count:
+            return csr_array((0, self.columns))
         index = (np.concatenate(self.row), np.concatenate(self.column))
-        return csc_matrix(coo_array((np.concatenate(self.value), index), shape=(self.count, self.columns)))
+        return csr_array(coo_array((np.concatenate(self.value), index), shape=(self.count, self.columns)))
 
-    def bounds(self) -> tuple[Array, Array]:
-        return np.concatenate(self.low), np.concatenate(self.high)
+    def over(self, spread: csr_array, resting: Array) -> _Bounds:
+        """The same of the free coefficients; rows that are free of them are left out."""
+        if not self.count:
+            return _Bounds(csr_array((0, spread.shape[1])), np.zeros(0), np.zeros(0), np.zeros(0, dtype=np.int64))
+        matrix = self.matrix()
+        weight, here = csr_array(matrix @ spread), matrix @ resting
+        free = np.diff(weight.indptr) > 0
+        low, high = np.concatenate(self.low) - here, np.concatenate(self.high) - here
+        return _Bounds(weight[free], low[free], high[free], np.concatenate(self.piece)[free])
 
 
-def fit(course: Course, planes: list[Plane], low: Array, high: Array) -> Array | NoFit:
-    """Control points (agents, pieces, dim, 8) in metres; pieces are of equal duration.
+@dataclass(frozen=True, slots=True, eq=False)
+class _Bounds:
+    """``low <= weight @ numbers <= high``; each row belongs to a ``piece``."""
+
+    weight: csr_array
+    low: Array
+    high: Array
+    piece: Indices
+
+
+def fit(course: Course, planes: list[Plane], low: Array, high: Array) -> Fitted | NoFit:
+    """The least effort within all bounds; where there is none, what exceeds the planes least, then the tubes.
 
     Args:
         planes: agents by their index in ``course``.
         low, high: (dim,): the world, which holds every control point.
     """
     agents, pieces, dim = course.start.shape
-    index = np.arange(agents * pieces * dim * (DEGREE + 1)).reshape(agents, pieces, dim, DEGREE + 1)
-    # Numbers near zero: every agent's coordinates are counted from its first position.
+    points = np.arange(agents * dim * pieces * (DEGREE + 1)).reshape(agents, dim, pieces, DEGREE + 1)
+    index = points.transpose(0, 2, 1, 3)
+    # Numbers near one: coordinates are counted from each agent's first position, and times in steps.
     origin = course.joint[:, 0]
-    equal, bounded = _Rows(index.size), _Rows(index.size)
-    _join(equal, index, course.joint - origin[:, None], course.fixed)
-    _tubes(bounded, index, course, origin)
+    times = course.times * ((int(course.fixed.sum()) - 1) / course.times[-1])
+    curve = control_points_of(times)
+    free, rest = slice(REST, curve.shape[1] - REST), slice(curve.shape[1] - REST, None)
+    many, last = eye_array(agents * dim), (course.joint[:, -1] - origin).ravel()
+    spread = csr_array(kron(many, curve[:, free]))
+    resting: Array = np.outer(last, curve[:, rest].sum(axis=1)).ravel()
+    cost = csr_array(curve.T @ block_diag(list(effort(3, np.diff(times)))) @ curve)
+    quadratic = csr_array(kron(many, cost[free, free]))
+    linear: Array = np.outer(last, cost[free, rest].sum(axis=1)).ravel()
+    near, held = _Rows(index.size), _Rows(index.size)
+    _world(near, index, course, origin, low, high)
+    _tubes(near, index, course, origin)
     for plane in planes:
-        _hold(bounded, index, plane, course.fixed, origin)
-    x_low = np.broadcast_to((low - SAFE / 10 - origin)[:, None, :, None], index.shape).ravel()
-    x_high = np.broadcast_to((high + SAFE / 10 - origin)[:, None, :, None], index.shape).ravel()
-    solver = piqp.SparseSolver()
-    solver.settings.eps_abs = solver.settings.eps_rel = 1e-10
-    solver.settings.max_iter = 100
-    target, _ = equal.bounds()
-    h_low, h_high = bounded.bounds()
-    cost = _jerk(agents * pieces * dim)
-    solver.setup(cost, np.zeros(index.size), equal.matrix(), target, bounded.matrix(), h_low, h_high, x_low, x_high)
-    status = solver.solve()
-    if status != piqp.PIQP_SOLVED:
-        return NoFit(str(status))
-    points: Array = np.array(solver.result.x).reshape(index.shape) + origin[:, None, :, None]
-    points[..., 0][:, course.fixed[:-1]] = course.joint[:, :-1][:, course.fixed[:-1]]
-    points[..., DEGREE][:, course.fixed[1:]] = course.joint[:, 1:][:, course.fixed[1:]]
-    return points
+        _hold(held, index, plane, course.fixed, origin)
+    inner = np.flatnonzero(course.fixed[1:-1]) + 1
+    pins = index[..., 0][:, inner].ravel()
+    target = (course.joint[:, inner] - origin[:, None]).ravel() - resting[pins]
+    solve = _Program(quadratic, linear, spread[pins], target, near.over(spread, resting), held.over(spread, resting))
+    solved = solve.within(pieces)
+    if isinstance(solved, NoFit):
+        return solved
+    numbers, excess = solved
+    found: Array = (spread @ numbers + resting)[index] + origin[:, None, :, None]
+    found[..., 0][:, course.fixed[:-1]] = course.joint[:, :-1][:, course.fixed[:-1]]
+    found[..., DEGREE][:, course.fixed[1:]] = course.joint[:, 1:][:, course.fixed[1:]]
+    return Fitted(found, excess)
 
 
-def _jerk(curves: int) -> csc_matrix:
-    """The integral of squared jerk of each curve, up to a factor."""
-    difference = np.zeros((DEGREE - 2, DEGREE + 1))
-    for row in range(DEGREE - 2):
-        difference[row, row : row + 4] = (-1, 3, -3, 1)
-    left = DEGREE - 3
-    gram = np.array(
-        [[comb(left, i) * comb(left, j) / comb(2 * left, i + j) for j in range(left + 1)] for i in range(left + 1)]
+@dataclass(frozen=True, slots=True, eq=False)
+class _Program:
+    """``numbers @ quadratic @ numbers / 2 + linear @ numbers``, to be least where ``pins @ numbers == target``."""
+
+    quadratic: csr_array
+    linear: Array
+    pins: csr_array
+    target: Array
+    near: _Bounds
+    held: _Bounds
+
+    def within(self, pieces: int) -> tuple[Array, Array] | NoFit:
+        """The solution, and by how much it exceeds its bounds: (pieces,)."""
+        none = NoFit("")
+        for loose in ((), (self.held,), (self.held, self.near)):
+            if loose and not sum(bounds.low.size for bounds in loose):
+                continue
+            solved = self._solved(
+                [bounds for bounds in (self.near, self.held) if bounds not in loose], list(loose), pieces
+            )
+            if not isinstance(solved, NoFit):
+                return solved
+            none = solved
+        return none
+
+    def _solved(self, strict: list[_Bounds], loose: list[_Bounds], pieces: int) -> tuple[Array, Array] | NoFit:
+        """``loose`` bounds may be exceeded, each piece's by an excess of its own that is dear."""
+        count, extra = self.linear.size, pieces if loose else 0
+        weight, low, high = [bounds.weight for bounds in strict], [b.low for b in strict], [b.high for b in strict]
+        blocks = [[part, csr_array((part.shape[0], extra))] for part in weight]
+        for bounds in loose:
+            for sign, border in ((1.0, bounds.low), (-1.0, bounds.high)):
+                finite = np.flatnonzero(np.isfinite(border))
+                where = (np.arange(finite.size), bounds.piece[finite])
+                unit = coo_array((np.ones(finite.size), where), shape=(finite.size, extra))
+                blocks += [[bounds.weight[finite] * sign, csr_array(unit)]]
+                low += [sign * border[finite]]
+                high += [np.full(finite.size, np.inf)]
+        solver = piqp.SparseSolver()
+        solver.settings.eps_abs = solver.settings.eps_rel = 1e-9
+        solver.settings.max_iter = 200
+        solver.setup(
+            csc_matrix(block_diag([self.quadratic, csr_array((extra, extra))])),
+            np.concatenate([self.linear, np.full(extra, PENALTY)]),
+            csc_matrix(hstack([self.pins, csr_array((self.pins.shape[0], extra))])),
+            self.target,
+            csc_matrix(block_array(blocks)),
+            np.concatenate(low),
+            np.concatenate(high),
+            np.concatenate([np.full(count, -np.inf), np.zeros(extra)]),
+            np.full(count + extra, np.inf),
+        )
+        status = solver.solve()
+        if status != piqp.PIQP_SOLVED:
+            return NoFit(str(status))
+        found = np.array(solver.result.x)
+        return found[:count], found[count:] if loose else np.zeros(pieces)
+
+
+def _world(rows: _Rows, index: Array, course: Course, origin: Array, low: Array, high: Array) -> None:
+    """Where a tube reaches beyond the world, its control points do not."""
+    reach = course.radius[..., None]
+    beyond = (np.minimum(course.start, course.end) - reach < low) | (
+        np.maximum(course.start, course.end) + reach > high
     )
-    block = difference.T @ gram @ difference
-    row, column = np.indices(block.shape)
-    shift = (np.arange(curves) * (DEGREE + 1))[:, None]
-    entries = (np.tile(block.ravel(), curves), ((row.ravel() + shift).ravel(), (column.ravel() + shift).ravel()))
-    size = curves * (DEGREE + 1)
-    return csc_matrix(coo_array(entries, shape=(size, size)))
-
-
-def _join(rows: _Rows, index: Array, joint: Array, fixed: Flags) -> None:
-    """Positions at the steps, continuity between pieces, rest at both ends."""
-
-    def pin(column: Array, where: Array) -> None:
-        rows.add(column.reshape(-1, 1), np.ones(1), where.ravel(), where.ravel())
-
-    pin(index[..., 0][:, fixed[:-1]], joint[:, :-1][:, fixed[:-1]])
-    pin(index[..., DEGREE][:, fixed[1:]], joint[:, 1:][:, fixed[1:]])
-    for order in range(1, 4):
-        pin(index[:, 0, :, order], joint[:, 0])
-        pin(index[:, -1, :, DEGREE - order], joint[:, -1])
-    free = np.flatnonzero(~fixed[1:-1])
-    if free.size:
-        pairs = np.stack([index[..., DEGREE][:, free], index[..., 0][:, free + 1]], axis=-1)
-        rows.add(pairs.reshape(-1, 2), np.array([1.0, -1.0]), np.zeros(1), np.zeros(1))
-    for order in range(1, JOIN + 1):
-        weight = np.array([(-1) ** (order - i) * comb(order, i) for i in range(order + 1)], dtype=np.float64)
-        before = index[:, :-1, :, DEGREE - order :]
-        after = index[:, 1:, :, : order + 1]
-        columns = np.concatenate([before, after], axis=-1).reshape(-1, 2 * order + 2)
-        rows.add(columns, np.concatenate([weight, -weight]), np.zeros(1), np.zeros(1))
+    agent, piece, axis = np.nonzero(beyond)
+    agent, piece, axis, point = (np.repeat(each, DEGREE + 1) for each in (agent, piece, axis, axis))
+    point = np.tile(np.arange(DEGREE + 1), agent.size // (DEGREE + 1))
+    rows.add(
+        index[agent, piece, axis, point][:, None],
+        np.ones(1),
+        (low - SAFE / 10)[axis] - origin[agent, axis],
+        (high + SAFE / 10)[axis] - origin[agent, axis],
+        piece,
+    )
 
 
 def _tubes(rows: _Rows, index: Array, course: Course, origin: Array) -> None:
@@ -182,8 +261,7 @@ def _tubes(rows: _Rows, index: Array, course: Course, origin: Array) -> None:
     spare = np.maximum(course.radius - SAFE, course.radius / 2) / sqrt(dim)
     columns = np.moveaxis(index, 3, 2)
     start = course.start - origin[:, None]
-    loose = _loose(course.fixed)
-    piece, point = np.nonzero(loose)
+    piece, point = np.nonzero(_loose(course.fixed))
     for axis in range(dim):
         direction = frame[:, :, axis]
         base = (direction * start).sum(axis=-1)
@@ -193,6 +271,7 @@ def _tubes(rows: _Rows, index: Array, course: Course, origin: Array) -> None:
             direction[:, piece].reshape(-1, dim),
             (base - spare)[:, piece].ravel(),
             (base + far + spare)[:, piece].ravel(),
+            np.tile(piece, len(origin)),
         )
 
 
@@ -220,12 +299,23 @@ def _frames(along: Array, length: Array) -> Array:
 
 
 def _hold(rows: _Rows, index: Array, plane: Plane, fixed: Flags, origin: Array) -> None:
+    """The control points of the plane's part of the piece, but those at a step."""
     offset = plane.offset - plane.normal @ origin[plane.first]
-    columns = index[plane.first, plane.piece].T
-    weight = plane.normal
+    columns, weight = [index[plane.first, plane.piece]], [plane.normal]
     if plane.second != plane.first:
         offset = offset + plane.normal @ origin[plane.second]
-        columns = np.concatenate([columns, index[plane.second, plane.piece].T], axis=-1)
-        weight = np.concatenate([weight, -weight])
-    loose = _loose(fixed)[plane.piece]
-    rows.add(columns[loose], weight, offset[loose], np.full(int(loose.sum()), np.inf))
+        columns, weight = [*columns, index[plane.second, plane.piece]], [plane.normal, -plane.normal]
+    loose = np.ones(DEGREE + 1, dtype=bool)
+    loose[0] = plane.part[0] > 0 or not fixed[plane.piece]
+    loose[DEGREE] = plane.part[1] < 1 or not fixed[plane.piece + 1]
+    part = part_of(*plane.part)[loose]
+    count = len(part)
+    column = np.concatenate([each.reshape(-1) for each in columns])
+    value = np.concatenate([(each[:, None] * part[:, None, :]).reshape(count, -1) for each in weight], axis=-1)
+    rows.add(
+        np.broadcast_to(column, (count, column.size)),
+        value,
+        offset[loose],
+        np.full(count, np.inf),
+        np.array(plane.piece),
+    )

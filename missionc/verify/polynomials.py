@@ -30,6 +30,13 @@ from missionc.verify.tolerances import ROUNDING
 MEMORY_BYTES, PIECE_BYTES = 4096, 132
 """What the firmware has for all trajectories together, and what one piece takes (pptraj.c)."""
 
+STRONGEST = 12.0
+"""m/s²: a Crazyflie whose thrust is 1.58 times its weight keeps its height up to this: g * sqrt(1.58**2 - 1).
+
+Source:
+    crazyflie-firmware, platform defaults: four motors of 0.1125 N lift 29 g.
+"""
+
 
 def verify_polynomials(mission: Mission, trace: Trace, files: Mapping[str, str]) -> Certificate:
     """Judge the polynomials of every agent, and all of them together.
@@ -57,7 +64,9 @@ def verify_polynomials(mission: Mission, trace: Trace, files: Mapping[str, str])
         _peak(mission, velocity, "peak speed", "m/s"),
         _peak(mission, velocity.derivative(), "peak acceleration", "m/s^2"),
     )
-    return Certificate(mission.name, (*checks, *together), figures, (*warnings, *_memory(times.size - 1)))
+    return Certificate(
+        mission.name, (*checks, *together), figures, (*warnings, *_thrust(figures[1]), *_memory(times.size - 1))
+    )
 
 
 def _file(agent: Agent, value: Pieces | str) -> Check:
@@ -82,6 +91,16 @@ def _together(mission: Mission, level: Curves) -> tuple[list[Check], list[str]]:
             check = replace(check, margin=room, passed=True, detail="no bodies touch throughout")
         findings.append(check)
     return [replace(check, name=f"flown {check.name}") for check in findings], warnings
+
+
+def _thrust(peak: Figure) -> tuple[str, ...]:
+    if peak.value <= STRONGEST:
+        return ()
+    who, at = f"`{peak.subject}`", f"{peak.at:.2f} s"
+    return (
+        f"{who} accelerates at {peak.value:.1f} m/s^2 at {at}; "
+        f"a Crazyflie with its standard motors reaches about {STRONGEST:g} m/s^2",
+    )
 
 
 def _memory(pieces: int) -> tuple[str, ...]:

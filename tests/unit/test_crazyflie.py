@@ -14,7 +14,7 @@ from missionc import ir
 from missionc.diagnostics.code import NOT_FLYABLE
 from missionc.diagnostics.model import Diagnostic
 from missionc.emit.crazyflie import Flyable, crazyflie
-from missionc.emit.fit import Course, NoFit, Plane, fit
+from missionc.emit.fit import Course, Fitted, Plane, fit
 from missionc.plan import Trace
 from missionc.verify import Certificate, verify, verify_polynomials
 from missionc.verify.columns import COLUMNS, Pieces, read
@@ -192,6 +192,47 @@ def test_a_moving_obstacle_is_kept_clear_of_too() -> None:
     assert check.margin >= -check.tolerance
 
 
+def chased(gap: float) -> tuple[ir.Mission, Trace]:
+    """An agent that sets off so far before an obstacle that is as fast."""
+    path = [[[1.5 + gap + step, 2.0] for step in range(6)]]
+    behind = moving(ir.Disc((1.0, 2.0), 0.4), [0.0, 5.0], [(0.0, 0.0), (5.0, 0.0)])
+    mission, trace = mission_of(path[0][:1], 5, obstacles=[behind]), straight(path)
+    assert verify(mission, NOTHING, trace).passed
+    return mission, trace
+
+
+def test_an_obstacle_that_sets_off_behind_an_agent_does_not_catch_it() -> None:
+    assert flown(*chased(0.2)).certificate.warnings == ()
+
+
+def test_only_steps_that_leave_too_little_room_get_more_pieces_and_too_much_thrust_is_warned_of() -> None:
+    found = flown(*chased(0.1))
+    durations = [float(row[0]) for row in rows(found.files["drone[0]"])[1:]]
+    assert durations[0] < 1.0
+    assert durations[-1] == 1.0
+    assert sum(durations) == pytest.approx(5.0)
+    (warning,) = found.certificate.warnings
+    assert "accelerates at" in warning
+
+
+def test_an_obstacle_that_leaves_no_time_to_come_to_speed_is_named() -> None:
+    found = crazyflie(*chased(0.0))
+    assert isinstance(found, Diagnostic)
+    assert found.code is NOT_FLYABLE
+    assert found.message.startswith(
+        "no polynomials fly the plan of `drone[0]` clear of `truck`: they would touch at 0."
+    )
+    assert "`clearance` above 0 m" in (found.help or "")
+
+
+def test_an_obstacle_that_turns_within_a_step_is_kept_clear_of() -> None:
+    path = [[[1.0, 1.0], [3.0, 1.0], [5.0, 1.0], [7.0, 1.0]]]
+    passing = moving(ir.Disc((4.0, 2.5), 0.4), [0.0, 1.5, 1.7, 3.0], [(0.0, 0.0), (0.0, -0.99), (0.0, 0.0), (0.0, 0.0)])
+    mission, trace = mission_of([[1.0, 1.0]], 3, obstacles=[passing]), straight(path)
+    assert verify(mission, NOTHING, trace).passed
+    assert flown(mission, trace).certificate.warnings == ()
+
+
 def test_a_start_at_the_border_of_the_world_does_not_leave_it() -> None:
     path = [[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]]
     mission = mission_of([[0.0, 0.0]], 3)
@@ -312,16 +353,18 @@ def course(joint: list[list[float]], radius: float = 0.1, pieces: int = 1) -> Co
     fixed = np.arange(places.shape[1]) % pieces == 0
     start = np.repeat(np.array([joint[:-1]]), pieces, axis=1)
     end = np.repeat(np.array([joint[1:]]), pieces, axis=1)
-    return Course(places, fixed, start, end, np.full(start.shape[:2], radius))
+    return Course(np.arange(places.shape[1]) / pieces, places, fixed, start, end, np.full(start.shape[:2], radius))
 
 
-WORLD = np.array([0.0, 0.0]), np.array([10.0, 10.0])
+def fitted(where: Course, *planes: Plane) -> Fitted:
+    found = fit(where, list(planes), np.array([0.0, 0.0]), np.array([10.0, 10.0]))
+    assert isinstance(found, Fitted)
+    return found
 
 
 @pytest.mark.parametrize(("radius", "pieces"), [(0.2, 1), (0.1, 1), (0.1, 2), (0.02, 2), (0.001, 2)])
 def test_no_control_point_leaves_the_tube(radius: float, pieces: int) -> None:
-    points = fit(course(SQUARE, radius, pieces), [], *WORLD)
-    assert not isinstance(points, NoFit)
+    points = fitted(course(SQUARE, radius, pieces)).points
     for piece in range(5 * pieces):
         start, end = np.array(SQUARE[piece // pieces]), np.array(SQUARE[piece // pieces + 1])
         square = float((end - start) @ (end - start)) or 1.0
@@ -331,15 +374,16 @@ def test_no_control_point_leaves_the_tube(radius: float, pieces: int) -> None:
 
 
 def test_a_plane_holds_the_control_points_on_its_side() -> None:
-    free = fit(course(SQUARE), [], *WORLD)
-    assert not isinstance(free, NoFit)
+    free = fitted(course(SQUARE)).points
     assert free[0, 0, 1].min() < 2.0 - 1e-3
-    plane = Plane(0, 0, 0, np.array([0.0, 1.0]), np.full(8, 2.0 - 1e-6))
-    held = fit(course(SQUARE), [plane], *WORLD)
-    assert not isinstance(held, NoFit)
+    plane = Plane(0, (0.0, 1.0), 0, 0, np.array([0.0, 1.0]), np.full(8, 2.0 - 1e-6))
+    held = fitted(course(SQUARE), plane).points
     assert held[0, 0, 1].min() >= 2.0 - 2e-6
 
 
-def test_a_plane_that_the_plan_itself_crosses_leaves_no_fit() -> None:
-    plane = Plane(1, 0, 0, np.array([0.0, 1.0]), np.full(8, 2.9))
-    assert isinstance(fit(course(SQUARE), [plane], *WORLD), NoFit)
+def test_a_plane_that_the_plan_itself_crosses_is_exceeded_by_no_more_than_it_must_be() -> None:
+    assert fitted(course(SQUARE)).excess.max() == 0.0
+    plane = Plane(1, (0.0, 1.0), 0, 0, np.array([0.0, 1.0]), np.full(8, 2.9))
+    found = fitted(course(SQUARE), plane)
+    lowest = found.points[0, 1, 1, 1:].min()
+    assert found.excess == pytest.approx([0.0, 2.9 - lowest, 0.0, 0.0, 0.0], abs=1e-6)
