@@ -4,8 +4,8 @@
     out  the files, and the certificate of what is in them
     says MC703
 
-A fit of each agent alone, with one piece for each step, is tried first. Where
-that brings two agents, or an agent and an obstacle, closer than the mission
+A fit of each agent alone is tried first, with two pieces for each step if they
+fit into the memory, else with one. Where that brings two agents, or an agent and an obstacle, closer than the mission
 allows, planes are put between them and those agents are fitted together. The
 steps where even this fails get more pieces, and those beside them. With two
 pieces for each step there is always a solution on straight motion beside what
@@ -30,7 +30,7 @@ from missionc.plan import Array, Trace
 from missionc.verify.certificate import Certificate, Check
 from missionc.verify.columns import COLUMNS
 from missionc.verify.curves import Curves, Indices, motion, values
-from missionc.verify.polynomials import verify_polynomials
+from missionc.verify.polynomials import MEMORY_BYTES, PIECE_BYTES, verify_polynomials
 from missionc.verify.tolerances import TUBE
 
 ROUNDS = 12
@@ -72,15 +72,20 @@ class _Tight:
 
 def crazyflie(mission: Mission, trace: Trace) -> Flyable | Diagnostic:
     """Polynomials that keep what the plan keeps, or why there are none."""
-    fewest = _fewest(mission, trace)
-    pieces = fewest
+    chords = _chords(mission, trace)
+    pieces = np.maximum(chords, 2 if chords.size == 1 else 1)
     attempts: list[_Tight | _Stuck] = []
+    generous = _generous(pieces)
+    if not np.array_equal(generous, pieces):
+        found = _attempt(mission, trace, generous)
+        if isinstance(found, Flyable):
+            return found
     while True:
         found = _attempt(mission, trace, pieces)
         if isinstance(found, Flyable):
             return found
         attempts.append(found)
-        more = _more(pieces, fewest, found.steps, trace.step)
+        more = _more(pieces, chords, found.steps, trace.step)
         if np.array_equal(more, pieces):
             break
         pieces = more
@@ -90,24 +95,34 @@ def crazyflie(mission: Mission, trace: Trace) -> Flyable | Diagnostic:
     return _not_flyable(mission, [attempt for attempt in attempts if isinstance(attempt, _Stuck)])
 
 
-def _fewest(mission: Mission, trace: Trace) -> Indices:
-    """(steps,): so many chords that a parabola leaves its tube at least half of the width; two for a single step."""
-    chords = np.ceil(np.sqrt(_bulge(mission, motion(mission, trace)) / (TUBE / 2))).astype(np.int64)
-    return np.maximum(chords, 2 if chords.size == 1 else 1)
+def _chords(mission: Mission, trace: Trace) -> Indices:
+    """(steps,): so many that a parabola leaves its tube at least half of the width."""
+    count = np.ceil(np.sqrt(_bulge(mission, motion(mission, trace)) / (TUBE / 2))).astype(np.int64)
+    return np.maximum(count, 1)
 
 
-def _more(pieces: Indices, fewest: Indices, steps: tuple[int, ...], step: float) -> Indices:
+def _generous(pieces: Indices) -> Indices:
+    """Two for each step, or for the first and the last, where a Crazyflie's memory holds them: slower and gentler."""
+    ends = pieces.copy()
+    ends[[0, -1]] = np.maximum(pieces[[0, -1]], 2)
+    for more in (np.maximum(pieces, 2), ends):
+        if more.sum() <= MEMORY_BYTES // PIECE_BYTES:
+            return more
+    return pieces
+
+
+def _more(pieces: Indices, chords: Indices, steps: tuple[int, ...], step: float) -> Indices:
     """Twice as many where there is too little room, half of that beside it; if no more can be, two everywhere."""
     more = pieces.copy()
     for index in steps:
-        if pieces[index] < 2 * fewest[index] or step / pieces[index] >= 2 * SHORTEST:
-            more[index] = min(2 * pieces[index], fewest[index] << HALVINGS)
+        if pieces[index] < 2 * chords[index] or step / pieces[index] >= 2 * SHORTEST:
+            more[index] = min(2 * pieces[index], chords[index] << HALVINGS)
     for index in steps:
         for beside in (index - 1, index + 1):
             if 0 <= beside < more.size:
-                times = more[index] // fewest[index] // 2
-                more[beside] = max(more[beside], fewest[beside] * times)
-    return more if (more > pieces).any() else np.maximum(pieces, 2 * fewest)
+                times = more[index] // chords[index] // 2
+                more[beside] = max(more[beside], chords[beside] * times)
+    return more if (more > pieces).any() else np.maximum(pieces, 2 * chords)
 
 
 def _attempt(mission: Mission, trace: Trace, pieces: Indices) -> Flyable | _Tight | _Stuck:

@@ -55,13 +55,13 @@ def positions(text: str, times: np.ndarray) -> np.ndarray:
     return np.array(places)
 
 
-def test_a_file_has_the_header_and_one_row_of_33_numbers_for_each_step() -> None:
+def test_a_file_has_the_header_and_two_rows_of_33_numbers_for_each_step() -> None:
     _, _, found = pair()
     table = rows(found.files["drone[0]"])
     assert table[0][0] == "duration"
     assert table[0][1:9] == [f"x^{power}" for power in range(8)]
     assert table[0][-1] == "yaw^7"
-    assert [len(row) for row in table] == [33] * 6
+    assert [len(row) for row in table] == [33] * 11
 
 
 def test_the_numbers_are_float32_and_nine_digits_tell_them_apart() -> None:
@@ -89,7 +89,8 @@ def test_every_step_is_met_at_its_time_and_the_flight_stays_near_the_plan() -> N
 def test_the_flight_is_smooth_and_rests_at_both_ends() -> None:
     _, _, found = pair()
     table = np.array(rows(found.files["drone[0]"])[1:], dtype=np.float64)
-    x = table[:, 1:9]
+    # All pieces last as long: in units of that, a derivative at the end is the sum of its coefficients.
+    x = table[:, 1:9] * table[0, 0] ** np.arange(8)
     velocity = np.arange(1, 8) * x[:, 1:]
     acceleration = np.arange(1, 7) * velocity[:, 1:]
     for derivative in (x, velocity, acceleration):
@@ -206,7 +207,7 @@ def test_an_obstacle_that_sets_off_behind_an_agent_does_not_catch_it() -> None:
 
 
 def test_only_steps_that_leave_too_little_room_get_more_pieces_and_too_much_thrust_is_warned_of() -> None:
-    found = flown(*chased(0.1))
+    found = flown(*chased(0.05))
     durations = [float(row[0]) for row in rows(found.files["drone[0]"])[1:]]
     assert durations[0] < 1.0
     assert durations[-1] == 1.0
@@ -246,6 +247,14 @@ def test_more_pieces_than_the_memory_holds_are_warned_of() -> None:
     assert any("40 pieces" in warning for warning in found.certificate.warnings)
     _, _, short = pair()
     assert short.certificate.warnings == ()
+
+
+@pytest.mark.parametrize(("steps", "pieces"), [(15, 30), (16, 18), (29, 31), (30, 30)])
+def test_steps_get_two_pieces_where_the_memory_holds_them(steps: int, pieces: int) -> None:
+    path = np.linspace([1.0, 1.0], [4.0, 1.0], steps + 1)[None]
+    found = flown(mission_of([[1.0, 1.0]], steps), straight(path))
+    assert len(rows(found.files["drone[0]"])) == 1 + pieces
+    assert found.certificate.warnings == ()
 
 
 def test_peak_speed_and_acceleration_are_reported() -> None:
@@ -340,7 +349,7 @@ def test_a_file_that_reads_back_holds_the_numbers_it_was_written_with() -> None:
     _, _, found = pair()
     pieces = read(found.files["drone[0]"])
     assert isinstance(pieces, Pieces)
-    assert pieces.duration.tolist() == [1.0] * 5
+    assert pieces.duration.tolist() == [0.5] * 10
     assert (pieces.coefficients.astype(np.float32) == pieces.coefficients).all()
 
 
