@@ -92,7 +92,7 @@ def joint_motions(draw: st.DrawFn) -> tuple[Asked, list[list[list[int]]]]:
 def test_what_is_forbidden_are_collisions_and_nothing_else(case: tuple[Asked, list[list[list[int]]]]) -> None:
     made, motions = case
     everyone = np.arange(len(made.mission.agents))
-    separation = Separation(made.mission, made.motion, made.clauses)
+    separation = Separation(made.mission, made.motion, everyone, made.clauses)
     with made.search() as search:
         for states in motions:
             found = too_near(np.array(states), everyone, made.motion, made.mission)

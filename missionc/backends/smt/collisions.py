@@ -87,14 +87,21 @@ def kinematics(states: Indices, agents: Indices, motion: Motion, mission: Missio
 
 @dataclass(slots=True)
 class Separation:
-    """What has been forbidden so far."""
+    """What has been forbidden so far, of the agents of ``cast``, (cast,)."""
 
     mission: Mission
     motion: Motion
+    cast: Indices
     clauses: Clauses
     _alone: set[int] = field(default_factory=set)
     _apart: set[tuple[tuple[int, ...], tuple[int, ...]]] = field(default_factory=set)
     _events: dict[tuple[int, ...], Literals] = field(default_factory=dict)
+    _members: list[list[int]] = field(init=False)
+    """For each roadmap, those of the agents that are on it."""
+
+    def __post_init__(self) -> None:
+        numbers = self.motion.roadmap_of[self.cast]
+        self._members = [self.cast[numbers == number].tolist() for number in range(len(self.motion.roadmaps))]
 
     def one_in_each_place(self) -> None:
         """Says ahead of any model that no two agents are in one place.
@@ -102,8 +109,11 @@ class Separation:
         Raises:
             TooLarge: the clauses would pass their limit.
         """
-        for place in range(self.motion.places):
-            self._one_at(place)
+        for members in self._members:
+            there = [self.motion.states[agent].ravel() for agent in members]
+            if there:
+                self._one_of(np.stack(there, axis=1))
+        self._alone.update(range(self.motion.places))
 
     def forbid(self, near: Near, states: Indices) -> None:
         """Adds clauses that rule these out, and their like.
@@ -139,10 +149,12 @@ class Separation:
         if place not in self._alone:
             self._alone.add(place)
             number, state = self._state(place)
-            roadmap = self.motion.roadmaps[number]
-            there = np.stack([self.motion.states[agent][:, state] for agent in roadmap.agents], axis=1)
-            crowded = (there != FALSE).sum(axis=1) > 1
-            add_at_most_one(self.clauses, there[crowded])
+            self._one_of(np.stack([self.motion.states[agent][:, state] for agent in self._members[number]], axis=1))
+
+    def _one_of(self, there: Literals) -> None:
+        """At most one of each row, (rows, agents)."""
+        crowded = (there != FALSE).sum(axis=1) > 1
+        add_at_most_one(self.clauses, there[crowded])
 
     def _not_both(self, one: tuple[int, ...], other: tuple[int, ...]) -> None:
         """No agent in one place, or on one move, while another is in the other, at every step."""
@@ -156,7 +168,7 @@ class Separation:
             number, *_ = (self._state(place)[0] for place in places)
             moments = self.motion.steps + 2 - len(places)
             name = self.clauses.fresh(moments)
-            for agent in self.motion.roadmaps[number].agents:
+            for agent in self._members[number]:
                 states = self.motion.states[agent]
                 there = [-states[ahead : ahead + moments, self._state(place)[1]] for ahead, place in enumerate(places)]
                 self.clauses.add(*there, name)

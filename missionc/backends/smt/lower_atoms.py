@@ -114,7 +114,8 @@ class Atoms:
         roadmap, states = self.motion.roadmap(agent), self.motion.states[agent]
         source, target = roadmap.moves.T
         from_, to = states[steps][:, source], states[steps + 1][:, target]
-        live = (from_ != FALSE) & (to != FALSE) & roadmap.allowed[steps]
+        made = (from_ == TRUE) & (to == TRUE)  # also where others may not, because of this agent
+        live = (from_ != FALSE) & (to != FALSE) & (roadmap.allowed[steps] | made)
         result = np.full(len(steps), FALSE, dtype=np.int32)
         result[(live <= fits).all(axis=1) & live.any(axis=1)] = TRUE
         open_ = (result == FALSE) & (live & fits).any(axis=1)

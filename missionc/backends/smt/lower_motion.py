@@ -154,6 +154,10 @@ def _template(roadmap: Roadmap, ways: Flags, limit: int) -> tuple[Clauses, Liter
     choices = ways.sum(axis=1)
     literals[ways & (choices == 1)[:, None]] = TRUE
     open_ = ways & (choices > 1)[:, None]
+    if not open_.any():  # what it does is known
+        if not choices.all():
+            clauses.add(np.array([FALSE], dtype=np.int32))
+        return clauses, literals
     literals[open_] = clauses.fresh(int(open_.sum()))
     for width in np.unique(choices).tolist():
         rows = np.flatnonzero(choices == width)

@@ -90,7 +90,7 @@ class Occupancy:
         """That each of them is there: (cells, agents), FALSE where it cannot be."""
         if agents not in self._states:
             self._states[agents] = [
-                np.stack([self.motion.states[agent] for agent in roadmap.agents if agent in agents], axis=-1)
+                _side_by_side([self.motion.states[agent] for agent in roadmap.agents if agent in agents])
                 if agents.intersection(roadmap.agents)
                 else np.zeros((self.motion.steps + 1, len(roadmap.position), 0), dtype=np.int32)
                 for roadmap in self.motion.roadmaps
@@ -102,6 +102,14 @@ class Occupancy:
             cells = np.flatnonzero(number == part)
             result[cells, : parts[part].shape[-1]] = parts[part][steps[cells], places[cells] - first]
         return result
+
+
+def _side_by_side(states: list[Literals]) -> Literals:
+    """That each agent is in each state: (steps + 1, states, agents); those whose motion is known are taken as one."""
+    known = [np.abs(each).max() == TRUE for each in states]
+    open_ = [each for each, is_known in zip(states, known, strict=True) if not is_known]
+    together = [each for each, is_known in zip(states, known, strict=True) if is_known]
+    return np.stack([*open_, *([np.maximum.reduce(together)] if together else [])], axis=-1)
 
 
 def _named(there: Literals) -> np.ndarray:

@@ -18,25 +18,21 @@ import numpy as np
 
 from missionc.backends.api import Budget, Impossible, NotFound, Options, Outcome, Planned, Progress, Reason
 from missionc.backends.smt.account import Account
-from missionc.backends.smt.bystanders import settle
-from missionc.backends.smt.cast import casts, roles
 from missionc.backends.smt.clauses import Clauses, TooLarge
 from missionc.backends.smt.core import minimise
 from missionc.backends.smt.dimacs import dimacs, smt2
 from missionc.backends.smt.improve import improve
-from missionc.backends.smt.labels import Labels, Unexpressible
+from missionc.backends.smt.labels import Unexpressible
 from missionc.backends.smt.lift import lift
-from missionc.backends.smt.lower import Lowered, lower
-from missionc.backends.smt.lower_motion import Motion, all_ways, lower_motion
-from missionc.backends.smt.occupancy import Occupancy
-from missionc.backends.smt.outlook import Outlook
+from missionc.backends.smt.lower_motion import all_ways
+from missionc.backends.smt.problem import LINKS, Problem, Setting
 from missionc.backends.smt.prove import CNF, DRAT, Proof, Unproved, prove
 from missionc.backends.smt.roadmap import NoRoadmap, Roadmap, build_roadmaps
-from missionc.backends.smt.search import Found, Search
+from missionc.backends.smt.search import Found
 from missionc.backends.smt.solve import Solvers, Stopped, Unsatisfiable
+from missionc.backends.smt.turns import Turns
 from missionc.ir import Mission, Objective
 from missionc.kernel.nodes import Kernel
-from missionc.monitoring import truth
 from missionc.plan import Flags
 
 NODES, NEIGHBOURS = 110, 6
@@ -45,21 +41,8 @@ NODES, NEIGHBOURS = 110, 6
 FINER, ROADMAPS = 1.7, 3
 """A roadmap after one without a plan has so many times its nodes; so many roadmaps are tried."""
 
-FEW_SHARE = 0.1
-"""Of the time that is left, so much may go into plans in which few agents matter."""
-
-LINKS = 8
-"""Routes are first given at most so many links; all they may have only where that finds nothing."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Problem:
-    """What the solvers are asked. ``required`` are the literals of the requirements."""
-
-    motion: Motion
-    lowered: Lowered
-    search: Search
-    required: tuple[int, ...]
+TURNS_SHARE = 0.5
+"""Of the time that is left, so much may go into plans made in turns, should their other limits not end them."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,6 +92,10 @@ class Run:
     tried: list[int] = field(default_factory=list)
     """The nodes of each roadmap tried."""
 
+    @property
+    def setting(self) -> Setting:
+        return Setting(self.mission, self.budget, self.account)
+
     def plan(self) -> Outcome:
         solve = self.mission.solve
         refused: NoPlan | None = None
@@ -140,7 +127,7 @@ class Run:
     def on_roadmaps(self, roadmaps: tuple[Roadmap, ...], solvers: Solvers) -> Outcome | NoPlan:
         self.account.sizes["nodes"] = self.tried[-1]
         self.account.sizes["states"] = sum(len(roadmap.position) for roadmap in roadmaps)
-        found = self.with_few(roadmaps, solvers)
+        found = self.with_turns(roadmaps, solvers)
         if found is not None:
             return found
         ways = all_ways(roadmaps, {})
@@ -154,38 +141,20 @@ class Run:
         assert not isinstance(result, TooFewLinks)
         return result
 
-    def with_few(self, roadmaps: tuple[Roadmap, ...], solvers: Solvers) -> Planned | None:
-        """A plan in which few agents matter and the others keep out of their way, if there is one."""
+    def with_turns(self, roadmaps: tuple[Roadmap, ...], solvers: Solvers) -> Planned | None:
+        """A plan made for few agents at a time, if there is one."""
         mission, kernel = self.mission, self.kernel
         if kernel.preferences or mission.objective is not Objective.NONE or mission.steps == 0:
             return None
-        with self.account.stage("lower"):
-            found = roles(kernel, mission, roadmaps)
-            ways = all_ways(roadmaps, found.never)
-        until = time.monotonic() + FEW_SHARE * (self.budget.deadline - time.monotonic())
-        labels = Labels(mission, roadmaps)
-        for cast in casts(frozenset(found.named), len(mission.agents)):
-            with self.account.stage("lower"):
-                hopeless = Outlook(labels, ways, cast).hopeless(kernel.requirements)
-            if hopeless:
-                continue
-            problem = self.lowered(roadmaps, ways, cast, LINKS, solvers)
-            if problem.lowered.hopeless:
-                continue
-            result = problem.search.find(problem.required, until)
-            if isinstance(result, Found):
-                with self.account.stage("bystanders"):
-                    states = settle(result.states, cast, problem.motion, mission)
-                    trace = None if states is None else lift(states, problem.motion, mission)
-                    holds = trace is not None and all(
-                        truth(goal.formula, mission, trace)[0, 0] for goal in kernel.requirements
-                    )
-                if trace is not None and holds:
-                    self.record(problem, solvers)
-                    return Planned(trace, self.account.report())
-            if not solvers.alive:
-                self.account.notes.append("a plan for few agents was not found in its share of the time")
-                return None
+        now = time.monotonic()
+        turns = Turns(self.setting, kernel, roadmaps, solvers, now + TURNS_SHARE * (self.budget.deadline - now))
+        trace = turns.plan()
+        if trace is not None:
+            self.account.sizes["turns"] = turns.taken
+            self.record(turns.largest, turns.rounds, solvers)
+            return Planned(trace, self.account.report())
+        if not solvers.alive:
+            self.account.notes.append("a plan for few agents at a time was not found in its share of the time")
         return None
 
     def with_everyone(
@@ -193,57 +162,41 @@ class Run:
     ) -> Outcome | NoPlan | TooFewLinks:
         kernel, account = self.kernel, self.account
         everyone = frozenset(range(len(self.mission.agents)))
-        problem = self.lowered(roadmaps, ways, everyone, most_links, solvers)
+        self.budget.listen(Progress("lower", len(self.tried), f"{len(everyone)} agents"))
+        goals = kernel.requirements + kernel.preferences
+        problem = self.setting.problem(goals, roadmaps, ways, everyone, frozenset(), most_links, solvers)
         search, lowered = problem.search, problem.lowered
+        required = lowered.goals[: len(kernel.requirements)]
         core: tuple[int, ...] = ()
         self.budget.listen(Progress("solve"))
-        result = search.find(problem.required)
+        result = search.find(required)
         if isinstance(result, Found):
             result = improve(result, self.mission, kernel, lowered.goals, search)
         elif isinstance(result, Unsatisfiable) and not lowered.shortened:
             with account.stage("core"):
                 core = minimise(result.core, search)
-        self.record(problem, solvers)
+        self.record(problem, search.rounds, solvers)
         match result:
             case Found(states):
                 return Planned(lift(states, problem.motion, self.mission), account.report())
             case Unsatisfiable() if lowered.shortened:
                 return TooFewLinks()
             case Unsatisfiable():
-                goals = zip(kernel.requirements, problem.required, strict=True)
-                conflict = tuple(goal.name for goal, literal in goals if literal in core)
+                asked = zip(kernel.requirements, required, strict=True)
+                conflict = tuple(goal.name for goal, literal in asked if literal in core)
                 return NoPlan(conflict, search.clauses, core)
             case Stopped(reason, detail):
                 return self.not_found(reason, detail)
 
-    def lowered(
-        self,
-        roadmaps: tuple[Roadmap, ...],
-        ways: tuple[Flags, ...],
-        cast: frozenset[int],
-        most_links: int,
-        solvers: Solvers,
-    ) -> Problem:
-        self.budget.listen(Progress("lower", len(self.tried), f"{len(cast)} agents"))
-        with self.account.stage("lower"):
-            clauses = Clauses(self.budget.limits.clauses)
-            solvers.begin()
-            motion = lower_motion(roadmaps, ways, cast, clauses)
-            solvers.add(clauses)  # they read it while the formulas are lowered
-            goals = self.kernel.requirements + self.kernel.preferences
-            lowered = lower(goals, self.mission, motion, clauses, Occupancy(motion, clauses), most_links)
-        members = np.array(sorted(cast), dtype=np.int64)
-        search = Search(self.mission, motion, members, clauses, solvers, self.account, self.budget.listen)
-        return Problem(motion, lowered, search, lowered.goals[: len(self.kernel.requirements)])
-
     def solvers(self) -> Solvers:
         return Solvers(self.options.solver, self.budget.memory_bytes, self.budget.seed, self.budget.deadline)
 
-    def record(self, problem: Problem, solvers: Solvers) -> None:
+    def record(self, problem: Problem | None, rounds: int, solvers: Solvers) -> None:
+        """The sizes of the largest problem there was, if there was any, and the rounds of all."""
         solvers.close()
-        search, clauses = problem.search, problem.search.clauses
         sizes, texts = self.account.sizes, self.account.texts
-        sizes["variables"], sizes["clauses"], sizes["rounds"] = clauses.variables, clauses.count, search.rounds
+        clauses = Clauses(1) if problem is None else problem.search.clauses
+        sizes["variables"], sizes["clauses"], sizes["rounds"] = clauses.variables, clauses.count, rounds
         sizes["solver bytes"] = max(sizes.get("solver bytes", 0), solvers.peak_bytes)
         if "dimacs" in self.options.captures:
             texts["dimacs"] = dimacs(clauses.everything(), clauses.variables, clauses.count).decode()

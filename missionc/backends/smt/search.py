@@ -21,6 +21,17 @@ CROWD = 5
 """So many agents, asked for the same, are often put into the same places: that they may not be is said at once."""
 
 
+@dataclass(frozen=True, slots=True)
+class Effort:
+    """How much may go into one question, counted so that it is the same on every machine.
+
+    ``conflicts`` is for each time the solver is asked; CaDiCaL does not count them.
+    """
+
+    conflicts: int
+    rounds: int
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Found:
     """A joint motion that breaks nothing: each agent's state in its roadmap, (agents, steps + 1)."""
@@ -35,7 +46,8 @@ Result: TypeAlias = Found | Unsatisfiable | Stopped
 class Search:
     """One problem and its solvers. Clauses about collisions stay for later questions.
 
-    ``cast`` are the agents the clauses are about, (cast,); the others are nowhere.
+    ``cast`` are the agents that are looked for, (cast,); the others are nowhere, or
+    what they do is known and nothing the agents may do comes near them.
     """
 
     mission: Mission
@@ -49,17 +61,18 @@ class Search:
     _separation: Separation = field(init=False)
 
     def __post_init__(self) -> None:
-        self._separation = Separation(self.mission, self.motion, self.clauses)
+        self._separation = Separation(self.mission, self.motion, self.cast, self.clauses)
         if len(self.cast) >= CROWD:
             with self.account.stage("collisions"):
                 self._separation.one_in_each_place()
 
-    def find(self, assumptions: tuple[int, ...], deadline: float | None = None) -> Result:
+    def find(self, assumptions: tuple[int, ...], deadline: float | None = None, effort: Effort | None = None) -> Result:
         """A joint motion without collisions in which the assumptions hold, or why there is none."""
-        while True:
+        most = None if effort is None else self.rounds + effort.rounds
+        while self.rounds != most:
             self.rounds += 1
             with self.account.stage("solve"):
-                answer = self.ask(assumptions, deadline)
+                answer = self.ask(assumptions, deadline, effort)
                 states = self._read() if isinstance(answer, Satisfiable) else answer
             if not isinstance(states, np.ndarray):
                 return states
@@ -72,11 +85,12 @@ class Search:
                 except TooLarge as error:
                     return Stopped(Reason.SIZE, f"{error}; the limit is {self.clauses.limit}")
             self.listen(Progress("solve", self.rounds, f"{len(near)} times two agents came too near"))
+        return Stopped(Reason.SOLVER, f"after {effort.rounds} rounds agents still came too near" if effort else "")
 
-    def ask(self, assumptions: tuple[int, ...], deadline: float | None = None) -> Answer:
+    def ask(self, assumptions: tuple[int, ...], deadline: float | None = None, effort: Effort | None = None) -> Answer:
         """What the solver says of the clauses so far."""
         self.solvers.add(self.clauses)
-        return self.solvers.solve(assumptions, deadline)
+        return self.solvers.solve(assumptions, deadline, effort.conflicts if effort else None)
 
     def _read(self) -> Indices | Stopped:
         """Where the model has the agents; asked step by step, only of where their moves may have led."""

@@ -185,8 +185,16 @@ class Solvers:
             else:
                 child.send(b"L", new.tobytes())
 
-    def solve(self, assumptions: tuple[int, ...], deadline: float | None = None) -> Answer:
-        """Whether there is a model in which the assumptions hold."""
+    def solve(
+        self, assumptions: tuple[int, ...], deadline: float | None = None, conflicts: int | None = None
+    ) -> Answer:
+        """Whether there is a model in which the assumptions hold.
+
+        Args:
+            conflicts: a solver that has met so many gives up; several that race may go on.
+        """
+        if conflicts is not None and len(self._children) == 1:
+            self._children[0].send(b"C", np.array([conflicts], dtype=np.int32).tobytes())
         payload = np.array(assumptions, dtype=np.int32).tobytes()
         answer = self._ask(b"S", payload, min(self.deadline, deadline or self.deadline))
         if isinstance(answer, Stopped):

@@ -8,6 +8,7 @@ message is a letter, a length of eight bytes, and so many bytes:
 
     A  clauses as DIMACS text
     L  clauses as literals, with a 0 after each
+    C  a number of conflicts after which the solver gives up, from now until N
     N  begin anew, without clauses
     S  assumptions: solve; the answer is S with what came out, and the core or the reason
     V  variables: the answer is V with a byte for each, 1 where the last model has it true
@@ -44,6 +45,9 @@ if TYPE_CHECKING:
         def anew(self) -> None:
             """Forgets all clauses."""
 
+        def give_up_after(self, conflicts: int) -> None:
+            """How many conflicts to meet in one question, if the solver can count them."""
+
 
 SAT, UNSAT, UNKNOWN = b"s", b"u", b"?"
 
@@ -68,12 +72,16 @@ SIGNATURES: dict[str, tuple[Any, ...]] = {
     "mk_int_symbol": (POINTER, POINTER, NUMBER),
     "mk_not": (POINTER, POINTER, POINTER),
     "mk_or": (POINTER, POINTER, NUMBER, POINTER),
+    "mk_params": (POINTER, POINTER),
     "mk_solver_for_logic": (POINTER, POINTER, POINTER),
     "mk_string_symbol": (POINTER, POINTER, TEXT),
     "model_dec_ref": (None, POINTER, POINTER),
     "model_get_const_interp": (POINTER, POINTER, POINTER, POINTER),
     "model_inc_ref": (None, POINTER, POINTER),
     "set_error_handler": (None, POINTER, POINTER),
+    "params_dec_ref": (None, POINTER, POINTER),
+    "params_inc_ref": (None, POINTER, POINTER),
+    "params_set_uint": (None, POINTER, POINTER, POINTER, ctypes.c_uint),
     "solver_assert": (None, POINTER, POINTER, POINTER),
     "solver_check_assumptions": (NUMBER, POINTER, POINTER, NUMBER, POINTER),
     "solver_dec_ref": (None, POINTER, POINTER),
@@ -82,6 +90,7 @@ SIGNATURES: dict[str, tuple[Any, ...]] = {
     "solver_get_reason_unknown": (TEXT, POINTER, POINTER),
     "solver_get_unsat_core": (POINTER, POINTER, POINTER),
     "solver_inc_ref": (None, POINTER, POINTER),
+    "solver_set_params": (None, POINTER, POINTER, POINTER),
 }
 """Of Z3's C interface what is used: what each function gives, then what it takes."""
 
@@ -116,6 +125,16 @@ class Z3:
             library.Z3_solver_dec_ref(context, self.solver)
         self.solver = library.Z3_mk_solver_for_logic(context, library.Z3_mk_string_symbol(context, b"QF_FD"))
         library.Z3_solver_inc_ref(context, self.solver)
+
+    def give_up_after(self, conflicts: int) -> None:
+        library, context = self.library, self.context
+        parameters = library.Z3_mk_params(context)
+        library.Z3_params_inc_ref(context, parameters)
+        name = library.Z3_mk_string_symbol(context, b"max_conflicts")
+        library.Z3_params_set_uint(context, parameters, name, conflicts)
+        library.Z3_solver_set_params(context, self.solver, parameters)
+        library.Z3_params_dec_ref(context, parameters)
+        self.check()
 
     def add_text(self, dimacs: bytes) -> None:
         self.library.Z3_solver_from_string(self.context, self.solver, dimacs)
@@ -207,6 +226,9 @@ class CaDiCaL:
         self.solver.delete()
         self.solver = self.make()
 
+    def give_up_after(self, conflicts: int) -> None:
+        pass  # python-sat has no such limit for it
+
     def add_text(self, dimacs: bytes) -> None:
         self.add([int(word) for word in dimacs.split(b"\n", 1)[1].split()])
 
@@ -274,6 +296,8 @@ def serve(solver: Solver, source: BinaryIO, sink: BinaryIO) -> None:
                 solver.add_text(payload)
             case b"L":
                 solver.add(unpacked(payload))
+            case b"C":
+                solver.give_up_after(unpacked(payload)[0])
             case b"N":
                 solver.anew()
             case b"S":
