@@ -65,14 +65,15 @@ class Evaluation:
         known: dict[Node, Values] = {}
         for node in order:
             below = tuple(known[child] for child in children(node))
-            known[node] = self._value(node, below)
+            known[node] = self.value(node, below)
             for child in children(node):
                 needed[child] -= 1
                 if not needed[child]:
                     del known[child]
         return {node: known[node] for node in wanted}
 
-    def _value(self, node: Node, below: tuple[Values, ...]) -> Values:
+    def value(self, node: Node, below: tuple[Values, ...]) -> Values:
+        """A formula's value from those of the formulas directly below it."""
         logic = self.logic
         match node:
             case Atom(predicate):

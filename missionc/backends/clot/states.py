@@ -1,0 +1,53 @@
+"""Batches of joint motions as tensors, and what of the mission the terms read as numbers."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import torch
+from torch import Tensor
+
+from missionc.ir import Mission
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class States:
+    """Candidates at the steps.
+
+    Args:
+        position: (batch, agents, steps, dim), metres.
+        velocity: (batch, agents, steps, dim), m/s, as ``plan.Trace`` has it.
+    """
+
+    position: Tensor
+    velocity: Tensor
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Team:
+    """The mission's agents as tensors on the planner's device.
+
+    Args:
+        radius: (agents, 1), metres; likewise ``altitude``.
+    """
+
+    mission: Mission
+    radius: Tensor
+    altitude: Tensor
+
+
+def team(mission: Mission, device: torch.device | None = None, dtype: torch.dtype = torch.float32) -> Team:
+    """The agents of a mission."""
+    return Team(
+        mission,
+        torch.tensor([[agent.radius] for agent in mission.agents], dtype=dtype, device=device),
+        torch.tensor([[agent.altitude] for agent in mission.agents], dtype=dtype, device=device),
+    )
+
+
+def velocities(position: Tensor, step: float) -> Tensor:
+    """Of first-order motion: constant within a step, the last one's kept: (..., steps, dim) -> (..., steps, dim), m/s."""
+    if position.shape[-2] < 2:
+        return torch.zeros_like(position)
+    moved = (position[..., 1:, :] - position[..., :-1, :]) / step
+    return torch.cat([moved, moved[..., -1:, :]], dim=-2)
