@@ -18,7 +18,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import TypeAlias, assert_never
 
-from missionc.ir import Graph, Predicate
+from missionc.ir import Connected, Graph, Predicate
 from missionc.kernel import nodes as kernel
 from missionc.kernel.walk import children as kernel_children
 from missionc.kernel.walk import postorder as kernel_postorder
@@ -232,6 +232,8 @@ def _term(node: kernel.Node, holds: bool, known: dict[tuple[kernel.Node, bool], 
             return Member(agents, holds)
         case kernel.Not(body):
             return known[body, not holds]
+        case kernel.All() if (connected := _connected(node)) is not None:
+            return Margin(connected, holds, node.span)
         case kernel.All(parts) | kernel.Any(parts):
             terms = tuple(of(part) for part in parts)
             if len(terms) == 1:
@@ -257,6 +259,29 @@ def _term(node: kernel.Node, holds: bool, known: dict[tuple[kernel.Node, bool], 
             return Length(node, holds, None, None)
         case _:
             assert_never(node)
+
+
+def _connected(node: kernel.All) -> Connected | None:
+    """The predicate that a conjunction of routes amounts to: every member of a graph reaches one and the same of them.
+
+    As one term it has a spanning tree to push on, and its value takes one pass instead of one for each link of a route.
+    """
+    ends: set[int] = set()
+    starts: set[int] = set()
+    graph: Graph | None = None
+    for part in node.parts:
+        match part:
+            case kernel.At(start, kernel.Reach(links, kernel.All(()), kernel.Is(agents), hops)) if (
+                len(agents) == 1 and hops >= len(links.agents) - 1 and graph in (None, links)
+            ):
+                graph = links
+                starts.add(start)
+                ends |= agents
+            case _:
+                return None
+    if graph is None or len(ends) != 1 or starts | ends != set(graph.agents):
+        return None
+    return Connected(graph, graph.agents)
 
 
 def _ranked(count: int, parts: tuple[Term, ...]) -> Term:

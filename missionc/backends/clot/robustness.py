@@ -6,7 +6,7 @@ Source:
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from functools import reduce
 from typing import assert_never
 
@@ -44,8 +44,9 @@ class Robustness:
     it is ``-UNLIMITED``; the horizon check sees to it that no goal reads that.
     """
 
-    def __init__(self, team: Team, states: States) -> None:
-        self.team, self.states = team, states
+    def __init__(self, team: Team, states: States, ruled_out: Mapping[Margin, Tensor] | None = None) -> None:
+        """``ruled_out``: where a margin counts as ``-UNLIMITED``, (agents, steps), for its opposite has to hold."""
+        self.team, self.states, self.ruled_out = team, states, ruled_out or {}
         self.margins: dict[Predicate, Tensor] = {}
         self.graphs: dict[Graph, Tensor] = {}
 
@@ -62,7 +63,11 @@ class Robustness:
             case Margin(predicate, holds):
                 if predicate not in self.margins:
                     self.margins[predicate] = margin(predicate, self.team, self.states)
-                return self.margins[predicate] if holds else -self.margins[predicate]
+                value = self.margins[predicate] if holds else -self.margins[predicate]
+                if term in self.ruled_out:
+                    out = self.ruled_out[term] if value.shape[1] > 1 else self.ruled_out[term].any(dim=0, keepdim=True)
+                    value = value.masked_fill(out[None], -UNLIMITED)
+                return value
             case Member(agents, among):
                 limit = UNLIMITED if among else -UNLIMITED
                 each = [limit if index in agents else -limit for index in range(self.states.position.shape[1])]

@@ -1,0 +1,250 @@
+"""Which margins and links have to hold for a goal to hold: one choice made wherever the mission leaves one.
+
+A conjunction needs all of its parts, a disjunction the one that is nearest to
+holding, or the one that a witness names. What remains is a conjunction of
+margins at agents and steps, each of which can be pushed on its own: a motion
+in which all of them are positive satisfies the goal. The least of a hundred
+margins says nothing about the other ninety-nine; this does.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from typing import TypeAlias, assert_never
+
+import numpy as np
+from numpy.typing import NDArray
+
+from missionc.backends.clot.cost_graph import (
+    EveryLinked,
+    Greatest,
+    GreatestOver,
+    Least,
+    LeastOver,
+    Length,
+    Margin,
+    Member,
+    Of,
+    Ranked,
+    Release,
+    SomeLinked,
+    Term,
+    Until,
+)
+from missionc.ir import Graph
+from missionc.plan import Array, Flags
+
+Choices: TypeAlias = Mapping[tuple[Term, int, int], int]
+"""What a witness decided: of a term at an agent and a step, the number of the part, or of the step of the mission."""
+
+Links: TypeAlias = NDArray[np.int64]
+"""(links, 3): two agents and a step."""
+
+
+@dataclass(slots=True)
+class Active:
+    """What has to hold.
+
+    ``margins``: where each margin must be positive, (agents, steps). ``joined``
+    and ``parted``: the links a graph must have, and must not have.
+    ``lengths``: where each bounded route must hold, (agents, steps).
+    """
+
+    margins: dict[Margin, Flags] = field(default_factory=dict)
+    joined: dict[Graph, list[Links]] = field(default_factory=lambda: defaultdict(list))
+    parted: dict[Graph, list[Links]] = field(default_factory=lambda: defaultdict(list))
+    lengths: dict[Length, Flags] = field(default_factory=dict)
+
+
+def activate(
+    order: tuple[Term, ...],
+    roots: Iterable[Term],
+    values: Mapping[Term, Array],
+    links: Mapping[Graph, Array],
+    shape: tuple[int, int],
+    choices: Choices,
+    decided: bool = False,
+) -> Active:
+    """What has to hold of one candidate for all of the roots to hold at step 0.
+
+    Args:
+        order: every term, each after those below it.
+        values: of every term, (agents, steps) or 1 in place of either, metres.
+        links: of every graph that terms read, (steps, members, members), metres.
+        shape: agents and steps.
+        choices: where these have an answer it counts; elsewhere the values do.
+        decided: only what has to hold whatever the values are, which are not looked at then.
+    """
+    run = _Run(values, links, shape, choices, decided)
+    for root in roots:
+        run.mask(root)[0, 0] = True
+    for term in reversed(order):
+        if term in run.masks:
+            run.pass_on(term, run.masks.pop(term))
+    return run.active
+
+
+class _Run:
+    def __init__(
+        self,
+        values: Mapping[Term, Array],
+        links: Mapping[Graph, Array],
+        shape: tuple[int, int],
+        choices: Choices,
+        decided: bool,
+    ) -> None:
+        self.decided = decided
+        self.given, self.links, self.shape, self.choices = values, links, shape, choices
+        self.chosen_terms = {term for term, _, _ in choices}
+        self.active = Active()
+        self.masks: dict[Term, Flags] = {}
+
+    def mask(self, term: Term) -> Flags:
+        if term not in self.masks:
+            self.masks[term] = np.zeros(self.shape, dtype=np.bool_)
+        return self.masks[term]
+
+    def value(self, term: Term) -> Array:
+        return np.broadcast_to(self.given[term], self.shape)
+
+    def pass_on(self, term: Term, mask: Flags) -> None:
+        match term:
+            case Margin():
+                self.active.margins[term] = mask
+            case Member():
+                return
+            case Length():
+                self.active.lengths[term] = mask
+            case Least(parts):
+                for part in parts:
+                    self.mask(part)[mask] = True
+            case Greatest(parts):
+                self._choose(term, parts, 1, mask)
+            case Ranked(count, parts):
+                self._choose(term, parts, count, mask)
+            case Of(agent, body):
+                self.mask(body)[agent] |= mask.any(axis=0)
+            case LeastOver(body, low, high):
+                for agent, step in np.argwhere(mask):
+                    self.mask(body)[agent, step + low : self._last(step, high) + 1] = True
+            case GreatestOver(body, low, high):
+                self._sometime(term, body, low, high, mask)
+            case Until(hold, end, low, high):
+                self._until(term, hold, end, low, high, mask)
+            case Release(free, end, low, high):
+                self._release(free, end, low, high, mask)
+            case SomeLinked(graph, body):
+                self._some_linked(graph, body, mask)
+            case EveryLinked(graph, body):
+                self._every_linked(graph, body, mask)
+            case _:
+                assert_never(term)
+
+    def _last(self, step: int, high: int | None) -> int:
+        return self.shape[1] - 1 if high is None else min(step + high, self.shape[1] - 1)
+
+    def _chosen(self, term: Term, agent: int, step: int) -> int | None:
+        return self.choices.get((term, agent, step)) if term in self.chosen_terms else None
+
+    def _choose(self, term: Term, parts: tuple[Term, ...], count: int, mask: Flags) -> None:
+        """The best ``count`` of the parts, at each place of the mask."""
+        if not parts:
+            return
+        if self.decided:
+            for place in np.argwhere(mask).tolist() if term in self.chosen_terms else ():
+                chosen = self._chosen(term, *place)
+                if chosen is not None:
+                    self.mask(parts[chosen])[tuple(place)] = True
+            return
+        agent, step = np.nonzero(mask)
+        stacked = np.stack([self.value(part)[agent, step] for part in parts])
+        best = np.argsort(-stacked, axis=0, kind="stable")[:count]
+        if term in self.chosen_terms:
+            for column, place in enumerate(zip(agent.tolist(), step.tolist(), strict=True)):
+                chosen = self._chosen(term, *place)
+                if chosen is not None:
+                    best[:, column] = [chosen, *(each for each in best[:, column] if each != chosen)][:count]
+        for row in best:
+            for number in np.unique(row):
+                here = row == number
+                self.mask(parts[number])[agent[here], step[here]] = True
+
+    def _sometime(self, term: Term, body: Term, low: int, high: int | None, mask: Flags) -> None:
+        for agent, step in np.argwhere(mask).tolist():
+            chosen = self._chosen(term, agent, step)
+            if chosen is None:
+                if self.decided:
+                    continue
+                value = self.value(body)
+                window = value[agent, step + low : self._last(step, high) + 1]
+                chosen = step + low + int(window.argmax())
+            self.mask(body)[agent, chosen] = True
+
+    def _until(self, term: Term, hold: Term, end: Term, low: int, high: int | None, mask: Flags) -> None:
+        for agent, step in np.argwhere(mask).tolist():
+            last = self._last(step, high)
+            chosen = self._chosen(term, agent, step)
+            if chosen is None:
+                if self.decided:
+                    continue
+                holds, ends = self.value(hold), self.value(end)
+                held = np.minimum.accumulate(np.r_[np.inf, holds[agent, step:last]])
+                chosen = step + low + int(np.minimum(held, ends[agent, step : last + 1])[low:].argmax())
+            self.mask(end)[agent, chosen] = True
+            self.mask(hold)[agent, step:chosen] = True
+
+    def _release(self, free: Term, end: Term, low: int, high: int | None, mask: Flags) -> None:
+        """``end`` at each step of the window up to one where ``free`` holds, or up to the window's last."""
+        if self.decided:
+            return
+        frees, ends = self.value(free), self.value(end)
+        for agent, step in np.argwhere(mask).tolist():
+            last = self._last(step, high)
+            window = ends[agent, step : last + 1].copy()
+            window[:low] = np.inf
+            kept = np.minimum.accumulate(window)  # kept[k]: `end` from `low` up to and with k steps ahead
+            freed = np.minimum(frees[agent, step : last + 1], kept)
+            if kept[-1] >= freed[:-1].max(initial=-np.inf):
+                self.mask(end)[agent, step + low : last + 1] = True
+            else:
+                ahead = int(freed[:-1].argmax())
+                self.mask(free)[agent, step + ahead] = True
+                self.mask(end)[agent, step + low : step + ahead + 1] = True
+
+    def _places(self, graph: Graph, mask: Flags) -> tuple[Links, Links, Array]:
+        """Places of the mask that are members: number of the member and step (places,) each; and their links."""
+        member, step = np.nonzero(mask[list(graph.agents)])
+        return member, step, self.links[graph][step, member]
+
+    def _some_linked(self, graph: Graph, body: Term, mask: Flags) -> None:
+        if len(graph.agents) < 2 or self.decided:
+            return
+        agents = np.array(graph.agents)
+        member, step, links = self._places(graph, mask)
+        there = self.value(body)[agents[None, :], step[:, None]]
+        other = np.minimum(links, there).argmax(axis=1)
+        self.mask(body)[agents[other], step] = True
+        self.active.joined[graph].append(np.stack([agents[member], agents[other], step], axis=1))
+
+    def _every_linked(self, graph: Graph, body: Term, mask: Flags) -> None:
+        if len(graph.agents) < 2 or self.decided:
+            return
+        agents = np.array(graph.agents)
+        member, step, links = self._places(graph, mask)
+        there = self.value(body)[agents[None, :], step[:, None]]
+        elsewhere = np.arange(len(agents))[None, :] != member[:, None]
+        place, other = np.nonzero(elsewhere & (there >= -links))
+        self.mask(body)[agents[other], step[place]] = True
+        place, other = np.nonzero(elsewhere & (there < -links))
+        self.active.parted[graph].append(np.stack([agents[member[place]], agents[other], step[place]], axis=1))
+
+
+def places(active: Active) -> int:
+    """How many margins, links and routes have to hold."""
+    masks = [*active.margins.values(), *active.lengths.values()]
+    lists = [*active.joined.values(), *active.parted.values()]
+    return sum(int(mask.sum()) for mask in masks) + sum(len(links) for each in lists for links in each)
+
+

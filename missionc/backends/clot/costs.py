@@ -1,0 +1,391 @@
+"""Everything a candidate is pushed on: bodies, limits and the margins that its goals rest on, as residual groups.
+
+Source:
+    [clot] III-B, g_obs and g_int; III-C, the predicates; (3).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import reduce
+from typing import assert_never
+
+import numpy as np
+import torch
+from scipy.spatial import cKDTree
+from torch import Tensor
+
+from missionc.backends.clot.active import Active, Links
+from missionc.backends.clot.cost_graph import Margin
+from missionc.backends.clot.residuals import Group
+from missionc.backends.clot.splines import Arguments, Indices, Splines
+from missionc.backends.clot.trees import spanning_tree
+from missionc.backends.clot.weights import Spare, Weights
+from missionc.ir import (
+    Anywhere,
+    Compare,
+    Connected,
+    DistanceBetween,
+    DistanceTo,
+    Feature,
+    Graph,
+    InFormation,
+    Inside,
+    Mission,
+    Path,
+    Speed,
+    Touches,
+    top_speed,
+)
+from missionc.ir import Box as BoxShape
+from missionc.margins import compare, link_margin
+from missionc.margins.connected import restricted
+from missionc.margins.formation import edge_error
+from missionc.plan import Array
+from missionc.world.clearance import offset
+from missionc.world.distance import distance_between, signed_distance
+
+CLOSE = 0.4
+"""Of a metre: bodies further than this beyond what they need are no matter for now."""
+
+SAMPLES = 3
+"""Points within each step at which obstacles are looked at."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Costs:
+    """What is pushed on in motions of a mission.
+
+    ``start`` is the mission's step at which the motion starts: 0, or that of a
+    single configuration.
+    """
+
+    mission: Mission
+    splines: Splines
+    weights: Weights
+    spare: Spare
+    start: int = 0
+
+    def groups(self, control: Array, active: Active) -> Iterator[Group]:
+        """All residual groups of a candidate, (agents, points, dim)."""
+        yield from self.ends()
+        yield from self.limits()
+        yield from self.obstacles(control)
+        yield from self.separation(control)
+        yield from self.task(control, active)
+
+    # ---------------------------------------------------------------- motion
+
+    def ends(self) -> Iterator[Group]:
+        """Starts and finishes that are regions: the centre is in them."""
+        for last, step in ((False, 0), (True, self.splines.steps)):
+            if self.splines.steps == 0:
+                continue
+            by_region: dict[object, list[int]] = {}
+            for agent in self.mission.agents:
+                place = agent.finish if last else agent.start
+                if isinstance(place, Anywhere):
+                    by_region.setdefault(place.region, []).append(agent.index)
+            for agents in by_region.values():
+                place = self.mission.agents[agents[0]].finish if last else self.mission.agents[agents[0]].start
+                assert isinstance(place, Anywhere)
+                shape = place.region.shape
+                index = np.array(agents)
+                where = self.splines.position(index, np.full(len(index), step), np.zeros(len(index)))
+                yield Group(
+                    "finish" if last else "start",
+                    (where,),
+                    lambda point, shape=shape: signed_distance(torch, shape, point) + self.spare.task,
+                    self.weights.task,
+                    self.spare.task,
+                )
+
+    def limits(self) -> Iterator[Group]:
+        """Speed at every step, acceleration in every step."""
+        made, step = self.splines, self.splines.step
+        if made.steps == 0:
+            return
+        agent, moment = self._grid(made.steps)
+        fastest = np.array([top_speed(one.dynamics) for one in self.mission.agents])[agent]
+        most = torch.from_numpy(fastest * (1 - self.spare.limits) * step)
+        yield Group(
+            "speed",
+            (made.velocity(agent, moment),),
+            lambda velocity: _norm(velocity) * step - most,
+            self.weights.limits,
+            self.spare.limits * step * float(fastest.min()),
+        )
+        second = made.smooth[agent]
+        if second.any():
+            agent, moment = agent[second], moment[second]
+            strongest = np.array([getattr(one.dynamics, "acceleration", 0.0) for one in self.mission.agents])[agent]
+            limit = torch.from_numpy(strongest * (1 - self.spare.limits) * step**2)
+            yield Group(
+                "acceleration",
+                (made.acceleration(agent, moment),),
+                lambda acceleration: _norm(acceleration) * step**2 - limit,
+                self.weights.limits,
+                self.spare.limits * step**2 * float(strongest.min()),
+            )
+
+    def obstacles(self, control: Array) -> Iterator[Group]:
+        """Obstacles and the world's bounds, at the steps and between them."""
+        made = self.splines
+        agent, moment = self._grid(made.steps + 1)
+        part = np.zeros(len(agent))
+        if made.steps:
+            more_agent, more_moment = self._grid(made.steps)
+            between = [np.full(len(more_agent), number / SAMPLES) for number in range(1, SAMPLES)]
+            agent = np.concatenate([agent, *[more_agent] * (SAMPLES - 1)])
+            moment = np.concatenate([moment, *[more_moment] * (SAMPLES - 1)])
+            part = np.concatenate([part, *between])
+        radius = np.array([one.radius for one in self.mission.agents])[agent]
+        everywhere = made.position(agent, moment, part)
+        point = everywhere.of(control)
+        world = BoxShape(self.mission.world.low, self.mission.world.high)
+        far = np.flatnonzero(signed_distance(np, world, point) > -CLOSE)
+        if far.size:
+            yield Group(
+                "world",
+                (everywhere.take(far),),
+                lambda inner: signed_distance(torch, world, inner) + self.spare.bodies,
+                self.weights.bodies,
+                self.spare.bodies,
+            )
+        time = (self.start + moment + part) * made.step
+        for obstacle in self.mission.obstacles:
+            moved = np.zeros_like(point)
+            if isinstance(obstacle.motion, Path):
+                moments, which = np.unique(time, return_inverse=True)
+                dimension = self.mission.dimension
+                moved = np.stack([offset(obstacle.motion, each, dimension) for each in moments])[which]
+            distance = np.asarray(signed_distance(np, obstacle.shape, point - moved))
+            near = np.flatnonzero(distance < radius + self.mission.clearance + CLOSE)
+            if near.size == 0:
+                continue
+            need = torch.from_numpy(radius[near] + self.mission.clearance + self.spare.bodies)
+            shift = torch.from_numpy(moved[near])
+            yield Group(
+                f"obstacle {obstacle.name}",
+                (everywhere.take(near),),
+                lambda inner, shape=obstacle.shape, shift=shift, need=need: (
+                    need - signed_distance(torch, shape, inner - shift)
+                ),
+                self.weights.bodies,
+                self.spare.bodies,
+            )
+
+    def separation(self, control: Array) -> Iterator[Group]:
+        """Every two bodies that come near each other within a step, along its whole length."""
+        made, mission = self.splines, self.mission
+        if len(mission.agents) < 2:
+            return
+        radius = np.array([one.radius for one in mission.agents])
+        position, _ = made.states(control)
+        first, second, moment = [], [], []
+        for step in range(max(made.steps, 1)):
+            ahead = min(step + 1, made.steps)
+            middle = (position[:, step] + position[:, ahead]) / 2
+            reach = float(np.linalg.norm(position[:, ahead] - position[:, step], axis=-1).max())
+            within = 2 * float(radius.max()) + mission.separation + reach + CLOSE / 2
+            pairs = cKDTree(middle).query_pairs(within, output_type="ndarray")
+            first.append(pairs[:, 0])
+            second.append(pairs[:, 1])
+            moment.append(np.full(len(pairs), step))
+        one, other, step_of = np.concatenate(first), np.concatenate(second), np.concatenate(moment)
+        if one.size == 0:
+            return
+        need = torch.from_numpy(radius[one] + radius[other] + mission.separation + self.spare.bodies)
+        part = np.zeros(len(one))
+        ends = [made.position(agent, step_of, part) for agent in (one, other)]
+        if made.steps == 0:
+            yield Group("separation", tuple(ends), lambda a, b: need - _norm(a - b), self.weights.bodies, self.spare.bodies)
+            return
+        ends += [made.position(agent, step_of, part + 1) for agent in (one, other)]
+        yield Group("separation", tuple(ends), lambda *points: need - _approach(*points), self.weights.bodies, self.spare.bodies)
+
+    # ------------------------------------------------------------------ task
+
+    def task(self, control: Array, active: Active) -> Iterator[Group]:
+        """The margins and links that have to hold."""
+        for margin, mask in active.margins.items():
+            yield from self._margin(margin, mask, control)
+        for lists, together in ((active.joined, True), (active.parted, False)):
+            for graph, links in lists.items():
+                yield from self._links(graph, np.concatenate(links), together)
+
+    def _margin(self, margin: Margin, mask: Array, control: Array) -> Iterator[Group]:
+        predicate, sign = margin.predicate, 1.0 if margin.holds else -1.0
+        spare, weight = self.spare.task, self.weights.task
+        agent, step = (index.astype(np.int64) for index in np.nonzero(mask))
+        match predicate:
+            case Inside(place) | Touches(place):
+                grown = 0.0
+                if isinstance(predicate, Touches):
+                    grown = 1.0
+                elif predicate.body:
+                    grown = -1.0
+                radius = np.array([one.radius for one in self.mission.agents])[agent] * grown
+                bound = torch.from_numpy(radius)
+                yield Group(
+                    f"{'' if margin.holds else 'not '}{place.name}",
+                    (self._at(agent, step),),
+                    lambda point: spare - sign * (bound - signed_distance(torch, place.shape, point)),
+                    weight,
+                    spare,
+                )
+            case Compare():
+                yield self._compare(predicate, sign, agent, step)
+            case Connected():
+                moments = np.flatnonzero(mask.any(axis=0))
+                if margin.holds:
+                    yield from self._links(restricted(predicate), self._tree(predicate, moments, control), True)
+                else:
+                    yield from self._links(restricted(predicate), self._cut(predicate, moments, control), False)
+            case InFormation(formation):
+                moments = np.flatnonzero(mask.any(axis=0)).astype(np.int64)
+                tolerance = formation.tolerance
+                kept = min(spare, tolerance / 3)
+                share = 1.0 / len(formation.edges) if formation.total else 1.0
+                for edge in formation.edges:
+                    pair = [self._at(np.full(len(moments), end), moments) for end in (edge.first, edge.second)]
+                    if margin.holds:
+                        yield Group(
+                            f"formation {formation.name}",
+                            tuple(pair),
+                            lambda a, b, edge=edge: edge_error(torch, edge, a, b) - (tolerance - kept) * share,
+                            weight,
+                            kept * share,
+                        )
+                if not margin.holds and formation.edges:
+                    position, _ = self.splines.states(control)
+                    errors = [
+                        np.asarray(edge_error(np, edge, position[edge.first], position[edge.second]))[moments]
+                        for edge in formation.edges
+                    ]
+                    worst = np.argmax(errors, axis=0)
+                    for number, edge in enumerate(formation.edges):
+                        here = moments[worst == number]
+                        pair = [self._at(np.full(len(here), end), here) for end in (edge.first, edge.second)]
+                        if here.size:
+                            yield Group(
+                                f"not formation {formation.name}",
+                                tuple(pair),
+                                lambda a, b, edge=edge: tolerance + spare - edge_error(torch, edge, a, b),
+                                weight,
+                                spare,
+                            )
+            case _:
+                assert_never(predicate)
+
+    def _compare(self, predicate: Compare, sign: float, agent: Indices, step: Indices) -> Group:
+        """A comparison, whatever it reads: own position and velocity, and other agents' positions."""
+        made = self.splines
+        if compare.about_team(predicate):
+            step = np.unique(step)
+            agent = np.zeros_like(step)
+        arguments = [self._at(agent, step)]
+        where: dict[object, int] = {}
+        for _, feature in predicate.terms:
+            if isinstance(feature, Speed):
+                where[feature] = len(arguments)
+                arguments.append(made.velocity(agent, step))
+            for target in _others(feature):
+                if target not in where:
+                    where[target] = len(arguments)
+                    arguments.append(self._at(np.full(len(step), target), step))
+        altitude = torch.from_numpy(np.array([one.altitude for one in self.mission.agents])[agent])
+        in_speed = all(isinstance(feature, Speed) for _, feature in predicate.terms)
+        scale = made.step if in_speed and made.steps else 1.0
+
+        def shortfall(*points: Tensor) -> Tensor:
+            def value(feature: Feature) -> Tensor:
+                match feature:
+                    case DistanceTo(int() as target):
+                        return distance_between(torch, points[0], points[where[target]])
+                    case DistanceBetween(first, second):
+                        return distance_between(torch, points[where[first]], points[where[second]])
+                    case _:
+                        velocity = points[where[feature]] if isinstance(feature, Speed) else None
+                        return compare.own_feature(torch, feature, altitude, points[0], velocity)
+
+            margin = compare.margin(predicate, self.mission.dimension, value) + 0.0 * points[0][:, 0]
+            return (self.spare.task - sign * margin) * scale
+
+        return Group("comparison", tuple(arguments), shortfall, self.weights.task, self.spare.task * scale)
+
+    def _links(self, graph: Graph, links: Links, together: bool) -> Iterator[Group]:
+        if len(links) == 0:
+            return
+        sign = 1.0 if together else -1.0
+        pair = [self._at(links[:, end], links[:, 2]) for end in (0, 1)]
+        yield Group(
+            f"link {graph.name}",
+            tuple(pair),
+            lambda a, b: self.spare.task - sign * link_margin(graph, a, b, xp=torch),
+            self.weights.task,
+            self.spare.task,
+        )
+
+    def _tree(self, predicate: Connected, moments: Array, control: Array) -> Links:
+        """The edges of each step's best spanning tree."""
+        agents = np.array(predicate.agents)
+        first, second, _ = spanning_tree(self._all_links(predicate, moments, control))
+        if len(agents) < 2:
+            return np.zeros((0, 3), dtype=np.int64)
+        step = np.repeat(moments[:, None], len(agents) - 1, axis=1)
+        return np.stack([agents[first].ravel(), agents[second].ravel(), step.ravel()], axis=1)
+
+    def _cut(self, predicate: Connected, moments: Array, control: Array) -> Links:
+        """At each step, all pairs across the tree's worst edge: the parting that takes least."""
+        agents = np.array(predicate.agents)
+        links = self._all_links(predicate, moments, control)
+        first, second, worst = spanning_tree(links)
+        found: list[Links] = []
+        for row, step in enumerate(moments) if len(agents) > 1 else ():
+            side = np.zeros(len(agents), dtype=np.bool_)
+            side[second[row, worst[row]]] = True
+            for number in range(worst[row] + 1, len(agents) - 1):  # edges come in the order the tree grew
+                if side[first[row, number]]:
+                    side[second[row, number]] = True
+            one, other = np.nonzero(side[:, None] & ~side[None, :])
+            found.append(np.stack([agents[one], agents[other], np.full(len(one), step)], axis=1))
+        return np.concatenate(found) if found else np.zeros((0, 3), dtype=np.int64)
+
+    def _all_links(self, predicate: Connected, moments: Array, control: Array) -> Array:
+        position, _ = self.splines.states(control)
+        members = position[list(predicate.agents)][:, moments].swapaxes(0, 1)
+        return np.asarray(link_margin(predicate.graph, members[:, :, None], members[:, None, :]))
+
+    # ----------------------------------------------------------------- parts
+
+    def _at(self, agent: Indices, step: Indices) -> Arguments:
+        return self.splines.position(agent, step, np.zeros(len(agent)))
+
+    def _grid(self, count: int) -> tuple[Indices, Indices]:
+        agents = np.arange(len(self.mission.agents))
+        return np.repeat(agents, count), np.tile(np.arange(count), len(agents))
+
+
+def _others(feature: Feature) -> tuple[int, ...]:
+    match feature:
+        case DistanceTo(int() as target):
+            return (target,)
+        case DistanceBetween(first, second):
+            return (first, second)
+        case _:
+            return ()
+
+
+def _norm(vector: Tensor) -> Tensor:
+    return reduce(torch.add, [vector[:, axis] ** 2 for axis in range(vector.shape[1])]).add(1e-18).sqrt()
+
+
+def _approach(one: Tensor, other: Tensor, one_next: Tensor, other_next: Tensor) -> Tensor:
+    """The least distance of two points that each move straight: (rows, dim) four times -> (rows,)."""
+    apart, change = other - one, (other_next - other) - (one_next - one)
+    with torch.no_grad():
+        square = (change * change).sum(dim=1)
+        when = (-(apart * change).sum(dim=1) / square.clamp_min(1e-18)).clamp(0.0, 1.0)
+    return _norm(apart + change * when[:, None])

@@ -1,0 +1,86 @@
+"""What is amiss with one candidate, place by place: residuals in metres, each with its gradient.
+
+A residual is how much a margin lacks of what is asked of it; it reads one to four points
+of the motion and nothing else. So the derivative of each by its own points is a
+row of a sparse matrix, exact, from one backward pass over all of them at once.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from missionc.backends.clot.splines import Arguments
+from missionc.plan import Array
+
+Function = Callable[..., Tensor]
+"""Points (residuals, dim) each -> (residuals,): the margin's shortfall, of which the part above 0 counts."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Group:
+    """Residuals of one kind.
+
+    Args:
+        name: what they are about, for reports.
+        arguments: the points each residual reads, as many for each.
+        shortfall: of those points; rows are independent.
+        spare: how much of it is more than the margin needs to be positive, metres.
+    """
+
+    name: str
+    arguments: tuple[Arguments, ...]
+    shortfall: Function
+    weight: float
+    spare: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Rows:
+    """The residuals of a group that are above 0, linearised.
+
+    Args:
+        value: (rows,), metres.
+        gradient: for each argument (rows, dim).
+    """
+
+    name: str
+    weight: float
+    spare: float
+    value: Array
+    arguments: tuple[Arguments, ...]
+    gradient: tuple[Array, ...]
+
+
+def rows(group: Group, control: Array) -> Rows:
+    """What of a group is amiss at these control points, (agents, points, dim), and how that changes."""
+    points = [torch.from_numpy(argument.of(control)) for argument in group.arguments]
+    with torch.no_grad():
+        amiss = (group.shortfall(*points) > 0).numpy()
+    if not amiss.any():
+        dim = control.shape[-1]
+        none = np.zeros(0, dtype=np.int64)
+        kept = tuple(argument.take(none) for argument in group.arguments)
+        return Rows(group.name, group.weight, group.spare, np.zeros(0), kept, tuple(np.zeros((0, dim)) for _ in kept))
+    some = np.flatnonzero(amiss)
+    kept = tuple(argument.take(some) for argument in group.arguments)
+    # Functions may carry a number per row: they are asked about all rows, and read where something is amiss.
+    leaves = [point.requires_grad_() for point in points]
+    value = group.shortfall(*leaves)
+    chosen = value[torch.from_numpy(some)]
+    gradients = torch.autograd.grad(chosen.sum(), leaves, allow_unused=True)
+    return Rows(
+        group.name,
+        group.weight,
+        group.spare,
+        chosen.detach().numpy(),
+        kept,
+        tuple(
+            np.zeros((len(some), control.shape[-1])) if gradient is None else gradient.numpy()[some]
+            for gradient in gradients
+        ),
+    )

@@ -1,0 +1,222 @@
+"""The choices a mission leaves open, read off its cost graph: what must come to be at some time, and the ways it can.
+
+    in   CostGraph
+    out  Outline
+
+What must hold at fixed steps is a ``Hold``. What must hold at some step of a window is
+an ``Event``. Where one of several things will do, a ``Task`` has several ``Option``s.
+What is chosen afresh at every step of a window stays one ``Hold`` and is left to the motion.
+
+Source:
+    The branching of [clot]'s disjunctions and windows, decided before the motion instead of by it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from itertools import combinations, islice, product
+from typing import assert_never
+
+from missionc.backends.clot.cost_graph import (
+    CostGraph,
+    EveryLinked,
+    Greatest,
+    GreatestOver,
+    Least,
+    LeastOver,
+    Length,
+    Margin,
+    Member,
+    Of,
+    Ranked,
+    Release,
+    SomeLinked,
+    Term,
+    Until,
+    below,
+)
+
+MOST_OPTIONS = 256
+"""Of one task; what is beyond is left out."""
+
+
+@dataclass(frozen=True, slots=True)
+class Hold:
+    """``term`` holds of ``agent`` at every step from ``low`` to ``high``, which count from the event; or from step 0.
+
+    ``timeless`` where no temporal operator is in it, so that one configuration can be asked for it.
+    """
+
+    agent: int
+    term: Term
+    low: int
+    high: int
+    timeless: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Decision:
+    """A part chosen, by number, of a term at an agent, at the steps ``low`` to ``high`` from the event (or step 0)."""
+
+    term: Term
+    agent: int
+    part: int
+    low: int
+    high: int
+
+
+@dataclass(frozen=True, slots=True)
+class Event:
+    """All of ``holds`` and ``then`` from a step of the window ``low`` to ``high``; ``before`` at each step up to it.
+
+    ``chooser`` at ``agent`` is the term whose window this is, asked at ``asked`` steps from the
+    event around it (or step 0); the window counts from there too. ``kind`` is what to call it.
+    """
+
+    chooser: Term
+    agent: int
+    asked: int
+    low: int
+    high: int
+    holds: tuple[Hold, ...] = ()
+    before: tuple[Hold, ...] = ()
+    decisions: tuple[Decision, ...] = ()
+    then: tuple[Event, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Option:
+    holds: tuple[Hold, ...] = ()
+    decisions: tuple[Decision, ...] = ()
+    events: tuple[Event, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Task:
+    """One of the options must come true."""
+
+    name: str
+    options: tuple[Option, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Outline:
+    """``holds``: what must be whatever is chosen."""
+
+    holds: tuple[Hold, ...]
+    tasks: tuple[Task, ...]
+
+
+def outline(graph: CostGraph, steps: int) -> Outline:
+    """What a mission's requirements ask for, over steps 0 to ``steps``."""
+    reader = _Reader(graph.order, steps)
+    holds: list[Hold] = []
+    tasks: list[Task] = []
+    for wanted in graph.requirements:
+        for agent, part in reader.conjuncts(wanted.term, 0):
+            options = reader.options(part, agent, 0, 0, False)
+            if len(options) == 1 and not options[0].events:
+                holds.extend(options[0].holds)
+            else:
+                tasks.append(Task(wanted.name, options))
+    return Outline(tuple(holds), tuple(tasks))
+
+
+class _Reader:
+    def __init__(self, order: tuple[Term, ...], steps: int) -> None:
+        self.steps = steps
+        self.timeless: dict[Term, bool] = {}
+        for term in order:
+            windowed = isinstance(term, LeastOver | GreatestOver | Until | Release)
+            self.timeless[term] = not windowed and all(self.timeless[part] for part in below(term))
+
+    def conjuncts(self, term: Term, agent: int) -> Iterable[tuple[int, Term]]:
+        stack = [(agent, term)]
+        while stack:
+            agent, term = stack.pop()
+            match term:
+                case Least(parts):
+                    stack.extend((agent, part) for part in reversed(parts))
+                case Of(other, body):
+                    stack.append((other, body))
+                case _:
+                    yield agent, term
+
+    def options(self, term: Term, agent: int, low: int, high: int, branch: bool) -> tuple[Option, ...]:
+        """The ways in which a term holds at an agent at all steps from ``low`` to ``high``."""
+        match term:
+            case Least(parts):
+                return self._together([self.options(part, agent, low, high, branch) for part in parts])
+            case Of(other, body):
+                return self.options(body, other, low, high, branch)
+            case LeastOver(body, first, last):
+                return self.options(body, agent, low + first, self._end(high, last), branch)
+            case Release(_, end, first, last):
+                return self.options(end, agent, low + first, self._end(high, last), branch)
+            case Greatest(parts) if parts and (branch or (low == high and not self.timeless[term])):
+                found = [
+                    replace(option, decisions=(*option.decisions, Decision(term, agent, number, low, high)))
+                    for number, part in enumerate(parts)
+                    for option in self.options(part, agent, low, high, branch)
+                ]
+                return tuple(found[:MOST_OPTIONS])
+            case Ranked(count, parts) if low == high and not self.timeless[term]:
+                return self._some(parts, count, agent, low)
+            case GreatestOver(body, first, last) if low == high:
+                bodies = self.options(body, agent, 0, 0, True)
+                return tuple(self._event(term, agent, low, first, last, option) for option in bodies)
+            case Until(hold, end, first, last) if low == high:
+                before = Hold(agent, hold, low, low, self.timeless[hold])
+                found = [
+                    self._event(term, agent, low, first, last, option, (before,))
+                    for option in self.options(end, agent, 0, 0, True)
+                ]
+                return tuple(found)
+            case (
+                Margin()
+                | Member()
+                | Greatest()
+                | Ranked()
+                | GreatestOver()
+                | Until()
+                | SomeLinked()
+                | EveryLinked()
+                | Length()
+            ):
+                return (Option((Hold(agent, term, low, high, self.timeless[term]),)),)
+            case _:
+                assert_never(term)
+
+    def _end(self, high: int, last: int | None) -> int:
+        return self.steps if last is None else min(high + last, self.steps)
+
+    def _event(
+        self, term: Term, agent: int, asked: int, first: int, last: int | None, body: Option, before: tuple[Hold, ...] = ()
+    ) -> Option:
+        high = self.steps if last is None else asked + last
+        event = Event(term, agent, asked, asked + first, high, body.holds, before, body.decisions, body.events)
+        return Option(events=(event,))
+
+    def _together(self, each: list[tuple[Option, ...]]) -> tuple[Option, ...]:
+        """One option of each, in all ways there are up to a bound."""
+        found = []
+        for chosen in islice(product(*each), MOST_OPTIONS):
+            found.append(
+                Option(
+                    tuple(hold for option in chosen for hold in option.holds),
+                    tuple(decision for option in chosen for decision in option.decisions),
+                    tuple(event for option in chosen for event in option.events),
+                )
+            )
+        return tuple(found)
+
+    def _some(self, parts: tuple[Term, ...], count: int, agent: int, step: int) -> tuple[Option, ...]:
+        """Every choice of so many parts up to a bound; which they are shows in the motion, so none is recorded."""
+        each = [self.options(part, agent, step, step, False) for part in parts]
+        found: list[Option] = []
+        for chosen in islice(combinations(range(len(parts)), count), MOST_OPTIONS):
+            found.extend(self._together([each[number] for number in chosen]))
+            if len(found) >= MOST_OPTIONS:
+                break
+        return tuple(found[:MOST_OPTIONS])

@@ -1,0 +1,39 @@
+"""What each cost weighs, and how much more than nothing each margin is asked to be. The one place for both.
+
+Costs add up over agents and steps. Shortfalls of margins are in metres (of speed and
+acceleration, in the metres they move within a step), and count squared.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class Weights:
+    """Args:
+    task: for each m² by which a margin of the formulas falls short.
+    bodies: for each m² of obstacles, separation and the world's bounds.
+    limits: for each m² of speed and acceleration.
+    length: for each m² between neighbouring control points.
+    bend: for each m² of second differences of control points.
+    """
+
+    task: float = 400.0
+    bodies: float = 400.0
+    limits: float = 400.0
+    length: float = 0.02
+    bend: float = 1.0
+
+
+@dataclass(frozen=True, slots=True)
+class Spare:
+    """Args:
+    task: metres asked of every margin of the formulas, where its tolerance allows.
+    bodies: metres beyond what obstacles, separation and bounds need.
+    limits: the share of each limit that is left unused.
+    """
+
+    task: float = 0.03
+    bodies: float = 0.03
+    limits: float = 0.02
