@@ -11,7 +11,7 @@ import numpy as np
 
 from missionc import ir
 from missionc.backends.api import ignore
-from missionc.backends.smt.account import Account
+from missionc.backends.account import Account
 from missionc.backends.smt.clauses import Clauses
 from missionc.backends.smt.lower import Lowered, lower
 from missionc.backends.smt.lower_motion import Motion, all_ways, lower_motion

@@ -11,6 +11,8 @@ from missionc.diagnostics.model import Diagnostic
 
 def load(name: str, options: Options | None = None) -> Backend | Diagnostic:
     """The backend of that name, or what to say where it, or the solver asked for, is not there."""
+    if name == "clot":
+        return _clot()
     if name != "smt":
         return Diagnostic(
             BACKEND_NOT_THERE,
@@ -36,3 +38,16 @@ def _sat_missing(flag: str, otherwise: str) -> Diagnostic:
         None,
         help=f"install it with `pip install 'missionc[sat]'`, or {otherwise}",
     )
+
+
+def _clot() -> Backend | Diagnostic:
+    if find_spec("torch") is None:
+        return Diagnostic(
+            EXTRA_MISSING,
+            "the backend `clot` needs the package torch, which is not installed",
+            None,
+            help="install it with `pip install 'missionc[clot]'`, or try `--backend smt`",
+        )
+    from missionc.backends.clot import BACKEND
+
+    return BACKEND

@@ -70,7 +70,7 @@ OFFERS: MappingProxyType[str, frozenset[Feature]] = MappingProxyType(
 )
 """What each backend can express, in the order in which ``auto`` tries them."""
 
-BUILT = frozenset({"smt"})
+BUILT = frozenset({"smt", "clot"})
 """The backends that are there."""
 
 AUTO = "auto"

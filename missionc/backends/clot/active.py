@@ -246,5 +246,3 @@ def places(active: Active) -> int:
     masks = [*active.margins.values(), *active.lengths.values()]
     lists = [*active.joined.values(), *active.parted.values()]
     return sum(int(mask.sum()) for mask in masks) + sum(len(links) for each in lists for links in each)
-
-

@@ -200,10 +200,14 @@ class Costs:
         part = np.zeros(len(one))
         ends = [made.position(agent, step_of, part) for agent in (one, other)]
         if made.steps == 0:
-            yield Group("separation", tuple(ends), lambda a, b: need - _norm(a - b), self.weights.bodies, self.spare.bodies)
+            yield Group(
+                "separation", tuple(ends), lambda a, b: need - _norm(a - b), self.weights.bodies, self.spare.bodies
+            )
             return
         ends += [made.position(agent, step_of, part + 1) for agent in (one, other)]
-        yield Group("separation", tuple(ends), lambda *points: need - _approach(*points), self.weights.bodies, self.spare.bodies)
+        yield Group(
+            "separation", tuple(ends), lambda *points: need - _approach(*points), self.weights.bodies, self.spare.bodies
+        )
 
     # ------------------------------------------------------------------ task
 

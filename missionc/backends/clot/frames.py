@@ -20,11 +20,11 @@ from scipy.spatial.distance import cdist
 from missionc.backends.clot.cost_graph import Margin, Of
 from missionc.backends.clot.costs import Costs
 from missionc.backends.clot.demand import Demand
+from missionc.backends.clot.guide import Guide, along
 from missionc.backends.clot.polish import Polished, polish
 from missionc.backends.clot.schedule import Schedule, Scheduler
 from missionc.backends.clot.splines import Splines
 from missionc.backends.clot.weights import Spare, Weights
-from missionc.backends.clot.guide import Guide, along
 from missionc.ir import Anywhere, Connected, Exactly, InFormation, Inside, Mission, Proximity, Region
 from missionc.plan import Array, Flags
 from missionc.world.distance import signed_distance
@@ -117,9 +117,7 @@ class _Frames:
             if isinstance(place, Anywhere):
                 roots.append(Of(agent.index, Margin(Inside(place.region, False), True)))
         choices = {
-            (each.term, each.agent, 0): each.part
-            for each in self.schedule.decisions
-            if each.low <= step <= each.high
+            (each.term, each.agent, 0): each.part for each in self.schedule.decisions if each.low <= step <= each.high
         }
         return Demand.of(self.mission, tuple(roots), choices, 0)
 
@@ -190,7 +188,10 @@ class _Frames:
             around = before[agents] - middle
             if turn:
                 x, y = around[:, 0].copy(), around[:, 1].copy()
-                around[:, 0], around[:, 1] = np.cos(angle) * x - np.sin(angle) * y, np.sin(angle) * x + np.cos(angle) * y
+                around[:, 0], around[:, 1] = (
+                    np.cos(angle) * x - np.sin(angle) * y,
+                    np.sin(angle) * x + np.cos(angle) * y,
+                )
             target = self._toward(region, middle, float(np.linalg.norm(around, axis=1).max(initial=0.0)))
             guess[agents] = target + around
             shifts.append(target - middle)

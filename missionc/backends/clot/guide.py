@@ -93,7 +93,9 @@ class Guide:
                 if not any(move):
                     continue
                 here = tuple(slice(max(0, -by), count - max(0, by)) for by, count in zip(move, self.shape, strict=True))
-                there = tuple(slice(max(0, by), count - max(0, -by)) for by, count in zip(move, self.shape, strict=True))
+                there = tuple(
+                    slice(max(0, by), count - max(0, -by)) for by, count in zip(move, self.shape, strict=True)
+                )
                 both = free[here] & free[there]
                 rows.append(number[here][both])
                 columns.append(number[there][both])

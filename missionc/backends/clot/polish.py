@@ -144,7 +144,9 @@ class _System:
 
     def smoothness(self, control: Array) -> float:
         """[clot] (2): lengths and bends of all motions."""
-        return sum(0.5 * float(np.einsum("kd,kl,ld->", one, gram, one)) for one, gram in zip(control, self.gram, strict=True))
+        return sum(
+            0.5 * float(np.einsum("kd,kl,ld->", one, gram, one)) for one, gram in zip(control, self.gram, strict=True)
+        )
 
     def step(self, control: Array, parts: list[Rows], damping: float, penalty: float) -> Array:
         """How to move the control points, (agents, points, dim), metres."""
@@ -193,4 +195,3 @@ def _gram(costs: Costs, second: bool, points: int) -> Array:
     bend = np.diff(padded, axis=0)
     gram: Array = costs.weights.length * first.T @ first + costs.weights.bend * bend.T @ bend
     return gram
-

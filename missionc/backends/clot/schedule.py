@@ -172,7 +172,9 @@ class Scheduler:
             begin = low
             for agent, region in visit.regions:
                 target = self._centre(region)
-                gap = max(0.0, float(signed_distance(np, region.shape, where[agent])) + self.mission.agents[agent].radius)
+                gap = max(
+                    0.0, float(signed_distance(np, region.shape, where[agent])) + self.mission.agents[agent].radius
+                )
                 far = float(np.linalg.norm(target - where[agent]))
                 if far > 0:
                     where[agent] += (target - where[agent]) * min(1.0, (gap + 0.1) / far)
@@ -252,7 +254,8 @@ def _told(
     for appointment in appointments:
         event, at = appointment.visit.event, appointment.step
         holds.extend(
-            Hold(hold.agent, hold.term, hold.low + at, min(hold.high + at, steps), hold.timeless) for hold in event.holds
+            Hold(hold.agent, hold.term, hold.low + at, min(hold.high + at, steps), hold.timeless)
+            for hold in event.holds
         )
         base = 0 if appointment.visit.after is None else appointments[appointment.visit.after].step
         holds.extend(

@@ -17,7 +17,12 @@ from missionc.plan import Array
 
 
 def sketch(
-    mission: Mission, schedule: Schedule, found: Sequence[Frame], guide: Guide, generator: np.random.Generator, detour: float
+    mission: Mission,
+    schedule: Schedule,
+    found: Sequence[Frame],
+    guide: Guide,
+    generator: np.random.Generator,
+    detour: float,
 ) -> Array:
     """Positions at the steps, (agents, steps + 1, dim), metres.
 

@@ -192,7 +192,14 @@ class _Reader:
         return self.steps if last is None else min(high + last, self.steps)
 
     def _event(
-        self, term: Term, agent: int, asked: int, first: int, last: int | None, body: Option, before: tuple[Hold, ...] = ()
+        self,
+        term: Term,
+        agent: int,
+        asked: int,
+        first: int,
+        last: int | None,
+        body: Option,
+        before: tuple[Hold, ...] = (),
     ) -> Option:
         high = self.steps if last is None else asked + last
         event = Event(term, agent, asked, asked + first, high, body.holds, before, body.decisions, body.events)

@@ -16,8 +16,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from missionc.backends.account import Account
 from missionc.backends.api import Budget, Impossible, NotFound, Options, Outcome, Planned, Progress, Reason
-from missionc.backends.smt.account import Account
 from missionc.backends.smt.clauses import Clauses, TooLarge
 from missionc.backends.smt.core import minimise
 from missionc.backends.smt.dimacs import dimacs, smt2

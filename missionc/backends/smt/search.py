@@ -8,8 +8,8 @@ from typing import TypeAlias
 
 import numpy as np
 
+from missionc.backends.account import Account
 from missionc.backends.api import Progress, Reason
-from missionc.backends.smt.account import Account
 from missionc.backends.smt.clauses import FALSE, TRUE, Clauses, TooLarge
 from missionc.backends.smt.collisions import Separation, too_near
 from missionc.backends.smt.lower_motion import Motion

@@ -1,0 +1,120 @@
+"""Whether a motion is a plan: every body, limit and requirement, between the steps too, before anyone is shown it.
+
+The verifier asks the same once more, on its own; this is here so that the search goes on where it would say no.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from missionc.ir import Anywhere, DoubleIntegrator, Mission, Unicycle
+from missionc.kernel.nodes import Kernel
+from missionc.monitoring import monitor
+from missionc.plan import Array, Trace
+from missionc.world.clearance import Motions, clear_motions, clear_of_movers, standing_solids
+from missionc.world.distance import signed_distance
+from missionc.world.dynamics import check_step
+from missionc.world.motion import closest_approach
+
+
+@dataclass(frozen=True, slots=True)
+class Fault:
+    """``what`` of a mission a motion breaks, ``who`` does and at which step; ``margin`` where it is a number, metres."""
+
+    what: str
+    who: tuple[int, ...] = ()
+    step: int = 0
+    margin: float = 0.0
+
+
+def faults(mission: Mission, kernel: Kernel, trace: Trace) -> list[Fault]:
+    """Everything a motion breaks; nothing for a plan."""
+    found = [*_places(mission, trace), *_dynamics(mission, trace), *_bodies(mission, trace), *_apart(mission, trace)]
+    asked = len(kernel.requirements)
+    for judged in monitor(mission, kernel, trace)[:asked]:
+        if not judged.satisfied:
+            who = tuple(agent.index for agent in mission.agents if agent.name in judged.agents)
+            found.append(Fault(f"`{judged.name}`", who, judged.step or 0, judged.robustness))
+    return found
+
+
+def _places(mission: Mission, trace: Trace) -> list[Fault]:
+    found = []
+    low, high = np.array(mission.world.low), np.array(mission.world.high)
+    room = np.minimum(trace.position - low, high - trace.position).min(axis=-1)
+    found.extend(
+        Fault("the world's bounds", (int(agent),), int(step), float(room[agent, step]))
+        for agent, step in np.argwhere(room < 0)
+    )
+    for agent in mission.agents:
+        for name, place, step in (("its start", agent.start, 0), ("its finish", agent.finish, -1)):
+            if isinstance(place, Anywhere):
+                outside = float(signed_distance(np, place.region.shape, trace.position[agent.index, step]))
+                if outside > 0:
+                    found.append(Fault(name, (agent.index,), step % (mission.steps + 1), -outside))
+    return found
+
+
+def _dynamics(mission: Mission, trace: Trace) -> list[Fault]:
+    found = []
+    for agent in mission.agents:
+        position, velocity = trace.position[agent.index], trace.velocity[agent.index]
+        margin = check_step(agent.dynamics, position[:-1], position[1:], velocity[:-1], velocity[1:], mission.step)
+        for step in np.flatnonzero(margin < -1e-9):
+            found.append(Fault("its speed or acceleration", (agent.index,), int(step), float(margin[step])))
+        if isinstance(agent.dynamics, Unicycle) and np.isfinite(agent.dynamics.turn):
+            heading = trace.heading[agent.index]
+            turned = np.abs((np.diff(heading) + np.pi) % (2 * np.pi) - np.pi)
+            for step in np.flatnonzero(turned > agent.dynamics.turn * mission.step + 1e-9):
+                found.append(Fault("its turning rate", (agent.index,), int(step)))
+    return found
+
+
+def _motion(mission: Mission, trace: Trace) -> tuple[Array, Array, Array]:
+    """Position, velocity and acceleration at the start of every step: (agents, steps, dim) each."""
+    position = trace.position
+    velocity = np.diff(position, axis=1) / mission.step
+    acceleration = np.zeros_like(velocity)
+    for agent in mission.agents:
+        if isinstance(agent.dynamics, DoubleIntegrator):
+            velocity[agent.index] = trace.velocity[agent.index, :-1]
+            acceleration[agent.index] = np.diff(trace.velocity[agent.index], axis=0) / mission.step
+    return position[:, :-1], velocity, acceleration
+
+
+def _bodies(mission: Mission, trace: Trace) -> list[Fault]:
+    found = []
+    standing = standing_solids(mission)
+    position, velocity, acceleration = _motion(mission, trace)
+    for agent in mission.agents:
+        motions = Motions(position[agent.index], velocity[agent.index], acceleration[agent.index])
+        margin = agent.radius + mission.clearance
+        clear = clear_motions(standing, motions, mission.step, margin)
+        steps = np.arange(mission.steps)
+        clear &= clear_of_movers(mission, motions, margin)[steps, steps]
+        found.extend(Fault("an obstacle", (agent.index,), int(step)) for step in np.flatnonzero(~clear))
+    return found
+
+
+def _apart(mission: Mission, trace: Trace) -> list[Fault]:
+    found = []
+    count = len(mission.agents)
+    radius = np.array([agent.radius for agent in mission.agents])
+    position, velocity, acceleration = _motion(mission, trace)
+    for one in range(count - 1):
+        rest = slice(one + 1, count)
+        nearest = closest_approach(
+            position[one],
+            velocity[one],
+            acceleration[one],
+            position[rest],
+            velocity[rest],
+            acceleration[rest],
+            mission.step,
+        )
+        margin = nearest - (radius[one] + radius[rest] + mission.separation)[:, None]
+        for other, step in np.argwhere(margin < 0):
+            found.append(Fault("separation", (one, int(other) + one + 1), int(step), float(margin[other, step])))
+    return found

@@ -1,0 +1,149 @@
+"""The transport backend, top to bottom: cost graph → schedule → key frames → sketch → polish → a trace.
+
+    in   Mission, its kernel
+    out  Planned or NotFound
+
+Where one schedule leads to no plan, others follow: other options, other orders, other ways
+round, each from the seed and its number alone. "Impossible" is not this backend's to say.
+
+Source:
+    [clot] Problem 1.
+"""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, field
+
+import numpy as np
+import torch
+
+from missionc.backends.account import Account
+from missionc.backends.api import Budget, NotFound, Options, Outcome, Planned, Progress, Reason
+from missionc.backends.clot.accept import Fault, faults
+from missionc.backends.clot.cost_graph import CostGraph, build
+from missionc.backends.clot.costs import Costs
+from missionc.backends.clot.demand import Demand
+from missionc.backends.clot.frames import frames
+from missionc.backends.clot.guide import Guide
+from missionc.backends.clot.polish import Polished, polish
+from missionc.backends.clot.schedule import Scheduler
+from missionc.backends.clot.sketch import sketch
+from missionc.backends.clot.splines import splines, trace
+from missionc.backends.clot.tasks import outline
+from missionc.backends.clot.weights import Spare, Weights
+from missionc.ir import Mission
+from missionc.kernel.nodes import Kernel
+from missionc.plan import Trace
+
+ATTEMPTS = 40
+"""Schedules tried before the answer is that nothing was found."""
+
+ITERATIONS = 60
+"""Steps of one polish."""
+
+NOISE = 0.4
+"""How differently distances are judged for every schedule but the first."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Candidate:
+    """The best motion so far, and what is wrong with it."""
+
+    trace: Trace
+    faults: tuple[Fault, ...]
+    shortfall: float
+    worst: str
+
+
+@dataclass(slots=True)
+class ClotBackend:
+    """Transport and joint polish of smooth motions; never says that there is no plan."""
+
+    name: str = "clot"
+
+    def plan(self, mission: Mission, kernel: Kernel, options: Options, budget: Budget) -> Outcome:
+        """A joint motion that satisfies every requirement."""
+        torch.set_num_threads(1)
+        return Run(mission, kernel, options, budget).plan()
+
+
+BACKEND = ClotBackend()
+
+
+@dataclass(slots=True)
+class Run:
+    mission: Mission
+    kernel: Kernel
+    options: Options
+    budget: Budget
+    account: Account = field(default_factory=Account)
+    best: Candidate | None = None
+
+    def plan(self) -> Outcome:
+        with self.account.stage("lower"):
+            graph = build(self.kernel)
+            asked = outline(graph, self.mission.steps)
+            guide = Guide(self.mission)
+        self.account.sizes["terms"] = len(graph.order)
+        for attempt in range(ATTEMPTS):
+            if time.monotonic() > self.budget.deadline:
+                return self.not_found(Reason.TIME)
+            generator = np.random.default_rng([self.budget.seed, attempt])
+            found = self.attempt(graph, Scheduler(self.mission, asked, generator), guide, generator, attempt)
+            self.account.sizes["attempts"] = attempt + 1
+            if found is not None:
+                return Planned(found, self.account.report())
+        return self.not_found(Reason.SOLVER)
+
+    def attempt(
+        self, graph: CostGraph, scheduler: Scheduler, guide: Guide, generator: np.random.Generator, number: int
+    ) -> Trace | None:
+        """One schedule, all the way; what comes of it if that is a plan."""
+        mission = self.mission
+        self.budget.listen(Progress("sketch", number + 1, self.so_far()))
+        with self.account.stage("sketch"):
+            schedule = scheduler.schedule(NOISE if number else 0.0)
+            key = frames(mission, schedule, scheduler, guide, generator)
+            first = sketch(mission, schedule, key, guide, generator, 0.3 if number else 0.0)
+        self.budget.listen(Progress("polish", number + 1, self.so_far()))
+        with self.account.stage("polish"):
+            made = splines(mission)
+            roots = tuple(wanted.term for wanted in graph.requirements)
+            demand = Demand.of(mission, roots, schedule.choices, mission.steps)
+            costs = Costs(mission, made, Weights(), Spare())
+            polished = polish(made.through(first), costs, demand, ITERATIONS, self.in_time)
+        self.account.sizes["iterations"] = self.account.sizes.get("iterations", 0) + polished.iterations
+        return self.judged(polished, trace(mission, made, polished.control))
+
+    def judged(self, polished: Polished, made: Trace) -> Trace | None:
+        with self.account.stage("accept"):
+            wrong = tuple(faults(self.mission, self.kernel, made))
+        if not wrong:
+            return made
+        if self.best is None or (polished.shortfall, len(wrong)) < (self.best.shortfall, len(self.best.faults)):
+            self.best = Candidate(made, wrong, polished.shortfall, polished.worst)
+        return None
+
+    def in_time(self) -> bool:
+        return time.monotonic() < self.budget.deadline
+
+    def so_far(self) -> str:
+        return "" if self.best is None else f"best so far fails by {self.best.shortfall:.3g} m at {self.best.worst}"
+
+    def not_found(self, reason: Reason) -> NotFound:
+        return NotFound(reason, self.statement(), self.account.report())
+
+    def statement(self) -> str:
+        """Where the best candidate fails."""
+        if self.best is None:
+            return "no candidate was finished"
+        names = [agent.name for agent in self.mission.agents]
+        parts = []
+        for fault in self.best.faults[:5]:
+            who = " and ".join(names[agent] for agent in fault.who[:2])
+            by = f" by {-fault.margin:.3g} m" if fault.margin < 0 else ""
+            at = f"{fault.step * self.mission.step:g} s"
+            parts.append(f"{fault.what}{f' of {who}' if who else ''} at {at}{by}")
+        more = f" and {len(self.best.faults) - 5} more" if len(self.best.faults) > 5 else ""
+        return f"the best candidate fails {'; '.join(parts)}{more}"
