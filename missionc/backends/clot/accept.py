@@ -18,10 +18,13 @@ from missionc.world.distance import signed_distance
 from missionc.world.dynamics import check_step
 from missionc.world.motion import closest_approach
 
+ROUNDING = 1e-9
+"""Of a limit: what rounding alone may exceed."""
+
 
 @dataclass(frozen=True, slots=True)
 class Fault:
-    """``what`` of a mission a motion breaks, ``who`` does and at which step; ``margin`` where it is a number, metres."""
+    """What of a mission a motion breaks, who does and at which step; by how many metres, where it is a number."""
 
     what: str
     who: tuple[int, ...] = ()
@@ -41,7 +44,7 @@ def faults(mission: Mission, kernel: Kernel, trace: Trace) -> list[Fault]:
 
 
 def _places(mission: Mission, trace: Trace) -> list[Fault]:
-    found = []
+    found: list[Fault] = []
     low, high = np.array(mission.world.low), np.array(mission.world.high)
     room = np.minimum(trace.position - low, high - trace.position).min(axis=-1)
     found.extend(
@@ -58,17 +61,19 @@ def _places(mission: Mission, trace: Trace) -> list[Fault]:
 
 
 def _dynamics(mission: Mission, trace: Trace) -> list[Fault]:
-    found = []
+    found: list[Fault] = []
     for agent in mission.agents:
         position, velocity = trace.position[agent.index], trace.velocity[agent.index]
         margin = check_step(agent.dynamics, position[:-1], position[1:], velocity[:-1], velocity[1:], mission.step)
-        for step in np.flatnonzero(margin < -1e-9):
-            found.append(Fault("its speed or acceleration", (agent.index,), int(step), float(margin[step])))
+        found.extend(
+            Fault("its speed or acceleration", (agent.index,), int(step), float(margin[step]))
+            for step in np.flatnonzero(margin < -ROUNDING)
+        )
         if isinstance(agent.dynamics, Unicycle) and np.isfinite(agent.dynamics.turn):
             heading = trace.heading[agent.index]
             turned = np.abs((np.diff(heading) + np.pi) % (2 * np.pi) - np.pi)
-            for step in np.flatnonzero(turned > agent.dynamics.turn * mission.step + 1e-9):
-                found.append(Fault("its turning rate", (agent.index,), int(step)))
+            most = agent.dynamics.turn * mission.step + ROUNDING
+            found.extend(Fault("its turning rate", (agent.index,), int(step)) for step in np.flatnonzero(turned > most))
     return found
 
 
@@ -85,7 +90,7 @@ def _motion(mission: Mission, trace: Trace) -> tuple[Array, Array, Array]:
 
 
 def _bodies(mission: Mission, trace: Trace) -> list[Fault]:
-    found = []
+    found: list[Fault] = []
     standing = standing_solids(mission)
     position, velocity, acceleration = _motion(mission, trace)
     for agent in mission.agents:
@@ -99,7 +104,7 @@ def _bodies(mission: Mission, trace: Trace) -> list[Fault]:
 
 
 def _apart(mission: Mission, trace: Trace) -> list[Fault]:
-    found = []
+    found: list[Fault] = []
     count = len(mission.agents)
     radius = np.array([agent.radius for agent in mission.agents])
     position, velocity, acceleration = _motion(mission, trace)

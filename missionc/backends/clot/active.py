@@ -162,8 +162,8 @@ class _Run:
         stacked = np.stack([self.value(part)[agent, step] for part in parts])
         best = np.argsort(-stacked, axis=0, kind="stable")[:count]
         if term in self.chosen_terms:
-            for column, place in enumerate(zip(agent.tolist(), step.tolist(), strict=True)):
-                chosen = self._chosen(term, *place)
+            for column, (one, moment) in enumerate(zip(agent.tolist(), step.tolist(), strict=True)):
+                chosen = self._chosen(term, one, moment)
                 if chosen is not None:
                     best[:, column] = [chosen, *(each for each in best[:, column] if each != chosen)][:count]
         for row in best:

@@ -94,7 +94,7 @@ class Until:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Release:
-    """What is left of an ``Until`` that must not be: at each step of the window ``end``, or ``free`` at one before it."""
+    """An ``Until`` that must not be: at each step of the window ``end``, or ``free`` at one before it."""
 
     free: Term
     end: Term

@@ -7,13 +7,12 @@ Source:
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import reduce
-from typing import assert_never
+from typing import Any, assert_never
 
 import numpy as np
 import torch
-from scipy.spatial import cKDTree
 from torch import Tensor
 
 from missionc.backends.clot.active import Active, Links
@@ -42,7 +41,7 @@ from missionc.ir import Box as BoxShape
 from missionc.margins import compare, link_margin
 from missionc.margins.connected import restricted
 from missionc.margins.formation import edge_error
-from missionc.plan import Array
+from missionc.plan import Array, Flags
 from missionc.world.clearance import offset
 from missionc.world.distance import distance_between, signed_distance
 
@@ -51,6 +50,21 @@ CLOSE = 0.4
 
 SAMPLES = 3
 """Points within each step at which obstacles are looked at."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Samples:
+    """The points of a motion at which obstacles are looked at.
+
+    Args:
+        where: (samples,).
+        radius: (samples,), metres, of the agent there.
+        moved: for each obstacle, how far it has moved by then, (samples, dim), metres; (1, dim) where it stands still.
+    """
+
+    where: Arguments
+    radius: Array
+    moved: tuple[Array, ...]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -66,6 +80,10 @@ class Costs:
     weights: Weights
     spare: Spare
     start: int = 0
+    samples: Samples = field(init=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "samples", _samples(self.mission, self.splines, self.start))
 
     def groups(self, control: Array, active: Active) -> Iterator[Group]:
         """All residual groups of a candidate, (agents, points, dim)."""
@@ -131,17 +149,8 @@ class Costs:
 
     def obstacles(self, control: Array) -> Iterator[Group]:
         """Obstacles and the world's bounds, at the steps and between them."""
-        made = self.splines
-        agent, moment = self._grid(made.steps + 1)
-        part = np.zeros(len(agent))
-        if made.steps:
-            more_agent, more_moment = self._grid(made.steps)
-            between = [np.full(len(more_agent), number / SAMPLES) for number in range(1, SAMPLES)]
-            agent = np.concatenate([agent, *[more_agent] * (SAMPLES - 1)])
-            moment = np.concatenate([moment, *[more_moment] * (SAMPLES - 1)])
-            part = np.concatenate([part, *between])
-        radius = np.array([one.radius for one in self.mission.agents])[agent]
-        everywhere = made.position(agent, moment, part)
+        seen = self.samples
+        radius, everywhere = seen.radius, seen.where
         point = everywhere.of(control)
         world = BoxShape(self.mission.world.low, self.mission.world.high)
         far = np.flatnonzero(signed_distance(np, world, point) > -CLOSE)
@@ -153,19 +162,13 @@ class Costs:
                 self.weights.bodies,
                 self.spare.bodies,
             )
-        time = (self.start + moment + part) * made.step
-        for obstacle in self.mission.obstacles:
-            moved = np.zeros_like(point)
-            if isinstance(obstacle.motion, Path):
-                moments, which = np.unique(time, return_inverse=True)
-                dimension = self.mission.dimension
-                moved = np.stack([offset(obstacle.motion, each, dimension) for each in moments])[which]
+        for obstacle, moved in zip(self.mission.obstacles, seen.moved, strict=True):
             distance = np.asarray(signed_distance(np, obstacle.shape, point - moved))
             near = np.flatnonzero(distance < radius + self.mission.clearance + CLOSE)
             if near.size == 0:
                 continue
             need = torch.from_numpy(radius[near] + self.mission.clearance + self.spare.bodies)
-            shift = torch.from_numpy(moved[near])
+            shift = torch.from_numpy(moved[near] if len(moved) > 1 else moved)
             yield Group(
                 f"obstacle {obstacle.name}",
                 (everywhere.take(near),),
@@ -183,17 +186,17 @@ class Costs:
             return
         radius = np.array([one.radius for one in mission.agents])
         position, _ = made.states(control)
-        first, second, moment = [], [], []
-        for step in range(max(made.steps, 1)):
-            ahead = min(step + 1, made.steps)
-            middle = (position[:, step] + position[:, ahead]) / 2
-            reach = float(np.linalg.norm(position[:, ahead] - position[:, step], axis=-1).max())
-            within = 2 * float(radius.max()) + mission.separation + reach + CLOSE / 2
-            pairs = cKDTree(middle).query_pairs(within, output_type="ndarray")
-            first.append(pairs[:, 0])
-            second.append(pairs[:, 1])
-            moment.append(np.full(len(pairs), step))
-        one, other, step_of = np.concatenate(first), np.concatenate(second), np.concatenate(moment)
+        here, there = (position[:, :-1], position[:, 1:]) if made.steps else (position, position)
+        reach = np.linalg.norm(there - here, axis=-1)
+        middle = (here + there) / 2
+        first, second = np.triu_indices(len(radius), 1)
+        square = np.zeros((len(first), middle.shape[1]))
+        for axis in range(mission.dimension):
+            square += (middle[first, :, axis] - middle[second, :, axis]) ** 2
+        within = (radius[first] + radius[second])[:, None] + mission.separation + CLOSE / 4
+        within = within + (reach[first] + reach[second]) / 2
+        pair, step_of = np.nonzero(square < within**2)
+        one, other = first[pair], second[pair]
         if one.size == 0:
             return
         need = torch.from_numpy(radius[one] + radius[other] + mission.separation + self.spare.bodies)
@@ -219,7 +222,7 @@ class Costs:
             for graph, links in lists.items():
                 yield from self._links(graph, np.concatenate(links), together)
 
-    def _margin(self, margin: Margin, mask: Array, control: Array) -> Iterator[Group]:
+    def _margin(self, margin: Margin, mask: Flags, control: Array) -> Iterator[Group]:
         predicate, sign = margin.predicate, 1.0 if margin.holds else -1.0
         spare, weight = self.spare.task, self.weights.task
         agent, step = (index.astype(np.int64) for index in np.nonzero(mask))
@@ -304,7 +307,7 @@ class Costs:
         scale = made.step if in_speed and made.steps else 1.0
 
         def shortfall(*points: Tensor) -> Tensor:
-            def value(feature: Feature) -> Tensor:
+            def value(feature: Feature) -> Any:
                 match feature:
                     case DistanceTo(int() as target):
                         return distance_between(torch, points[0], points[where[target]])
@@ -315,7 +318,8 @@ class Costs:
                         return compare.own_feature(torch, feature, altitude, points[0], velocity)
 
             margin = compare.margin(predicate, self.mission.dimension, value) + 0.0 * points[0][:, 0]
-            return (self.spare.task - sign * margin) * scale
+            lacking: Tensor = (self.spare.task - sign * margin) * scale
+            return lacking
 
         return Group("comparison", tuple(arguments), shortfall, self.weights.task, self.spare.task * scale)
 
@@ -332,7 +336,7 @@ class Costs:
             self.spare.task,
         )
 
-    def _tree(self, predicate: Connected, moments: Array, control: Array) -> Links:
+    def _tree(self, predicate: Connected, moments: Indices, control: Array) -> Links:
         """The edges of each step's best spanning tree."""
         agents = np.array(predicate.agents)
         first, second, _ = spanning_tree(self._all_links(predicate, moments, control))
@@ -341,7 +345,7 @@ class Costs:
         step = np.repeat(moments[:, None], len(agents) - 1, axis=1)
         return np.stack([agents[first].ravel(), agents[second].ravel(), step.ravel()], axis=1)
 
-    def _cut(self, predicate: Connected, moments: Array, control: Array) -> Links:
+    def _cut(self, predicate: Connected, moments: Indices, control: Array) -> Links:
         """At each step, all pairs across the tree's worst edge: the parting that takes least."""
         agents = np.array(predicate.agents)
         links = self._all_links(predicate, moments, control)
@@ -357,7 +361,7 @@ class Costs:
             found.append(np.stack([agents[one], agents[other], np.full(len(one), step)], axis=1))
         return np.concatenate(found) if found else np.zeros((0, 3), dtype=np.int64)
 
-    def _all_links(self, predicate: Connected, moments: Array, control: Array) -> Array:
+    def _all_links(self, predicate: Connected, moments: Indices, control: Array) -> Array:
         position, _ = self.splines.states(control)
         members = position[list(predicate.agents)][:, moments].swapaxes(0, 1)
         return np.asarray(link_margin(predicate.graph, members[:, :, None], members[:, None, :]))
@@ -370,6 +374,22 @@ class Costs:
     def _grid(self, count: int) -> tuple[Indices, Indices]:
         agents = np.arange(len(self.mission.agents))
         return np.repeat(agents, count), np.tile(np.arange(count), len(agents))
+
+
+def _samples(mission: Mission, made: Splines, start: int) -> Samples:
+    agents = np.arange(len(mission.agents))
+    parts = np.arange(made.steps * SAMPLES + 1) if made.steps else np.zeros(1, dtype=np.int64)
+    moment, part = parts // SAMPLES, (parts % SAMPLES) / SAMPLES
+    index = np.repeat(agents, len(parts))
+    time = (start + moment + part) * made.step
+    moved = tuple(
+        np.tile(np.stack([offset(obstacle.motion, each, mission.dimension) for each in time]), (len(agents), 1))
+        if isinstance(obstacle.motion, Path)
+        else np.zeros((1, mission.dimension))
+        for obstacle in mission.obstacles
+    )
+    where = made.position(index, np.tile(moment, len(agents)), np.tile(part, len(agents)))
+    return Samples(where, np.array([one.radius for one in mission.agents])[index], moved)
 
 
 def _others(feature: Feature) -> tuple[int, ...]:

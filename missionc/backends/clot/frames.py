@@ -308,7 +308,8 @@ def _on(way: Array, distance: float) -> Array:
     lengths = np.linalg.norm(np.diff(way, axis=0), axis=1)
     total = float(lengths.sum())
     if distance <= total and total > 0:
-        return along(way, np.array([distance / total]))[0]
+        point: Array = along(way, np.array([distance / total]))[0]
+        return point
     last = (way[-1] - way[-2]) / max(float(np.linalg.norm(way[-1] - way[-2])), 1e-9)
     beyond: Array = way[-1] + last * (distance - total)
     return beyond

@@ -32,7 +32,7 @@ class Guide:
         self.graphs: dict[float, sparse.csr_matrix] = {}
 
     def room_at(self, points: Array) -> Array:
-        """How far points, (..., dim), are from obstacles that stand still and from the world's bounds: (...), metres."""
+        """How far points are from standing obstacles and from the world's bounds: (..., dim) -> (...), metres."""
         world = Box(self.mission.world.low, self.mission.world.high)
         room = -np.asarray(signed_distance(np, world, points))
         for obstacle in self.mission.obstacles:
@@ -74,7 +74,7 @@ class Guide:
             scale = sparse.diags(np.where(wide, 4.0, 1.0))
             graph = scale @ graph
         first, last = (int(np.ravel_multi_index(tuple(self._free(point, room)), self.shape)) for point in (start, end))
-        length, before = dijkstra(graph, directed=True, indices=first, return_predecessors=True)
+        length, before = dijkstra(graph, directed=True, indices=np.array(first), return_predecessors=True)
         if not np.isfinite(length[last]):
             return None
         cells = [last]

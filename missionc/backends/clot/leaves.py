@@ -114,7 +114,8 @@ def algebraic_connectivity(graph: Graph, position: Tensor) -> Tensor:
         return links.new_zeros(links.shape[:2])
     linked = (links > 0).to(links.dtype)
     laplacian = torch.diag_embed(linked.sum(dim=-1)) - linked
-    return torch.linalg.eigvalsh(laplacian)[..., 1]
+    values: Tensor = torch.linalg.eigvalsh(laplacian)
+    return values[..., 1]
 
 
 def _compare(predicate: Compare, team: Team, states: States) -> Tensor:
@@ -125,8 +126,8 @@ def _compare(predicate: Compare, team: Team, states: States) -> Tensor:
             case DistanceTo(int() as target):
                 return _tensor(distance_between(torch, position, position[:, target : target + 1]))
             case DistanceBetween(first, second):
-                between = distance_between(torch, position[:, first], position[:, second])
-                return _tensor(between)[:, None]
+                between = _tensor(distance_between(torch, position[:, first], position[:, second]))
+                return between[:, None]
             case _:
                 return _tensor(compare.own_feature(torch, feature, team.altitude, position, velocity))
 

@@ -27,7 +27,7 @@ DAMPING = 1e-3
 
 LEAST_DAMPING, MOST_DAMPING = 1e-6, 1e4
 
-SETTLED = 2e-3
+SETTLED = 1e-2
 """A share of the cost: a step that gains less is one of the last."""
 
 ENOUGH = 0.9
@@ -134,7 +134,7 @@ class _System:
         self.shape, self.free = shape, free
         number = np.full((agents, points), -1, dtype=np.int64)
         number[free] = np.arange(int(free.sum()))
-        self.number: Array = number
+        self.number = number
         self.count = int(free.sum()) * dim
         self.gram = [_gram(costs, bool(second), points) for second in costs.splines.smooth]
         blocks = [

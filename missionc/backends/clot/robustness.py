@@ -118,10 +118,7 @@ class Robustness:
             return result
         links = self.links(graph)
         there = body.expand(batch, agents, steps)[:, members].transpose(1, 2)[:, :, None, :]
-        if some:
-            best = torch.minimum(links, there).amax(dim=-1)
-        else:
-            best = torch.maximum(-links, there).amin(dim=-1)
+        best = torch.minimum(links, there).amax(dim=-1) if some else torch.maximum(-links, there).amin(dim=-1)
         result[:, members] = best.transpose(1, 2)
         return result
 

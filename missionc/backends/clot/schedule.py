@@ -1,4 +1,4 @@
-"""When each event happens and which option of each task is taken: the quickest way round, by straight-line travel times.
+"""When each event happens and which option of each task is taken: the quickest way round, as the crow flies.
 
 Every task's options are tried at every place of the order found so far, and the one with which
 all arrive soonest is kept. Several schedules come from the same mission by weighing distances
@@ -10,7 +10,7 @@ Source:
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -62,14 +62,6 @@ class Schedule:
     late: float
 
 
-@dataclass(slots=True)
-class _Draft:
-    """Visits in the order in which they begin."""
-
-    visits: list[Visit]
-    cost: float = 0.0
-
-
 class Scheduler:
     """Schedules of a mission. Distances are in metres, times in seconds."""
 
@@ -82,7 +74,7 @@ class Scheduler:
 
     def schedule(self, noise: float) -> Schedule:
         """A schedule; ``noise`` is by what share distances are misjudged on purpose, for another one than before."""
-        draft = _Draft([])
+        order: list[Visit] = []
         options: list[Option] = []
         stretch: dict[Region, float] = {}
 
@@ -93,18 +85,18 @@ class Scheduler:
 
         tasks = sorted(self.outline.tasks, key=lambda task: (len(task.options), _deadline(task.options)))
         for task in tasks:
-            found: tuple[float, _Draft, Option] | None = None
+            found: tuple[float, list[Visit], Option] | None = None
             for option in task.options:
-                for visits in self._inserted(draft.visits, option):
+                for visits in self._inserted(order, option):
                     cost = self._run(visits, factor)[0]
                     if noise:
                         cost *= float(np.exp(0.3 * noise * self.generator.standard_normal()))
                     if found is None or cost < found[0]:
-                        found = cost, _Draft(visits, cost), option
+                        found = cost, visits, option
             if found is not None:
-                draft, option = found[1], found[2]
-                options.append(option)
-        return self._settled(draft.visits, options)
+                order = found[1]
+                options.append(found[2])
+        return self._settled(order, options)
 
     # --------------------------------------------------------------- inserting
 
@@ -135,7 +127,7 @@ class Scheduler:
         stack: list[tuple[Event, int | None]] = [(event, None)]
         while stack:
             each, after = stack.pop()
-            regions = tuple(dict(_regions(hold) for hold in each.holds if _regions(hold) is not None).items())  # type: ignore[misc]
+            regions = tuple(dict(_regions(each.holds)).items())
             lasts = max((hold.high for hold in each.holds), default=0)
             found.append(Visit(each, regions, min(lasts, self.mission.steps), after))
             stack.extend((later, len(found) - 1) for later in reversed(each.then))
@@ -158,9 +150,10 @@ class Scheduler:
 
     # ------------------------------------------------------------------ timing
 
-    def _run(self, visits: list[Visit], factor: object = None) -> tuple[float, list[float], float, float]:
-        """Cost of an order, the soonest time of each visit, how much too late all that is, and when all have finished."""
-        weigh = factor if callable(factor) else (lambda _: 1.0)
+    def _run(
+        self, visits: list[Visit], factor: Callable[[Region], float] | None = None
+    ) -> tuple[float, list[float], float, float]:
+        """Cost of an order, the soonest time of each visit, how much too late all that is, and when all is done."""
         step = self.mission.step
         where, free = self.starts.copy(), np.zeros(len(self.starts))
         times: list[float] = []
@@ -179,7 +172,7 @@ class Scheduler:
                 if far > 0:
                     where[agent] += (target - where[agent]) * min(1.0, (gap + 0.1) / far)
                 way += gap
-                begin = max(begin, free[agent] + gap * weigh(region) / self.speed[agent])
+                begin = max(begin, free[agent] + gap * (factor(region) if factor else 1.0) / self.speed[agent])
             late += max(0.0, begin - high)
             for agent, _ in visit.regions:
                 free[agent] = begin + visit.lasts * step
@@ -236,12 +229,12 @@ def _deadline(options: tuple[Option, ...]) -> int:
     return min((event.high for option in options for event in option.events), default=0)
 
 
-def _regions(hold: Hold) -> tuple[int, Region] | None:
-    """Where a hold wants its agent, if it is about a place."""
-    term: Term = hold.term
-    if isinstance(term, Margin) and term.holds and isinstance(term.predicate, Inside | Touches):
-        return hold.agent, term.predicate.region
-    return None
+def _regions(holds: tuple[Hold, ...]) -> Iterator[tuple[int, Region]]:
+    """Where holds want their agents, those that are about places."""
+    for hold in holds:
+        term = hold.term
+        if isinstance(term, Margin) and term.holds and isinstance(term.predicate, Inside | Touches):
+            yield hold.agent, term.predicate.region
 
 
 def _told(

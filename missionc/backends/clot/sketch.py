@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
 from scipy.sparse import coo_matrix
@@ -31,7 +32,7 @@ def sketch(
     """
     position = np.zeros((len(mission.agents), mission.steps + 1, mission.dimension))
     position[:, 0] = found[0].position
-    for earlier, later in zip(found, found[1:], strict=False):
+    for earlier, later in pairwise(found):
         span = later.step - earlier.step
         share = np.arange(1, span + 1) / span
         for team in _teams(mission, schedule, earlier.step, later.step):

@@ -43,7 +43,8 @@ class Arguments:
     def of(self, control: Array) -> Array:
         """Their values, (arguments, dim), for control points (agents, points, dim)."""
         points = control[self.agent[:, None], self.first[:, None] + np.arange(3)]
-        return np.einsum("rk,rkd->rd", self.weight, points)
+        values: Array = np.einsum("rk,rkd->rd", self.weight, points)
+        return values
 
     def take(self, which: Indices | Flags) -> Arguments:
         return Arguments(self.agent[which], self.first[which], self.weight[which])

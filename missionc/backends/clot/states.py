@@ -46,7 +46,7 @@ def team(mission: Mission, device: torch.device | None = None, dtype: torch.dtyp
 
 
 def velocities(position: Tensor, step: float) -> Tensor:
-    """Of first-order motion: constant within a step, the last one's kept: (..., steps, dim) -> (..., steps, dim), m/s."""
+    """Of first-order motion, constant within a step, the last one's kept: (..., steps, dim) -> the same, m/s."""
     if position.shape[-2] < 2:
         return torch.zeros_like(position)
     moved = (position[..., 1:, :] - position[..., :-1, :]) / step

@@ -207,16 +207,14 @@ class _Reader:
 
     def _together(self, each: list[tuple[Option, ...]]) -> tuple[Option, ...]:
         """One option of each, in all ways there are up to a bound."""
-        found = []
-        for chosen in islice(product(*each), MOST_OPTIONS):
-            found.append(
-                Option(
-                    tuple(hold for option in chosen for hold in option.holds),
-                    tuple(decision for option in chosen for decision in option.decisions),
-                    tuple(event for option in chosen for event in option.events),
-                )
+        return tuple(
+            Option(
+                tuple(hold for option in chosen for hold in option.holds),
+                tuple(decision for option in chosen for decision in option.decisions),
+                tuple(event for option in chosen for event in option.events),
             )
-        return tuple(found)
+            for chosen in islice(product(*each), MOST_OPTIONS)
+        )
 
     def _some(self, parts: tuple[Term, ...], count: int, agent: int, step: int) -> tuple[Option, ...]:
         """Every choice of so many parts up to a bound; which they are shows in the motion, so none is recorded."""
