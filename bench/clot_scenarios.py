@@ -50,7 +50,9 @@ def main() -> None:
     backend = load("clot")
     if isinstance(backend, Diagnostic):
         raise SystemExit(backend.message)
-    print("| scenario | solved | mean s | median s | max s | attempts | path m | bend m/s² | clearance m | published s |")
+    print(
+        "| scenario | solved | mean s | median s | max s | attempts | path m | bend m/s² | clearance m | published s |"
+    )
     print("|---|---|---|---|---|---|---|---|---|---|", flush=True)
     for name in arguments.only or SCENARIOS:
         file, overrides, published = SCENARIOS[name]
@@ -84,7 +86,8 @@ def main() -> None:
         print(
             f"| {name} | {len(seconds)}/{arguments.seeds} | {statistics.mean(seconds):.2f} | "
             f"{statistics.median(seconds):.2f} | {max(seconds):.2f} | {statistics.mean(attempts):.2f} | "
-            f"{statistics.mean(lengths):.2f} | {statistics.mean(bends):.2f} | {min(clearances):.3f} | {published or '–'} |",
+            f"{statistics.mean(lengths):.2f} | {statistics.mean(bends):.2f} | {min(clearances):.3f} | "
+            f"{published or '–'} |",
             flush=True,
         )
 

@@ -64,7 +64,7 @@ EVERYTHING = frozenset(Feature) - {Feature.RESTLESS_DURATION}
 OFFERS: MappingProxyType[str, frozenset[Feature]] = MappingProxyType(
     {
         "smt": EVERYTHING - {Feature.METRIC_LENGTH, Feature.TOTAL_TOLERANCE, Feature.ENERGY},
-        "clot": EVERYTHING - {Feature.HOPS},
+        "clot": EVERYTHING - {Feature.HOPS, Feature.METRIC_LENGTH, Feature.UNICYCLE, Feature.DURATION},
         "hybrid": EVERYTHING,
     }
 )

@@ -248,11 +248,21 @@ def test_a_plan_that_fails_verification_ends_with_5_and_is_not_written(
     assert not Path("build").exists()
 
 
-def test_a_mission_only_clot_can_plan_says_that_it_is_not_there_yet(capsys: Captured, tmp_path: Path) -> None:
-    mission = ROOT / "missions" / "clot_star.mission"
-    assert main(["check", str(mission)]) == 0
-    assert main(["compile", str(mission), "-o", str(tmp_path / "out")]) == 1
+def test_a_backend_that_is_not_there_yet_is_said_to_be_so(folder: Path, capsys: Captured, tmp_path: Path) -> None:
+    assert main(["check", "small.mission"]) == 0
+    assert main(["compile", "small.mission", "--backend", "hybrid", "-o", str(tmp_path / "out")]) == 1
     assert "MC403" in capsys.readouterr().err
+
+
+def test_the_transport_backend_without_torch_says_how_to_install_it(
+    folder: Path, capsys: Captured, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("missionc.backends.load.find_spec", lambda name: None)
+    assert main(["compile", "small.mission", "--backend", "clot", "-o", "out"]) == 1
+    said = capsys.readouterr().err
+    assert "needs the package torch" in said
+    assert "pip install 'missionc[clot]'" in said
+    assert not (folder / "out").exists()
 
 
 def test_an_existing_folder_is_kept_without_force_and_replaced_with_it(folder: Path, capsys: Captured) -> None:

@@ -26,6 +26,7 @@ from missionc.backends.clot.costs import Costs
 from missionc.backends.clot.demand import Demand
 from missionc.backends.clot.frames import frames
 from missionc.backends.clot.guide import Guide
+from missionc.backends.clot.improve import improve
 from missionc.backends.clot.polish import Polished, polish
 from missionc.backends.clot.schedule import Scheduler
 from missionc.backends.clot.sketch import sketch
@@ -34,7 +35,7 @@ from missionc.backends.clot.tasks import outline
 from missionc.backends.clot.weights import Spare, Weights
 from missionc.ir import Mission
 from missionc.kernel.nodes import Kernel
-from missionc.plan import Trace
+from missionc.plan import Array, Trace
 
 ATTEMPTS = 40
 """Schedules tried before the answer is that nothing was found."""
@@ -114,9 +115,24 @@ class Run:
             costs = Costs(mission, made, Weights(), Spare())
             polished = polish(made.through(first), costs, demand, ITERATIONS, self.in_time)
         self.account.sizes["iterations"] = self.account.sizes.get("iterations", 0) + polished.iterations
-        return self.judged(polished, trace(mission, made, polished.control))
+        found = self.judged(polished, trace(mission, made, polished.control))
+        if found is None:
+            return None
+        self.budget.listen(Progress("improve", number + 1))
+        with self.account.stage("improve"):
+            better = improve(
+                polished.control, found, mission, self.kernel, graph, demand, costs, self.accepted, self.in_time
+            )
+        self.account.notes.extend(better.notes)
+        return better.trace
+
+    def accepted(self, control: Array) -> Trace | None:
+        """The motion of control points, if it is a plan."""
+        made = trace(self.mission, splines(self.mission), control)
+        return None if faults(self.mission, self.kernel, made) else made
 
     def judged(self, polished: Polished, made: Trace) -> Trace | None:
+        """The motion, if it is a plan; if not, what is wrong with it is kept where nothing was better."""
         with self.account.stage("accept"):
             wrong = tuple(faults(self.mission, self.kernel, made))
         if not wrong:

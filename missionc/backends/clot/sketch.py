@@ -13,8 +13,16 @@ from missionc.backends.clot.cost_graph import Margin
 from missionc.backends.clot.frames import Frame
 from missionc.backends.clot.guide import Guide, along
 from missionc.backends.clot.schedule import Schedule
-from missionc.ir import Connected, InFormation, Mission
+from missionc.ir import Box, Connected, InFormation, Mission
 from missionc.plan import Array
+from missionc.world.crowd import displaced
+from missionc.world.distance import signed_distance
+
+BENDS = 24
+"""Detours tried where the way is blocked by something that moves."""
+
+BEND_COST, LEAST_BEND, ROOM = 0.02, 0.5, 0.05
+"""What a metre of detour costs against one in an obstacle; the least size of a detour and the room asked, metres."""
 
 
 def sketch(
@@ -37,15 +45,23 @@ def sketch(
         share = np.arange(1, span + 1) / span
         for team in _teams(mission, schedule, earlier.step, later.step):
             position[team, earlier.step + 1 : later.step + 1] = _together(
-                mission, team, earlier.position[team], later.position[team], share, guide, generator.random() < detour
+                mission, team, earlier, later, share, guide, generator, generator.random() < detour
             )
     return position
 
 
 def _together(
-    mission: Mission, team: list[int], start: Array, end: Array, share: Array, guide: Guide, other_way: bool
+    mission: Mission,
+    team: list[int],
+    earlier: Frame,
+    later: Frame,
+    share: Array,
+    guide: Guide,
+    generator: np.random.Generator,
+    other_way: bool,
 ) -> Array:
     """A team's middle goes round the obstacles, everybody keeps the place beside it: (agents, steps, dim)."""
+    start, end = earlier.position[team], later.position[team]
     middle, goal = start.mean(axis=0), end.mean(axis=0)
     radius = max(mission.agents[agent].radius for agent in team) + mission.clearance
     extent = max(float(np.linalg.norm(each - each.mean(axis=0), axis=1).max()) for each in (start, end))
@@ -55,10 +71,36 @@ def _together(
         way = way if second is None else second
     if way is None:
         way = np.stack([middle, goal])
-    centre = along(way, share)
     around = (start - middle)[:, None] * (1 - share)[None, :, None] + (end - goal)[:, None] * share[None, :, None]
-    moved: Array = centre[None] + around
-    return moved
+    moved: Array = along(way, share)[None] + around
+    time = (earlier.step + share * (later.step - earlier.step)) * mission.step
+    bends = _bends(share, float(np.linalg.norm(goal - middle)), mission.dimension, generator)
+    blocked = [_blocked(mission, moved + bend, time, radius) for bend in bends]
+    if blocked[0] == 0.0:
+        return moved
+    # What moves has no way round that a map of standing obstacles could show: the least blocked of many bends.
+    extra = [float(np.linalg.norm(np.diff(bend, axis=0), axis=1).sum()) for bend in bends]
+    bent: Array = moved + bends[int(np.argmin(np.array(blocked) + BEND_COST * np.array(extra)))]
+    return bent
+
+
+def _bends(share: Array, length: float, dimension: int, generator: np.random.Generator) -> list[Array]:
+    """Ways to leave a way and come back to it, the first of which does not: (steps, dim), metres, each."""
+    shape = np.sin(np.pi * share)[:, None]
+    offsets = generator.standard_normal((BENDS, dimension)) * max(length / 3, LEAST_BEND)
+    skewed = [np.sin(np.pi * share ** float(np.exp(0.5 * generator.standard_normal())))[:, None] for _ in offsets]
+    return [0.0 * shape * offsets[0], *(skew * offset for skew, offset in zip(skewed, offsets, strict=True))]
+
+
+def _blocked(mission: Mission, position: Array, time: Array, radius: float) -> float:
+    """By how much agents, (agents, steps, dim), are in obstacles, standing or moving, or out of the world: metres."""
+    world = Box(mission.world.low, mission.world.high)
+    total = float(np.maximum(signed_distance(np, world, position), 0.0).sum())
+    for obstacle in mission.obstacles:
+        moved = np.stack([displaced(obstacle, moment, mission.dimension) for moment in time])
+        distance = np.asarray(signed_distance(np, obstacle.shape, position - moved))
+        total += float(np.maximum(radius + ROOM - distance, 0.0).sum())
+    return total
 
 
 def _teams(mission: Mission, schedule: Schedule, begin: int, end: int) -> list[list[int]]:

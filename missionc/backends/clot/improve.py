@@ -1,0 +1,115 @@
+"""From a plan to a better one: preferences by weight, then what is to be least.
+
+Each try is a polish of the plan that there is, asked for more; it counts only where it is a
+plan as well, and a better one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from missionc.backends.clot.cost_graph import CostGraph
+from missionc.backends.clot.costs import Costs
+from missionc.backends.clot.demand import Demand
+from missionc.backends.clot.polish import polish
+from missionc.ir import Mission, Objective
+from missionc.kernel.nodes import Kernel
+from missionc.monitoring import monitor
+from missionc.plan import Array, Trace
+
+ITERATIONS = 40
+"""Of one try."""
+
+ROUNDS, HARDER = 4, 4.0
+"""Tries at a lower objective, each with its cost weighed so many times more than the one before."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Improved:
+    """A plan's control points, its motion, and what to tell about how it came to be."""
+
+    control: Array
+    trace: Trace
+    notes: tuple[str, ...]
+
+
+def improve(
+    control: Array,
+    made: Trace,
+    mission: Mission,
+    kernel: Kernel,
+    graph: CostGraph,
+    demand: Demand,
+    costs: Costs,
+    accept: Callable[[Array], Trace | None],
+    go_on: Callable[[], bool],
+) -> Improved:
+    """The same plan, or one that keeps more preferences or has less of the objective.
+
+    Args:
+        control: the plan's control points, (agents, points, dim), metres; ``made`` its motion.
+        accept: the motion of control points, if it is a plan.
+    """
+    roots = demand.roots
+    notes: list[str] = []
+    for wish in sorted(graph.preferences, key=lambda each: -(each.weight or 0.0)):
+        if not go_on():
+            notes.append(f"`{wish.name}` is not kept: the search ended first")
+            continue
+        if not _kept(wish.name, mission, kernel, made):
+            wider = Demand.of(mission, (*roots, wish.term), demand.choices, mission.steps)
+            tried = polish(control, costs, wider, ITERATIONS, go_on)
+            found = accept(tried.control)
+            if found is None or not _kept(wish.name, mission, kernel, found):
+                notes.append(f"`{wish.name}` is not kept: no plan that keeps it too was found")
+                continue
+            control, made = tried.control, found
+        roots = (*roots, wish.term)
+        notes.append(f"`{wish.name}` is kept")
+    asked = Demand.of(mission, roots, demand.choices, mission.steps)
+    measure = {Objective.DISTANCE: travelled, Objective.ENERGY: effort}.get(mission.objective)
+    if measure is None:
+        return Improved(control, made, tuple(notes))
+    before = measure(made)
+    weights = costs.weights
+    for _ in range(ROUNDS):
+        if not go_on():
+            break
+        if mission.objective is Objective.DISTANCE:
+            weights = replace(weights, length=weights.length * HARDER)
+        else:
+            weights = replace(weights, length=0.0, bend=weights.bend * HARDER)
+        tried = polish(control, replace(costs, weights=weights), asked, ITERATIONS, go_on)
+        found = accept(tried.control)
+        if found is None or measure(found) >= measure(made) or not _as_many(mission, kernel, made, found):
+            break
+        control, made = tried.control, found
+    unit = "m" if mission.objective is Objective.DISTANCE else "m^2/s^3"
+    notes.append(f"{measure(made):.6g} {unit} in all, {before:.6g} {unit} before it was made less")
+    return Improved(control, made, tuple(notes))
+
+
+def travelled(made: Trace) -> float:
+    """The metres all agents travel together."""
+    return float(np.linalg.norm(np.diff(made.position, axis=1), axis=-1).sum())
+
+
+def effort(made: Trace) -> float:
+    """The square of all agents' accelerations, summed over time: m²/s³. [clot] (2)."""
+    return float((np.diff(made.velocity, axis=1) ** 2).sum() / made.step)
+
+
+def _kept(name: str, mission: Mission, kernel: Kernel, made: Trace) -> bool:
+    judged = monitor(mission, kernel, made)[len(kernel.requirements) :]
+    return any(each.name == name and each.satisfied for each in judged)
+
+
+def _as_many(mission: Mission, kernel: Kernel, before: Trace, after: Trace) -> bool:
+    """Whether every preference kept before is kept after."""
+    return all(
+        _kept(goal.name, mission, kernel, after) or not _kept(goal.name, mission, kernel, before)
+        for goal in kernel.preferences
+    )

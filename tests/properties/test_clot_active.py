@@ -1,0 +1,101 @@
+"""What has to hold of a motion, as the transport backend reads it off a formula, against the formula's robustness."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+
+from missionc import ir
+from missionc.kernel.nodes import Goal, Kernel
+from missionc.language.operators import by_name
+from missionc.monitoring import robustness
+from missionc.passes.expand import expand
+from tests import reference
+from tests.runs import SPAN, Case, cases, mission_of
+
+pytest.importorskip("torch")
+
+from missionc.backends.clot.active import Active, activate
+from missionc.backends.clot.cost_graph import EveryLinked, SomeLinked, Term, build
+from missionc.backends.clot.leaves import UNLIMITED
+from missionc.backends.clot.robustness import Robustness
+from missionc.backends.clot.states import States, team
+from missionc.margins import all_links
+from missionc.plan import Array, Trace
+
+
+def kernel_of(case: Case, formula: ir.Formula) -> Kernel:
+    mission = mission_of(len(case.trace.position), case.run.last, ir.Requirement("asked", formula, SPAN))
+    kernel, findings = expand(mission)
+    assert kernel is not None, findings
+    return kernel
+
+
+def values_of(kernel: Kernel, mission: ir.Mission, trace: Trace) -> tuple[dict[Term, Array], Active, Term]:
+    import torch
+
+    graph = build(kernel)
+    states = States(torch.from_numpy(trace.position)[None], torch.from_numpy(trace.velocity)[None])
+    judge = Robustness(team(mission, dtype=torch.float64), states)
+    values = {term: value[0].numpy() for term, value in judge.values(graph.order).items()}
+    graphs = {term.graph for term in graph.order if isinstance(term, SomeLinked | EveryLinked)}
+    links = {each: judge.links(each)[0].numpy() for each in graphs}
+    root = graph.requirements[0].term
+    shape = trace.position.shape[:2]
+    return values, activate(graph.order, (root,), values, links, shape, {}), root
+
+
+def least(active: Active, values: dict[Term, Array], trace: Trace) -> float:
+    """The least of everything that has to hold."""
+    shape = trace.position.shape[:2]
+    found = [math.inf]
+    for term, mask in [*active.margins.items(), *active.lengths.items()]:
+        found.extend(np.broadcast_to(values[term], shape)[mask].tolist())
+    for lists, sign in ((active.joined, 1.0), (active.parted, -1.0)):
+        for graph, parts in lists.items():
+            margins = all_links(graph, trace.position)
+            number = {agent: member for member, agent in enumerate(graph.agents)}
+            for first, second, step in np.concatenate(parts).tolist():
+                found.append(sign * float(margins[step, number[first], number[second]]))
+    return min(found)
+
+
+def agrees(case: Case, formula: ir.Formula) -> None:
+    """A conjunction of what was chosen is worth exactly what the formula is: no more and no less was chosen."""
+    kernel = kernel_of(case, formula)
+    values, active, root = values_of(kernel, case.run.mission, case.trace)
+    worth = float(np.broadcast_to(values[root], case.trace.position.shape[:2])[0, 0])
+    if abs(worth) < UNLIMITED / 2:
+        assert least(active, values, case.trace) == pytest.approx(worth, abs=1e-9)
+    elif worth > 0:
+        assert least(active, values, case.trace) >= UNLIMITED / 2
+
+
+@settings(max_examples=150)
+@given(cases())
+def test_what_has_to_hold_is_worth_what_the_formula_is(case: Case) -> None:
+    if reference.ahead(case.formula) <= case.run.last:
+        agrees(case, case.formula)
+
+
+@settings(max_examples=150)
+@given(cases())
+def test_what_has_to_hold_of_a_denied_formula_is_worth_what_it_is(case: Case) -> None:
+    if reference.ahead(case.formula) <= case.run.last:
+        agrees(case, ir.Apply(by_name["not"], (case.formula,), None, SPAN))
+
+
+@settings(max_examples=100)
+@given(cases())
+def test_the_cost_graph_is_worth_what_the_monitor_says(case: Case) -> None:
+    if reference.ahead(case.formula) > case.run.last:
+        return
+    kernel = kernel_of(case, case.formula)
+    goal: Goal = kernel.requirements[0]
+    values, _, root = values_of(kernel, case.run.mission, case.trace)
+    expected = float(robustness(goal.formula, case.run.mission, case.trace)[0, 0])
+    worth = float(np.broadcast_to(values[root], case.trace.position.shape[:2])[0, 0])
+    assert worth == pytest.approx(np.clip(expected, -UNLIMITED, UNLIMITED), abs=1e-9)

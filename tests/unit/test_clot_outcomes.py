@@ -1,0 +1,126 @@
+"""What the transport backend answers: plans, the same for a seed, and what it says where it finds none."""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+import pytest
+
+pytest.importorskip("torch")
+
+from missionc import driver
+from missionc.backends.api import NotFound, Options, Planned, Reason
+from missionc.results import Compiled, Verified
+from missionc.source import Source
+from missionc.units import Seconds
+from tests.small import SMALL
+
+TOGETHER = """\
+mission together
+time step 0.2 s, horizon 4 s
+world (0, 0) to (8, 6)
+region base = box (0.5, 0.5) to (2.5, 2.5)
+region goal = box (5, 3) to (7.5, 5.5)
+obstacle rock = disc at (3.8, 2.8) radius 0.5
+team drone[3] { radius 0.1 m  dynamics single_integrator(speed <= 3 m/s)  start in base }
+graph radio = proximity 1.2 m
+formation row = line of drone spacing 0.6 m tolerance 0.1 m
+require visit: eventually[0, 4 s] every drone: goal
+require link:  always[0, 4 s] connected(radio)
+require row:   eventually[1 s, 3 s] always[0, 0.4 s] row
+"""
+
+
+def compiled(text: str, *, limit: float = 120.0, seed: int = 0, backend: str = "clot") -> Compiled:
+    return driver.compile(Source("a.mission", text), backend=backend, seed=seed, time_limit=Seconds(limit))
+
+
+def verified(text: str, **options: int) -> Verified:
+    outcome = compiled(text, **options).outcome
+    assert isinstance(outcome, Verified), outcome
+    return outcome
+
+
+def test_a_formation_mission_becomes_a_verified_plan() -> None:
+    outcome = verified(TOGETHER)
+    assert outcome.certificate.passed
+    assert outcome.plan.backend == "clot"
+
+
+def test_the_same_seed_gives_the_same_bytes_and_another_another_plan() -> None:
+    first, again, other = verified(TOGETHER), verified(TOGETHER), verified(TOGETHER, seed=1)
+    assert first.files == again.files
+    assert not np.array_equal(first.plan.trace.position, other.plan.trace.position)
+
+
+def test_second_order_agents_are_planned_within_their_limits() -> None:
+    text = TOGETHER.replace(
+        "single_integrator(speed <= 3 m/s)", "double_integrator(speed <= 3 m/s, acceleration <= 6 m/s^2)"
+    )
+    assert verified(text).certificate.passed
+
+
+def test_a_volume_and_an_obstacle_that_moves_are_planned() -> None:
+    text = """\
+mission above
+time step 0.2 s, horizon 4 s
+world (0, 0, 0) to (6, 4, 3)
+region base = box (0.5, 0.5, 0.5) to (1.5, 3.5, 1.5)
+region top  = box (4, 1, 2) to (5.5, 3, 2.8)
+obstacle cart = box (2.5, 0, 0) to (3, 1, 3) moving (0 m/s, 0.5 m/s, 0 m/s)
+team kite[2] { radius 0.1 m  dynamics single_integrator(speed <= 3 m/s)  start in base }
+require up: every kite: eventually[0, 4 s] top
+"""
+    assert verified(text).certificate.passed
+
+
+def test_a_preference_is_kept_where_it_can_be_and_noted_where_not() -> None:
+    outcome = verified(
+        TOGETHER
+        + "prefer back: eventually[3 s, 4 s] some drone: distance(goal) >= 0.5 weight 2\n"
+        + "prefer away: eventually[0, 4 s] every drone: distance(goal) >= 20 weight 1\n"
+    )
+    assert "`back` is kept" in outcome.report.notes
+    assert any(note.startswith("`away` is not kept") for note in outcome.report.notes)
+
+
+@pytest.mark.parametrize("objective", ["distance", "energy"])
+def test_an_objective_is_no_worse_than_without_it(objective: str) -> None:
+    def measure(found: Verified) -> float:
+        trace = found.plan.trace
+        if objective == "distance":
+            return float(np.linalg.norm(np.diff(trace.position, axis=1), axis=-1).sum())
+        return float((np.diff(trace.velocity, axis=1) ** 2).sum())
+
+    assert measure(verified(TOGETHER + f"minimize {objective}\n")) <= measure(verified(TOGETHER)) + 1e-9
+
+
+def test_a_mission_of_the_roadmap_paper_is_planned_here_too() -> None:
+    assert verified(SMALL.replace("solve with smt { nodes = 40 }\n", "")).certificate.passed
+
+
+def test_what_is_not_found_is_undecided_and_says_where_the_best_fails() -> None:
+    text = TOGETHER + "require never: always[0, 4 s] (not row or distance(drone[0], drone[1]) >= 2)\n"
+    found = compiled(text, limit=6.0)
+    assert isinstance(found.outcome, NotFound)
+    assert found.outcome.reason in (Reason.TIME, Reason.SOLVER)
+    assert "the best candidate fails" in found.outcome.statement
+    assert "impossible" not in found.findings[-1].message
+
+
+def test_no_time_is_an_answer_and_not_a_plan() -> None:
+    found = compiled(TOGETHER, limit=0.0)
+    assert isinstance(found.outcome, NotFound)
+    assert found.outcome.reason is Reason.TIME
+
+
+def test_the_backend_is_asked_and_not_believed() -> None:
+    checked = driver.check(Source("a.mission", TOGETHER), backend="clot")
+    from missionc.backends.api import Budget
+    from missionc.backends.clot import BACKEND
+
+    assert checked.mission is not None
+    assert checked.kernel is not None
+    outcome = BACKEND.plan(checked.mission, checked.kernel, Options(), Budget(time.monotonic() + 60))
+    assert isinstance(outcome, Planned)
