@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+from missionc.backends.clot.cost_graph import build
+from missionc.backends.clot.show_cost_graph import show_cost_graph
 from missionc.kernel.show import show as show_kernel
 from missionc.passes.show_horizons import show_horizons
 from missionc.passes.show_ir import show_ir
 from missionc.results import Checked, Compiled, Refused, Verified
 from missionc.syntax.show import show as show_program
 
-BEFORE_PLANNING = ("ast", "ir", "kernel", "horizons", "backend")
+BEFORE_PLANNING = ("ast", "ir", "kernel", "cost-graph", "horizons", "backend")
 BY_A_BACKEND = ("smt2", "dimacs")
 ALL = (*BEFORE_PLANNING, *BY_A_BACKEND, "plan")
 
@@ -30,6 +32,8 @@ def of_checked(checked: Checked, asked: tuple[str, ...]) -> list[tuple[str, str]
         texts["ir"] = show_ir(checked.mission)
         texts["horizons"] = show_horizons(checked.mission)
         texts["kernel"] = show_kernel(checked.kernel, checked.mission)
+        if "cost-graph" in asked:
+            texts["cost-graph"] = show_cost_graph(build(checked.kernel), checked.mission)
     if checked.choice:
         texts["backend"] = checked.choice.explanation + "\n"
     return [(stage, texts[stage]) for stage in asked if stage in texts]

@@ -49,7 +49,7 @@ from missionc.kernel.walk import children, postorder
 def show(kernel: Kernel, mission: Mission) -> str:
     """Every node of the kernel, then its requirements and preferences."""
     goals = kernel.requirements + kernel.preferences
-    words = _Words(mission)
+    words = Words(mission)
     lines: list[str] = []
     names: dict[Node, str] = {}
     for node in postorder(goal.formula for goal in goals):
@@ -59,9 +59,7 @@ def show(kernel: Kernel, mission: Mission) -> str:
         else:
             names[node] = f"%{len(lines) + 1}"
             lines.append(f"{names[node]} = {text}")
-    for goal in goals:
-        asked = "require" if goal.weight is None else f"prefer[{_number(goal.weight)}]"
-        lines.append(f"{asked} {goal.name} = {names[goal.formula]}")
+    lines.extend(f"{asked(goal.weight)} {goal.name} = {names[goal.formula]}" for goal in goals)
     return "\n".join(lines) + "\n"
 
 
@@ -77,7 +75,7 @@ def _inline(node: Node) -> bool:
             return False
 
 
-class _Words:
+class Words:
     """How a node is written, given how those below it are."""
 
     def __init__(self, mission: Mission) -> None:
@@ -98,11 +96,11 @@ class _Words:
             case AtLeast(count):
                 return f"at-least {count} ({', '.join(below)})"
             case Throughout(_, low, high):
-                return f"throughout {_window(low, high)} {below[0]}"
+                return f"throughout {window(low, high)} {below[0]}"
             case Sometime(_, low, high):
-                return f"sometime {_window(low, high)} {below[0]}"
+                return f"sometime {window(low, high)} {below[0]}"
             case Until(_, _, low, high):
-                return f"{below[0]} until {_window(low, high)} {below[1]}"
+                return f"{below[0]} until {window(low, high)} {below[1]}"
             case Nearby(graph):
                 return f"nearby on {self.graph(graph)} {below[0]}"
             case Reach(graph, _, _, hops):
@@ -132,7 +130,7 @@ class _Words:
             case Touches(region):
                 return f"touches({region.name})"
             case Compare(terms, constant, strict):
-                total = " + ".join([*(self.term(weight, feature) for weight, feature in terms), _number(constant)])
+                total = " + ".join([*(self.term(weight, feature) for weight, feature in terms), number(constant)])
                 return f"({total} {'>' if strict else '>='} 0)"
             case Connected(graph):
                 return f"connected({self.graph(graph)})"
@@ -155,16 +153,21 @@ class _Words:
                 name = f"distance({self.agent(first)}, {self.agent(second)})"
             case _:
                 assert_never(feature)
-        return name if weight == 1 else f"{_number(weight)}*{name}"
+        return name if weight == 1 else f"{number(weight)}*{name}"
 
 
-def _window(low: int, high: int | None) -> str:
+def asked(weight: float | None) -> str:
+    """A requirement, which has no weight, or a preference."""
+    return "require" if weight is None else f"prefer[{number(weight)}]"
+
+
+def window(low: int, high: int | None) -> str:
     return f"[{low}..{'end' if high is None else high}]"
 
 
 def _metres(low: float, high: float) -> str:
-    return f"{_number(low)}..{'' if math.isinf(high) else _number(high)} m"
+    return f"{number(low)}..{'' if math.isinf(high) else number(high)} m"
 
 
-def _number(value: float) -> str:
+def number(value: float) -> str:
     return f"{value:.12g}"

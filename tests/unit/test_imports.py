@@ -28,6 +28,12 @@ def test_check_loads_no_solver_and_no_large_library() -> None:
     assert loaded_by(code) & HEAVY == set()
 
 
+def test_the_cost_graph_is_shown_without_loading_torch() -> None:
+    asked = ["compile", "missions/clot_star.mission", "--emit", "cost-graph"]
+    code = f"from missionc.cli import main\nassert main({asked}) == 0"
+    assert "torch" not in loaded_by(code)
+
+
 def test_importing_the_package_loads_nothing_of_it_but_its_version() -> None:
     script = "import sys, missionc; print([name for name in sys.modules if name.startswith('missionc.')])"
     run = subprocess.run([sys.executable, "-c", script], cwd=ROOT, capture_output=True, text=True, check=True)
