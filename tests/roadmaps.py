@@ -10,8 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from missionc import ir
-from missionc.backends.api import ignore
 from missionc.backends.account import Account
+from missionc.backends.api import ignore
 from missionc.backends.smt.clauses import Clauses
 from missionc.backends.smt.lower import Lowered, lower
 from missionc.backends.smt.lower_motion import Motion, all_ways, lower_motion

@@ -41,14 +41,14 @@ from tests.runs import SPAN, Case, cases, leaves, mission_of, snapshots, trace_o
 
 torch = pytest.importorskip("torch")
 
-from missionc.backends.clot.leaves import UNLIMITED, spanning_tree  # noqa: E402
-from missionc.backends.clot.leaves import algebraic_connectivity as connectivity_in_torch  # noqa: E402
-from missionc.backends.clot.leaves import margin as margin_in_torch  # noqa: E402
-from missionc.backends.clot.paper_rules import PaperRules  # noqa: E402
-from missionc.backends.clot.perturbed import Perturbed  # noqa: E402
-from missionc.backends.clot.reading import readings  # noqa: E402
-from missionc.backends.clot.robustness import Robustness, over, until  # noqa: E402
-from missionc.backends.clot.states import States, team, velocities  # noqa: E402
+from missionc.backends.clot.leaves import UNLIMITED, spanning_tree
+from missionc.backends.clot.leaves import algebraic_connectivity as connectivity_in_torch
+from missionc.backends.clot.leaves import margin as margin_in_torch
+from missionc.backends.clot.paper_rules import PaperRules
+from missionc.backends.clot.perturbed import Perturbed
+from missionc.backends.clot.reading import readings
+from missionc.backends.clot.robustness import Robustness, over, until
+from missionc.backends.clot.states import States, team, velocities
 
 torch.set_num_threads(1)
 seeds = st.integers(0, 2**32 - 1)

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from missionc.backends.api import Budget
 from missionc.backends.account import Account
+from missionc.backends.api import Budget
 from missionc.backends.smt.clauses import Clauses
 from missionc.backends.smt.lower import Lowered, lower
 from missionc.backends.smt.lower_motion import Motion, lower_motion
