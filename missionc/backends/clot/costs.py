@@ -28,6 +28,8 @@ from missionc.ir import (
     DistanceBetween,
     DistanceTo,
     Feature,
+    Formation,
+    FormationEdge,
     Graph,
     InFormation,
     Inside,
@@ -252,39 +254,57 @@ class Costs:
                     yield from self._links(restricted(predicate), self._cut(predicate, moments, control), False)
             case InFormation(formation):
                 moments = np.flatnonzero(mask.any(axis=0)).astype(np.int64)
-                tolerance = formation.tolerance
-                kept = min(spare, tolerance / 3)
-                share = 1.0 / len(formation.edges) if formation.total else 1.0
-                for edge in formation.edges:
-                    pair = [self._at(np.full(len(moments), end), moments) for end in (edge.first, edge.second)]
-                    if margin.holds:
-                        yield Group(
-                            f"formation {formation.name}",
-                            tuple(pair),
-                            lambda a, b, edge=edge: edge_error(torch, edge, a, b) - (tolerance - kept) * share,
-                            weight,
-                            kept * share,
-                        )
-                if not margin.holds and formation.edges:
-                    position, _ = self.splines.states(control)
-                    errors = [
-                        np.asarray(edge_error(np, edge, position[edge.first], position[edge.second]))[moments]
-                        for edge in formation.edges
-                    ]
-                    worst = np.argmax(errors, axis=0)
-                    for number, edge in enumerate(formation.edges):
-                        here = moments[worst == number]
-                        pair = [self._at(np.full(len(here), end), here) for end in (edge.first, edge.second)]
-                        if here.size:
-                            yield Group(
-                                f"not formation {formation.name}",
-                                tuple(pair),
-                                lambda a, b, edge=edge: tolerance + spare - edge_error(torch, edge, a, b),
-                                weight,
-                                spare,
-                            )
+                yield from self._formation(formation, moments, margin.holds, control)
             case _:
                 assert_never(predicate)
+
+    def _formation(self, formation: Formation, moments: Indices, holds: bool, control: Array) -> Iterator[Group]:
+        """Every edge's error within the tolerance; or, where the formation must not be, the worst one's beyond it.
+
+        Of a total tolerance each edge has an equal share, which is more than the mission asks.
+        """
+        kept = min(self.spare.task, formation.tolerance / 3)
+        share = 1.0 / len(formation.edges) if formation.total else 1.0
+        bound = (formation.tolerance - kept) * share if holds else formation.tolerance + self.spare.task
+        for offsets in (False, True):
+            edges = [edge for edge in formation.edges if isinstance(edge.target, tuple) == offsets]
+            if not edges or not len(moments):
+                continue
+            number = np.repeat(np.arange(len(edges)), len(moments))
+            step = np.tile(moments, len(edges))
+            if not holds:
+                here = self._worst(formation, edges, moments, control)[
+                    number, np.tile(np.arange(len(moments)), len(edges))
+                ]
+                number, step = number[here], step[here]
+            ends = [np.array([getattr(edge, end) for edge in edges])[number] for end in ("first", "second")]
+            target = torch.tensor([edge.target for edge in edges], dtype=torch.float64)[torch.from_numpy(number)]
+
+            def error(a: Tensor, b: Tensor, target: Tensor = target, offsets: bool = offsets) -> Tensor:
+                return _norm(b - a - target) if offsets else (_norm(b - a) - target).abs()
+
+            yield Group(
+                f"{'' if holds else 'not '}formation {formation.name}",
+                (self._at(ends[0], step), self._at(ends[1], step)),
+                (lambda a, b, error=error: error(a, b) - bound)
+                if holds
+                else (lambda a, b, error=error: bound - error(a, b)),
+                self.weights.task,
+                kept * share if holds else self.spare.task,
+            )
+
+    def _worst(self, formation: Formation, edges: list[FormationEdge], moments: Indices, control: Array) -> Flags:
+        """Which of these edges is the one furthest off of all the formation's, (edges, moments)."""
+        position, _ = self.splines.states(control)
+        errors = np.stack(
+            [
+                np.asarray(edge_error(np, edge, position[edge.first], position[edge.second]))[moments]
+                for edge in formation.edges
+            ]
+        )
+        chosen = np.array([formation.edges.index(edge) for edge in edges])
+        worst: Flags = chosen[:, None] == errors.argmax(axis=0)[None, :]
+        return worst
 
     def _compare(self, predicate: Compare, sign: float, agent: Indices, step: Indices) -> Group:
         """A comparison, whatever it reads: own position and velocity, and other agents' positions."""

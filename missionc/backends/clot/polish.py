@@ -153,10 +153,9 @@ class _System:
         dim = self.shape[2]
         pull = np.stack([gram @ one for gram, one in zip(self.gram, control, strict=True)])[self.free].ravel()
         matrix = self.base + damping * sparse.identity(self.count, format="csc")
-        stacked = [self._jacobian(part) for part in parts if part.value.size]
-        if stacked:
-            jacobian = sparse.vstack([each for each, _ in stacked], format="csr")
-            value = np.concatenate([each for _, each in stacked])
+        amiss = [part for part in parts if part.value.size]
+        if amiss:
+            jacobian, value = self._jacobian(amiss)
             matrix = matrix + penalty * (jacobian.T @ jacobian)
             pull = pull + penalty * (jacobian.T @ value)
         moved = np.zeros(self.shape)
@@ -165,22 +164,26 @@ class _System:
             moved[self.free] = solved.reshape(-1, dim)
         return moved
 
-    def _jacobian(self, part: Rows) -> tuple[sparse.csr_matrix, Array]:
-        dim, count = self.shape[2], len(part.value)
-        row_parts, column_parts, value_parts = [], [], []
-        for argument, gradient in zip(part.arguments, part.gradient, strict=True):
-            number = self.number[argument.agent[:, None], argument.first[:, None] + np.arange(3)]  # (rows, 3)
-            entry = argument.weight[:, :, None] * gradient[:, None, :]  # (rows, 3, dim)
-            column = number[:, :, None] * dim + np.arange(dim)
-            kept = (number[:, :, None] >= 0) & (entry != 0)
-            row = np.broadcast_to(np.arange(count)[:, None, None], entry.shape)
-            row_parts.append(row[kept])
-            column_parts.append(column[kept])
-            value_parts.append(entry[kept])
-        scale = np.sqrt(part.weight)
-        shape = (count, self.count)
-        triples = (np.concatenate(value_parts) * scale, (np.concatenate(row_parts), np.concatenate(column_parts)))
-        return sparse.csr_matrix(triples, shape=shape), part.value * scale
+    def _jacobian(self, parts: list[Rows]) -> tuple[sparse.csr_matrix, Array]:
+        """The rows of all groups one below the other, weighed: (rows, unknowns); and their values, (rows,)."""
+        dim, done = self.shape[2], 0
+        rows, columns, values, sides = [], [], [], []
+        for part in parts:
+            scale = np.sqrt(part.weight)
+            count = len(part.value)
+            for argument, gradient in zip(part.arguments, part.gradient, strict=True):
+                number = self.number[argument.agent[:, None], argument.first[:, None] + np.arange(3)]  # (rows, 3)
+                entry = argument.weight[:, :, None] * gradient[:, None, :] * scale  # (rows, 3, dim)
+                kept = (number[:, :, None] >= 0) & (entry != 0)
+                column = number[:, :, None] * dim + np.arange(dim)
+                row = np.broadcast_to(done + np.arange(count)[:, None, None], entry.shape)
+                rows.append(row[kept])
+                columns.append(column[kept])
+                values.append(entry[kept])
+            sides.append(part.value * scale)
+            done += count
+        triples = (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns)))
+        return sparse.csr_matrix(triples, shape=(done, self.count)), np.concatenate(sides)
 
 
 def _gram(costs: Costs, second: bool, points: int) -> Array:
