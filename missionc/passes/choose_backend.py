@@ -242,7 +242,7 @@ def _none_can(mission: Mission, required: tuple[Need, ...]) -> Diagnostic:
     ruled = [(need, [name for name, offered in OFFERS.items() if need.feature not in offered]) for need in required]
     labels = [
         Label(need.span, f"{need.feature.value} rules out {listed([f'`{name}`' for name in names])}")
-        for need, names in ruled
+        for need, names in sorted(ruled, key=lambda each: -len(each[1]))
         if names
     ]
     restless = any(need.feature is Feature.RESTLESS_DURATION for need in required)

@@ -24,6 +24,9 @@ from missionc.traces import read_trace
 
 ROOT = Path(__file__).resolve().parents[2]
 FILES = sorted((ROOT / "missions").glob("*.mission"))
+PLANNED_BY_CLOT = ("clot_visit", "clot_star", "clot_dynamic", "crazyflie_corridor")
+"""The quick ones; the others are slow."""
+
 PLANNED_BY_SMT = ("wildfire", "strel_deliver", "strel_threat", "strel_escape", "strel_goal", "strel_avoid")
 
 
@@ -67,6 +70,20 @@ def test_a_mission_plans_verifies_and_reads_back_for_three_agents(name: str) -> 
     compiled_and_read_back(name, {} if name == "wildfire" else {"N": "3"})
 
 
+@pytest.mark.parametrize("name", PLANNED_BY_CLOT)
+def test_a_mission_for_transport_plans_verifies_and_reads_back(name: str) -> None:
+    pytest.importorskip("torch")
+    compiled_and_read_back(name, {})
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("path", [path for path in FILES if path.stem not in PLANNED_BY_SMT], ids=title)
+def test_a_mission_for_transport_plans_for_several_seeds(path: Path, seed: int) -> None:
+    pytest.importorskip("torch")
+    compiled_and_read_back(path.stem, {}, seed)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("agents", [5, 8, 10])
 @pytest.mark.parametrize("name", PLANNED_BY_SMT[1:])
@@ -74,10 +91,10 @@ def test_a_mission_plans_verifies_and_reads_back_for_more_agents(name: str, agen
     compiled_and_read_back(name, {"N": str(agents)})
 
 
-def compiled_and_read_back(name: str, overrides: dict[str, str]) -> None:
+def compiled_and_read_back(name: str, overrides: dict[str, str], seed: int = 0) -> None:
     checked = driver.check(ROOT / "missions" / f"{name}.mission", overrides=overrides)
     assert checked.mission is not None
-    compiled = driver.plan(checked, Options(), Budget(time.monotonic() + 240))
+    compiled = driver.plan(checked, Options(), Budget(time.monotonic() + 240, seed=seed))
     assert isinstance(compiled.outcome, Verified), [finding.message for finding in compiled.findings]
     assert compiled.outcome.certificate.passed
     files = dict(compiled.outcome.files)
