@@ -8,7 +8,6 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 
 import numpy as np
-from missionc.backends.smt.account import Account
 
 from missionc import ir
 from missionc.backends.account import Account
