@@ -48,6 +48,6 @@ def _clot() -> Backend | Diagnostic:
             None,
             help="install it with `pip install 'missionc[clot]'`, or try `--backend smt`",
         )
-    from missionc.backends.clot import BACKEND
+    from missionc.backends.clot.plan import BACKEND
 
     return BACKEND

@@ -118,7 +118,7 @@ def test_no_time_is_an_answer_and_not_a_plan() -> None:
 def test_the_backend_is_asked_and_not_believed() -> None:
     checked = driver.check(Source("a.mission", TOGETHER), backend="clot")
     from missionc.backends.api import Budget
-    from missionc.backends.clot import BACKEND
+    from missionc.backends.clot.plan import BACKEND
 
     assert checked.mission is not None
     assert checked.kernel is not None

@@ -1,5 +1,4 @@
-"""Planning of smooth joint motions by transport and polish. [clot]"""
+"""Planning of smooth joint motions by transport and polish. [clot]
 
-from missionc.backends.clot.plan import BACKEND
-
-__all__ = ["BACKEND"]
+Nothing is imported here: the cost graph is shown without torch, which planning needs.
+"""

@@ -8,44 +8,26 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from functools import reduce
-from typing import Any, assert_never
 
 import numpy as np
 import torch
 from torch import Tensor
 
-from missionc.backends.clot.active import Active, Links
-from missionc.backends.clot.cost_graph import Margin
+from missionc.backends.clot.active import Active
 from missionc.backends.clot.residuals import Group
 from missionc.backends.clot.splines import Arguments, Indices, Splines
-from missionc.backends.clot.trees import spanning_tree
+from missionc.backends.clot.task_costs import TaskCosts, norm
 from missionc.backends.clot.weights import Spare, Weights
 from missionc.ir import (
     Anywhere,
-    Compare,
-    Connected,
-    DistanceBetween,
-    DistanceTo,
-    Feature,
-    Formation,
-    FormationEdge,
-    Graph,
-    InFormation,
-    Inside,
     Mission,
     Path,
-    Speed,
-    Touches,
     top_speed,
 )
 from missionc.ir import Box as BoxShape
-from missionc.margins import compare, link_margin
-from missionc.margins.connected import restricted
-from missionc.margins.formation import edge_error
-from missionc.plan import Array, Flags
+from missionc.plan import Array
 from missionc.world.clearance import offset
-from missionc.world.distance import distance_between, signed_distance
+from missionc.world.distance import signed_distance
 
 CLOSE = 0.4
 """Of a metre: bodies further than this beyond what they need are no matter for now."""
@@ -93,7 +75,7 @@ class Costs:
         yield from self.limits()
         yield from self.obstacles(control)
         yield from self.separation(control)
-        yield from self.task(control, active)
+        yield from TaskCosts(self.mission, self.splines, self.weights, self.spare).groups(control, active)
 
     # ---------------------------------------------------------------- motion
 
@@ -132,7 +114,7 @@ class Costs:
         yield Group(
             "speed",
             (made.velocity(agent, moment),),
-            lambda velocity: _norm(velocity) * step - most,
+            lambda velocity: norm(velocity) * step - most,
             self.weights.limits,
             self.spare.limits * step * float(fastest.min()),
         )
@@ -144,7 +126,7 @@ class Costs:
             yield Group(
                 "acceleration",
                 (made.acceleration(agent, moment),),
-                lambda acceleration: _norm(acceleration) * step**2 - limit,
+                lambda acceleration: norm(acceleration) * step**2 - limit,
                 self.weights.limits,
                 self.spare.limits * step**2 * float(strongest.min()),
             )
@@ -206,190 +188,13 @@ class Costs:
         ends = [made.position(agent, step_of, part) for agent in (one, other)]
         if made.steps == 0:
             yield Group(
-                "separation", tuple(ends), lambda a, b: need - _norm(a - b), self.weights.bodies, self.spare.bodies
+                "separation", tuple(ends), lambda a, b: need - norm(a - b), self.weights.bodies, self.spare.bodies
             )
             return
         ends += [made.position(agent, step_of, part + 1) for agent in (one, other)]
         yield Group(
             "separation", tuple(ends), lambda *points: need - _approach(*points), self.weights.bodies, self.spare.bodies
         )
-
-    # ------------------------------------------------------------------ task
-
-    def task(self, control: Array, active: Active) -> Iterator[Group]:
-        """The margins and links that have to hold."""
-        for margin, mask in active.margins.items():
-            yield from self._margin(margin, mask, control)
-        for lists, together in ((active.joined, True), (active.parted, False)):
-            for graph, links in lists.items():
-                yield from self._links(graph, np.concatenate(links), together)
-
-    def _margin(self, margin: Margin, mask: Flags, control: Array) -> Iterator[Group]:
-        predicate, sign = margin.predicate, 1.0 if margin.holds else -1.0
-        spare, weight = self.spare.task, self.weights.task
-        agent, step = (index.astype(np.int64) for index in np.nonzero(mask))
-        match predicate:
-            case Inside(place) | Touches(place):
-                grown = 0.0
-                if isinstance(predicate, Touches):
-                    grown = 1.0
-                elif predicate.body:
-                    grown = -1.0
-                radius = np.array([one.radius for one in self.mission.agents])[agent] * grown
-                bound = torch.from_numpy(radius)
-                yield Group(
-                    f"{'' if margin.holds else 'not '}{place.name}",
-                    (self._at(agent, step),),
-                    lambda point: spare - sign * (bound - signed_distance(torch, place.shape, point)),
-                    weight,
-                    spare,
-                )
-            case Compare():
-                yield self._compare(predicate, sign, agent, step)
-            case Connected():
-                moments = np.flatnonzero(mask.any(axis=0))
-                if margin.holds:
-                    yield from self._links(restricted(predicate), self._tree(predicate, moments, control), True)
-                else:
-                    yield from self._links(restricted(predicate), self._cut(predicate, moments, control), False)
-            case InFormation(formation):
-                moments = np.flatnonzero(mask.any(axis=0)).astype(np.int64)
-                yield from self._formation(formation, moments, margin.holds, control)
-            case _:
-                assert_never(predicate)
-
-    def _formation(self, formation: Formation, moments: Indices, holds: bool, control: Array) -> Iterator[Group]:
-        """Every edge's error within the tolerance; or, where the formation must not be, the worst one's beyond it.
-
-        Of a total tolerance each edge has an equal share, which is more than the mission asks.
-        """
-        kept = min(self.spare.task, formation.tolerance / 3)
-        share = 1.0 / len(formation.edges) if formation.total else 1.0
-        bound = (formation.tolerance - kept) * share if holds else formation.tolerance + self.spare.task
-        for offsets in (False, True):
-            edges = [edge for edge in formation.edges if isinstance(edge.target, tuple) == offsets]
-            if not edges or not len(moments):
-                continue
-            number = np.repeat(np.arange(len(edges)), len(moments))
-            step = np.tile(moments, len(edges))
-            if not holds:
-                here = self._worst(formation, edges, moments, control)[
-                    number, np.tile(np.arange(len(moments)), len(edges))
-                ]
-                number, step = number[here], step[here]
-            ends = [np.array([getattr(edge, end) for edge in edges])[number] for end in ("first", "second")]
-            target = torch.tensor([edge.target for edge in edges], dtype=torch.float64)[torch.from_numpy(number)]
-
-            def error(a: Tensor, b: Tensor, target: Tensor = target, offsets: bool = offsets) -> Tensor:
-                return _norm(b - a - target) if offsets else (_norm(b - a) - target).abs()
-
-            yield Group(
-                f"{'' if holds else 'not '}formation {formation.name}",
-                (self._at(ends[0], step), self._at(ends[1], step)),
-                (lambda a, b, error=error: error(a, b) - bound)
-                if holds
-                else (lambda a, b, error=error: bound - error(a, b)),
-                self.weights.task,
-                kept * share if holds else self.spare.task,
-            )
-
-    def _worst(self, formation: Formation, edges: list[FormationEdge], moments: Indices, control: Array) -> Flags:
-        """Which of these edges is the one furthest off of all the formation's, (edges, moments)."""
-        position, _ = self.splines.states(control)
-        errors = np.stack(
-            [
-                np.asarray(edge_error(np, edge, position[edge.first], position[edge.second]))[moments]
-                for edge in formation.edges
-            ]
-        )
-        chosen = np.array([formation.edges.index(edge) for edge in edges])
-        worst: Flags = chosen[:, None] == errors.argmax(axis=0)[None, :]
-        return worst
-
-    def _compare(self, predicate: Compare, sign: float, agent: Indices, step: Indices) -> Group:
-        """A comparison, whatever it reads: own position and velocity, and other agents' positions."""
-        made = self.splines
-        if compare.about_team(predicate):
-            step = np.unique(step)
-            agent = np.zeros_like(step)
-        arguments = [self._at(agent, step)]
-        where: dict[object, int] = {}
-        for _, feature in predicate.terms:
-            if isinstance(feature, Speed):
-                where[feature] = len(arguments)
-                arguments.append(made.velocity(agent, step))
-            for target in _others(feature):
-                if target not in where:
-                    where[target] = len(arguments)
-                    arguments.append(self._at(np.full(len(step), target), step))
-        altitude = torch.from_numpy(np.array([one.altitude for one in self.mission.agents])[agent])
-        in_speed = all(isinstance(feature, Speed) for _, feature in predicate.terms)
-        scale = made.step if in_speed and made.steps else 1.0
-
-        def shortfall(*points: Tensor) -> Tensor:
-            def value(feature: Feature) -> Any:
-                match feature:
-                    case DistanceTo(int() as target):
-                        return distance_between(torch, points[0], points[where[target]])
-                    case DistanceBetween(first, second):
-                        return distance_between(torch, points[where[first]], points[where[second]])
-                    case _:
-                        velocity = points[where[feature]] if isinstance(feature, Speed) else None
-                        return compare.own_feature(torch, feature, altitude, points[0], velocity)
-
-            margin = compare.margin(predicate, self.mission.dimension, value) + 0.0 * points[0][:, 0]
-            lacking: Tensor = (self.spare.task - sign * margin) * scale
-            return lacking
-
-        return Group("comparison", tuple(arguments), shortfall, self.weights.task, self.spare.task * scale)
-
-    def _links(self, graph: Graph, links: Links, together: bool) -> Iterator[Group]:
-        if len(links) == 0:
-            return
-        sign = 1.0 if together else -1.0
-        pair = [self._at(links[:, end], links[:, 2]) for end in (0, 1)]
-        yield Group(
-            f"link {graph.name}",
-            tuple(pair),
-            lambda a, b: self.spare.task - sign * link_margin(graph, a, b, xp=torch),
-            self.weights.task,
-            self.spare.task,
-        )
-
-    def _tree(self, predicate: Connected, moments: Indices, control: Array) -> Links:
-        """The edges of each step's best spanning tree."""
-        agents = np.array(predicate.agents)
-        first, second, _ = spanning_tree(self._all_links(predicate, moments, control))
-        if len(agents) < 2:
-            return np.zeros((0, 3), dtype=np.int64)
-        step = np.repeat(moments[:, None], len(agents) - 1, axis=1)
-        return np.stack([agents[first].ravel(), agents[second].ravel(), step.ravel()], axis=1)
-
-    def _cut(self, predicate: Connected, moments: Indices, control: Array) -> Links:
-        """At each step, all pairs across the tree's worst edge: the parting that takes least."""
-        agents = np.array(predicate.agents)
-        links = self._all_links(predicate, moments, control)
-        first, second, worst = spanning_tree(links)
-        found: list[Links] = []
-        for row, step in enumerate(moments) if len(agents) > 1 else ():
-            side = np.zeros(len(agents), dtype=np.bool_)
-            side[second[row, worst[row]]] = True
-            for number in range(worst[row] + 1, len(agents) - 1):  # edges come in the order the tree grew
-                if side[first[row, number]]:
-                    side[second[row, number]] = True
-            one, other = np.nonzero(side[:, None] & ~side[None, :])
-            found.append(np.stack([agents[one], agents[other], np.full(len(one), step)], axis=1))
-        return np.concatenate(found) if found else np.zeros((0, 3), dtype=np.int64)
-
-    def _all_links(self, predicate: Connected, moments: Indices, control: Array) -> Array:
-        position, _ = self.splines.states(control)
-        members = position[list(predicate.agents)][:, moments].swapaxes(0, 1)
-        return np.asarray(link_margin(predicate.graph, members[:, :, None], members[:, None, :]))
-
-    # ----------------------------------------------------------------- parts
-
-    def _at(self, agent: Indices, step: Indices) -> Arguments:
-        return self.splines.position(agent, step, np.zeros(len(agent)))
 
     def _grid(self, count: int) -> tuple[Indices, Indices]:
         agents = np.arange(len(self.mission.agents))
@@ -412,24 +217,10 @@ def _samples(mission: Mission, made: Splines, start: int) -> Samples:
     return Samples(where, np.array([one.radius for one in mission.agents])[index], moved)
 
 
-def _others(feature: Feature) -> tuple[int, ...]:
-    match feature:
-        case DistanceTo(int() as target):
-            return (target,)
-        case DistanceBetween(first, second):
-            return (first, second)
-        case _:
-            return ()
-
-
-def _norm(vector: Tensor) -> Tensor:
-    return reduce(torch.add, [vector[:, axis] ** 2 for axis in range(vector.shape[1])]).add(1e-18).sqrt()
-
-
 def _approach(one: Tensor, other: Tensor, one_next: Tensor, other_next: Tensor) -> Tensor:
     """The least distance of two points that each move straight: (rows, dim) four times -> (rows,)."""
     apart, change = other - one, (other_next - other) - (one_next - one)
     with torch.no_grad():
         square = (change * change).sum(dim=1)
         when = (-(apart * change).sum(dim=1) / square.clamp_min(1e-18)).clamp(0.0, 1.0)
-    return _norm(apart + change * when[:, None])
+    return norm(apart + change * when[:, None])
