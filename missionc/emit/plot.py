@@ -18,6 +18,7 @@ import numpy as np
 from missionc.diagnostics.code import EXTRA_MISSING
 from missionc.diagnostics.model import Diagnostic
 from missionc.emit.lanes import lanes
+from missionc.emit.name_places import name_place
 from missionc.emit.silhouette import View, draw_shape, inner_point
 from missionc.ir import Agent, Mission, Obstacle, Path, Still
 from missionc.plan import Array, Trace
@@ -42,6 +43,8 @@ MOST_NAMED = 16
 """More agents than these are not named one by one in the legend."""
 MOST_DOTS = 101
 """States of an agent; with more, dots would hide the path."""
+NAME = 8.5
+"""Points: the font of a region's name."""
 LANE = 2.6
 """Points between two paths along the same segment."""
 PAD = 0.02
@@ -102,7 +105,7 @@ def plot(mission: Mission, trace: Trace, backend: str, kind: str) -> bytes | Dia
 def _draw(figure: Figure, mission: Mission, trace: Trace, backend: str) -> None:
     panels = _panels(figure, mission)
     for axes, view in panels:
-        _draw_view(axes, mission, view)
+        _draw_view(axes, mission, trace, view)
         _draw_agents(axes, mission, trace, view)
     top = panels[0][0]
     if len(panels) > 1:
@@ -150,7 +153,7 @@ def _panels(figure: Figure, mission: Mission) -> list[tuple[Axes, View]]:
     return panels
 
 
-def _draw_view(axes: Axes, mission: Mission, view: View) -> None:
+def _draw_view(axes: Axes, mission: Mission, trace: Trace, view: View) -> None:
     low, high = mission.world.low, mission.world.high
     across, up = (low[view.across], high[view.across]), (low[view.up], high[view.up])
     axes.set_facecolor("#F1F1EF")
@@ -169,7 +172,9 @@ def _draw_view(axes: Axes, mission: Mission, view: View) -> None:
         fill, edge = PALE[number % len(PALE)], OUTLINE[number % len(OUTLINE)]
         draw_shape(axes, mission.world, view, region.shape, fc=fill, ec=edge, lw=0.9, zorder=1, **_see_through(view))
         if view.up == 1:
-            _name(axes, inner_point(mission.world, view, region.shape), region.name, INK, 8.5)
+            size = NAME * _metres_per_point(axes)
+            place = name_place(mission.world, view, region.shape, region.name, size, trace.position[..., :2])
+            _name(axes, place, region.name, INK, NAME)
     for obstacle in mission.obstacles:
         _draw_obstacle(axes, mission, view, obstacle)
     for beacon in mission.beacons:
@@ -224,9 +229,8 @@ def _draw_agents(axes: Axes, mission: Mission, trace: Trace, view: View) -> None
     crowd = len(mission.agents) > MOST_NAMED
     tracks = _tracks(mission, trace)[..., (view.across, view.up)]
     steps = trace.position[..., (view.across, view.up)]
-    metres_per_point = (axes.get_xlim()[1] - axes.get_xlim()[0]) / (axes.bbox.width / axes.figure.dpi * 72)
     if not crowd and tracks.shape == steps.shape:
-        tracks = tracks + lanes(steps, LANE * metres_per_point)
+        tracks = tracks + lanes(steps, LANE * _metres_per_point(axes))
     if not crowd and steps.shape[1] <= MOST_DOTS:
         dots = np.unique(np.round(steps.reshape(-1, 2), 6), axis=0)
         axes.plot(*dots.T, ls="", marker="o", ms=3.2, mfc=INK, mec="white", mew=0.5, zorder=5, clip_on=False)
@@ -263,6 +267,10 @@ def _tracks(mission: Mission, trace: Trace) -> Array:
         np.broadcast_to(curves.durations[:, None] * share, (agents, curves.durations.size, 8)),
     )
     return np.concatenate([points.reshape(agents, -1, dim), trace.position[:, -1:]], axis=1)
+
+
+def _metres_per_point(axes: Axes) -> float:
+    return float((axes.get_xlim()[1] - axes.get_xlim()[0]) / (axes.bbox.width / axes.figure.dpi * 72))
 
 
 def _style(index: int) -> tuple[str, str, Any]:

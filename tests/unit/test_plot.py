@@ -14,6 +14,7 @@ from missionc import ir
 from missionc.diagnostics.code import EXTRA_MISSING
 from missionc.diagnostics.model import Diagnostic
 from missionc.emit.lanes import lanes
+from missionc.emit.name_places import name_place
 from missionc.emit.plot import COLOURS, plot
 from missionc.emit.silhouette import View, inner_point
 from missionc.verify.solids import solid
@@ -77,6 +78,21 @@ def test_a_name_stands_inside_its_shape() -> None:
     for shape in (CUT, ring, ir.Box((1.0, 1.0), (2.0, 2.0))):
         place = inner_point(world, View(0, 1), shape)
         assert solid(shape, 2)(straight([[place, place]]).position[0])[0] < 0
+
+
+def test_a_name_gives_way_to_a_path_through_the_middle_of_its_shape() -> None:
+    world, box = ir.World((0.0, 0.0), (10.0, 10.0), SPAN), ir.Box((2.0, 2.0), (8.0, 8.0))
+    through = np.array([[[0.0, 5.0], [10.0, 5.0]]])
+    assert name_place(world, View(0, 1), box, "base", 0.2, through + np.array([0.0, 3.0])) == (5.0, 5.0)
+    across, up = name_place(world, View(0, 1), box, "base", 0.2, through)
+    assert across == 5.0
+    assert 0.15 < abs(up - 5.0) < 1.0
+
+
+def test_a_name_that_finds_no_room_stays_in_the_middle() -> None:
+    world, box = ir.World((0.0, 0.0), (10.0, 10.0), SPAN), ir.Box((4.8, 4.8), (5.2, 5.2))
+    through = np.array([[[0.0, 5.0], [10.0, 5.0]]])
+    assert name_place(world, View(0, 1), box, "base", 0.2, through) == (5.0, 5.0)
 
 
 def test_paths_along_the_same_segment_lie_beside_each_other() -> None:
