@@ -58,6 +58,7 @@ def compiled_lines(compiled: Compiled, output: str) -> list[str]:
         f"{plan.mission}: planned by {plan.backend}, {_many(len(mission.agents), 'agent')}, "
         f"{_many(mission.steps, 'step')} of {mission.step:g} s, seed {plan.seed}",
         *judgement_lines(plan.judgements, mission.step),
+        *(f"note: {note}" for note in compiled.outcome.report.notes),
         f"verified: {_many(len(certificate.checks), 'check')}, the tightest margin of each kind",
         *margin_lines(certificate),
     ]
@@ -128,6 +129,7 @@ def compiled_document(compiled: Compiled, output: str, texts: list[tuple[str, st
     }
     if isinstance(outcome, Verified):
         document["requirements"] = [_judgement(each) for each in outcome.plan.judgements]
+        document["notes"] = list(outcome.report.notes)
         document["certificate"] = {"checks": len(outcome.certificate.checks), "passed": outcome.certificate.passed}
     if isinstance(outcome, Impossible):
         document["conflict"] = list(outcome.conflict)

@@ -6,6 +6,8 @@ formula whoever made the trace.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 import numpy as np
 
 from missionc.ir import Mission
@@ -41,6 +43,12 @@ def truth(node: Node, mission: Mission, trace: Trace) -> Flags:
     last one. No goal of a checked mission reads such a step.
     """
     return _everywhere(TRUTH, node, mission, trace)
+
+
+def truths(nodes: Iterable[Node], mission: Mission, trace: Trace) -> dict[Node, Flags]:
+    """``truth`` of several formulas, worked out together; not to be written to."""
+    found = Evaluation(TRUTH, mission, trace).values(nodes)
+    return {node: np.broadcast_to(value, trace.position.shape[:2]) for node, value in found.items()}
 
 
 def robustness(node: Node, mission: Mission, trace: Trace) -> Array:

@@ -92,22 +92,32 @@ def found(objective: Objective, *preferences: Node) -> Iterator[tuple[Found, Cal
     with case.search() as search:
         first = search.find(case.fixed([[0, 1, 2, 3], [1, 0, 3, 2]])[::5])
         assert isinstance(first, Found)
-        yield first, lambda: improve(first, mission, kernel, case.lowered.goals, search), search
+        yield first, lambda: improve(first, kernel, case.lowered.goals, search), search
 
 
-@pytest.mark.parametrize(("objective", "note"), [(Objective.DISTANCE, "for less"), (Objective.DURATION, "for fewer")])
-def test_where_there_is_no_room_for_more_clauses_the_plan_is_the_one_found(objective: Objective, note: str) -> None:
+def moves(plan: Found) -> int:
+    return int((np.diff(plan.states, axis=1) != 0).sum())
+
+
+@pytest.mark.parametrize(
+    ("objective", "note"),
+    [(Objective.DISTANCE, "too many clauses to look for a shorter plan"), (Objective.DURATION, "to look for fewer")],
+)
+def test_where_there_is_no_room_for_more_clauses_the_plan_is_no_worse(
+    objective: Objective, note: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("missionc.backends.smt.improve.calm", lambda states, *_: states)  # nothing is won before
     with found(objective) as (first, better, search):
         search.clauses.limit = search.clauses.count
-        assert better() is first
-        assert search.account.notes[-1].endswith(f"too many clauses to look {note}")
+        assert (better().states == first.states).all()
+        assert any(said.endswith(note) for said in search.account.notes)
 
 
 def test_a_preference_for_which_there_is_no_room_for_clauses_is_not_kept_and_the_plan_stays() -> None:
     near = Compare(((-1.0, DistanceBetween(0, 1)),), 0.5, False)
     with found(Objective.NONE, Throughout(Atom(near), 0, 3)) as (first, better, search):
         search.clauses.limit = search.clauses.count
-        assert better() is first
+        assert moves(better()) <= moves(first)
         assert search.account.notes == ["`wish0` is not kept: the search ended first"]
 
 
@@ -115,5 +125,5 @@ def test_where_the_solver_dies_the_plan_is_the_one_found() -> None:
     for objective in (Objective.DISTANCE, Objective.DURATION):
         with found(objective, All(())) as (first, better, search):
             search.solvers.close()
-            assert better() is first
+            assert moves(better()) <= moves(first)
             assert search.account.notes[0] == "`wish0` is not kept: the search ended first"

@@ -6,6 +6,7 @@ import pytest
 
 import missionc
 from missionc.backends.api import Impossible, NotFound, Options, Reason
+from missionc.backends.smt.roadmap import NoRoadmap, build_roadmaps
 from missionc.limits import Limits
 from missionc.results import Verified
 from missionc.source import Source
@@ -62,3 +63,16 @@ def test_a_preference_that_can_be_kept_is_kept() -> None:
     outcome = compiled(GO + "prefer stay: drone[1]: always[0, 6 s] base\n").outcome
     assert isinstance(outcome, Verified)
     assert "`stay` is kept" in outcome.report.notes
+
+
+def test_a_missing_roadmap_names_every_roadmap_that_was_refused_before_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    built = iter(range(3))
+
+    def build_twice(*arguments: object) -> object:
+        return build_roadmaps(*arguments) if next(built) < 2 else NoRoadmap("no way out of `base`")  # type: ignore[arg-type]
+
+    monkeypatch.setattr("missionc.backends.smt.plan.build_roadmaps", build_twice)
+    outcome = compiled(GO + NEAR).outcome
+    assert isinstance(outcome, NotFound)
+    assert outcome.reason is Reason.NO_ROADMAP
+    assert outcome.statement == "no way out of `base`; roadmaps of 110 and 187 nodes hold no plan"

@@ -1,21 +1,24 @@
 """``minimize distance``: the metres all agents travel together.
 
-Lengths are counted in units and rounded down, so that what is shown to be
-impossible is impossible: the shortest plan is at least so many units long. How
-long a plan is, is measured and not counted.
-
-Source:
-    Bailleux and Boufkhad, "Efficient CNF encoding of Boolean cardinality constraints", 2003.
+What each agent must travel whatever the others do is worked out (``lengths``),
+and only what a plan travels beyond that, its excess, is counted by clauses. It
+is counted in units and rounded down, so that what is shown to be impossible is
+impossible. How long a plan is, is measured and not counted.
 """
 
 from __future__ import annotations
 
-import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from missionc.backends.api import Progress
-from missionc.backends.smt.clauses import FALSE, TRUE, Clauses, Literals, TooLarge
+from missionc.backends.smt.clauses import TooLarge
+from missionc.backends.smt.effort import effort
+from missionc.backends.smt.excess import add_excess
+from missionc.backends.smt.goals import Goals
+from missionc.backends.smt.lengths import Lengths, choices, duties, lengths
 from missionc.backends.smt.lower_motion import Motion
 from missionc.backends.smt.roadmap import Indices
 from missionc.backends.smt.search import Found, Search
@@ -24,50 +27,113 @@ from missionc.ir import Mission
 from missionc.plan import Array
 from missionc.world.dynamics import States, motion_of
 
-PATIENCE = 60.0
-"""Seconds, if the time limit leaves them."""
+UNITS = (48, 192)
+"""What the excess of the plan at hand is divided into, at first and then; the clauses grow with the square."""
 
-UNITS = 1200
-"""What the first plan's length is divided into; the clauses grow with its square."""
+SAME = 1e-6
+"""Metres: so little makes no plan shorter."""
 
 CHORDS = 16
 """A curved move is as long as so many straight pieces between its points."""
 
 
-def shorten_distance(found: Found, kept: tuple[int, ...], search: Search) -> Found:
-    """Asks for a shorter plan until there is none, or no time."""
-    until = time.monotonic() + PATIENCE
-    lengths = [move_lengths(search.mission, search.motion, number) for number in range(len(search.motion.roadmaps))]
-    best = travelled(found.states, search.motion, lengths)
-    unit = best / UNITS
-    if unit == 0.0:
-        return found
-    counted = [np.floor(length / unit).astype(np.int64) for length in lengths]
-    units = travelled_units(found.states, search.motion, counted)
+def shorten_distance(
+    found: Found, goals: Goals, kept: tuple[int, ...], search: Search, calmed: Callable[[Found], Found]
+) -> Found:
+    """Asks for a shorter plan until there is none, or it takes too much.
+
+    Args:
+        kept: the literals of the goals.
+        calmed: a plan that is as good or better, near the one it is given.
+    """
+    hunt = Hunt(goals, kept, search, calmed, found)
     try:
-        total = add_total(search.clauses, search.motion, counted, units)
-    except TooLarge:
-        search.account.notes.append(f"{best:.6g} m in all; too many clauses to look for less")
-        return found
-    least = 0
-    while least < units:
-        target = units - max(1, (units - least) // 4)
-        search.listen(Progress("improve", search.rounds, f"{best:.4g} m, at least {least * unit:.4g} m"))
-        result = search.find((*kept, -int(total[target])), until)
-        match result:
-            case Found(states):
-                units = travelled_units(states, search.motion, counted)
-                if travelled(states, search.motion, lengths) < best:
-                    found, best = result, travelled(states, search.motion, lengths)
-            case Unsatisfiable():
-                least = target + 1
-            case Stopped():
+        for parts in UNITS:
+            if not hunt.over and not hunt.in_parts(parts):
                 break
-    gap = 1 - least * unit / best if best else 0.0
-    search.account.notes.append(
-        f"{best:.6g} m in all; no plan on this roadmap is shorter than {least * unit:.6g} m (a gap of {gap:.1%})"
-    )
-    return found
+    except TooLarge:
+        search.account.notes.append("too many clauses to look for a shorter plan")
+    what = f"{hunt.best:.6g} m in all"
+    if hunt.over:
+        search.account.notes.append(f"{what}, the least on this roadmap")
+    else:
+        gap = 1 - hunt.bound / hunt.best
+        search.account.notes.append(
+            f"{what}; no plan on this roadmap is shorter than {hunt.bound:.6g} m (a gap of {gap:.1%})"
+        )
+    return hunt.found
+
+
+@dataclass(slots=True)
+class Hunt:
+    """For the shortest plan: the best that was found, how long it is, and what none is shorter than."""
+
+    goals: Goals
+    kept: tuple[int, ...]
+    search: Search
+    calmed: Callable[[Found], Found]
+    found: Found
+    best: float = field(init=False)
+    bound: float = field(init=False)
+    alone: list[Lengths] = field(init=False)
+    """What each agent must travel by itself, and the metres of all together: ``floor``."""
+    floor: float = field(init=False)
+    metres: list[Array] = field(init=False)
+
+    def __post_init__(self) -> None:
+        motion, mission = self.goals.motion, self.goals.mission
+        self.metres = [move_lengths(mission, motion, number) for number in range(len(motion.roadmaps))]
+        self.best = self.travelled(self.found)
+        known = duties(self.goals)
+        self.alone = [
+            lengths(self.goals, agent, duty, self.metres[motion.roadmap_of[agent]]) for agent, duty in enumerate(known)
+        ]
+        self.floor = sum(each.least for each in self.alone)
+        self.bound = self.floor
+        for options in choices(self.goals):
+            more = [
+                lengths(self.goals, agent, known[agent].and_also(duty), self.metres[motion.roadmap_of[agent]]).least
+                - self.alone[agent].least
+                for agent, duty in options
+            ]
+            self.bound = max(self.bound, self.floor + min(more))
+
+    @property
+    def over(self) -> bool:
+        """Whether there is no shorter plan."""
+        return self.best - self.bound < SAME
+
+    def in_parts(self, parts: int) -> bool:
+        """Hunts with the excess of the plan at hand in so many units; whether every question was answered."""
+        search = self.search
+        unit = (self.best - self.floor) / parts
+        excess = add_excess(search.clauses, self.goals.motion, self.alone, self.metres, unit, parts)
+        fewest, most = 0, parts
+        while fewest < most and not self.over:
+            hopeful = max(fewest, min(int((self.bound - self.floor) / unit), most - 1))
+            target = most - max(1, (most - hopeful) // 3)
+            search.listen(Progress("improve", search.rounds, f"{self.best:.4g} m, at least {self.bound:.4g} m"))
+            result = search.find((*self.kept, -int(excess[target])), effort=effort(search.clauses))
+            match result:
+                case Found():
+                    shorter = self.calmed(result)
+                    if self.travelled(shorter) < self.best:
+                        self.found, self.best = shorter, self.travelled(shorter)
+                    most = min(target, int((self.best - self.floor) / unit))
+                case Unsatisfiable():
+                    fewest = target + 1
+                    self.bound = max(self.bound, self.floor + fewest * unit)
+                case Stopped():
+                    return False
+        return True
+
+    def travelled(self, found: Found) -> float:
+        """Metres of all agents."""
+        motion = self.goals.motion
+        rows = enumerate(found.states)
+        return float(
+            sum(self.metres[motion.roadmap_of[agent]][_taken(row, motion, agent)].sum() for agent, row in rows)
+        )
 
 
 def move_lengths(mission: Mission, motion: Motion, number: int) -> Array:
@@ -82,67 +148,9 @@ def move_lengths(mission: Mission, motion: Motion, number: int) -> Array:
     return np.asarray(np.linalg.norm(np.diff(points, axis=0), axis=-1).sum(axis=0))
 
 
-def travelled(states: Indices, motion: Motion, lengths: list[Array]) -> float:
-    """The sum of the moves' lengths along a joint motion, (agents, steps + 1)."""
-    moves = (_taken(row, motion, agent) for agent, row in enumerate(states))
-    return float(sum(lengths[motion.roadmap_of[agent]][each].sum() for agent, each in enumerate(moves)))
-
-
-def travelled_units(states: Indices, motion: Motion, counted: list[Indices]) -> int:
-    moves = (_taken(row, motion, agent) for agent, row in enumerate(states))
-    return int(sum(counted[motion.roadmap_of[agent]][each].sum() for agent, each in enumerate(moves)))
-
-
 def _taken(row: Indices, motion: Motion, agent: int) -> Indices:
     """The numbers of the moves between an agent's states, (steps + 1,): (steps,)."""
     roadmap = motion.roadmap(agent)
     count = len(roadmap.position)
     keys = roadmap.moves[:, 0] * count + roadmap.moves[:, 1]
     return np.searchsorted(keys, row[:-1] * count + row[1:])
-
-
-def add_total(clauses: Clauses, motion: Motion, counted: list[Indices], most: int) -> Literals:
-    """Literals, (most + 1,), implied by a joint motion: the ``k``-th by one longer than ``k`` units."""
-    numbers = [
-        number
-        for agent in range(motion.agents)
-        for number in _moves(clauses, motion, agent, counted[motion.roadmap_of[agent]], most)
-    ]
-    while len(numbers) > 1:
-        pairs = zip(numbers[::2], numbers[1::2], strict=False)
-        odd = numbers[len(numbers) // 2 * 2 :]
-        numbers = [_sum(clauses, one, other, most + 1) for one, other in pairs] + odd
-    total = np.full(most + 1, FALSE, dtype=np.int32)
-    if numbers:
-        total[: len(numbers[0])] = numbers[0][: most + 1]
-    return total
-
-
-def _moves(clauses: Clauses, motion: Motion, agent: int, counted: Indices, most: int) -> list[Literals]:
-    """For each step the length of the agent's move from it, as literals: the ``k``-th for more than ``k`` units."""
-    roadmap, states = motion.roadmap(agent), motion.states[agent]
-    source, target = roadmap.moves.T
-    numbers = []
-    for step in range(motion.steps):
-        here, there = states[step, source], states[step + 1, target]
-        live = (here != FALSE) & (there != FALSE) & roadmap.allowed[step] & (counted > 0)
-        size = int(counted[live].max(initial=0))
-        if size == 0:
-            continue
-        number = clauses.fresh(size)
-        clauses.add(-here[live], -there[live], number[counted[live] - 1])
-        clauses.add(-number[1:], number[:-1])
-        numbers.append(number[: most + 1])
-    return numbers
-
-
-def _sum(clauses: Clauses, one: Literals, other: Literals, most: int) -> Literals:
-    """The sum of two numbers of this form, exact up to ``most``."""
-    clauses.reserve(len(one) * len(other))
-    total = clauses.fresh(min(len(one) + len(other), most))
-    left = np.concatenate([[TRUE], one]).astype(np.int32)
-    right = np.concatenate([[TRUE], other]).astype(np.int32)
-    row, column = np.meshgrid(np.arange(len(left)), np.arange(len(right)), indexing="ij")
-    counts = (row + column > 0) & (row + column <= len(total))
-    clauses.add(-left[row[counts]], -right[column[counts]], total[row[counts] + column[counts] - 1])
-    return total

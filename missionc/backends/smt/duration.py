@@ -2,24 +2,19 @@
 
 from __future__ import annotations
 
-import time
-
 import numpy as np
 
 from missionc.backends.api import Progress
 from missionc.backends.smt.clauses import FALSE, Clauses, Literals, TooLarge
+from missionc.backends.smt.effort import effort
 from missionc.backends.smt.lower_motion import Motion
 from missionc.backends.smt.roadmap import Indices
 from missionc.backends.smt.search import Found, Search
 from missionc.backends.smt.solve import Stopped, Unsatisfiable
 
-PATIENCE = 60.0
-"""Seconds, if the time limit leaves them."""
-
 
 def shorten_duration(found: Found, kept: tuple[int, ...], search: Search) -> Found:
     """Halves what lies between the shortest plan found and what is known to be too short."""
-    until = time.monotonic() + PATIENCE
     impossible, best = -1, duration(found.states)
     try:
         still = add_stillness(search.clauses, search.motion)
@@ -29,7 +24,7 @@ def shorten_duration(found: Found, kept: tuple[int, ...], search: Search) -> Fou
     while best - impossible > 1:
         target = (best + impossible) // 2
         search.listen(Progress("improve", search.rounds, f"{best} steps; are {target} enough?"))
-        result = search.find((*kept, *still[target:].tolist()), until)
+        result = search.find((*kept, *still[target:].tolist()), effort=effort(search.clauses))
         match result:
             case Found(states):
                 found, best = result, duration(states)

@@ -91,6 +91,8 @@ class Run:
     account: Account = field(default_factory=Account)
     tried: list[int] = field(default_factory=list)
     """The nodes of each roadmap tried."""
+    refused: list[int] = field(default_factory=list)
+    """Of those, the ones that were shown to hold no plan."""
 
     @property
     def setting(self) -> Setting:
@@ -117,6 +119,7 @@ class Run:
             if not isinstance(result, NoPlan):
                 return result
             refused = result
+            self.refused.append(nodes)
         if missing or refused is None:
             return self.not_found(Reason.NO_ROADMAP, missing)
         if self.options.certify:
@@ -171,7 +174,7 @@ class Run:
         self.budget.listen(Progress("solve"))
         result = search.find(required)
         if isinstance(result, Found):
-            result = improve(result, self.mission, kernel, lowered.goals, search)
+            result = improve(result, kernel, lowered.goals, search)
         elif isinstance(result, Unsatisfiable) and not lowered.shortened:
             with account.stage("core"):
                 core = minimise(result.core, search)
@@ -218,8 +221,8 @@ class Run:
         return f"on roadmaps of {self.nodes_tried()} nodes {what}"
 
     def not_found(self, reason: Reason, detail: str) -> NotFound:
-        before = self.tried[:-1]
-        refused = f"roadmaps of {_listed([str(nodes) for nodes in before])} nodes hold no plan" if before else ""
+        nodes = _listed([str(nodes) for nodes in self.refused])
+        refused = f"roadmaps of {nodes} nodes hold no plan" if nodes else ""
         statement = "; ".join(part for part in (detail, refused) if part)
         return NotFound(reason, statement or reason.value, self.account.report())
 

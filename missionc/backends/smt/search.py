@@ -25,7 +25,7 @@ CROWD = 5
 class Effort:
     """How much may go into one question, counted so that it is the same on every machine.
 
-    ``conflicts`` is for each time the solver is asked; CaDiCaL does not count them.
+    ``conflicts`` is for each time the solver is asked.
     """
 
     conflicts: int

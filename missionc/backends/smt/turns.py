@@ -23,6 +23,7 @@ import numpy as np
 from missionc.backends.api import Progress
 from missionc.backends.smt.alone import Alone
 from missionc.backends.smt.bystanders import Settled
+from missionc.backends.smt.calm import calm
 from missionc.backends.smt.clauses import Clauses
 from missionc.backends.smt.labels import Labels
 from missionc.backends.smt.lift import lift
@@ -117,8 +118,8 @@ class Turns:
                 whole = self.settled.with_bystanders(self.order.ways)
                 trace = None if isinstance(whole, int) else lift(whole.states, whole.motion, self.setting.mission)
                 failing = [] if trace is None else self.failing(trace)
-            if trace is not None and failing is None:
-                return trace
+            if not isinstance(whole, int) and failing is None:
+                return self.calmed(whole)
             free = self.everyone.difference(self.settled.agents)
             groups = [(whole,)] if isinstance(whole, int) else self.order.groups(failing or ())
             again = [tuple(sorted(group & (free | self.settled.alone))) for group in map(frozenset, groups)]
@@ -128,6 +129,14 @@ class Turns:
             self.release(agent for group in waiting for agent in group if agent not in free)
             self.seen = None
         return None
+
+    def calmed(self, whole: Settled) -> Trace:
+        """What all do, but for ways that a solver chose and nobody needs; the others go the shortest there are."""
+        mission, motion = self.setting.mission, whole.motion
+        with self.setting.account.stage("calm"):
+            chosen = frozenset(self.settled.agents) - self.settled.alone
+            goals = [goal.formula for goal in self.kernel.requirements]
+            return lift(calm(whole.states, chosen, goals, motion, mission), motion, mission)
 
     def failing_alone(self) -> list[Part]:
         """What does not hold where each takes the shortest way that there is for it alone."""

@@ -220,14 +220,16 @@ class CaDiCaL:
 
         self.make: Callable[[], Any] = lambda: Cadical195(with_proof=proof)
         self.solver = self.make()
+        self.conflicts = 0
         self.true: frozenset[int] = frozenset()
 
     def anew(self) -> None:
         self.solver.delete()
         self.solver = self.make()
+        self.conflicts = 0
 
     def give_up_after(self, conflicts: int) -> None:
-        pass  # python-sat has no such limit for it
+        self.conflicts = conflicts
 
     def add_text(self, dimacs: bytes) -> None:
         self.add([int(word) for word in dimacs.split(b"\n", 1)[1].split()])
@@ -240,7 +242,14 @@ class CaDiCaL:
             start = end + 1
 
     def solve(self, assumptions: list[int]) -> tuple[bytes, bytes]:
-        if self.solver.solve(assumptions=assumptions):
+        if self.conflicts:
+            self.solver.conf_budget(self.conflicts)
+            answer = self.solver.solve_limited(assumptions=assumptions)
+        else:
+            answer = self.solver.solve(assumptions=assumptions)
+        if answer is None:
+            return UNKNOWN, b"too many conflicts"
+        if answer:
             self.true = frozenset(literal for literal in self.solver.get_model() if literal > 0)
             return SAT, b""
         return UNSAT, packed(self.solver.get_core() or [])
