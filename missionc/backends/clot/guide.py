@@ -16,6 +16,10 @@ CELLS = 12_000
 """About so many cells has the grid."""
 
 
+DETOUR = 1.4
+"""A way with more room may be so many times as long as the shortest."""
+
+
 class Guide:
     """Straight or bent ways between points; room is metres to obstacles and to the world's bounds."""
 
@@ -48,13 +52,21 @@ class Guide:
             least: metres that it has to have between the ends at any rate.
             avoid: points of ways not to be taken again, (points, dim).
         """
-        for room in (wanted, (wanted + least) / 2, least):
-            if avoid is None and self._clear(start, end, room):
-                return np.stack([start, end])
-            found = self._around(start, end, room, avoid)
-            if found is not None:
+        shortest = self._with(start, end, least, avoid)
+        if shortest is None:
+            return None
+        longest = DETOUR * _length(shortest)
+        for room in (wanted, (wanted + least) / 2):
+            found = self._with(start, end, room, avoid)
+            if found is not None and _length(found) <= longest:
                 return found
-        return None
+        return shortest
+
+    def _with(self, start: Array, end: Array, room: float, avoid: Array | None) -> Array | None:
+        """A way with so much room, straight where that has it."""
+        if avoid is None and self._clear(start, end, room):
+            return np.stack([start, end])
+        return self._around(start, end, room, avoid)
 
     def _clear(self, start: Array, end: Array, room: float) -> bool:
         """Whether the straight way has room, but for what its ends themselves lack."""
@@ -129,6 +141,10 @@ class Guide:
             kept.append(path[ahead])
             here = ahead
         return np.array(kept)
+
+
+def _length(way: Array) -> float:
+    return float(np.linalg.norm(np.diff(way, axis=0), axis=1).sum())
 
 
 def along(way: Array, share: Array) -> Array:

@@ -71,7 +71,7 @@ def polish(
     damping, penalty = DAMPING, 1.0
     now = best = _Look(control, costs, demand.active(*costs.splines.states(control)), system)
     done = 0
-    while done < iterations and go_on():
+    while done < iterations and now.total(penalty) > 0 and go_on():
         done += 1
         step = system.step(now.control, now.rows, damping, penalty)
         longest = float(np.linalg.norm(step, axis=-1).max(initial=0.0))
@@ -79,7 +79,7 @@ def polish(
             step *= LONGEST / longest
         ahead = _Look(now.control + step, costs, now.active, system)
         gain = now.total(penalty) - ahead.total(penalty)
-        settled = gain < SETTLED * now.total(penalty)
+        settled = gain <= SETTLED * now.total(penalty)
         if gain > 0:
             damping = max(damping / 4, LEAST_DAMPING)
             now = ahead

@@ -13,7 +13,7 @@ from missionc.backends.clot.cost_graph import Margin
 from missionc.backends.clot.frames import Frame
 from missionc.backends.clot.guide import Guide, along
 from missionc.backends.clot.schedule import Schedule
-from missionc.ir import Box, Connected, InFormation, Mission
+from missionc.ir import Box, Connected, InFormation, Mission, Obstacle, Still
 from missionc.plan import Array
 from missionc.world.crowd import displaced
 from missionc.world.distance import signed_distance
@@ -74,11 +74,12 @@ def _together(
     around = (start - middle)[:, None] * (1 - share)[None, :, None] + (end - goal)[:, None] * share[None, :, None]
     moved: Array = along(way, share)[None] + around
     time = (earlier.step + share * (later.step - earlier.step)) * mission.step
-    bends = _bends(share, float(np.linalg.norm(goal - middle)), mission.dimension, generator)
-    blocked = [_blocked(mission, moved + bend, time, radius) for bend in bends]
-    if blocked[0] == 0.0:
+    movers = [obstacle for obstacle in mission.obstacles if not isinstance(obstacle.motion, Still)]
+    if _blocked(mission, movers, moved, time, radius) == 0.0:
         return moved
     # What moves has no way round that a map of standing obstacles could show: the least blocked of many bends.
+    bends = _bends(share, float(np.linalg.norm(goal - middle)), mission.dimension, generator)
+    blocked = [_blocked(mission, mission.obstacles, moved + bend, time, radius) for bend in bends]
     extra = [float(np.linalg.norm(np.diff(bend, axis=0), axis=1).sum()) for bend in bends]
     bent: Array = moved + bends[int(np.argmin(np.array(blocked) + BEND_COST * np.array(extra)))]
     return bent
@@ -92,11 +93,11 @@ def _bends(share: Array, length: float, dimension: int, generator: np.random.Gen
     return [0.0 * shape * offsets[0], *(skew * offset for skew, offset in zip(skewed, offsets, strict=True))]
 
 
-def _blocked(mission: Mission, position: Array, time: Array, radius: float) -> float:
-    """By how much agents, (agents, steps, dim), are in obstacles, standing or moving, or out of the world: metres."""
+def _blocked(mission: Mission, obstacles: Sequence[Obstacle], position: Array, time: Array, radius: float) -> float:
+    """By how much agents, (agents, steps, dim), are in obstacles or out of the world: metres."""
     world = Box(mission.world.low, mission.world.high)
     total = float(np.maximum(signed_distance(np, world, position), 0.0).sum())
-    for obstacle in mission.obstacles:
+    for obstacle in obstacles:
         moved = np.stack([displaced(obstacle, moment, mission.dimension) for moment in time])
         distance = np.asarray(signed_distance(np, obstacle.shape, position - moved))
         total += float(np.maximum(radius + ROOM - distance, 0.0).sum())
