@@ -28,18 +28,33 @@ class Run:
     peak: int
 
 
+LAUNCH = """
+import os, subprocess, sys
+process = subprocess.Popen(sys.argv[2:])
+_, status, usage = os.wait4(process.pid, 0)
+with open(sys.argv[1], "w") as report:
+    report.write(f"{os.waitstatus_to_exitcode(status)} {usage.ru_maxrss}")
+"""
+"""A small process in between: one that is started counts the memory of the one that starts it among its own."""
+
+
 def missionc(*words: str, folder: Path) -> Run:
     """The command in a process of its own, and the most memory it had."""
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    report = folder / ".report"
     with (folder / ".out").open("w+") as out, (folder / ".err").open("w+") as err:
-        process = subprocess.Popen(
-            [sys.executable, "-m", "missionc", *words], cwd=folder, env=environment, stdout=out, stderr=err
+        subprocess.run(
+            [sys.executable, "-I", "-S", "-c", LAUNCH, str(report), sys.executable, "-m", "missionc", *words],
+            cwd=folder,
+            env=environment,
+            stdout=out,
+            stderr=err,
+            check=True,
         )
-        _, status, usage = os.wait4(process.pid, 0)
-        process.returncode = os.waitstatus_to_exitcode(status)
+        status, kibibytes = map(int, report.read_text().split())
         out.seek(0)
         err.seek(0)
-        return Run(process.returncode, out.read(), err.read(), usage.ru_maxrss * 1024)
+        return Run(status, out.read(), err.read(), kibibytes * 1024)
 
 
 def with_line(line: str) -> str:
