@@ -1,6 +1,6 @@
 """Every mission of the transport paper, many seeds each: success, time, path length, clearance.
 
-    python bench/clot_scenarios.py [--seeds 20] [--only NAME …] [--limit SECONDS]
+    python bench/clot_scenarios.py [--seeds 20] [--only NAME …] [--limit SECONDS] [--preset NAME] [--samples N]
 
 Seconds are of one CPU thread's own time, from the checked mission to a plan that passed
 verification, restarts included: other programs on the machine lengthen them little. *Published* is
@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 
 import missionc
-from missionc.backends.api import Budget, Options, Planned
+from missionc.backends.api import PRESETS, Budget, Options, Planned
 from missionc.backends.load import load
 from missionc.diagnostics.model import Diagnostic
 from missionc.verify import verify
@@ -46,7 +46,10 @@ def main() -> None:
     parser.add_argument("--seeds", type=int, default=20)
     parser.add_argument("--only", nargs="*", choices=list(SCENARIOS))
     parser.add_argument("--limit", type=float, default=300.0, help="seconds for each seed")
+    parser.add_argument("--preset", choices=PRESETS, default=PRESETS[0], help="how to plan")
+    parser.add_argument("--samples", type=int, help="trajectories that the preset optimises at once")
     arguments = parser.parse_args()
+    options = Options(preset=arguments.preset, samples=arguments.samples)
     backend = load("clot")
     if isinstance(backend, Diagnostic):
         raise SystemExit(backend.message)
@@ -63,7 +66,7 @@ def main() -> None:
         seconds, attempts, lengths, bends, clearances = [], [], [], [], []
         for seed in range(arguments.seeds):
             begin = time.process_time()
-            outcome = backend.plan(mission, kernel, Options(), Budget(time.monotonic() + arguments.limit, seed=seed))
+            outcome = backend.plan(mission, kernel, options, Budget(time.monotonic() + arguments.limit, seed=seed))
             if not isinstance(outcome, Planned):
                 print(f"  {name} seed {seed}: {outcome.statement}", flush=True)
                 continue

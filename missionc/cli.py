@@ -20,7 +20,7 @@ from typing import assert_never
 import click
 
 from missionc import driver, stages, summary
-from missionc.backends.api import Budget, Impossible, NotFound, Options, Progress, ignore
+from missionc.backends.api import PRESETS, Budget, Impossible, NotFound, Options, Progress, ignore
 from missionc.diagnostics.code import CODES, INTERNAL
 from missionc.diagnostics.explain import explain as explanation
 from missionc.diagnostics.model import Diagnostic, has_errors
@@ -93,6 +93,13 @@ def check(missions: tuple[Path, ...], overrides: Pairs, limits: Pairs, form: str
 @click.option("--force", is_flag=True, help="Replace the folder if it exists.")
 @click.option("--backend", type=click.Choice(["auto", "smt", "clot", "hybrid"]), default="auto", show_default=True)
 @click.option("--solver", type=click.Choice(["z3", "cadical", "race"]), default="z3", show_default=True)
+@click.option("--preset", type=click.Choice(PRESETS), default=PRESETS[0], show_default=True, help="How clot plans.")
+@click.option(
+    "--samples",
+    type=click.IntRange(1, 100_000),
+    metavar="N",
+    help="Trajectories that presets but `sketch` optimise at once.",
+)
 @click.option("--seed", type=click.IntRange(0, 2**32 - 1), default=0, show_default=True, metavar="N")
 @click.option(
     "--time-limit",
@@ -131,6 +138,8 @@ def compile(
     force: bool,
     backend: str,
     solver: str,
+    preset: str,
+    samples: int | None,
     seed: int,
     time_limit: float,
     memory_limit: int,
@@ -143,6 +152,11 @@ def compile(
     """Turn a mission into a verified plan and its files."""
     if plot and plot.suffix not in (".svg", ".png"):
         raise click.BadParameter(f"`{plot}` ends neither in .svg nor in .png", param_hint="--plot")
+    if samples is not None and preset == PRESETS[0]:
+        raise click.UsageError(
+            f"`--samples` is for presets that transport trajectories, and `{preset}` does not; "
+            f"add `--preset` with one of {', '.join(PRESETS[1:])}"
+        )
     allowed = read_limits(limits)
     wanted = stages.in_order(stage for group in asked for stage in group)
     deadline = time.monotonic() + time_limit
@@ -152,7 +166,7 @@ def compile(
             compiled = Compiled(checked, Refused(), checked.findings, checked.seconds)
             answer = Answer(compiled, Status.DONE if checked.ok else Status.MISSION_ERRORS)
         else:
-            options = Options(solver, certify, frozenset(wanted) & frozenset(stages.BY_A_BACKEND))
+            options = Options(solver, certify, frozenset(wanted) & frozenset(stages.BY_A_BACKEND), preset, samples)
             budget = Budget(deadline, memory_limit, seed, allowed, listen)
             folder = None if wanted and not output else output or _default_folder(checked)
             answer = _plan(checked, options, budget, folder, force, plot)

@@ -270,7 +270,11 @@ def _inputs(checked: Checked) -> tuple[tuple[str, bytes], ...]:
 
 def _options(checked: Checked, options: Options) -> tuple[tuple[str, Option], ...]:
     """What of the command line changes the plan."""
-    return (("solver", options.solver), *((f"-D {name}", text) for name, text in sorted(checked.overrides.items())))
+    given = [("solver", options.solver)]
+    if checked.choice is not None and checked.choice.backend != "smt":
+        given.append(("preset", options.preset))
+        given.extend([("samples", str(options.samples))] if options.samples is not None else [])
+    return (*given, *((f"-D {name}", text) for name, text in sorted(checked.overrides.items())))
 
 
 # ------------------------------------------------------------------ messages

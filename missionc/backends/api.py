@@ -54,6 +54,10 @@ class Budget:
     listen: Callable[[Progress], None] = ignore
 
 
+PRESETS = ("sketch", "search", "paper", "fsot", "mpot")
+"""Ways to plan that the transport backend knows by name; the first is the default."""
+
+
 @dataclass(frozen=True, slots=True)
 class Options:
     """Choices of the command line that only a backend understands."""
@@ -62,6 +66,9 @@ class Options:
     certify: bool = False
     captures: frozenset[str] = frozenset()
     """Texts to keep in ``Report.texts``: ``dimacs``, ``smt2``."""
+    preset: str = PRESETS[0]
+    samples: int | None = None
+    """Trajectories that presets with a local search optimise at once; None leaves it to the preset."""
 
 
 @dataclass(frozen=True, slots=True)

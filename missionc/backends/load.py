@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from importlib.util import find_spec
 
-from missionc.backends.api import Backend, Options
-from missionc.diagnostics.code import BACKEND_NOT_THERE, EXTRA_MISSING
+from missionc.backends.api import PRESETS, Backend, Options
+from missionc.diagnostics.code import BACKEND_NOT_THERE, EXTRA_MISSING, NOT_ITS_FLAG
 from missionc.diagnostics.model import Diagnostic
 
 
@@ -21,6 +21,8 @@ def load(name: str, options: Options | None = None) -> Backend | Diagnostic:
             help="plan with `--backend smt`, where the mission allows it",
         )
     options = options or Options()
+    if options.preset != PRESETS[0]:
+        return _not_its_flag(f"--preset {options.preset}")
     if find_spec("pysat") is None:
         if options.solver != "z3":
             return _sat_missing(f"--solver {options.solver}", "leave `--solver` out: Z3 is always there")
@@ -37,6 +39,16 @@ def _sat_missing(flag: str, otherwise: str) -> Diagnostic:
         f"`{flag}` needs the package python-sat, which is not installed",
         None,
         help=f"install it with `pip install 'missionc[sat]'`, or {otherwise}",
+    )
+
+
+def _not_its_flag(flag: str) -> Diagnostic:
+    return Diagnostic(
+        NOT_ITS_FLAG,
+        f"`{flag}` is for the backend `clot`, and this mission goes to `smt`",
+        None,
+        notes=("presets are ways to plan by transport; a SAT solver over roadmaps has none",),
+        help="leave it out, or plan with `--backend clot`, where the mission allows it",
     )
 
 

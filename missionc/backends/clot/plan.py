@@ -3,8 +3,11 @@
     in   Mission, its kernel
     out  Planned or NotFound
 
+A preset may put Algorithms 1 and 2 between sketch and polish, or in their place (``presets``).
+
 Where one schedule leads to no plan, others follow: other options, other orders, other ways
-round, each from the seed and its number alone. "Impossible" is not this backend's to say.
+round; and after every few of them a search from the best one (``hybrid``), in which agents go
+one by one. All follow from the seed. "Impossible" is not this backend's to say.
 
 Source:
     [clot] Problem 1.
@@ -13,7 +16,7 @@ Source:
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import torch
@@ -26,8 +29,10 @@ from missionc.backends.clot.costs import Costs
 from missionc.backends.clot.demand import Demand
 from missionc.backends.clot.frames import frames
 from missionc.backends.clot.guide import Guide
+from missionc.backends.clot.hybrid import Begun, Searched, searched
 from missionc.backends.clot.improve import improve
 from missionc.backends.clot.polish import Polished, polish
+from missionc.backends.clot.presets import PRESETS, Preset, preset
 from missionc.backends.clot.schedule import Scheduler
 from missionc.backends.clot.sketch import sketch
 from missionc.backends.clot.splines import splines, trace
@@ -43,6 +48,9 @@ ATTEMPTS = 40
 ITERATIONS = 60
 """Steps of one polish."""
 
+SEARCH_EVERY = 4
+"""Attempts of which the last one searches, from the best schedule so far, where the preset does not do so anyway."""
+
 NOISE = 0.4
 """How differently distances are judged for every schedule but the first."""
 
@@ -55,6 +63,7 @@ class Candidate:
     faults: tuple[Fault, ...]
     shortfall: float
     worst: str
+    begun: Begun
 
 
 @dataclass(slots=True)
@@ -80,6 +89,12 @@ class Run:
     budget: Budget
     account: Account = field(default_factory=Account)
     best: Candidate | None = None
+    furthest: Searched | None = None
+    """Of the searches that found no joint motion the one that came furthest."""
+    preset: Preset = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.preset = preset(self.options.preset, self.options.samples)
 
     def plan(self) -> Outcome:
         with self.account.stage("lower"):
@@ -101,21 +116,46 @@ class Run:
         self, graph: CostGraph, scheduler: Scheduler, guide: Guide, generator: np.random.Generator, number: int
     ) -> Trace | None:
         """One schedule, all the way; what comes of it if that is a plan."""
-        mission = self.mission
+        mission, way = self.mission, self.preset
         self.budget.listen(Progress("sketch", number + 1, self.so_far()))
-        with self.account.stage("sketch"):
-            schedule = scheduler.schedule(NOISE if number else 0.0)
-            key = frames(mission, schedule, scheduler, guide, generator)
-            first = sketch(mission, schedule, key, guide, generator, 0.3 if number else 0.0)
+        if self.best is not None and not way.local and number % SEARCH_EVERY == SEARCH_EVERY - 1:
+            way, begun = PRESETS["search"], self.best.begun
+        else:
+            with self.account.stage("sketch"):
+                schedule = scheduler.schedule(NOISE if number else 0.0)
+                key = frames(mission, schedule, scheduler, guide, generator)
+                first = sketch(mission, schedule, key, guide, generator, 0.3 if number else 0.0)
+                begun = Begun(schedule, key, first)
+        motions: tuple[Array, ...] = (begun.motion,)
+        if way.local:
+            with self.account.stage("search"):
+                search = searched(
+                    mission, self.kernel, graph, way, begun, guide, generator, self.budget, self.in_time, number + 1
+                )
+            motions = search.motions
+            if not motions and (self.furthest is None or search.rank > self.furthest.rank):
+                self.furthest = search
+        for motion in motions:
+            found = self.finished(replace(begun, motion=motion), graph, way, number)
+            if found is not None:
+                return found
+        return None
+
+    def finished(self, begun: Begun, graph: CostGraph, way: Preset, number: int) -> Trace | None:
+        """The plan that comes of a joint motion, if one does."""
+        mission = self.mission
+        made = splines(mission)
+        control = made.through(begun.motion)
+        if not way.polished:
+            return self.judged(Polished(control, 0.0, "a check", 0.0, 0), trace(mission, made, control), begun)
         self.budget.listen(Progress("polish", number + 1, self.so_far()))
         with self.account.stage("polish"):
-            made = splines(mission)
             roots = tuple(wanted.term for wanted in graph.requirements)
-            demand = Demand.of(mission, roots, schedule.choices, mission.steps)
+            demand = Demand.of(mission, roots, begun.schedule.choices, mission.steps)
             costs = Costs(mission, made, Weights(), Spare())
-            polished = polish(made.through(first), costs, demand, ITERATIONS, self.in_time)
+            polished = polish(control, costs, demand, ITERATIONS, self.in_time)
         self.account.sizes["iterations"] = self.account.sizes.get("iterations", 0) + polished.iterations
-        found = self.judged(polished, trace(mission, made, polished.control))
+        found = self.judged(polished, trace(mission, made, polished.control), begun)
         if found is None:
             return None
         self.budget.listen(Progress("improve", number + 1))
@@ -131,14 +171,14 @@ class Run:
         made = trace(self.mission, splines(self.mission), control)
         return None if faults(self.mission, self.kernel, made) else made
 
-    def judged(self, polished: Polished, made: Trace) -> Trace | None:
+    def judged(self, polished: Polished, made: Trace, begun: Begun) -> Trace | None:
         """The motion, if it is a plan; if not, what is wrong with it is kept where nothing was better."""
         with self.account.stage("accept"):
             wrong = tuple(faults(self.mission, self.kernel, made))
         if not wrong:
             return made
         if self.best is None or (polished.shortfall, len(wrong)) < (self.best.shortfall, len(self.best.faults)):
-            self.best = Candidate(made, wrong, polished.shortfall, polished.worst)
+            self.best = Candidate(made, wrong, polished.shortfall, polished.worst, begun)
         return None
 
     def in_time(self) -> bool:
@@ -152,6 +192,9 @@ class Run:
 
     def statement(self) -> str:
         """Where the best candidate fails."""
+        if self.best is None and self.furthest is not None:
+            count, agents, margin = self.furthest.planned, len(self.mission.agents), self.furthest.margin
+            return f"the search got to {count} of {agents} agents; the last of them falls short by {-margin:.3g} m"
         if self.best is None:
             return "no candidate was finished"
         names = [agent.name for agent in self.mission.agents]

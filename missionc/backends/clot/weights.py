@@ -37,3 +37,24 @@ class Spare:
     task: float = 0.03
     bodies: float = 0.03
     limits: float = 0.02
+
+
+@dataclass(frozen=True, slots=True)
+class ProbeWeights:
+    """What a moved waypoint costs, where costs are only compared with each other.
+
+    Args:
+        bodies: for each metre by which obstacles, bounds and separation lack room.
+        task: for each metre of robustness.
+        limits: for each metre in a step above a limit.
+        bend: for each m² of half the squared second differences.
+        room: metres beyond what bodies need, below which they cost: r_o and r_s.
+        margin: metres of robustness above which a goal costs nothing, where goals cost what they lack.
+    """
+
+    bodies: float = 8.0
+    task: float = 6.0
+    limits: float = 4.0
+    bend: float = 2.4
+    room: float = 0.08
+    margin: float = 0.1

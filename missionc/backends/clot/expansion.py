@@ -1,0 +1,181 @@
+"""How the search plans one more agent, by Algorithm 1; and how all are planned at once, without a search.
+
+    in   a node of the search and an agent
+    out  candidates of its motion, with their cost and whether they hold among those planned before
+
+Source:
+    [clot] Algorithm 2, lines 4 to 8; V-A.3 (I) for all at once.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from missionc.backends.clot.active import Choices
+from missionc.backends.clot.cost_graph import Term
+from missionc.backends.clot.first_motions import FirstMotions
+from missionc.backends.clot.prefix import about
+from missionc.backends.clot.prefix_check import prefix_margin
+from missionc.backends.clot.presets import Preset
+from missionc.backends.clot.probe_cost import ProbeCost
+from missionc.backends.clot.search import Candidate
+from missionc.backends.clot.sequence import Couplings
+from missionc.backends.clot.states import Team, team
+from missionc.backends.clot.surroundings import Surroundings
+from missionc.backends.clot.transport import TransportSettings, transport
+from missionc.backends.clot.tree import Node
+from missionc.backends.clot.weights import ProbeWeights
+from missionc.ir import Mission
+from missionc.plan import Array
+
+TYPICAL = 10.0
+"""Metres: the radii and deviations of presets are meant for a world of this size, and scaled for others."""
+
+PARTS = 4
+"""Instants of a step at which candidates are checked for obstacles."""
+
+
+def scale(mission: Mission) -> float:
+    """The least side of the world in the plane, against a typical one."""
+    return float(min(np.array(mission.world.high)[:2] - np.array(mission.world.low)[:2])) / TYPICAL
+
+
+@dataclass(slots=True, eq=False)
+class Expansion:
+    """``search.Expand``.
+
+    Args:
+        goals: the requirements' terms.
+        choices: what the schedule decided; nothing where candidates are free to choose.
+        go_on: whether there is time.
+        tell: is told, after an expansion, how many agents are planned and the best margin, metres.
+
+    Source:
+        [clot] Algorithm 2, lines 4 to 8.
+    """
+
+    mission: Mission
+    preset: Preset
+    goals: tuple[Term, ...]
+    choices: Choices
+    first: FirstMotions
+    couplings: Couplings
+    go_on: Callable[[], bool]
+    tell: Callable[[int, float], None]
+    team: Team = field(init=False)
+    settings: TransportSettings = field(init=False)
+    probed: Surroundings = field(init=False)
+    checked: Surroundings = field(init=False)
+    known: dict[tuple[frozenset[int], int | None], tuple[Term, ...]] = field(init=False, default_factory=dict)
+
+    def __post_init__(self) -> None:
+        self.team = team(self.mission)
+        self.probed, self.checked = Surroundings(self.mission, 2), Surroundings(self.mission, PARTS)
+        by, given = scale(self.mission), self.preset.transport
+        self.settings = replace(given, first_radius=given.first_radius * by, last_radius=given.last_radius * by)
+
+    def __call__(self, work: Sequence[tuple[Node, int]], samples: int, seed: int, /) -> list[list[Candidate]]:
+        """Candidates for each node and agent, those that hold."""
+        return [self._one(node, agent, samples, seed + number) for number, (node, agent) in enumerate(work)]
+
+    def together(self, samples: int, seed: int) -> list[Candidate]:
+        """Joint motions, (agents, steps + 1, dim), of all agents moved at once, those that hold.
+
+        Source:
+            [clot] V-A.3 (I), MPOT extended to several robots.
+        """
+        generator = torch.Generator().manual_seed(seed % 2**63)
+        agents = range(len(self.mission.agents))
+        everyone = frozenset(agents)
+        begin = torch.stack([self.first.of(agent, None, samples, generator) for agent in agents], dim=1)
+        fixed = torch.stack([self.first.fixed(agent) for agent in agents]).repeat(samples, 1)
+        costs = [self._cost(agent, tuple(everyone - {agent}), self._goals(everyone, None)) for agent in agents]
+
+        def cost(waypoints: Tensor, probes: Tensor) -> Tensor:
+            joint = waypoints.unflatten(0, (samples, len(agents)))
+            moved = probes.unflatten(0, (samples, len(agents)))
+            each = [
+                of(joint[:, agent], moved[:, agent], joint[:, list(of.others)])
+                for agent, of in zip(agents, costs, strict=True)
+            ]
+            return torch.stack(each, dim=1).flatten(0, 1)
+
+        def done(_: Tensor) -> bool:
+            return not self.go_on()
+
+        found = transport(begin.flatten(0, 1), fixed, cost, self.settings, generator, done)
+        joint = found.unflatten(0, (samples, len(agents)))
+        margins = [self._margin(agent, joint[:, agent], joint, everyone) for agent in agents]
+        margin = torch.stack(margins).amin(dim=0)
+        self.tell(len(agents), float(margin.max()))
+        value = torch.stack([self._effort(joint[:, agent]) for agent in agents]).sum(dim=0)
+        return self._candidates(joint, margin, value)
+
+    def _one(self, node: Node, agent: int, samples: int, seed: int) -> list[Candidate]:
+        generator = torch.Generator().manual_seed(seed % 2**63)
+        others = node.planned
+        known = frozenset((*others, agent))
+        begin = self.first.of(agent, self._parent(node, agent), samples, generator)
+        planned = torch.from_numpy(node.trajectories).float().reshape(1, len(others), *begin.shape[1:])
+        of = self._cost(agent, others, self._goals(known, agent))
+
+        def cost(waypoints: Tensor, probes: Tensor) -> Tensor:
+            return of(waypoints, probes, planned)
+
+        def done(waypoints: Tensor) -> bool:
+            if not self.go_on():
+                return True
+            if not self.preset.settled:
+                return False
+            margin = self._margin_among(agent, others, waypoints, planned, known)
+            return int((margin > 0.0).sum()) >= max(2, samples // 4)
+
+        found = transport(begin, self.first.fixed(agent), cost, self.settings, generator, done)
+        margin = self._margin_among(agent, others, found, planned, known)
+        self.tell(len(known), float(margin.max()))
+        return self._candidates(found, margin, self._effort(found))
+
+    def _parent(self, node: Node, agent: int) -> tuple[int, Array] | None:
+        parent = self.couplings.parent(agent, node.planned, self.first.key[0].position)
+        return None if parent is None else (parent, node.trajectories[node.planned.index(parent)])
+
+    def _goals(self, known: frozenset[int], newest: int | None) -> tuple[Term, ...]:
+        key = known, newest
+        if key not in self.known:
+            self.known[key] = about(self.goals, known, self.choices, newest)
+        return self.known[key]
+
+    def _cost(self, agent: int, others: tuple[int, ...], goals: tuple[Term, ...]) -> ProbeCost:
+        return ProbeCost(self.mission, self.team, agent, others, goals, self.probed, ProbeWeights(), self.preset.hinged)
+
+    def _margin(self, agent: int, own: Tensor, joint: Tensor, known: frozenset[int]) -> Tensor:
+        others = tuple(sorted(known - {agent}))
+        return self._margin_among(agent, others, own, joint[:, list(others)], known)
+
+    def _margin_among(
+        self, agent: int, others: tuple[int, ...], own: Tensor, planned: Tensor, known: frozenset[int]
+    ) -> Tensor:
+        return prefix_margin(self.team, agent, others, own, planned, self._goals(known, None), self.checked)
+
+    def _effort(self, candidates: Tensor) -> Tensor:
+        """Way against the size of the world, and a little for bends: without unit, about 1. Source: [clot] (2)."""
+        size = TYPICAL * scale(self.mission)
+        way = torch.linalg.vector_norm(candidates.diff(dim=1), dim=-1).sum(dim=1)
+        bend = torch.linalg.vector_norm(candidates.diff(dim=1).diff(dim=1), dim=-1).sum(dim=1)
+        effort: Tensor = (way + bend) / size
+        return effort
+
+    def _candidates(self, motions: Tensor, margin: Tensor, effort: Tensor) -> list[Candidate]:
+        """Those that hold but for the slack; room up to what is asked for makes up for a longer way."""
+        asked = ProbeWeights().room
+        cost = effort - (margin.clamp(max=asked) / asked)
+        feasible = margin > -self.preset.slack
+        return [
+            Candidate(motion.double().numpy(), float(price), True)
+            for motion, price in zip(motions[feasible], cost[feasible], strict=True)
+        ]

@@ -1,0 +1,126 @@
+"""Joint motions by Algorithm 2 over Algorithm 1: the search that a preset asks for, from the first to the last agent.
+
+Source:
+    [clot] Algorithm 2.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from missionc.backends.api import Budget, Progress
+from missionc.backends.clot.cost_graph import CostGraph
+from missionc.backends.clot.expansion import Expansion, scale
+from missionc.backends.clot.first_motions import FirstMotions
+from missionc.backends.clot.frames import Frame
+from missionc.backends.clot.guide import Guide
+from missionc.backends.clot.presets import Order, Preset
+from missionc.backends.clot.schedule import Schedule
+from missionc.backends.clot.search import Search
+from missionc.backends.clot.sequence import Couplings, Offers, couplings, in_order
+from missionc.ir import Mission
+from missionc.kernel.nodes import Kernel
+from missionc.plan import Array
+
+MOST = 3
+"""Joint motions that are handed on, the cheapest."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Begun:
+    """Where planning begins: a schedule, its key frames, and a joint motion, (agents, steps + 1, dim), metres."""
+
+    schedule: Schedule
+    key: tuple[Frame, ...]
+    motion: Array
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Searched:
+    """Joint motions, each (agents, steps + 1, dim), metres, the cheapest first; none where none was found.
+
+    ``planned`` is how many agents were planned at once at most, and ``margin``
+    by how much the best candidate with so many holds, metres.
+    """
+
+    motions: tuple[Array, ...]
+    planned: int
+    margin: float
+
+    @property
+    def rank(self) -> tuple[int, float]:
+        """The more, the further it came."""
+        return self.planned, self.margin
+
+
+def searched(
+    mission: Mission,
+    kernel: Kernel,
+    graph: CostGraph,
+    preset: Preset,
+    begun: Begun,
+    guide: Guide,
+    generator: np.random.Generator,
+    budget: Budget,
+    go_on: Callable[[], bool],
+    attempt: int,
+) -> Searched:
+    """What the search finds.
+
+    Each motion holds by the preset's own check, but for its slack; whether it is a plan is for others to say.
+
+    Args:
+        attempt: to tell the listener, from 1.
+
+    Source:
+        [clot] Algorithm 2; V-A.3 (I) and (II) for presets without a search.
+    """
+    agents = len(mission.agents)
+    starts = begun.key[0].position
+    best = -np.inf
+    most = 0
+
+    def tell(planned: int, margin: float) -> None:
+        nonlocal best, most
+        if planned > most:
+            best, most = margin, planned
+        best = max(best, margin) if planned == most else best
+        budget.listen(Progress("search", attempt, f"planned robots {most}/{agents}, best margin {best:.3g} m"))
+
+    first = FirstMotions(
+        mission,
+        begun.key,
+        begun.schedule if preset.seeded else None,
+        begun.motion if preset.seeded else None,
+        guide,
+        preset.deviation * scale(mission),
+    )
+    coupled = couplings(mission, kernel, starts)
+    expansion = Expansion(
+        mission,
+        preset,
+        tuple(wanted.term for wanted in graph.requirements),
+        begun.schedule.choices if preset.seeded else {},
+        first,
+        coupled,
+        go_on,
+        tell,
+    )
+    if preset.order is Order.TOGETHER:
+        found = expansion.together(preset.search.many_samples, int(generator.integers(2**63)))
+        cheapest = sorted(found, key=lambda one: one.cost)[:MOST]
+        return Searched(tuple(each.trajectory for each in cheapest), most, best)
+    search = Search(agents, _offers(preset, coupled, starts), expansion, preset.search, generator)
+    solutions = search.run(budget.deadline, lambda: not go_on()).solutions
+    return Searched(tuple(solution.trajectories for solution in solutions[:MOST]), most, best)
+
+
+def _offers(preset: Preset, coupled: Couplings, starts: Array) -> Offers:
+    """Who may be planned next; a fixed sequence begins with the agent nearest to the middle of all."""
+    if preset.order is Order.SEARCHED:
+        return coupled.next_agents
+    middle = np.linalg.norm(starts - starts.mean(axis=0), axis=1)
+    return in_order(coupled.breadth_first(int(middle.argmin())))

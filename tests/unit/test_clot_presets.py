@@ -1,0 +1,257 @@
+"""The presets: each plans or says how far it came, the same for a seed; partial teams, probes and checks under them."""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+import pytest
+
+pytest.importorskip("torch")
+
+import torch
+
+from missionc import driver
+from missionc.backends import load
+from missionc.backends.api import PRESETS as NAMES
+from missionc.backends.api import Budget, NotFound, Options, Planned, Progress
+from missionc.backends.clot.cost_graph import Margin, Of, SomeLinked, build, postorder
+from missionc.backends.clot.plan import BACKEND
+from missionc.backends.clot.prefix import about
+from missionc.backends.clot.prefix_check import prefix_margin
+from missionc.backends.clot.presets import PRESETS, preset
+from missionc.backends.clot.probe_cost import ProbeCost
+from missionc.backends.clot.robustness import Robustness
+from missionc.backends.clot.states import States, team, velocities
+from missionc.backends.clot.surroundings import Surroundings
+from missionc.backends.clot.weights import ProbeWeights
+from missionc.diagnostics.code import NOT_ITS_FLAG
+from missionc.diagnostics.model import Diagnostic
+from missionc.ir import Connected, InFormation, Mission
+from missionc.kernel.nodes import Kernel
+from missionc.results import Verified
+from missionc.source import Source
+from missionc.verify import verify
+
+PAIR = """\
+mission pair
+time step 0.4 s, horizon 4 s
+world (0, 0) to (8, 6)
+region base = box (0.5, 0.5) to (2.5, 2.5)
+region goal = box (5, 3) to (7.5, 5.5)
+obstacle rock = disc at (3.8, 2.8) radius 0.5
+team drone[2] { radius 0.1 m  dynamics single_integrator(speed <= 4 m/s)  start in base }
+graph radio = proximity 1.5 m
+require visit: eventually[0, 4 s] every drone: goal
+require link:  always[0, 4 s] connected(radio)
+"""
+
+
+def checked(text: str, backend: str = "clot") -> tuple[Mission, Kernel]:
+    found = driver.check(Source("a.mission", text), backend=backend)
+    assert found.mission is not None, found.findings
+    assert found.kernel is not None
+    return found.mission, found.kernel
+
+
+def planned(text: str, name: str, seed: int = 0, limit: float = 60.0, **others: int) -> Planned | NotFound:
+    mission, kernel = checked(text)
+    outcome = BACKEND.plan(mission, kernel, Options(preset=name, **others), Budget(time.monotonic() + limit, seed=seed))
+    assert isinstance(outcome, Planned | NotFound)
+    if isinstance(outcome, Planned):
+        assert verify(mission, kernel, outcome.trace).passed
+    return outcome
+
+
+def test_the_command_line_and_the_backend_know_the_same_presets() -> None:
+    assert tuple(PRESETS) == NAMES
+
+
+OPEN = PAIR.replace("obstacle rock = disc at (3.8, 2.8) radius 0.5\n", "").replace("proximity 1.5 m", "proximity 3 m")
+"""Wide enough for every preset."""
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_every_preset_plans_a_small_mission_and_the_verifier_agrees(name: str) -> None:
+    samples = {} if name in ("sketch", "search") else {"samples": 48 if name == "mpot" else 16}
+    assert isinstance(planned(OPEN, name, **samples), Planned)
+
+
+@pytest.mark.parametrize("name", ["search", "fsot"])
+def test_the_same_seed_gives_the_same_motion_and_another_another(name: str) -> None:
+    first, again, other = (planned(OPEN, name, seed, samples=16) for seed in (0, 0, 1))
+    assert isinstance(first, Planned)
+    assert isinstance(again, Planned)
+    assert np.array_equal(first.trace.position, again.trace.position)
+    assert not isinstance(other, Planned) or not np.array_equal(first.trace.position, other.trace.position)
+
+
+def test_a_moving_obstacle_a_formation_and_inertia_are_searched_too() -> None:
+    text = PAIR.replace(
+        "single_integrator(speed <= 4 m/s)", "double_integrator(speed <= 4 m/s, acceleration <= 9 m/s^2)"
+    )
+    text = text.replace("radius 0.5\n", "radius 0.5 moving (0 m/s, 0.4 m/s)\n")
+    text += "formation row = line of drone spacing 0.6 m tolerance 0.15 m\nrequire row: eventually[1.2 s, 2.8 s] row\n"
+    assert isinstance(planned(text, "search"), Planned)
+
+
+def test_what_a_search_does_not_find_is_undecided_and_says_how_far_it_came() -> None:
+    text = PAIR + "require far: eventually[0, 4 s] distance(drone[0], drone[1]) >= 3\n"
+    found = planned(text, "fsot", samples=2, limit=2.0)
+    assert isinstance(found, NotFound)
+    assert "of 2 agents" in found.statement or "the best candidate fails" in found.statement
+
+
+def test_no_time_ends_a_search() -> None:
+    assert isinstance(planned(PAIR, "paper", limit=0.0), NotFound)
+
+
+def test_the_listener_hears_how_many_robots_are_planned() -> None:
+    mission, kernel = checked(PAIR)
+    heard: list[Progress] = []
+    BACKEND.plan(mission, kernel, Options(preset="search"), Budget(time.monotonic() + 60, listen=heard.append))
+    details = [each.detail for each in heard if each.stage == "search"]
+    assert details[0].startswith("planned robots 1/2, best margin ")
+    assert details[-1].startswith("planned robots 2/2, best margin ")
+
+
+def test_an_unknown_preset_and_too_few_samples_are_named() -> None:
+    with pytest.raises(ValueError, match="there is no preset `serach`"):
+        preset("serach")
+    with pytest.raises(ValueError, match="few_samples = 0"):
+        preset("paper", 0)
+
+
+def test_a_preset_is_refused_where_the_mission_goes_to_the_other_backend() -> None:
+    finding = load.load("smt", Options(preset="search"))
+    assert isinstance(finding, Diagnostic)
+    assert finding.code is NOT_ITS_FLAG
+    assert "`--preset search`" in finding.message
+    assert not isinstance(load.load("clot", Options(preset="search")), Diagnostic)
+
+
+def test_the_preset_is_recorded_beside_the_seed() -> None:
+    compiled = driver.compile(Source("a.mission", PAIR), backend="clot", options=Options(preset="search", samples=16))
+    assert isinstance(compiled.outcome, Verified)
+    manifest = dict(compiled.outcome.files)["manifest.json"].decode()
+    assert '"preset": "search"' in manifest
+    assert '"samples": "16"' in manifest
+
+
+# --------------------------------------------------------------- partial teams
+
+TRIO = """\
+mission trio
+time step 0.5 s, horizon 3 s
+world (0, 0) to (8, 6)
+region base = box (0.5, 0.5) to (4, 4)
+region goal = box (5, 3) to (7.5, 5.5)
+team drone[3] { radius 0.1 m  dynamics single_integrator(speed <= 4 m/s)  start in base }
+graph radio = proximity 2 m
+formation row = chain of drone spacing 0.6 m tolerance 0.1 m
+"""
+
+REQUIREMENTS = (
+    "every drone: eventually[0, 3 s] goal",
+    "some drone: eventually[0, 3 s] goal",
+    "always[0, 3 s] row",
+    "always[0, 2 s] ((every drone: goal) or row)",
+    "every drone: (base until[0, 3 s] goal)",
+    "not (eventually[0, 2 s] drone[1]: goal)",
+    "always[0, 3 s] distance(drone[0], drone[2]) >= 1",
+    "at least 2 drone: eventually[0, 3 s] goal",
+    "every drone: always[0, 3 s] everywhere[hops 0..1 on radio] base",
+    "every drone: eventually[0, 3 s] somewhere[hops 0..1 on radio] goal",
+)
+
+
+@pytest.mark.parametrize("requirement", REQUIREMENTS)
+@pytest.mark.parametrize("known", [{0}, {1}, {0, 1}, {0, 2}, {0, 1, 2}])
+def test_a_partial_team_is_never_judged_worse_than_the_whole_team_could_be(requirement: str, known: set[int]) -> None:
+    """Whatever the others do: with all agents planned the goal is worth no more than its part for some of them."""
+    mission, kernel = checked(TRIO + f"require it: {requirement}\n", driver.ANY_BACKEND)
+    graph = build(kernel)
+    (whole,) = (wanted.term for wanted in graph.requirements)
+    part = about([whole], frozenset(known), {})
+    generator = torch.Generator().manual_seed(len(requirement))
+    position = torch.rand((64, 3, mission.steps + 1, 2), generator=generator, dtype=torch.float64)
+    position = position * torch.tensor([7.0, 5.0]) + 0.5
+    states = States(position, velocities(position, mission.step))
+    value = Robustness(team(mission, dtype=torch.float64), states).values(graph.order)[whole][:, 0, 0]
+    if known == {0, 1, 2}:
+        assert part == (whole,) or len(part) == 1
+    for term in part:
+        shaken = position.clone()
+        shaken[:, sorted({0, 1, 2} - known)] = 0.0
+        moved = States(shaken, velocities(shaken, mission.step))
+        bound = Robustness(team(mission, dtype=torch.float64), moved).values(postorder([term]))[term][:, 0, 0]
+        assert bool((bound >= value - 1e-9).all())
+
+
+def test_connected_becomes_a_link_of_the_agent_that_is_moved() -> None:
+    _, kernel = checked(TRIO + "require it: always[0, 3 s] connected(radio)\n")
+    roots = [wanted.term for wanted in build(kernel).requirements]
+    assert about(roots, frozenset({1}), {}) == ()
+    (among,) = about(roots, frozenset({0, 1}), {})
+    assert isinstance(among.body, Margin)  # type: ignore[union-attr]
+    assert isinstance(among.body.predicate, Connected)  # type: ignore[union-attr]
+    assert among.body.predicate.agents == (0, 1)  # type: ignore[union-attr]
+    (own,) = about(roots, frozenset({0, 1}), {}, newest=1)
+    assert isinstance(own.body, Of)  # type: ignore[union-attr]
+    assert isinstance(own.body.body, SomeLinked)  # type: ignore[union-attr]
+
+
+def test_a_formation_keeps_the_edges_between_planned_agents() -> None:
+    _, kernel = checked(TRIO + "require it: always[0, 3 s] row\n")
+    (part,) = about([wanted.term for wanted in build(kernel).requirements], frozenset({0, 1}), {})
+    predicate = part.body.predicate  # type: ignore[union-attr]
+    assert isinstance(predicate, InFormation)
+    assert [(edge.first, edge.second) for edge in predicate.formation.edges] == [(0, 1)]
+
+
+# -------------------------------------------------------------- probes, checks
+
+
+def parked(mission: Mission, places: list[tuple[float, float]]) -> torch.Tensor:
+    """Agents that stay where they are, (1, agents, steps, dim)."""
+    return torch.tensor(places)[None, :, None].expand(1, len(places), mission.steps + 1, 2).clone()
+
+
+def test_the_check_of_a_partial_team_gives_the_worst_margin_in_metres() -> None:
+    mission, kernel = checked(PAIR)
+    roots = [wanted.term for wanted in build(kernel).requirements]
+    around, everyone = Surroundings(mission, 4), team(mission)
+    still = parked(mission, [(1.5, 1.5), (1.5, 2.0)])
+
+    def margin(own: torch.Tensor, goals: bool) -> float:
+        known = about(roots, frozenset({0, 1}), {}) if goals else ()
+        return float(prefix_margin(everyone, 0, (1,), own, still[:, 1:], known, around)[0])
+
+    assert margin(still[:, 0], False) == pytest.approx(0.3, abs=1e-5)  # half a metre apart, discs of 0.1 m
+    assert margin(still[:, 0], True) < -1.0  # nobody ever goes to the goal
+    jump = still[:, 0].clone()
+    jump[:, 5] += torch.tensor([0.0, 2.0])
+    assert margin(jump, False) < 0  # through the other one, and faster than it may
+
+
+def test_a_probe_costs_less_away_from_an_obstacle_and_from_the_others() -> None:
+    mission, kernel = checked(PAIR)
+    own = parked(mission, [(3.8, 2.2)])[:, 0]
+    other = parked(mission, [(3.8, 2.0)])
+    cost = ProbeCost(mission, team(mission), 0, (1,), (), Surroundings(mission, 2), ProbeWeights(), True)
+    probes = own[:, :, None] + torch.tensor([[0.3, -0.3], [0.0, 0.3], [0.0, -0.15]])
+    aside, into_rock, into_other = cost(own, probes, other)[0, 5].tolist()
+    assert aside < into_rock
+    assert aside < into_other
+    assert [wanted.name for wanted in build(kernel).requirements] == ["visit", "link"]
+
+
+@pytest.mark.parametrize("hinged", [True, False])
+def test_a_probe_towards_what_a_goal_asks_for_costs_less(hinged: bool) -> None:
+    mission, kernel = checked(PAIR)
+    goals = about([wanted.term for wanted in build(kernel).requirements], frozenset({0}), {}, 0)
+    own = parked(mission, [(4.5, 4.0)])[:, 0]
+    cost = ProbeCost(mission, team(mission), 0, (), goals, Surroundings(mission, 2), ProbeWeights(), hinged)
+    probes = own[:, :, None] + torch.tensor([[0.5, 0.0], [-0.5, 0.0]])
+    towards, away = cost(own, probes, torch.zeros(1, 0, mission.steps + 1, 2))[0, 5].tolist()
+    assert towards < away
