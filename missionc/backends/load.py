@@ -5,32 +5,65 @@ from __future__ import annotations
 from importlib.util import find_spec
 
 from missionc.backends.api import PRESETS, Backend, Options
-from missionc.diagnostics.code import BACKEND_NOT_THERE, EXTRA_MISSING, NOT_ITS_FLAG
+from missionc.diagnostics.code import EXTRA_MISSING, NOT_ITS_FLAG
 from missionc.diagnostics.model import Diagnostic
 
 
 def load(name: str, options: Options | None = None) -> Backend | Diagnostic:
-    """The backend of that name, or what to say where it, or the solver asked for, is not there."""
-    if name == "clot":
-        return _clot()
-    if name != "smt":
-        return Diagnostic(
-            BACKEND_NOT_THERE,
-            f"the backend `{name}` is not there yet",
-            None,
-            help="plan with `--backend smt`, where the mission allows it",
-        )
-    options = options or Options()
+    """The backend of that name, or what to say where a package that it needs is not there.
+
+    Raises:
+        KeyError: no backend has that name.
+    """
+    return {"smt": _smt, "clot": _clot, "hybrid": _hybrid}[name](options or Options())
+
+
+def _smt(options: Options) -> Backend | Diagnostic:
     if options.preset != PRESETS[0]:
         return _not_its_flag(f"--preset {options.preset}")
+    missing = _missing_for_solvers(options)
+    if missing is not None:
+        return missing
+    from missionc.backends.smt import BACKEND
+
+    return BACKEND
+
+
+def _clot(options: Options) -> Backend | Diagnostic:
+    if find_spec("torch") is None:
+        return _torch_missing("clot")
+    from missionc.backends.clot.plan import BACKEND
+
+    return BACKEND
+
+
+def _hybrid(options: Options) -> Backend | Diagnostic:
+    if find_spec("torch") is None:
+        return _torch_missing("hybrid")
+    missing = _missing_for_solvers(options)
+    if missing is not None:
+        return missing
+    from missionc.backends.hybrid import BACKEND
+
+    return BACKEND
+
+
+def _missing_for_solvers(options: Options) -> Diagnostic | None:
     if find_spec("pysat") is None:
         if options.solver != "z3":
             return _sat_missing(f"--solver {options.solver}", "leave `--solver` out: Z3 is always there")
         if options.certify:
             return _sat_missing("--certify", "leave `--certify` out: the answer is the same, without a proof of it")
-    from missionc.backends.smt import BACKEND
+    return None
 
-    return BACKEND
+
+def _torch_missing(name: str) -> Diagnostic:
+    return Diagnostic(
+        EXTRA_MISSING,
+        f"the backend `{name}` needs the package torch, which is not installed",
+        None,
+        help="install it with `pip install 'missionc[clot]'`, or try `--backend smt`",
+    )
 
 
 def _sat_missing(flag: str, otherwise: str) -> Diagnostic:
@@ -50,16 +83,3 @@ def _not_its_flag(flag: str) -> Diagnostic:
         notes=("presets are ways to plan by transport; a SAT solver over roadmaps has none",),
         help="leave it out, or plan with `--backend clot`, where the mission allows it",
     )
-
-
-def _clot() -> Backend | Diagnostic:
-    if find_spec("torch") is None:
-        return Diagnostic(
-            EXTRA_MISSING,
-            "the backend `clot` needs the package torch, which is not installed",
-            None,
-            help="install it with `pip install 'missionc[clot]'`, or try `--backend smt`",
-        )
-    from missionc.backends.clot.plan import BACKEND
-
-    return BACKEND

@@ -63,7 +63,6 @@ HOPS_BEYOND_TEAM = Code("MC307", "more hops than the graph has agents for")
 # 4xx: choice of backend
 CANNOT_EXPRESS = Code("MC401", "the backend cannot express this")
 NO_BACKEND = Code("MC402", "no backend can express this mission")
-BACKEND_NOT_THERE = Code("MC403", "this backend is not there yet")
 EXTRA_MISSING = Code("MC404", "an optional package is missing")
 NOT_ITS_FLAG = Code("MC405", "this flag is for another backend")
 
@@ -106,3 +105,6 @@ TRACE_MISMATCH = Code("MC705", "the trace does not fit the mission")
 INTERNAL = Code("MC901", "a defect of the compiler")
 
 CODES: dict[str, Code] = {value.name: value for value in list(globals().values()) if isinstance(value, Code)}
+
+RETIRED = frozenset({"MC403"})
+"""Numbers that once meant something, and are not given to anything else."""

@@ -2,7 +2,7 @@
 
     in   Mission, and a backend by name where the command line gives one
     out  Choice
-    says MC401 MC402 MC403
+    says MC401 MC402
 
 Tables of names only: nothing here loads a solver.
 """
@@ -15,7 +15,7 @@ from enum import Enum
 from types import MappingProxyType
 from typing import assert_never
 
-from missionc.diagnostics.code import BACKEND_NOT_THERE, CANNOT_EXPRESS, NO_BACKEND
+from missionc.diagnostics.code import CANNOT_EXPRESS, NO_BACKEND
 from missionc.diagnostics.model import Diagnostic, Label
 from missionc.ir import (
     Apply,
@@ -61,17 +61,16 @@ class Feature(Enum):
 
 EVERYTHING = frozenset(Feature) - {Feature.RESTLESS_DURATION}
 
+_SMOOTH = EVERYTHING - {Feature.HOPS, Feature.METRIC_LENGTH, Feature.UNICYCLE, Feature.DURATION}
+
 OFFERS: MappingProxyType[str, frozenset[Feature]] = MappingProxyType(
     {
         "smt": EVERYTHING - {Feature.METRIC_LENGTH, Feature.TOTAL_TOLERANCE, Feature.ENERGY},
-        "clot": EVERYTHING - {Feature.HOPS, Feature.METRIC_LENGTH, Feature.UNICYCLE, Feature.DURATION},
-        "hybrid": EVERYTHING,
+        "clot": _SMOOTH,
+        "hybrid": _SMOOTH | {Feature.HOPS},
     }
 )
 """What each backend can express, in the order in which ``auto`` tries them."""
-
-BUILT = frozenset({"smt", "clot"})
-"""The backends that are there."""
 
 AUTO = "auto"
 
@@ -88,18 +87,11 @@ class Need:
 class Choice:
     """A backend that can express the mission.
 
-    ``explanation`` says why this one and why none of the others; ``built``
-    is False where it can be chosen and does not run yet; ``asked`` where the
-    mission names it, at ``span``. ``instead`` are the backends that are there
-    and could take the mission too.
+    ``explanation`` says why this one and why none of the others.
     """
 
     backend: str
     explanation: str
-    built: bool
-    span: Span
-    asked: bool = False
-    instead: tuple[str, ...] = ()
 
 
 def choose_backend(mission: Mission, forced: str | None) -> tuple[Choice | None, list[Diagnostic]]:
@@ -112,23 +104,7 @@ def choose_backend(mission: Mission, forced: str | None) -> tuple[Choice | None,
     if wanted != AUTO and wanted not in able:
         return None, [_cannot(mission, wanted, able, need) for need in _missing(wanted, required)]
     chosen = able[0] if wanted == AUTO else wanted
-    explanation = _explain(mission, forced, chosen, required)
-    span = mission.solve.span or mission.span
-    instead = tuple(name for name in able if name in BUILT)
-    asked = mission.solve.backend == chosen
-    return Choice(chosen, explanation, chosen in BUILT, span, asked, instead), []
-
-
-def not_there(choice: Choice) -> Diagnostic:
-    """What to say, when a plan is asked for, of a chosen backend that does not run yet."""
-    others = [f"`--backend {name}`" for name in choice.instead]
-    return Diagnostic(
-        BACKEND_NOT_THERE,
-        f"the backend `{choice.backend}` can express this mission, but is not there yet",
-        Label(choice.span, "chosen here" if choice.asked else ""),
-        notes=(f"the backends that are there: {', '.join(f'`{name}`' for name in sorted(BUILT))}",),
-        help=f"plan it with {' or '.join(others)}" if others else "check it for now: `missionc check` knows all of it",
-    )
+    return Choice(chosen, _explain(mission, forced, chosen, required)), []
 
 
 def needs(mission: Mission) -> tuple[Need, ...]:
@@ -275,8 +251,6 @@ def _explain(mission: Mission, forced: str | None, chosen: str, required: tuple[
     else:
         why = f"the first of {', '.join(OFFERS)} that offers all the mission needs"
     lines = [f"backend: {chosen}", f"because {why}"]
-    if chosen not in BUILT:
-        lines.append("it is not there yet: the mission can be checked, not planned")
     for name in OFFERS:
         if name != chosen:
             lines.extend(_not_taken(name, required, "comes first" if by_order else "is asked for", chosen))

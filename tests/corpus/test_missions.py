@@ -67,13 +67,23 @@ def test_a_mission_for_transport_chooses_clot(path: Path) -> None:
 
 @pytest.mark.parametrize("name", PLANNED_BY_SMT)
 def test_a_mission_plans_verifies_and_reads_back_for_three_agents(name: str) -> None:
-    compiled_and_read_back(name, {} if name == "wildfire" else {"N": "3"})
+    compiled_and_read_back(ROOT / "missions" / f"{name}.mission", {} if name == "wildfire" else {"N": "3"})
 
 
 @pytest.mark.parametrize("name", PLANNED_BY_CLOT)
 def test_a_mission_for_transport_plans_verifies_and_reads_back(name: str) -> None:
     pytest.importorskip("torch")
-    compiled_and_read_back(name, {})
+    compiled_and_read_back(ROOT / "missions" / f"{name}.mission", {})
+
+
+def test_a_mission_that_needs_both_halves_plans_verifies_and_reads_back() -> None:
+    """Hops and a total tolerance: neither roadmaps nor transport offer both."""
+    pytest.importorskip("torch")
+    path = Path(__file__).parent / "relay.mission"
+    checked = driver.check(path)
+    assert checked.choice is not None
+    assert checked.choice.backend == "hybrid"
+    compiled_and_read_back(path, {})
 
 
 @pytest.mark.slow
@@ -88,11 +98,11 @@ def test_a_mission_for_transport_plans_for_several_seeds(path: Path, seed: int) 
 @pytest.mark.parametrize("agents", [5, 8, 10])
 @pytest.mark.parametrize("name", PLANNED_BY_SMT[1:])
 def test_a_mission_plans_verifies_and_reads_back_for_more_agents(name: str, agents: int) -> None:
-    compiled_and_read_back(name, {"N": str(agents)})
+    compiled_and_read_back(ROOT / "missions" / f"{name}.mission", {"N": str(agents)})
 
 
-def compiled_and_read_back(name: str, overrides: dict[str, str], seed: int = 0) -> None:
-    checked = driver.check(ROOT / "missions" / f"{name}.mission", overrides=overrides)
+def compiled_and_read_back(path: Path, overrides: dict[str, str], seed: int = 0) -> None:
+    checked = driver.check(path, overrides=overrides)
     assert checked.mission is not None
     compiled = driver.plan(checked, Options(), Budget(time.monotonic() + 240, seed=seed))
     assert isinstance(compiled.outcome, Verified), [finding.message for finding in compiled.findings]

@@ -18,8 +18,9 @@ from tests.runs import SPAN, Case, cases, mission_of
 
 pytest.importorskip("torch")
 
-from missionc.backends.clot.active import Active, activate
-from missionc.backends.clot.cost_graph import EveryLinked, SomeLinked, Term, build
+from missionc.backends.clot.active import Active, Links, activate
+from missionc.backends.clot.cost_graph import EveryLinked, Length, Ranked, Release, SomeLinked, Term, build
+from missionc.backends.clot.demand import Demand
 from missionc.backends.clot.leaves import UNLIMITED
 from missionc.backends.clot.robustness import Robustness
 from missionc.backends.clot.states import States, team
@@ -99,3 +100,30 @@ def test_the_cost_graph_is_worth_what_the_monitor_says(case: Case) -> None:
     expected = float(robustness(goal.formula, case.run.mission, case.trace)[0, 0])
     worth = float(np.broadcast_to(values[root], case.trace.position.shape[:2])[0, 0])
     assert worth == pytest.approx(np.clip(expected, -UNLIMITED, UNLIMITED), abs=1e-9)
+
+
+@settings(max_examples=100)
+@given(cases())
+def test_a_witness_decides_what_the_values_did(case: Case) -> None:
+    """What was chosen once is chosen again from the choices alone, whatever the motion has become."""
+    if reference.ahead(case.formula) > case.run.last:
+        return
+    kernel = kernel_of(case, case.formula)
+    roots = (build(kernel).requirements[0].term,)
+    steps = case.run.last
+    free = Demand.of(case.run.mission, roots, {}, steps)
+    chosen = free.active(case.trace.position, case.trace.velocity)
+    witness = free.witness(case.trace.position, case.trace.velocity)
+    moved = case.trace.position[:, ::-1] + 0.3
+    kept = Demand.of(case.run.mission, roots, witness, steps).active(moved, case.trace.velocity)
+    left_open = any(isinstance(term, Ranked | Release | EveryLinked | Length) for term in free.order)
+    if not left_open:
+        assert set(kept.margins) == set(chosen.margins)
+        assert all(np.array_equal(kept.margins[term], mask) for term, mask in chosen.margins.items())
+        assert {graph: links_of(each) for graph, each in kept.joined.items()} == {
+            graph: links_of(each) for graph, each in chosen.joined.items()
+        }
+
+
+def links_of(parts: list[Links]) -> set[tuple[int, ...]]:
+    return {tuple(link) for link in np.concatenate(parts).tolist()}

@@ -6,9 +6,9 @@ import pytest
 
 from missionc.backends import load
 from missionc.backends.api import Options
-from missionc.diagnostics.code import BACKEND_NOT_THERE, CANNOT_EXPRESS, EXTRA_MISSING, NO_BACKEND
+from missionc.diagnostics.code import CANNOT_EXPRESS, EXTRA_MISSING, NO_BACKEND
 from missionc.diagnostics.model import Diagnostic
-from missionc.passes.choose_backend import BUILT, OFFERS, Choice, Feature, choose_backend, needs, not_there
+from missionc.passes.choose_backend import OFFERS, Choice, Feature, choose_backend, needs
 from tests.checked import found, meant, only, text, words
 
 HOPS = "require linked: every drone: always[0, 20 s] (fire implies somewhere[hops 1..2] base)"
@@ -34,7 +34,6 @@ def test_the_words_that_rule_a_backend_out_are_in_the_explanation() -> None:
     assert choice(text(HOPS, TOTAL)).explanation == (
         "backend: hybrid\n"
         "because the first of smt, clot, hybrid that offers all the mission needs\n"
-        "it is not there yet: the mission can be checked, not planned\n"
         "not smt: it cannot express\n"
         "  a formation with a total tolerance (line 12: `tight`)\n"
         "not clot: it cannot express\n"
@@ -91,16 +90,6 @@ def test_the_least_duration_of_agents_that_cannot_wait_is_refused() -> None:
     assert found(text(*parts), NO_BACKEND) == []
 
 
-def test_a_mission_of_a_backend_to_come_is_clean_and_says_so_when_planned() -> None:
-    chosen = choice(text(TOTAL, HOPS, "solve with hybrid"))
-    assert not chosen.built
-    finding = not_there(chosen)
-    assert finding.code == BACKEND_NOT_THERE
-    assert words(finding) == [("solve with hybrid", "chosen here")]
-    assert finding.help == "check it for now: `missionc check` knows all of it"
-    assert not_there(choice(text(HOPS, "solve with hybrid"))).help == "plan it with `--backend smt`"
-
-
 def test_every_feature_is_found_at_its_first_words() -> None:
     mission = meant(
         "mission all\n"
@@ -129,10 +118,9 @@ def test_every_feature_is_found_at_its_first_words() -> None:
     }
 
 
-def test_every_backend_has_a_row_and_one_is_there() -> None:
+def test_hybrid_offers_all_that_transport_does_and_hops() -> None:
     assert list(OFFERS) == ["smt", "clot", "hybrid"]
-    assert set(OFFERS) > BUILT == {"smt", "clot"}
-    assert OFFERS["hybrid"] >= OFFERS["smt"] | OFFERS["clot"]
+    assert OFFERS["hybrid"] == OFFERS["clot"] | {Feature.HOPS}
 
 
 @pytest.mark.parametrize(

@@ -248,17 +248,12 @@ def test_a_plan_that_fails_verification_ends_with_5_and_is_not_written(
     assert not Path("build").exists()
 
 
-def test_a_backend_that_is_not_there_yet_is_said_to_be_so(folder: Path, capsys: Captured, tmp_path: Path) -> None:
-    assert main(["check", "small.mission"]) == 0
-    assert main(["compile", "small.mission", "--backend", "hybrid", "-o", str(tmp_path / "out")]) == 1
-    assert "MC403" in capsys.readouterr().err
-
-
-def test_the_transport_backend_without_torch_says_how_to_install_it(
-    folder: Path, capsys: Captured, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize("backend", ["clot", "hybrid"])
+def test_a_backend_without_torch_says_how_to_install_it(
+    backend: str, folder: Path, capsys: Captured, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("missionc.backends.load.find_spec", lambda name: None)
-    assert main(["compile", "small.mission", "--backend", "clot", "-o", "out"]) == 1
+    assert main(["compile", "small.mission", "--backend", backend, "-o", "out"]) == 1
     said = capsys.readouterr().err
     assert "needs the package torch" in said
     assert "pip install 'missionc[clot]'" in said

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from missionc.diagnostics import code as codes
-from missionc.diagnostics.code import CODES, Code
+from missionc.diagnostics.code import CODES, RETIRED, Code
 from missionc.diagnostics.explain import explain
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -40,6 +40,10 @@ TESTS = "\n".join(
 def test_a_code_has_one_name_and_one_number() -> None:
     assert len({value.name for value in CONSTANTS.values()}) == len(CONSTANTS) == len(CODES)
     assert all(re.fullmatch(r"MC[0-79]\d\d", name) for name in CODES)
+
+
+def test_a_number_that_was_given_up_is_not_given_again() -> None:
+    assert RETIRED.isdisjoint(CODES)
 
 
 @pytest.mark.parametrize("constant", sorted(CONSTANTS))

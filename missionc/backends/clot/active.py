@@ -37,7 +37,8 @@ from missionc.ir import Graph
 from missionc.plan import Array, Flags
 
 Choices: TypeAlias = Mapping[tuple[Term, int, int], int]
-"""What a witness decided: of a term at an agent and a step, the number of the part, or of the step of the mission."""
+"""What a witness decided: of a term at an agent and a step, the number of the part, of the step of the mission, or of
+the agent it is linked to."""
 
 Links: TypeAlias = NDArray[np.int64]
 """(links, 3): two agents and a step."""
@@ -66,6 +67,7 @@ def activate(
     shape: tuple[int, int],
     choices: Choices,
     decided: bool = False,
+    witness: dict[tuple[Term, int, int], int] | None = None,
 ) -> Active:
     """What has to hold of one candidate for all of the roots to hold at step 0.
 
@@ -76,8 +78,9 @@ def activate(
         shape: agents and steps.
         choices: where these have an answer it counts; elsewhere the values do.
         decided: only what has to hold whatever the values are, which are not looked at then.
+        witness: is told what the values chose.
     """
-    run = _Run(values, links, shape, choices, decided)
+    run = _Run(values, links, shape, choices, decided, witness)
     for root in roots:
         run.mask(root)[0, 0] = True
     for term in reversed(order):
@@ -94,8 +97,9 @@ class _Run:
         shape: tuple[int, int],
         choices: Choices,
         decided: bool,
+        witness: dict[tuple[Term, int, int], int] | None,
     ) -> None:
-        self.decided = decided
+        self.decided, self.witness = decided, witness
         self.given, self.links, self.shape, self.choices = values, links, shape, choices
         self.chosen_terms = {term for term, _, _ in choices}
         self.active = Active()
@@ -136,11 +140,15 @@ class _Run:
             case Release(free, end, low, high):
                 self._release(free, end, low, high, mask)
             case SomeLinked(graph, body):
-                self._some_linked(graph, body, mask)
+                self._some_linked(term, graph, body, mask)
             case EveryLinked(graph, body):
                 self._every_linked(graph, body, mask)
             case _:
                 assert_never(term)
+
+    def _note(self, term: Term, agent: int, step: int, chosen: int) -> None:
+        if self.witness is not None:
+            self.witness[term, agent, step] = chosen
 
     def _last(self, step: int, high: int | None) -> int:
         return self.shape[1] - 1 if high is None else min(step + high, self.shape[1] - 1)
@@ -166,6 +174,9 @@ class _Run:
                 chosen = self._chosen(term, one, moment)
                 if chosen is not None:
                     best[:, column] = [chosen, *(each for each in best[:, column] if each != chosen)][:count]
+        if self.witness is not None and count == 1:
+            for one, moment, number in zip(agent.tolist(), step.tolist(), best[0].tolist(), strict=True):
+                self._note(term, one, moment, number)
         for row in best:
             for number in np.unique(row):
                 here = row == number
@@ -180,6 +191,7 @@ class _Run:
                 value = self.value(body)
                 window = value[agent, step + low : self._last(step, high) + 1]
                 chosen = step + low + int(window.argmax())
+                self._note(term, agent, step, chosen)
             self.mask(body)[agent, chosen] = True
 
     def _until(self, term: Term, hold: Term, end: Term, low: int, high: int | None, mask: Flags) -> None:
@@ -192,6 +204,7 @@ class _Run:
                 holds, ends = self.value(hold), self.value(end)
                 held = np.minimum.accumulate(np.r_[np.inf, holds[agent, step:last]])
                 chosen = step + low + int(np.minimum(held, ends[agent, step : last + 1])[low:].argmax())
+                self._note(term, agent, step, chosen)
             self.mask(end)[agent, chosen] = True
             self.mask(hold)[agent, step:chosen] = True
 
@@ -218,15 +231,30 @@ class _Run:
         member, step = np.nonzero(mask[list(graph.agents)])
         return member, step, self.links[graph][step, member]
 
-    def _some_linked(self, graph: Graph, body: Term, mask: Flags) -> None:
-        if len(graph.agents) < 2 or self.decided:
+    def _some_linked(self, term: Term, graph: Graph, body: Term, mask: Flags) -> None:
+        if len(graph.agents) < 2:
             return
         agents = np.array(graph.agents)
+        if self.decided:
+            known = [(agent, self._chosen(term, agent, step), step) for agent, step in np.argwhere(mask).tolist()]
+            self._join(graph, body, [(agent, other, step) for agent, other, step in known if other is not None])
+            return
         member, step, links = self._places(graph, mask)
         there = self.value(body)[agents[None, :], step[:, None]]
-        other = np.minimum(links, there).argmax(axis=1)
-        self.mask(body)[agents[other], step] = True
-        self.active.joined[graph].append(np.stack([agents[member], agents[other], step], axis=1))
+        best = agents[np.minimum(links, there).argmax(axis=1)]
+        found: list[tuple[int, int, int]] = []
+        for agent, moment, other in zip(agents[member].tolist(), step.tolist(), best.tolist(), strict=True):
+            chosen = self._chosen(term, agent, moment)
+            if chosen is None:
+                self._note(term, agent, moment, other)
+            found.append((agent, other if chosen is None else chosen, moment))
+        self._join(graph, body, found)
+
+    def _join(self, graph: Graph, body: Term, links: list[tuple[int, int, int]]) -> None:
+        if links:
+            joined = np.array(links)
+            self.mask(body)[joined[:, 1], joined[:, 2]] = True
+            self.active.joined[graph].append(joined)
 
     def _every_linked(self, graph: Graph, body: Term, mask: Flags) -> None:
         if len(graph.agents) < 2 or self.decided:

@@ -47,10 +47,19 @@ class Demand:
 
     def active(self, position: Array, velocity: Array) -> Active:
         """What has to hold, chosen by the values on this motion where no witness decided."""
+        return self._activated(position, velocity, None)
+
+    def witness(self, position: Array, velocity: Array) -> Choices:
+        """What the values on this motion choose: which part, which step and which link makes each of the roots hold."""
+        found: dict[tuple[Term, int, int], int] = {}
+        self._activated(position, velocity, found)
+        return found
+
+    def _activated(self, position: Array, velocity: Array, witness: dict[tuple[Term, int, int], int] | None) -> Active:
         robustness, values = self._evaluated(position, velocity)
         graphs = {term.graph for term in self.order if isinstance(term, SomeLinked | EveryLinked)}
         links = {graph: robustness.links(graph)[0].numpy() for graph in graphs}
-        return activate(self.order, self.roots, values, links, position.shape[:2], self.choices)
+        return activate(self.order, self.roots, values, links, position.shape[:2], self.choices, False, witness)
 
     def _evaluated(self, position: Array, velocity: Array) -> tuple[Robustness, Mapping[Term, Array]]:
         assert self.team is not None

@@ -10,7 +10,7 @@ guesses: the team moved as it is, turned, or packed into slots of the region.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -48,10 +48,19 @@ class Frame:
 
 
 def frames(
-    mission: Mission, schedule: Schedule, scheduler: Scheduler, guide: Guide, generator: np.random.Generator
+    mission: Mission,
+    schedule: Schedule,
+    scheduler: Scheduler,
+    guide: Guide,
+    generator: np.random.Generator,
+    go_on: Callable[[], bool] = lambda: True,
 ) -> tuple[Frame, ...]:
-    """The key frames of a schedule, in order; the first and the last step are among them."""
-    return _Frames(mission, schedule, scheduler, guide, generator).all()
+    """The key frames of a schedule, in order; the first and the last step are among them.
+
+    Args:
+        go_on: once it says no, first guesses are taken as they are.
+    """
+    return _Frames(mission, schedule, scheduler, guide, generator, go_on).all()
 
 
 class _Frames:
@@ -62,10 +71,11 @@ class _Frames:
         scheduler: Scheduler,
         guide: Guide,
         generator: np.random.Generator,
+        go_on: Callable[[], bool],
     ) -> None:
         self.mission, self.schedule, self.scheduler, self.generator = mission, schedule, scheduler, generator
         self.steps = mission.steps
-        self.guide = guide
+        self.guide, self.go_on = guide, go_on
 
     def all(self) -> tuple[Frame, ...]:
         located = sorted({0, *(each.step for each in self.schedule.appointments)})
@@ -98,10 +108,10 @@ class _Frames:
             for agent, point in self._exact(step).items():
                 shaken[agent] = point
             control = np.repeat(shaken[:, None, :], costs.splines.points, axis=1)
-            polished = polish(control, costs, demand, ITERATIONS)
+            polished = polish(control, costs, demand, ITERATIONS, self.go_on)
             if best is None or polished.shortfall < best.shortfall:
                 best = polished
-            if best.shortfall <= 0:
+            if best.shortfall <= 0 or not self.go_on():
                 break
         assert best is not None
         return Frame(step, best.control[:, 0], best.shortfall, best.worst)

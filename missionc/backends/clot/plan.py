@@ -24,6 +24,7 @@ import torch
 from missionc.backends.account import Account
 from missionc.backends.api import Budget, NotFound, Options, Outcome, Planned, Progress, Reason
 from missionc.backends.clot.accept import Fault, faults
+from missionc.backends.clot.active import Choices
 from missionc.backends.clot.cost_graph import CostGraph, build
 from missionc.backends.clot.costs import Costs
 from missionc.backends.clot.demand import Demand
@@ -36,7 +37,7 @@ from missionc.backends.clot.presets import PRESETS, Preset, preset
 from missionc.backends.clot.schedule import Scheduler
 from missionc.backends.clot.sketch import sketch
 from missionc.backends.clot.splines import splines, trace
-from missionc.backends.clot.tasks import outline
+from missionc.backends.clot.tasks import Outline, outline
 from missionc.backends.clot.weights import Spare, Weights
 from missionc.ir import Mission
 from missionc.kernel.nodes import Kernel
@@ -63,7 +64,7 @@ class Candidate:
     faults: tuple[Fault, ...]
     shortfall: float
     worst: str
-    begun: Begun
+    begun: Begun | None
 
 
 @dataclass(slots=True)
@@ -74,7 +75,6 @@ class ClotBackend:
 
     def plan(self, mission: Mission, kernel: Kernel, options: Options, budget: Budget) -> Outcome:
         """A joint motion that satisfies every requirement."""
-        torch.set_num_threads(1)
         return Run(mission, kernel, options, budget).plan()
 
 
@@ -92,38 +92,42 @@ class Run:
     furthest: Searched | None = None
     """Of the searches that found no joint motion the one that came furthest."""
     preset: Preset = field(init=False)
+    graph: CostGraph = field(init=False)
+    asked: Outline = field(init=False)
+    guide: Guide = field(init=False)
 
     def __post_init__(self) -> None:
+        torch.set_num_threads(1)
         self.preset = preset(self.options.preset, self.options.samples)
+        with self.account.stage("lower"):
+            self.graph = build(self.kernel)
+            self.asked = outline(self.graph, self.mission.steps)
+            self.guide = Guide(self.mission)
+        self.account.sizes["terms"] = len(self.graph.order)
 
     def plan(self) -> Outcome:
-        with self.account.stage("lower"):
-            graph = build(self.kernel)
-            asked = outline(graph, self.mission.steps)
-            guide = Guide(self.mission)
-        self.account.sizes["terms"] = len(graph.order)
-        for attempt in range(ATTEMPTS):
-            if time.monotonic() > self.budget.deadline:
+        for number in range(ATTEMPTS):
+            if not self.in_time():
                 return self.not_found(Reason.TIME)
-            generator = np.random.default_rng([self.budget.seed, attempt])
-            found = self.attempt(graph, Scheduler(self.mission, asked, generator), guide, generator, attempt)
-            self.account.sizes["attempts"] = attempt + 1
+            found = self.attempt(number)
             if found is not None:
                 return Planned(found, self.account.report())
         return self.not_found(Reason.SOLVER)
 
-    def attempt(
-        self, graph: CostGraph, scheduler: Scheduler, guide: Guide, generator: np.random.Generator, number: int
-    ) -> Trace | None:
+    def attempt(self, number: int) -> Trace | None:
         """One schedule, all the way; what comes of it if that is a plan."""
-        mission, way = self.mission, self.preset
+        mission, graph, guide, way = self.mission, self.graph, self.guide, self.preset
+        generator = np.random.default_rng([self.budget.seed, number])
         self.budget.listen(Progress("sketch", number + 1, self.so_far()))
-        if self.best is not None and not way.local and number % SEARCH_EVERY == SEARCH_EVERY - 1:
-            way, begun = PRESETS["search"], self.best.begun
+        self.account.sizes["attempts"] = number + 1
+        before = None if self.best is None else self.best.begun
+        if before is not None and not way.local and number % SEARCH_EVERY == SEARCH_EVERY - 1:
+            way, begun = PRESETS["search"], before
         else:
             with self.account.stage("sketch"):
+                scheduler = Scheduler(mission, self.asked, generator)
                 schedule = scheduler.schedule(NOISE if number else 0.0)
-                key = frames(mission, schedule, scheduler, guide, generator)
+                key = frames(mission, schedule, scheduler, guide, generator, self.in_time)
                 first = sketch(mission, schedule, key, guide, generator, 0.3 if number else 0.0)
                 begun = Begun(schedule, key, first)
         motions: tuple[Array, ...] = (begun.motion,)
@@ -136,22 +140,30 @@ class Run:
             if not motions and (self.furthest is None or search.rank > self.furthest.rank):
                 self.furthest = search
         for motion in motions:
-            found = self.finished(replace(begun, motion=motion), graph, way, number)
+            found = self.polished(motion, begun.schedule.choices, number, way, replace(begun, motion=motion))
             if found is not None:
                 return found
         return None
 
-    def finished(self, begun: Begun, graph: CostGraph, way: Preset, number: int) -> Trace | None:
-        """The plan that comes of a joint motion, if one does."""
-        mission = self.mission
+    def polished(
+        self, first: Array, choices: Choices, number: int, way: Preset | None = None, begun: Begun | None = None
+    ) -> Trace | None:
+        """What polishing makes of a first motion, (agents, steps + 1, dim), metres, if that is a plan.
+
+        Args:
+            way: a preset, which may leave the polish out.
+            begun: what the motion came of, where it may serve another search.
+        """
+        mission, graph = self.mission, self.graph
+        self.account.sizes["attempts"] = number + 1
         made = splines(mission)
-        control = made.through(begun.motion)
-        if not way.polished:
+        control = made.through(first)
+        if way is not None and not way.polished:
             return self.judged(Polished(control, 0.0, "a check", 0.0, 0), trace(mission, made, control), begun)
         self.budget.listen(Progress("polish", number + 1, self.so_far()))
         with self.account.stage("polish"):
             roots = tuple(wanted.term for wanted in graph.requirements)
-            demand = Demand.of(mission, roots, begun.schedule.choices, mission.steps)
+            demand = Demand.of(mission, roots, choices, mission.steps)
             costs = Costs(mission, made, Weights(), Spare())
             polished = polish(control, costs, demand, ITERATIONS, self.in_time)
         self.account.sizes["iterations"] = self.account.sizes.get("iterations", 0) + polished.iterations
@@ -171,7 +183,7 @@ class Run:
         made = trace(self.mission, splines(self.mission), control)
         return None if faults(self.mission, self.kernel, made) else made
 
-    def judged(self, polished: Polished, made: Trace, begun: Begun) -> Trace | None:
+    def judged(self, polished: Polished, made: Trace, begun: Begun | None) -> Trace | None:
         """The motion, if it is a plan; if not, what is wrong with it is kept where nothing was better."""
         with self.account.stage("accept"):
             wrong = tuple(faults(self.mission, self.kernel, made))

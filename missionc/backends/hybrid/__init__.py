@@ -1,0 +1,5 @@
+"""Planning of missions that need both: Z3 on roadmaps for what is counted, transport for what is measured."""
+
+from missionc.backends.hybrid.plan import BACKEND
+
+__all__ = ["BACKEND"]

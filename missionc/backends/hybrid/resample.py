@@ -1,0 +1,34 @@
+"""A mission on a coarser clock, and a motion on that clock read on the mission's own."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from missionc.ir import DoubleIntegrator, Mission, Objective
+from missionc.plan import Array, Trace
+from missionc.units import Seconds, Steps
+
+
+def on_clock(mission: Mission, ticks: int) -> Mission:
+    """The mission with ``ticks`` steps of equal length; nothing to prefer and nothing to make least."""
+    step = Seconds(mission.horizon / ticks)
+    return replace(mission, step=step, steps=Steps(ticks), preferences=(), objective=Objective.NONE)
+
+
+def positions(mission: Mission, motion: Trace) -> Array:
+    """Where a motion on any clock has the mission's agents at its own steps, (agents, steps + 1, dim), metres."""
+    time = np.arange(mission.steps + 1) * mission.step
+    last = motion.position.shape[1] - 2
+    tick = np.clip(np.floor(time / motion.step).astype(np.int64), 0, last)
+    since = (time - tick * motion.step)[:, None]
+    found = np.zeros((len(mission.agents), len(time), mission.dimension))
+    for agent in mission.agents:
+        here, ahead = motion.position[agent.index, tick], motion.position[agent.index, tick + 1]
+        velocity, bend = (ahead - here) / motion.step, np.zeros_like(here)
+        if isinstance(agent.dynamics, DoubleIntegrator):
+            velocity = motion.velocity[agent.index, tick]
+            bend = (motion.velocity[agent.index, tick + 1] - velocity) / motion.step
+        found[agent.index] = here + velocity * since + bend * since**2 / 2
+    return found
