@@ -1,0 +1,155 @@
+"""[clot] Table I, here: visit two regions together and stay connected; ours and what others can do, in one run.
+
+    python bench/clot_table1.py [--agents 3 5 12 30] [--seeds 20] [--rival-seeds 20] [--limit 60] [--only METHOD …]
+
+Every method plans ``missions/clot_visit.mission`` and is scored by the same verifier. Ours is the backend as it is.
+The rivals, bounded by ``--limit`` (CPU seconds of a run; each in a process of its own):
+
+    gradient      Adam through smooth robustness, 16 starts; ours, in this folder
+    cbs           conflict-based search on a grid, leg by leg
+    micp          stlpy's formula tree as mixed-integer rows, HiGHS, the first feasible point
+    micp between  likewise, with what keeps bodies apart between the steps added to the formula
+    nlp           stlpy's smooth robustness, SNOPT
+
+A method none of whose plans held, not even at the steps, gets one seed for each larger team.
+What each formulation approximates stands at the head of its file in ``bench/table1/``. Those whose packages are
+missing are left out and named; they are no dependencies of missionc:
+
+    pip install -r bench/requirements.txt
+
+Columns: *solved* by the verifier's word, between the steps too; *at steps*, how many plans hold at the steps alone
+(what a formulation at samples can promise); mean CPU seconds of all runs, stopped ones with the limit (a ``>`` says
+there were some); mean path length of a robot; smoothness, the mean |v(t+1) - v(t)| over robots and steps (the paper
+does not define its own); the least distance between bodies, or to an obstacle, beyond what is allowed, at any moment;
+the peak memory of the process, libraries included. Path, smoothness and clearance are of the solved
+runs; in brackets, where none was solved, of the motions that were returned. *Published* is the paper's
+success and seconds, on its GPU, in its own unpublished scene.
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib.util
+import statistics
+import sys
+from collections import Counter
+from pathlib import Path
+
+MISSION = Path(__file__).resolve().parent.parent / "missions" / "clot_visit.mission"
+
+sys.path.insert(0, str(Path(__file__).resolve().parent))
+
+from table1.runner import Run, Task, runs  # noqa: E402
+from table1.score import Score  # noqa: E402
+
+METHODS: dict[str, tuple[str, tuple[tuple[str, object], ...], bool, tuple[str, ...]]] = {
+    "ours": ("ours", (), True, ("torch",)),
+    "gradient": ("gradient", (), True, ("torch",)),
+    "cbs": ("cbs", (), False, ("w9_pathfinding",)),
+    "micp": ("micp", (), False, ("stlpy",)),
+    "micp between": ("micp", (("between", True),), False, ("stlpy",)),
+    "nlp": ("nlp", (), False, ("stlpy", "pydrake")),
+}
+"""Name of the row: module, options, whether a first call does not count, packages."""
+
+PUBLISHED = {
+    ("ours", 3): (1.0, 4.19, 14.5, 0.51),
+    ("ours", 5): (1.0, 6.93, 14.0, 0.46),
+    ("ours", 12): (1.0, 20.3, 13.5, 0.43),
+    ("mpot", 3): (1.0, 3.14, 14.6, 0.54),
+    ("mpot", 5): (1.0, 5.55, 14.3, 0.49),
+    ("mpot", 12): (0.1, 26.5, 13.7, 0.46),
+    ("fsot", 3): (1.0, 4.00, 13.4, 0.45),
+    ("fsot", 5): (1.0, 6.63, 12.8, 0.40),
+    ("fsot", 12): (0.7, 19.8, 12.0, 0.36),
+    ("micp", 3): (0.0, 28.5, None, None),
+    ("micp", 5): (0.0, None, None, None),
+    ("micp", 12): (0.0, None, None, None),
+    ("nlp", 3): (0.0, 16.0, None, None),
+    ("nlp", 5): (0.0, None, None, None),
+    ("nlp", 12): (0.0, None, None, None),
+    ("cbs", 3): (1.0, 4.64, 16.0, None),
+    ("cbs", 5): (0.0, 6.73, 15.0, None),
+    ("cbs", 12): (0.0, None, None, None),
+}
+"""[clot] Table I: success, seconds, path m, smoothness. Its seventh method, CONS, has no public code."""
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--agents", type=int, nargs="+", default=[3, 5, 12, 30])
+    parser.add_argument("--seeds", type=int, default=20)
+    parser.add_argument("--rival-seeds", type=int, help="of the other methods, which take longer; as many as ours")
+    parser.add_argument("--limit", type=float, default=60.0, help="CPU seconds of a run")
+    parser.add_argument("--memory", type=float, default=8.0, help="GiB of data of a process")
+    parser.add_argument("--only", nargs="+", choices=list(METHODS), default=list(METHODS))
+    arguments = parser.parse_args()
+    print("| N | method | solved | at steps | CPU s | path m | smoothness m/s | clearance m | peak MB | published |")
+    print("|---|---|---|---|---|---|---|---|---|---|", flush=True)
+    remarks: list[str] = []
+    beaten: set[str] = set()
+    for agents in arguments.agents:
+        for name in arguments.only:
+            module, options, warm, packages = METHODS[name]
+            absent = [package for package in packages if importlib.util.find_spec(package) is None]
+            if absent:
+                remarks.append(f"{name}, N = {agents}: left out, {' and '.join(absent)} not installed")
+                continue
+            count = arguments.seeds if name == "ours" else arguments.rival_seeds or arguments.seeds
+            seeds = list(range(1 if name in beaten else count))
+            task = Task(
+                module, MISSION, agents, arguments.limit, int(arguments.memory * 2**30), warm=warm, options=options
+            )
+            made = runs(task, seeds)
+            print(row(name, agents, made), flush=True)
+            if not any(isinstance(run.score, Score) and run.score.sampled for run in made):
+                beaten.add(name)
+            why = Counter(words for run in made if (words := reason(run)))
+            remarks.extend(f"{name}, N = {agents}, {times} times: {words}" for words, times in why.most_common(3))
+    print()
+    print("\n".join(remarks))
+
+
+def row(name: str, agents: int, made: list[Run]) -> str:
+    scores = [run.score for run in made if isinstance(run.score, Score)]
+    solved = [score for score in scores if score.solved]
+    shown = solved or scores
+    open_, close = ("", "") if solved else ("(", ")")
+    seconds = [run.seconds for run in made]
+    stopped = any(run.words.startswith("stopped") for run in made)
+    memory = max(run.memory for run in made)
+    cells = [str(agents), name, f"{len(solved)}/{len(made)}", f"{sum(score.sampled for score in scores)}/{len(made)}"]
+    cells.append(f"{'> ' if stopped else ''}{statistics.mean(seconds):.2f}")
+    for figure, pick in (("length", statistics.mean), ("smoothness", statistics.mean), ("clearance", min)):
+        values = [getattr(score, figure) for score in shown]
+        digits = 3 if figure == "clearance" else 2
+        cells.append(f"{open_}{pick(values):.{digits}f}{close}" if values else "–")
+    cells.append(f"{memory / 2**20:.0f}" if memory else "–")
+    cells.append(published(name, agents))
+    return f"| {' | '.join(cells)} |"
+
+
+def published(name: str, agents: int) -> str:
+    if (name, agents) not in PUBLISHED:
+        return "–"
+    success, seconds, path, smoothness = PUBLISHED[name, agents]
+    parts = [f"{success:.0%}"]
+    parts += [f"{seconds:g} s"] if seconds is not None else []
+    parts += [f"{path:g} m"] if path is not None else []
+    parts += [f"{smoothness:g}"] if smoothness is not None else []
+    return ", ".join(parts)
+
+
+def reason(run: Run) -> str:
+    """Why a run solved nothing, without numbers that differ from seed to seed."""
+    if isinstance(run.score, Score):
+        if run.score.solved:
+            return ""
+        return "refused by the verifier: " + " and ".join(
+            sorted({part.split()[0] for part in run.score.refused.split("; ")})
+        )
+    return run.words.split(" by ")[0]
+
+
+if __name__ == "__main__":
+    main()

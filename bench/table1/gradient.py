@@ -1,0 +1,143 @@
+"""Gradient only: Adam through smooth robustness, 16 starts at once, nothing else.
+
+The cost graph of the mission with its greatest and least made smooth (the greatest as a mean weighted towards the
+greatest, the least as a soft minimum, β = 10 / m; a graph's worst link as it is), hinges on bodies at the steps
+and at three points between, on speed and the world, and the squared lengths of steps. The first guesses are
+straight from dock to pad, bent by smooth noise that the team shares. Starts and finishes may move within their
+boxes. Every 20 iterations the best candidate is judged as ours are; the first that passes is the plan.
+
+Source:
+    Y. Gilpin, V. Kurtz and H. Lin, A smooth robustness measure of STL for symbolic control.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from missionc.backends.clot.accept import faults
+from missionc.backends.clot.cost_graph import Greatest, GreatestOver, Least, LeastOver, Term, build
+from missionc.backends.clot.leaves import UNLIMITED
+from missionc.backends.clot.robustness import Robustness
+from missionc.backends.clot.states import States, team, velocities
+from missionc.ir import Mission
+from missionc.kernel.nodes import Kernel
+from missionc.plan import Array, Trace
+from missionc.world.distance import signed_distance
+from table1.scene import box, speed, stand, trace
+
+STARTS = 16
+ITERATIONS = 1500
+BETWEEN = (0.0, 0.25, 0.5, 0.75)
+SHARP = 10.0
+"""1/m: of the soft minimum and maximum."""
+ROOM = 0.03
+"""Metres that the hinges ask for beyond what the mission does."""
+LENGTH = 0.02
+"""Weight of the squared lengths of steps against squared metres of hinges."""
+
+
+class Smooth(Robustness):
+    """Robustness whose greatest and least pass a gradient to all that they are of."""
+
+    def value(self, term: Term, parts: tuple[Tensor, ...]) -> Tensor:
+        match term:
+            case Least() if parts:
+                return least(torch.stack(torch.broadcast_tensors(*parts), dim=-1))
+            case Greatest() if parts:
+                return greatest(torch.stack(torch.broadcast_tensors(*parts), dim=-1))
+            case LeastOver(_, low, high):
+                return self.window(parts[0], low, high, least)
+            case GreatestOver(_, low, high):
+                return self.window(parts[0], low, high, greatest)
+            case _:
+                return super().value(term, parts)
+
+    def window(self, value: Tensor, low: int, high: int | None, over: object) -> Tensor:
+        value = self.spread(value)
+        steps = value.shape[-1]
+        width = (steps - 1 if high is None else high) - low + 1
+        assert callable(over)
+        within: Tensor = over(value[..., low:].unfold(-1, width, 1))
+        return torch.nn.functional.pad(within, (0, steps - within.shape[-1]), value=-UNLIMITED)
+
+
+def least(values: Tensor) -> Tensor:
+    return -torch.logsumexp(-SHARP * values, dim=-1) / SHARP
+
+
+def greatest(values: Tensor) -> Tensor:
+    return (torch.softmax(SHARP * values, dim=-1) * values).sum(dim=-1)
+
+
+def plan(mission: Mission, kernel: Kernel, seed: int, limit: float) -> Trace | str:
+    torch.set_num_threads(1)
+    problem = _Problem(mission, kernel)
+    position = torch.tensor(problem.guesses(np.random.default_rng(seed)), dtype=torch.float32).requires_grad_()
+    descent = torch.optim.Adam([position], lr=0.05)
+    for iteration in range(1, ITERATIONS + 1):
+        descent.zero_grad()
+        broken, length = problem.cost(position)
+        (broken + LENGTH * length).sum().backward()
+        descent.step()
+        with torch.no_grad():
+            problem.ends(position)
+        if iteration % 20 == 0:
+            best = int(broken.argmin())
+            made = trace(mission, position[best].detach().double().numpy())
+            if not faults(mission, kernel, made):
+                return made
+    return f"{ITERATIONS} iterations led to no plan"
+
+
+class _Problem:
+    def __init__(self, mission: Mission, kernel: Kernel) -> None:
+        self.mission, self.team = mission, team(mission)
+        self.graph = build(kernel)
+        self.dock, self.pad = box(mission.agents[0].start), box(mission.agents[0].finish)
+        self.fastest = speed(mission)
+        count = len(mission.agents)
+        self.first, self.second = torch.triu_indices(count, count, offset=1)
+        radius = self.team.radius[:, 0]
+        self.apart = radius[self.first] + radius[self.second] + mission.separation
+
+    def guesses(self, generator: np.random.Generator) -> Array:
+        """Straight motions bent by noise: (batch, agents, steps + 1, 2)."""
+        part = np.linspace(0.0, 1.0, self.mission.steps + 1)
+        waves = np.sin(np.pi * np.arange(1, 5)[:, None] * part) / np.arange(1, 5)[:, None]
+        guesses = []
+        for _ in range(STARTS):
+            start = stand(self.mission, self.dock, generator)
+            finish = stand(self.mission, self.pad, generator)
+            straight = start[:, None] + part[:, None] * (finish - start)[:, None]
+            guesses.append(straight + 2.0 * np.einsum("wd,ws->sd", generator.normal(size=(4, 2)), waves))
+        return np.stack(guesses)
+
+    def ends(self, position: Tensor) -> None:
+        for step, area in ((0, self.dock), (-1, self.pad)):
+            for axis in range(2):
+                position[:, :, step, axis].clamp_(area.low[axis] + 1e-4, area.high[axis] - 1e-4)
+
+    def cost(self, position: Tensor) -> tuple[Tensor, Tensor]:
+        """What is broken, and the squared lengths of steps: (batch,) twice."""
+        mission = self.mission
+        values = Smooth(self.team, States(position, velocities(position, mission.step))).values(self.graph.order)
+        broken = position.new_zeros(len(position))
+        for wanted in self.graph.requirements:
+            broken = broken + torch.relu(ROOM - values[wanted.term][:, 0, 0]) ** 2
+        moved = position.diff(dim=2)
+        for part in BETWEEN:
+            where = position[:, :, :-1] + part * moved
+            for obstacle in mission.obstacles:
+                room = signed_distance(torch, obstacle.shape, where) - self.team.radius - mission.clearance
+                broken = broken + (torch.relu(ROOM - room) ** 2).sum(dim=(1, 2))
+            between = (where[:, self.first] - where[:, self.second]).square().sum(dim=-1).add(1e-9).sqrt()
+            broken = broken + (torch.relu(ROOM + self.apart[:, None] - between) ** 2).sum(dim=(1, 2))
+        pace = moved.square().sum(dim=-1).add(1e-9).sqrt() / mission.step
+        broken = broken + (torch.relu(pace - 0.98 * self.fastest) ** 2).sum(dim=(1, 2)) * mission.step**2
+        for axis in range(2):
+            outside = torch.relu(mission.world.low[axis] - position[..., axis])
+            outside = outside + torch.relu(position[..., axis] - mission.world.high[axis])
+            broken = broken + (outside**2).sum(dim=(1, 2))
+        return broken, moved.square().sum(dim=(1, 2, 3))

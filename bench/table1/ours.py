@@ -1,0 +1,20 @@
+"""Our own backend, as ``missionc compile`` calls it."""
+
+from __future__ import annotations
+
+import time
+
+from missionc.backends.api import Budget, Options, Planned
+from missionc.backends.load import load
+from missionc.diagnostics.model import Diagnostic
+from missionc.ir import Mission
+from missionc.kernel.nodes import Kernel
+from missionc.plan import Trace
+
+
+def plan(mission: Mission, kernel: Kernel, seed: int, limit: float) -> Trace | str:
+    backend = load("clot")
+    if isinstance(backend, Diagnostic):
+        return backend.message
+    outcome = backend.plan(mission, kernel, Options(), Budget(time.monotonic() + 10 * limit, seed=seed))
+    return outcome.trace if isinstance(outcome, Planned) else outcome.statement

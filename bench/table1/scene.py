@@ -1,0 +1,72 @@
+"""What the rivals need of a mission and would otherwise each make up: places to stand, links to keep, a trace."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.sparse.csgraph import minimum_spanning_tree
+from scipy.spatial.distance import cdist
+
+from missionc.ir import Anywhere, Box, Mission, Place, SingleIntegrator
+from missionc.plan import Array, Trace
+
+
+class Unsupported(Exception):
+    """The mission says something that this rival's formulation has no words for."""
+
+
+def box(place: Place | None) -> Box:
+    """The region of a start or finish."""
+    if isinstance(place, Anywhere) and isinstance(place.region.shape, Box):
+        return place.region.shape
+    raise Unsupported("starts and finishes have to be boxes")
+
+
+def speed(mission: Mission) -> float:
+    """The one speed limit of a team of first order, m/s."""
+    limits = {agent.dynamics.speed for agent in mission.agents if isinstance(agent.dynamics, SingleIntegrator)}
+    if len(limits) != 1 or not all(isinstance(agent.dynamics, SingleIntegrator) for agent in mission.agents):
+        raise Unsupported("all agents have to be single integrators of one speed")
+    return limits.pop()
+
+
+def lattice(area: Box, pitch: float) -> Array:
+    """Points ``pitch`` apart in a box, centred in it: (points, 2), metres."""
+    axes = []
+    for low, high in zip(area.low, area.high, strict=True):
+        count = int((high - low) / pitch + 1e-9) + 1
+        axes.append((low + high) / 2 + (np.arange(count) - (count - 1) / 2) * pitch)
+    return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 2)
+
+
+def together(points: Array, count: int, generator: np.random.Generator) -> Array:
+    """``count`` of the points, next to each other, around one drawn at random."""
+    anchor = points[generator.integers(len(points))]
+    return points[np.argsort(np.linalg.norm(points - anchor, axis=1), kind="stable")[:count]]
+
+
+def stand(mission: Mission, area: Box, generator: np.random.Generator) -> Array:
+    """A place for every agent in a box, drawn at random: apart from each other and, as far as it goes, linked."""
+    count, radius = len(mission.agents), max(agent.radius for agent in mission.agents)
+    pitch = min((graph.radius for graph in mission.graphs), default=1.0) / 2.5
+    while len(lattice(area, pitch)) < count:
+        pitch *= 0.95
+    least = 2 * radius + mission.separation
+    if pitch <= least:
+        raise Unsupported(f"{count} agents do not fit a lattice in {area}")
+    room = min(0.05, (pitch - least) / 4)
+    low, high = np.array(area.low), np.array(area.high)
+    places = together(lattice(area, pitch), count, generator) + generator.uniform(-room, room, (count, 2))
+    return np.clip(places, low + 1e-3, high - 1e-3)
+
+
+def tree(position: Array) -> list[tuple[int, int]]:
+    """The edges of a shortest spanning tree of (agents, 2)."""
+    edges = minimum_spanning_tree(cdist(position, position)).tocoo()
+    return list(zip(edges.row.tolist(), edges.col.tolist(), strict=True))
+
+
+def trace(mission: Mission, position: Array) -> Trace:
+    """First-order motion through positions, (agents, steps + 1, 2)."""
+    moved = np.diff(position, axis=1) / mission.step
+    velocity = np.concatenate([moved, moved[:, -1:]], axis=1)
+    return Trace(mission.step, position, velocity, np.arctan2(velocity[..., 1], velocity[..., 0]))

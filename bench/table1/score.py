@@ -1,0 +1,61 @@
+"""What a motion is worth, the same for every method: the verifier's word, and four figures."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from missionc.ir import Mission, Still
+from missionc.kernel.nodes import Kernel
+from missionc.plan import Trace
+from missionc.verify import verify
+from missionc.world.distance import signed_distance
+
+BODIES = ("obstacle", "separation")
+
+
+@dataclass(frozen=True)
+class Score:
+    """``sampled``: the plan holds at the steps; ``solved``: between them too, all that ``verify`` asks.
+
+    ``length``: mean path of a robot, m. ``smoothness``: mean \\|v(t + 1) - v(t)\\|, m/s. ``clearance``: the least
+    margin of a body to an obstacle or another body between steps too, m.
+    """
+
+    sampled: bool
+    solved: bool
+    length: float
+    smoothness: float
+    clearance: float
+    refused: str
+
+
+def score(mission: Mission, kernel: Kernel, trace: Trace) -> Score:
+    certificate = verify(mission, kernel, trace)
+    elsewhere = all(check.passed for check in certificate.checks if check.name not in BODIES)
+    moved = np.diff(trace.position, axis=1)
+    return Score(
+        sampled=elsewhere and _room_at_steps(mission, trace) >= 0,
+        solved=certificate.passed,
+        length=float(np.linalg.norm(moved, axis=-1).sum(axis=1).mean()),
+        smoothness=float(np.linalg.norm(np.diff(moved, axis=1) / mission.step, axis=-1).mean()),
+        clearance=min(check.margin for check in certificate.checks if check.name in BODIES),
+        refused="; ".join(f"{check.name} {check.subject} {check.margin:.3g}" for check in certificate.failures[:3]),
+    )
+
+
+def _room_at_steps(mission: Mission, trace: Trace) -> float:
+    """The least margin of bodies at the steps alone, metres; of standing obstacles."""
+    position = trace.position
+    radius = np.array([agent.radius for agent in mission.agents])
+    room = [np.inf]
+    for obstacle in mission.obstacles:
+        assert isinstance(obstacle.motion, Still)
+        far = signed_distance(np, obstacle.shape, position) - radius[:, None] - mission.clearance
+        room.append(float(far.min()))
+    one, other = np.triu_indices(len(radius), 1)
+    if one.size:
+        apart = np.linalg.norm(position[one] - position[other], axis=-1)
+        room.append(float((apart - (radius[one] + radius[other] + mission.separation)[:, None]).min()))
+    return min(room)

@@ -1,0 +1,123 @@
+"""A mission as a formula tree of stlpy: the signal is every agent's position, side by side.
+
+Approximations, all on the safe side: a disc is the octagon around it, two bodies are apart along x or
+along y, the links kept are those of the starts' shortest spanning tree, each with \\|dx\\| and \\|dy\\| at
+most range/√2. stlpy knows nothing of the time between steps; ``between`` asks what makes it safe in its words: that
+one side of an obstacle, or of another body, is kept at two steps in a row.
+"""
+
+from __future__ import annotations
+
+from typing import Any, TypeAlias
+
+import numpy as np
+from stlpy.STL import LinearPredicate
+from stlpy.STL.formula import STLTree
+
+from missionc.backends.clot.cost_graph import Greatest, GreatestOver, Least, LeastOver, Margin, Of, Term, build
+from missionc.ir import Box, Connected, Disc, Inside, Mission, Proximity, Shape
+from missionc.kernel.nodes import Kernel
+from missionc.plan import Array
+from table1.scene import Unsupported, box, tree
+
+Stl: TypeAlias = Any
+"""stlpy comes without types."""
+
+GUARD = 1e-3
+"""Metres by which every predicate has to hold, so that a solver's tolerance does not decide."""
+
+SIDES = 8
+"""Of the polygon that stands for a disc."""
+
+
+def specification(mission: Mission, kernel: Kernel, start: Array, between: bool = False) -> Stl:
+    """Requirements, finishes, obstacles and pairs, from ``start``, (agents, 2)."""
+    write = _Writer(mission, tree(start), between)
+    parts = [write.term(wanted.term, None) for wanted in build(kernel).requirements]
+    last = mission.steps
+    for agent in mission.agents:
+        if agent.finish is not None:
+            parts.append(write.inside(agent.index, box(agent.finish), 0.0).always(last, last))
+        for obstacle in mission.obstacles:
+            gap = agent.radius + mission.clearance
+            parts.append(write.outside(agent.index, obstacle.shape, gap))
+    parts.extend(
+        write.apart(one.index, other.index, one.radius + other.radius + mission.separation)
+        for one in mission.agents
+        for other in mission.agents[: one.index]
+    )
+    return both(parts, "and")
+
+
+def both(parts: list[Stl], how: str) -> Stl:
+    return parts[0] if len(parts) == 1 else STLTree(parts, how, [0] * len(parts))
+
+
+class _Writer:
+    def __init__(self, mission: Mission, links: list[tuple[int, int]], between: bool) -> None:
+        self.size, self.links, self.between = 2 * len(mission.agents), links, between
+        self.last = mission.steps
+
+    def term(self, term: Term, agent: int | None) -> Stl:
+        match term:
+            case Least(parts):
+                return both([self.term(part, agent) for part in parts], "and")
+            case Greatest(parts):
+                return both([self.term(part, agent) for part in parts], "or")
+            case LeastOver(body, low, high):
+                return self.term(body, agent).always(low, self.last if high is None else high)
+            case GreatestOver(body, low, high):
+                return self.term(body, agent).eventually(low, self.last if high is None else high)
+            case Of(one, body):
+                return self.term(body, one)
+            case Margin(Inside(region, body), True) if agent is not None and not body:
+                if isinstance(region.shape, Box):
+                    return self.inside(agent, region.shape, 0.0)
+            case Margin(Connected(Proximity() as graph), True):
+                return both([self.near(*link, graph.radius) for link in self.links], "and")
+        raise Unsupported(f"no linear form of {term}")
+
+    def half(self, weights: dict[int, tuple[float, float]], bound: float) -> Stl:
+        """The sum of each agent's position times its weights is at least the bound."""
+        row = np.zeros((1, self.size))
+        for agent, (x, y) in weights.items():
+            row[0, 2 * agent], row[0, 2 * agent + 1] = x, y
+        return LinearPredicate(row, np.array([bound + GUARD]))
+
+    def inside(self, agent: int, area: Box, room: float) -> Stl:
+        sides = []
+        for axis, normal in enumerate([(1.0, 0.0), (0.0, 1.0)]):
+            sides.append(self.half({agent: normal}, area.low[axis] + room))
+            sides.append(self.half({agent: (-normal[0], -normal[1])}, room - area.high[axis]))
+        return both(sides, "and")
+
+    def outside(self, agent: int, shape: Shape, gap: float) -> Stl:
+        return self.beyond([self.half({agent: normal}, bound + gap) for normal, bound in sides_of(shape)])
+
+    def apart(self, one: int, other: int, gap: float) -> Stl:
+        normals = [(1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)]
+        return self.beyond([self.half({one: (x, y), other: (-x, -y)}, gap) for x, y in normals])
+
+    def beyond(self, sides: list[Stl]) -> Stl:
+        """Beyond one of the sides at every step, or in every step from its beginning to its end."""
+        if self.between:
+            return both([side.always(0, 1) for side in sides], "or").always(0, self.last - 1)
+        return both(sides, "or").always(0, self.last)
+
+    def near(self, one: int, other: int, reach: float) -> Stl:
+        normals = [(1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)]
+        most = reach / np.sqrt(2)
+        return both([self.half({one: (x, y), other: (-x, -y)}, -most) for x, y in normals], "and")
+
+
+def sides_of(shape: Shape) -> list[tuple[tuple[float, float], float]]:
+    """Outward normals and offsets of a convex polygon around a shape."""
+    match shape:
+        case Box(low, high):
+            return [((-1.0, 0.0), -low[0]), ((1.0, 0.0), high[0]), ((0.0, -1.0), -low[1]), ((0.0, 1.0), high[1])]
+        case Disc(centre, radius, None):
+            turns = 2 * np.pi * np.arange(SIDES) / SIDES
+            normals = [(float(np.cos(turn)), float(np.sin(turn))) for turn in turns]
+            return [((x, y), x * centre[0] + y * centre[1] + radius) for x, y in normals]
+        case _:
+            raise Unsupported(f"an obstacle of shape {type(shape).__name__}")
