@@ -36,8 +36,11 @@ ENOUGH = 0.9
 EAGER, PATIENT = 8, 4
 """What has to hold is decided anew at each of the first so many steps, and then at every so many."""
 
-HARDER, HARDEST = 4.0, 256.0
-"""By what shortfalls weigh more where a motion has come to rest with some of them; and at most."""
+HARDER = 4.0
+"""By what shortfalls weigh more where a motion has come to rest with some of them, again and again."""
+
+HARDEST = 256.0
+"""By what they weigh more at most."""
 
 LONGEST = 1.0
 """Metres that a control point moves in one step."""
