@@ -104,23 +104,34 @@ def test_what_is_forbidden_are_collisions_and_nothing_else(case: tuple[Asked, li
             assert isinstance(search.ask(made.fixed(states)), Satisfiable if free else Unsatisfiable)
 
 
+def literals(case: Asked, joint: list[tuple[int, int, int]]) -> tuple[int, ...]:
+    """For each agent, step and state: that it is there."""
+    return tuple(int(case.motion.states[agent][step, state]) for agent, step, state in joint)
+
+
 def test_rounds_end_with_a_joint_motion_in_which_nobody_meets() -> None:
-    case = on(SQUARE, 3, 2)
-    turn = [int(case.motion.states[agent][step, state]) for agent, step, state in TURN]
+    case = on(SQUARE, 4, 2)
     with case.search() as search:
-        found = search.find(tuple(turn))
+        found = search.find(literals(case, ACROSS))
         assert isinstance(found, Found)
         assert near(case, found.states.tolist()) == []
-        assert found.states[:, [0, 2]].tolist() == [[0, 1], [1, 3], [3, 0]]
+        assert found.states[:, [0, 2]].tolist() == [[0, 3], [1, 2], [2, 1], [3, 0]]
         assert search.rounds > 1
 
 
-TURN = [(0, 0, 0), (0, 2, 1), (1, 0, 1), (1, 2, 3), (2, 0, 3), (2, 2, 0)]
-"""Agent, step and state: three agents at the corners of a square, each of whom goes to where another was."""
+ACROSS = [(0, 0, 0), (0, 2, 3), (1, 0, 1), (1, 2, 2), (2, 0, 2), (2, 2, 1), (3, 0, 3), (3, 2, 0)]
+"""Agent, step and state: four agents at the corners of a square, each of whom goes to the opposite one."""
 
 
 def test_rounds_end_with_a_refusal_where_there_is_no_room() -> None:
+    case = on(SQUARE[:2], 2, 1)
+    with case.search() as search:
+        assert isinstance(search.find(literals(case, [(0, 0, 0), (0, 1, 1), (1, 0, 1), (1, 1, 0)])), Unsatisfiable)
+        assert search.rounds > 1
+
+
+def test_that_no_two_are_in_one_place_is_said_before_any_round() -> None:
     case = on(SQUARE[:2], 3, 1)
     with case.search() as search:
         assert isinstance(search.find(()), Unsatisfiable)
-        assert search.rounds > 1
+        assert search.rounds == 1

@@ -13,8 +13,8 @@ import missionc
 from missionc.backends.api import Report
 from missionc.backends.smt.improve import improve
 from missionc.backends.smt.search import Found, Search
-from missionc.ir import Compare, DistanceBetween, Objective, SingleIntegrator
-from missionc.kernel.nodes import All, Atom, Goal, Kernel, Node, Throughout
+from missionc.ir import Compare, Coordinate, Objective, SingleIntegrator
+from missionc.kernel.nodes import All, At, Atom, Goal, Kernel, Node, Throughout
 from missionc.plan import Trace
 from missionc.results import Verified
 from missionc.source import Source
@@ -114,8 +114,10 @@ def test_where_there_is_no_room_for_more_clauses_the_plan_is_no_worse(
 
 
 def test_a_preference_for_which_there_is_no_room_for_clauses_is_not_kept_and_the_plan_stays() -> None:
-    near = Compare(((-1.0, DistanceBetween(0, 1)),), 0.5, False)
-    with found(Objective.NONE, Throughout(Atom(near), 0, 3)) as (first, better, search):
+    left = Atom(Compare(((-1.0, Coordinate(0)), (1.0, Coordinate(1))), -0.5, False))  # of all places only the third
+    right = Atom(Compare(((1.0, Coordinate(0)), (1.0, Coordinate(1))), -1.5, False))  # only the fourth
+    through_each_other = All((At(0, left), At(1, right), At(0, Throughout(right, 1, 1)), At(1, Throughout(left, 1, 1))))
+    with found(Objective.NONE, through_each_other) as (first, better, search):
         search.clauses.limit = search.clauses.count
         assert moves(better()) <= moves(first)
         assert search.account.notes == ["`wish0` is not kept: the search ended first"]

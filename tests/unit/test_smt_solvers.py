@@ -47,6 +47,7 @@ def solvers(request: pytest.FixtureRequest) -> Iterator[Solvers]:
 
 
 def processes(solvers: Solvers) -> list[Child]:
+    solvers.start()
     return list(solvers._children)
 
 
@@ -88,7 +89,7 @@ def test_clauses_that_come_later_count_too_and_only_they_are_sent(solvers: Solve
     assert isinstance(solvers.solve((-2,)), Satisfiable)
     clauses.add(np.array([-3], dtype=np.int32))
     solvers.add(clauses)
-    assert clauses.take_new().size == 0
+    assert clauses.since(solvers._told)[0].size == 0
     assert isinstance(solvers.solve((-2,)), Unsatisfiable)
 
 
@@ -198,3 +199,80 @@ def test_how_much_memory_a_solver_held_is_known_when_it_is_gone() -> None:
         solvers.add(clauses_of([2, 3]))
         solvers.solve(())
     assert 10 << 20 < solvers.peak_bytes < ROOM
+
+
+# ------------------------------------------------------------------------ glances
+
+
+@pytest.fixture
+def glancing() -> Iterator[Solvers]:
+    with Solvers("z3", ROOM, 0, time.monotonic() + 60) as made:
+        made.begin()
+        yield made
+
+
+def test_a_glance_gives_a_model_and_starts_no_child(glancing: Solvers) -> None:
+    rows = [[2, 3], [-2, 4], [-3, -4], [5, -2], [-5, 3, 4]]
+    model = glancing.glance(clauses_of(*rows), (2,))
+    assert isinstance(model, np.ndarray)
+    assert model.shape == (6,)
+    assert model[1]
+    assert model[2]
+    assert all(any(model[abs(literal)] == (literal > 0) for literal in row) for row in rows)
+    assert not glancing._children
+    assert glancing.alive
+    assert 1 << 20 < glancing.peak_bytes < ROOM
+
+
+def test_a_glance_reads_clauses_as_they_are_made_and_each_sees_all_of_them(glancing: Solvers) -> None:
+    clauses = clauses_of([2, 3], variables=4)
+    glancing.show(clauses)
+    clauses.add(np.array([-2], dtype=np.int32))
+    model = glancing.glance(clauses, ())
+    assert isinstance(model, np.ndarray)
+    assert not model[2]
+    assert model[3]
+    clauses.add(np.array([-3], dtype=np.int32))
+    assert isinstance(glancing.glance(clauses, ()), Unsatisfiable)
+    glancing.begin()
+    assert isinstance(glancing.glance(clauses_of([2], variables=2), ()), np.ndarray)
+
+
+def test_a_refusal_at_a_glance_rests_on_all_that_was_assumed(glancing: Solvers) -> None:
+    assert glancing.glance(clauses_of([-2, -3], variables=6), (4, 2, 3)) == Unsatisfiable((4, 2, 3))
+
+
+def test_what_is_hard_is_not_settled_at_a_glance(glancing: Solvers) -> None:
+    assert glancing.glance(pigeons(14), ()) is None
+
+
+def test_the_same_seed_gives_the_same_model_at_a_glance(glancing: Solvers) -> None:
+    clauses = clauses_of(*([number, number + 1, -number - 2] for number in range(2, 300)), variables=302)
+    one, other = glancing.glance(clauses, ()), glancing.glance(clauses, ())
+    assert isinstance(one, np.ndarray)
+    assert isinstance(other, np.ndarray)
+    assert (one == other).all()
+
+
+def test_a_glance_ends_with_the_time_and_leaves_no_process(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("missionc.backends.smt.glance.CONFLICTS", 10**9)
+    with Solvers("z3", ROOM, 0, time.monotonic() + 1) as solvers:
+        solvers.begin()
+        process = solvers._glance.process if solvers._glance else None
+        assert solvers.glance(pigeons(14), ()) is None
+    assert process is not None
+    assert process.returncode is not None
+    assert not Path(f"/proc/{process.pid}").exists()
+
+
+def test_cadical_alone_takes_no_glance_and_neither_does_a_z3_without_its_program(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    with Solvers("cadical", ROOM, 0, time.monotonic() + 60) as solvers:
+        assert solvers.glance(clauses_of([2, 3]), ()) is None
+    monkeypatch.setattr("missionc.backends.smt.solve.program", lambda folder: None)
+    with Solvers("z3", ROOM, 0, time.monotonic() + 60) as solvers:
+        solvers.begin()
+        assert solvers.glance(clauses_of([2, 3]), ()) is None
+        solvers.add(clauses_of([2, 3]))
+        assert isinstance(solvers.solve(()), Satisfiable)

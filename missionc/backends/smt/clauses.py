@@ -44,7 +44,6 @@ class Clauses:
         self.count = 0
         self.limit = limit
         self._chunks: list[Literals] = []
-        self._taken = 0
         self._append(np.array([TRUE, 0], dtype=np.int32), 1)
 
     # ------------------------------------------------------------- variables
@@ -211,11 +210,10 @@ class Clauses:
 
     # --------------------------------------------------------------- reading
 
-    def take_new(self) -> Literals:
-        """What was added since it was last asked: literals, each clause ended by a 0."""
-        new = self._chunks[self._taken :]
-        self._taken = len(self._chunks)
-        return np.concatenate(new) if new else np.zeros(0, dtype=np.int32)
+    def since(self, told: int) -> tuple[Literals, int]:
+        """What was added since it last gave ``told``, at first 0: literals, each clause ended by a 0; and the next."""
+        new = self._chunks[told:]
+        return (np.concatenate(new) if new else np.zeros(0, dtype=np.int32)), len(self._chunks)
 
     def everything(self) -> Literals:
         """All clauses, each ended by a 0."""

@@ -1,31 +1,31 @@
-"""Which requirements cannot hold together: as few as can be shown in the time there is."""
+"""Which requirements cannot hold together: as few as can be shown with bounded effort."""
 
 from __future__ import annotations
 
 import time
 
+from missionc.backends.smt.effort import effort
 from missionc.backends.smt.search import Search
 from missionc.backends.smt.solve import Unsatisfiable
 
 SHARE = 0.2
 """Of the time that is left, so much may go into a smaller core."""
 
-MOST = 20.0
-"""Seconds, whatever is left."""
-
 
 def minimise(core: tuple[int, ...], search: Search) -> tuple[int, ...]:
-    """The core without what it can do without: each of its assumptions is left out in turn.
+    """The core without what it can do without: first all that the solver does not name, then each of the rest in turn.
 
     Asked without looking for collisions: what is still impossible is so for
     certain, and what is possible then stays in.
     """
     now = time.monotonic()
-    until = now + min(SHARE * (search.solvers.deadline - now), MOST)
-    for assumption in core:
-        fewer = tuple(other for other in core if other != assumption)
-        if assumption in core and fewer and time.monotonic() < until:
-            answer = search.ask(fewer, until)
-            if isinstance(answer, Unsatisfiable):
-                core = tuple(other for other in core if other in answer.core)
+    until = now + SHARE * (search.solvers.deadline - now)
+    tried = effort(search.clauses)
+    for left_out in (None, *core):
+        fewer = tuple(other for other in core if other != left_out)
+        if left_out not in (None, *core) or not fewer or time.monotonic() > until:
+            continue
+        answer = search.ask(fewer, until, tried)
+        if isinstance(answer, Unsatisfiable):
+            core = tuple(other for other in core if other in answer.core)
     return core

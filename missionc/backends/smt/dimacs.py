@@ -9,15 +9,18 @@ from missionc.backends.smt.clauses import Literals
 
 
 def dimacs(flat: Literals, variables: int, clauses: int) -> bytes:
-    """Literals with a 0 after each clause, as a DIMACS file.
+    """Literals with a 0 after each clause, as a DIMACS file."""
+    return f"p cnf {variables} {clauses}\n".encode() + lines(flat, variables)
+
+
+def lines(flat: Literals, variables: int) -> bytes:
+    """The clauses of a DIMACS file, without its header, which Z3's program does not need.
 
     One gather from a table in which every literal has the same width, instead
     of a loop over them; what fills the table up is then left out, for Z3 takes
     its time over every letter.
     """
-    table = _written(variables)
-    header = f"p cnf {variables} {clauses}\n".encode()
-    return header + np.take(table, flat + variables, axis=0, mode="clip").tobytes().translate(None, _FILL)
+    return np.take(_written(variables), flat + variables, axis=0, mode="clip").tobytes().translate(None, _FILL)
 
 
 _FILL = b"\0"

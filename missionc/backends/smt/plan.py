@@ -104,7 +104,7 @@ class Run:
         missing = ""
         for attempt in range(ROADMAPS):
             nodes = round(solve.option("nodes", NODES) * FINER**attempt)
-            with self.solvers() as solvers:  # they start up while the roadmaps are built
+            with self.solvers() as solvers:
                 self.budget.listen(Progress("roadmap", attempt + 1, f"{nodes} nodes"))
                 with self.account.stage("roadmap"):
                     generator = np.random.default_rng([self.budget.seed, attempt])

@@ -51,7 +51,7 @@ class Setting:
         most_links: int,
         solvers: Solvers,
     ) -> Problem:
-        """The clauses, at the solvers.
+        """The clauses, and what asks the solvers about them.
 
         Args:
             roadmaps: with the moves that the asked may make.
@@ -67,7 +67,7 @@ class Setting:
             clauses = Clauses(self.budget.limits.clauses)
             solvers.begin()
             motion = lower_motion(roadmaps, ways, asked | settled, clauses)
-            solvers.add(clauses)  # they read it while the formulas are lowered
+            solvers.show(clauses)
             lowered = lower(goals, self.mission, motion, clauses, Occupancy(motion, clauses), most_links)
         members = np.array(sorted(asked), dtype=np.int64)
         search = Search(self.mission, motion, members, clauses, solvers, self.account, self.budget.listen)

@@ -10,15 +10,22 @@ import numpy as np
 
 from missionc.backends.account import Account
 from missionc.backends.api import Progress, Reason
-from missionc.backends.smt.clauses import FALSE, TRUE, Clauses, TooLarge
+from missionc.backends.smt.clauses import FALSE, TRUE, Clauses, Literals, TooLarge
 from missionc.backends.smt.collisions import Separation, too_near
 from missionc.backends.smt.lower_motion import Motion
 from missionc.backends.smt.roadmap import Indices
 from missionc.backends.smt.solve import Answer, Satisfiable, Solvers, Stopped, Unsatisfiable
 from missionc.ir import Mission
+from missionc.plan import Flags
 
 CROWD = 5
 """So many agents, asked for the same, are often put into the same places: that they may not be is said at once."""
+
+SMALL = 20_000
+"""Nor is a round worth what it saves where there are fewer clauses."""
+
+GLANCES = 300_000
+"""Clauses: each glance reads all of them, so that of many it is quicker to ask a solver that knows most already."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,11 +65,13 @@ class Search:
     account: Account
     listen: Callable[[Progress], None]
     rounds: int = 0
+    glances: int = GLANCES
+    """Clauses that may still be read for glances; none any more once one was not enough."""
     _separation: Separation = field(init=False)
 
     def __post_init__(self) -> None:
         self._separation = Separation(self.mission, self.motion, self.cast, self.clauses)
-        if len(self.cast) >= CROWD:
+        if len(self.cast) >= CROWD or self.clauses.count < SMALL:
             with self.account.stage("collisions"):
                 self._separation.one_in_each_place()
 
@@ -72,8 +81,7 @@ class Search:
         while self.rounds != most:
             self.rounds += 1
             with self.account.stage("solve"):
-                answer = self.ask(assumptions, deadline, effort)
-                states = self._read() if isinstance(answer, Satisfiable) else answer
+                states = self.joint_motion(assumptions, deadline, effort)
             if not isinstance(states, np.ndarray):
                 return states
             with self.account.stage("collisions"):
@@ -87,13 +95,32 @@ class Search:
             self.listen(Progress("solve", self.rounds, f"{len(near)} times two agents came too near"))
         return Stopped(Reason.SOLVER, f"after {effort.rounds} rounds agents still came too near" if effort else "")
 
+    def joint_motion(
+        self, assumptions: tuple[int, ...], deadline: float | None, effort: Effort | None
+    ) -> Indices | Unsatisfiable | Stopped:
+        """Each agent's state, (agents, steps + 1), in a model of the clauses so far, or why there is none."""
+        seen = None
+        if self.glances > 0:
+            seen = self.solvers.glance(self.clauses, assumptions)
+            self.glances = 0 if seen is None else self.glances - self.clauses.count
+        if isinstance(seen, Unsatisfiable):
+            return seen
+        if seen is not None:
+            return self._states(seen.__getitem__)
+        answer = self.ask(assumptions, deadline, effort)
+        return self._states(self.solvers.values) if isinstance(answer, Satisfiable) else answer
+
     def ask(self, assumptions: tuple[int, ...], deadline: float | None = None, effort: Effort | None = None) -> Answer:
-        """What the solver says of the clauses so far."""
+        """What the solver says of the clauses so far; of a refusal it says what that rests on."""
         self.solvers.add(self.clauses)
         return self.solvers.solve(assumptions, deadline, effort.conflicts if effort else None)
 
-    def _read(self) -> Indices | Stopped:
-        """Where the model has the agents; asked step by step, only of where their moves may have led."""
+    def _states(self, holding: Callable[[Literals], Flags | Stopped]) -> Indices | Stopped:
+        """Where a model has the agents; asked step by step, only of where their moves may have led.
+
+        Args:
+            holding: which of the variables, by their numbers, the model holds true.
+        """
         motion = self.motion
         states = np.zeros((motion.agents, motion.steps + 1), dtype=np.int64)
         for step in range(motion.steps + 1):
@@ -107,7 +134,7 @@ class Search:
                 options.append(able)
                 literals.append(there[able])
             asked = np.concatenate(literals)
-            values = self.solvers.values(asked)
+            values = holding(asked)
             if isinstance(values, Stopped):
                 return values
             true = values | (asked == TRUE)

@@ -1,15 +1,12 @@
-"""The parent's side of the solver processes: start early, send clauses, wait as long as allowed, leave no orphan."""
+"""The parent's side of the solver processes: send clauses, wait as long as allowed, leave no orphan."""
 
 from __future__ import annotations
 
 import os
-import queue
-import re
 import select
 import signal
 import subprocess
 import sys
-import threading
 import time
 from dataclasses import dataclass
 from functools import cache
@@ -23,6 +20,9 @@ import numpy as np
 from missionc.backends.api import Reason
 from missionc.backends.smt.clauses import Clauses, Literals
 from missionc.backends.smt.dimacs import dimacs
+from missionc.backends.smt.glance import Glance, program
+from missionc.backends.smt.outbox import Outbox
+from missionc.backends.smt.peak import peak_bytes
 from missionc.plan import Flags
 
 WORKER = Path(__file__).with_name("worker.py")
@@ -83,16 +83,16 @@ class Child:
             bufsize=0,
             start_new_session=True,
         )
-        self._outbox: queue.SimpleQueue[bytes] = queue.SimpleQueue()
+        assert self.process.stdin is not None
+        self._outbox = Outbox(self.process.stdin)
         self._received = b""
-        threading.Thread(target=self._pump, daemon=True).start()
 
     def fileno(self) -> int:
         assert self.process.stdout is not None
         return self.process.stdout.fileno()
 
     def send(self, kind: bytes, payload: bytes) -> None:
-        """Hands a message over; a thread writes it, so that a busy child keeps nobody waiting."""
+        """Hands a message over."""
         self._outbox.put(kind + len(payload).to_bytes(8, "little") + payload)
 
     def read(self) -> None:
@@ -117,33 +117,30 @@ class Child:
     def close(self) -> None:
         """Kills the process, if it still runs, and waits until it is gone."""
         if self.process.returncode is None:
-            self.peak_bytes = _peak_bytes(self.process.pid)
+            self.peak_bytes = peak_bytes(self.process.pid)
             os.kill(self.process.pid, signal.SIGKILL)  # nothing else waits for it, so the number is still its own
             self.process.returncode = os.waitstatus_to_exitcode(os.waitpid(self.process.pid, 0)[1])
-        self._outbox.put(b"")
-        for pipe in (self.process.stdin, self.process.stdout):
-            if pipe is not None:
-                pipe.close()
-
-    def _pump(self) -> None:
-        pipe = self.process.stdin
-        assert pipe is not None
-        try:
-            while message := memoryview(self._outbox.get()):
-                while message:
-                    message = message[pipe.write(message) :]
-        except (OSError, ValueError):  # the child is gone
-            return
+        self._outbox.end()
+        assert self.process.stdout is not None
+        self.process.stdout.close()
 
 
 class Solvers:
-    """The children of one run. The first that answers is kept; use as a context, which ends them all."""
+    """Those that answer the questions of one run; use as a context, which ends all processes.
+
+    Most questions are answered by a glance. The children, which remember what they
+    were told and learned, are started when one is not; the first that answers is kept.
+    """
 
     def __init__(self, solver: str, memory_bytes: int, seed: int, deadline: float) -> None:
         self.deadline = deadline
         self.peak_bytes = 0
-        self._used = False
-        self._children = [Child(name, memory_bytes, seed) for name in SOLVERS[solver]]
+        self._solver, self._memory_bytes, self._seed = solver, memory_bytes, seed
+        self._z3 = program(_folder(PACKAGES["z3"])) if "z3" in SOLVERS[solver] else None
+        self._glance: Glance | None = None
+        self._children: list[Child] = []
+        self._started = False
+        self._told = 0
 
     def __enter__(self) -> Solvers:
         return self
@@ -154,27 +151,55 @@ class Solvers:
         self.close()
 
     def close(self) -> None:
-        """Ends every child; nothing can be asked any more."""
+        """Ends every process; nothing can be asked any more."""
+        self._started = True
+        self._look(None)
         self._keep(())
 
     @property
     def alive(self) -> bool:
-        return bool(self._children)
+        return bool(self._children) or not self._started
 
     @property
     def names(self) -> tuple[str, ...]:
         return tuple(child.name for child in self._children)
 
     def begin(self) -> None:
-        """A new problem: the children forget the clauses of the one before."""
-        if self._used:
-            for child in self._children:
-                child.send(b"N", b"")
-        self._used = True
+        """A new problem: the clauses of the one before are forgotten."""
+        self._told = 0
+        for child in self._children:
+            child.send(b"N", b"")
+        self._look(None if self._z3 is None else Glance(self._z3, self._memory_bytes, self._seed))
+
+    def show(self, clauses: Clauses) -> None:
+        """The clauses so far, for the glance that is to come: it reads them while others are made."""
+        if self._glance is not None:
+            self._glance.tell(clauses)
+
+    def glance(self, clauses: Clauses, assumptions: tuple[int, ...]) -> Flags | Unsatisfiable | None:
+        """What a short look at all clauses shows: which variables a model has true; that there is none; or nothing.
+
+        Returns:
+            The model, (variables + 1,), of which 0 is none; a refusal said to rest on all the assumptions; or None.
+        """
+        if self._z3 is None or not self.alive:
+            return None
+        glance = self._glance or Glance(self._z3, self._memory_bytes, self._seed)
+        self._glance = glance
+        seen = glance.ask(clauses, assumptions, self.deadline)
+        self._look(None)
+        return Unsatisfiable(assumptions) if seen.refused else seen.model
+
+    def start(self) -> None:
+        """Starts the children, unless that was done."""
+        if not self._started:
+            self._children = [Child(name, self._memory_bytes, self._seed) for name in SOLVERS[self._solver]]
+        self._started = True
 
     def add(self, clauses: Clauses) -> None:
-        """Sends what is new since the last time."""
-        new = clauses.take_new()
+        """Tells the children what is new since the last time."""
+        self.start()
+        new, self._told = clauses.since(self._told)
         if not new.size:
             return
         text = b""
@@ -237,6 +262,13 @@ class Solvers:
             detail = "memory"
         return _gave_up(detail or f"the solver ended with status {child.process.returncode}")
 
+    def _look(self, glance: Glance | None) -> None:
+        """The next glance, instead of the one there was."""
+        if self._glance is not None:
+            self._glance.close()
+            self.peak_bytes = max(self.peak_bytes, self._glance.peak_bytes)
+        self._glance = glance
+
     def _keep(self, kept: tuple[Child, ...]) -> None:
         for child in self._children:
             if child not in kept:
@@ -271,16 +303,6 @@ def _folder(package: str) -> str:
     """Where a package lies; nowhere, where there is none."""
     found = find_spec(package)
     return "" if found is None or found.origin is None else str(Path(found.origin).parent.parent)
-
-
-def _peak_bytes(process: int) -> int:
-    """The most memory a running process has held; 0 where the system does not say."""
-    try:
-        status = Path(f"/proc/{process}/status").read_text()
-    except OSError:
-        return 0
-    found = re.search(r"VmHWM:\s+(\d+) kB", status)
-    return int(found[1]) * 1024 if found else 0
 
 
 def _gave_up(detail: str) -> Stopped:

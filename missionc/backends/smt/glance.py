@@ -1,0 +1,129 @@
+"""A short look at a problem, by Z3's own program: easy questions are answered before a solver with a memory is ready.
+
+The program reads DIMACS text straight into Z3's solver of clauses, and is through
+with ten thousand of them before the library has made its terms. It forgets
+everything with its one answer, knows no assumptions and gives no reason for a
+refusal; so it may only try for a short while, and what it does not settle is asked
+in full.
+"""
+
+from __future__ import annotations
+
+import os
+import select
+import signal
+import subprocess
+import sysconfig
+import time
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+
+from missionc.backends.smt.clauses import Clauses
+from missionc.backends.smt.dimacs import lines
+from missionc.backends.smt.outbox import Outbox
+from missionc.backends.smt.peak import peak_bytes
+from missionc.backends.smt.worker import PARAMETERS
+from missionc.plan import Flags
+
+CONFLICTS = 300
+"""After so many it gives up. Where it finds anything it mostly finds it in fewer than a hundred."""
+
+YES, NO = b"s SATISFIABLE", b"s UNSATISFIABLE"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Seen:
+    """What a glance showed.
+
+    ``model`` says of every variable whether it holds, (variables + 1,), 0 being none;
+    it is None where no model was seen. ``refused``: there is none.
+    """
+
+    model: Flags | None
+    refused: bool
+
+
+class Glance:
+    """One process, one question. It reads clauses as they are made; use as a context, which ends it."""
+
+    def __init__(self, z3: Path, memory_bytes: int, seed: int) -> None:
+        settings = {**PARAMETERS, "random_seed": str(seed % 2**31), "max_conflicts": str(CONFLICTS)}
+        command = [str(z3), "-dimacs", "-in", f"-memory:{max(1, memory_bytes >> 20)}"]
+        command += [f"sat.{name}={value}" for name, value in settings.items()]
+        self.peak_bytes = 0
+        # In a session of its own, Ctrl-C on the terminal is the parent's alone to act on.
+        self.process = subprocess.Popen(  # noqa: S603
+            command,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            bufsize=0,
+            start_new_session=True,
+        )
+        assert self.process.stdin is not None
+        self._outbox = Outbox(self.process.stdin)
+        self._told = 0
+
+    def __enter__(self) -> Glance:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def tell(self, clauses: Clauses) -> None:
+        """Hands over what is new since the last time."""
+        new, self._told = clauses.since(self._told)
+        if new.size:
+            self._outbox.put(lines(new, clauses.variables))
+
+    def ask(self, clauses: Clauses, assumptions: tuple[int, ...], deadline: float) -> Seen:
+        """Whether there is a model in which the assumptions hold, if that shows soon.
+
+        Args:
+            deadline: on the clock of ``time.monotonic``.
+        """
+        self.tell(clauses)
+        self._weigh()  # while it surely runs; once it has answered it may be gone
+        self._outbox.put("".join(f"{literal} 0\n" for literal in assumptions).encode())
+        self._outbox.end()
+        verdict, _, model = self._said(deadline).partition(b"\n")
+        if verdict != YES:
+            return Seen(None, verdict == NO)
+        numbers = np.array(model.replace(b"v", b"").split(), dtype=np.int32)
+        holds = np.zeros(clauses.variables + 1, dtype=np.bool_)
+        holds[numbers[numbers > 0]] = True
+        return Seen(holds, False)
+
+    def close(self) -> None:
+        """Kills the process, if it still runs, and waits until it is gone."""
+        if self.process.returncode is None:
+            os.kill(self.process.pid, signal.SIGKILL)  # nothing else waits for it, so the number is still its own
+            self.process.returncode = os.waitstatus_to_exitcode(os.waitpid(self.process.pid, 0)[1])
+        self._outbox.end()
+        assert self.process.stdout is not None
+        self.process.stdout.close()
+
+    def _said(self, deadline: float) -> bytes:
+        """All that the process says; nothing where it takes longer than allowed."""
+        assert self.process.stdout is not None
+        said = b""
+        while select.select([self.process.stdout], [], [], max(0.0, deadline - time.monotonic()))[0]:
+            self._weigh()
+            more = os.read(self.process.stdout.fileno(), 1 << 20)
+            if not more:
+                return said
+            said += more
+        return b""
+
+    def _weigh(self) -> None:
+        self.peak_bytes = max(self.peak_bytes, peak_bytes(self.process.pid))
+
+
+@cache
+def program(folder: str) -> Path | None:
+    """Z3's program, which comes with the package that lies in this folder; None where it does not."""
+    places = Path(folder, "../../../bin/z3").resolve(), Path(sysconfig.get_path("scripts"), "z3.exe")
+    return next((place for place in places if place.is_file() and os.access(place, os.X_OK)), None)
