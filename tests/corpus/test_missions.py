@@ -91,7 +91,7 @@ def test_a_mission_that_needs_both_halves_plans_verifies_and_reads_back() -> Non
 @pytest.mark.parametrize("path", [path for path in FILES if path.stem not in PLANNED_BY_SMT], ids=title)
 def test_a_mission_for_transport_plans_for_several_seeds(path: Path, seed: int) -> None:
     pytest.importorskip("torch")
-    compiled_and_read_back(path.stem, {}, seed)
+    compiled_and_read_back(path, {}, seed)
 
 
 @pytest.mark.slow

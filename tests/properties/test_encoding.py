@@ -150,5 +150,5 @@ def test_agents_are_not_given_up_as_too_few_where_they_have_a_plan(case: Case, m
     goals, motion, lowered, solver = asked(case, cast)
     for goal, literal in zip(goals, lowered.goals, strict=True):
         outlook = Outlook(Labels(case.mission, case.roadmaps), motion.ways, cast)
-        if outlook.hopeless((goal,)):
+        if outlook.hopeless((goal.formula,)):
             assert solver.solve([literal])[0] != SAT

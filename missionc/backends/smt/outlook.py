@@ -1,6 +1,6 @@
 """Whether a plan for some of the agents can exist at all, each of them looked at by itself.
 
-    in   goals, where each agent can be, who takes part
+    in   formulas, where each agent can be, who takes part
     out  no, for certain; or perhaps
 
 A formula may hold of an agent in a state where some way onwards leads through
@@ -11,7 +11,7 @@ a roadmap, and often saves lowering and solving a problem with too few agents.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable
 from functools import reduce
 from typing import assert_never
 
@@ -26,7 +26,6 @@ from missionc.kernel.nodes import (
     At,
     AtLeast,
     Atom,
-    Goal,
     Is,
     Nearby,
     Node,
@@ -60,10 +59,10 @@ class Outlook:
         self._known: dict[tuple[Node, bool, int, int], Flags] = {}
         self._swept = 0
 
-    def hopeless(self, goals: Sequence[Goal]) -> bool:
-        """Whether some goal holds in no joint motion of these agents. False says nothing."""
+    def hopeless(self, formulas: Iterable[Node]) -> bool:
+        """Whether some formula, asked of step 0, holds in no joint motion of these agents. False says nothing."""
         with deep():
-            return not all((self.may(goal.formula, True, 0, 0) & self.ways[0][0]).any() for goal in goals)
+            return not all((self.may(formula, True, 0, 0) & self.ways[0][0]).any() for formula in formulas)
 
     def may(self, node: Node, positive: bool, agent: int, step: int) -> Flags:
         """In which states, (states,), the formula may hold of the agent at the step; not ``positive``: fail."""

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import time
 from collections import deque
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -38,7 +38,7 @@ from missionc.backends.smt.solve import Solvers
 from missionc.kernel.nodes import All, Goal, Kernel, Node
 from missionc.monitoring.evaluate import Evaluation
 from missionc.monitoring.logic import TRUTH
-from missionc.plan import Trace
+from missionc.plan import Flags, Trace
 
 TOGETHER = 8
 """So many agents are planned in one turn, unless more belong together."""
@@ -78,6 +78,8 @@ class Turns:
     settled: Settled = field(init=False)
     seen: Alone | None = None
     """What single agents look for a way in; it may be older than the last who were settled."""
+    lonely: set[int] = field(default_factory=set)
+    """Those who can do nothing of what is asked of them as long as nobody is settled."""
     kept: set[Part] = field(default_factory=set)
     """What holds of the settled, whoever joins them."""
     largest: Problem | None = None
@@ -197,6 +199,10 @@ class Turns:
         asked = self.asked_among(self.kept, frozenset((agent, *self.settled.agents)))
         formulas, settled, setting = list(asked.values()), self.settled, self.setting
         with setting.account.stage("alone"):
+            only = frozenset((agent,))
+            if not settled.agents and self.hopeless(formulas, self.order.ways, only):
+                self.lonely.add(agent)
+                return None
             way = None
             if self.seen is not None and all(part.grows for part in asked):
                 way = self.seen.way(agent, formulas, settled)
@@ -239,15 +245,17 @@ class Turns:
             settled, kept = settled.copy(), set()
             settled.release(batch.intersection(settled.agents))
         before = frozenset(settled.agents)
+        if not before and len(batch) == 1 and batch <= self.lonely:
+            return False
         asked = self.asked_among(kept, before | batch)
         setting.budget.listen(Progress("lower", self.taken + 1, f"{len(before)} + {len(batch)} agents"))
         with setting.account.stage("lower"):
             roadmaps = settled.open_roadmaps()
             ways = settled.fixed(all_ways(roadmaps, self.asked.never))
             ways = tuple(way if agent in before | batch else self.order.ways[agent] for agent, way in enumerate(ways))
-            goal = Goal("all parts", All(tuple(asked.values())), setting.mission.span)
-            if Outlook(self.order.labels, ways, before | batch).hopeless((goal,)):
+            if self.hopeless(list(asked.values()), ways, before | batch):
                 return False
+        goal = Goal("all parts", All(tuple(asked.values())), setting.mission.span)
         problem = setting.problem((goal,), roadmaps, ways, batch, before, LINKS, self.solvers)
         if problem.lowered.hopeless:
             return False
@@ -264,6 +272,10 @@ class Turns:
             self.largest = problem
         return True
 
+    def hopeless(self, formulas: Sequence[Node], ways: tuple[Flags, ...], present: Agents) -> bool:
+        """Whether these hold in no joint motion of those who are there, each within its ways. False says nothing."""
+        return Outlook(self.order.labels, ways, present).hopeless(formulas)
+
     def asked_among(self, kept: set[Part], present: Agents) -> dict[Part, Node]:
         """What can be asked of those who are there, but for what is kept in any case."""
         formulas = {part: among(part.formula, self.asks, present) for part in self.asked.parts if part not in kept}
@@ -272,6 +284,7 @@ class Turns:
     def settle(self, agents: Agents, states: Indices, asked: Iterable[Part], *, alone: bool) -> None:
         """These agents do what ``states``, (agents of the mission, steps + 1), say, and what is asked is kept."""
         self.settled.settle(sorted(agents), states, alone=alone)
+        self.lonely.clear()
         self.kept.update(part for part in asked if part.grows)
 
     def release(self, agents: Iterable[int]) -> None:
