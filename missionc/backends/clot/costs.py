@@ -32,8 +32,11 @@ from missionc.world.distance import signed_distance
 CLOSE = 0.4
 """Of a metre: bodies further than this beyond what they need are no matter for now."""
 
-SAMPLES = 3
-"""Points within each step at which obstacles are looked at."""
+GAP = 0.1
+"""Metres, at top speed, between the points at which obstacles are looked at: a corner that is cut lies between two."""
+
+FEWEST, MOST = 3, 12
+"""Such points within each step, whatever the speed."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -203,8 +206,10 @@ class Costs:
 
 def _samples(mission: Mission, made: Splines, start: int) -> Samples:
     agents = np.arange(len(mission.agents))
-    parts = np.arange(made.steps * SAMPLES + 1) if made.steps else np.zeros(1, dtype=np.int64)
-    moment, part = parts // SAMPLES, (parts % SAMPLES) / SAMPLES
+    fastest = max(top_speed(agent.dynamics) for agent in mission.agents)
+    count = int(np.clip(np.ceil(fastest * made.step / GAP), FEWEST, MOST))
+    parts = np.arange(made.steps * count + 1) if made.steps else np.zeros(1, dtype=np.int64)
+    moment, part = parts // count, (parts % count) / count
     index = np.repeat(agents, len(parts))
     time = (start + moment + part) * made.step
     moved = tuple(

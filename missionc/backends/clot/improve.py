@@ -1,7 +1,7 @@
-"""From a plan to a better one: preferences by weight, then what is to be least.
+"""From a plan to a better one: preferences by weight, then what is to be least; if nothing is, some detours less.
 
-Each try is a polish of the plan that there is, asked for more; it counts only where it is a
-plan as well, and a better one.
+A preference is tried by a polish of the plan that there is, asked for more; what is to be least by
+a descent from it. What comes of it counts only where it is a plan as well, and a better one.
 """
 
 from __future__ import annotations
@@ -14,7 +14,9 @@ import numpy as np
 from missionc.backends.clot.cost_graph import CostGraph
 from missionc.backends.clot.costs import Costs
 from missionc.backends.clot.demand import Demand
+from missionc.backends.clot.descend import descend
 from missionc.backends.clot.polish import polish
+from missionc.backends.clot.weights import AIMS, TIDY
 from missionc.ir import Mission, Objective
 from missionc.kernel.nodes import Kernel
 from missionc.monitoring import monitor
@@ -23,8 +25,8 @@ from missionc.plan import Array, Trace
 ITERATIONS = 40
 """Of one try."""
 
-ROUNDS, HARDER = 4, 4.0
-"""Tries at a lower objective, each with its cost weighed so many times more than the one before."""
+TIDIED = 5_000
+"""Numbers in the control points of a plan, times steps of descent, where nothing is asked to be least."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -61,34 +63,27 @@ def improve(
             continue
         if not _kept(wish.name, mission, kernel, made):
             wider = Demand.of(mission, (*roots, wish.term), demand.choices, mission.steps)
-            tried = polish(control, costs, wider, ITERATIONS, go_on)
-            found = accept(tried.control)
+            kept = polish(control, costs, wider, ITERATIONS, go_on).control
+            found = accept(kept)
             if found is None or not _kept(wish.name, mission, kernel, found):
                 notes.append(f"`{wish.name}` is not kept: no plan that keeps it too was found")
                 continue
-            control, made = tried.control, found
+            control, made = kept, found
         roots = (*roots, wish.term)
         notes.append(f"`{wish.name}` is kept")
     asked = Demand.of(mission, roots, demand.choices, mission.steps)
-    measure = {Objective.DISTANCE: travelled, Objective.ENERGY: effort}.get(mission.objective)
-    if measure is None:
-        return Improved(control, made, tuple(notes))
-    before = measure(made)
-    weights = costs.weights
-    for _ in range(ROUNDS):
-        if not go_on():
-            break
-        if mission.objective is Objective.DISTANCE:
-            weights = replace(weights, length=weights.length * HARDER)
-        else:
-            weights = replace(weights, length=0.0, bend=weights.bend * HARDER)
-        tried = polish(control, replace(costs, weights=weights), asked, ITERATIONS, go_on)
-        found = accept(tried.control)
-        if found is None or measure(found) >= measure(made) or not _as_many(mission, kernel, made, found):
-            break
-        control, made = tried.control, found
-    unit = "m" if mission.objective is Objective.DISTANCE else "m^2/s^3"
-    notes.append(f"{measure(made):.6g} {unit} in all, {before:.6g} {unit} before it was made less")
+    aim = AIMS.get(mission.objective, TIDY)
+    steps = min(aim.steps, TIDIED // max(1, control.size)) if aim is TIDY else aim.steps
+    weights = replace(costs.weights, length=aim.length, bend=aim.bend)
+    tried = descend(control, replace(costs, weights=weights), asked, steps, aim.gain, go_on)
+    found = accept(tried)
+    measure = MEASURES.get(mission.objective)
+    better = found is not None and _as_many(mission, kernel, made, found)
+    if found is not None and better and (measure is None or measure(found) < measure(made)):
+        if measure is not None:
+            unit = "m" if mission.objective is Objective.DISTANCE else "m^2/s^3"
+            notes.append(f"{measure(found):.6g} {unit} in all, {measure(made):.6g} {unit} before it was made less")
+        control, made = tried, found
     return Improved(control, made, tuple(notes))
 
 
@@ -100,6 +95,9 @@ def travelled(made: Trace) -> float:
 def effort(made: Trace) -> float:
     """The square of all agents' accelerations, summed over time: m²/s³. [clot] (2)."""
     return float((np.diff(made.velocity, axis=1) ** 2).sum() / made.step)
+
+
+MEASURES = {Objective.DISTANCE: travelled, Objective.ENERGY: effort}
 
 
 def _kept(name: str, mission: Mission, kernel: Kernel, made: Trace) -> bool:

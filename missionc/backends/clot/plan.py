@@ -49,7 +49,7 @@ ATTEMPTS = 40
 ITERATIONS = 60
 """Steps of one polish."""
 
-SEARCH_EVERY = 4
+SEARCH_EVERY = 8
 """Attempts of which the last one searches, from the best schedule so far, where the preset does not do so anyway."""
 
 NOISE = 0.4

@@ -1,6 +1,6 @@
 """Named ways to plan, each of which leaves something out or puts something back, so that parts can be compared.
 
-    sketch   schedule, key frames, one joint sketch, joint polish; every fourth attempt is a ``search``. The default.
+    sketch   schedule, key frames, one joint sketch, joint polish; every eighth attempt is a ``search``. The default.
     search   Algorithm 2 over Algorithm 1, seeded with the sketch and its schedule; joint polish at the end.
     paper    Algorithm 2 over Algorithm 1 as published: the four rules, exact Sinkhorn, the prior alone, no polish.
     fsot     ``paper`` with one fixed sequence, breadth first, and nothing ever taken back.

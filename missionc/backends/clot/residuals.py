@@ -15,7 +15,7 @@ import torch
 from torch import Tensor
 
 from missionc.backends.clot.splines import Arguments
-from missionc.plan import Array
+from missionc.plan import Array, Flags
 
 Function = Callable[..., Tensor]
 """Points (residuals, dim) each -> (residuals,): the margin's shortfall, of which the part above 0 counts."""
@@ -41,7 +41,7 @@ class Group:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Rows:
-    """The residuals of a group that are above 0, linearised.
+    """The residuals of a group that matter, linearised.
 
     Args:
         value: (rows,), metres.
@@ -55,12 +55,23 @@ class Rows:
     arguments: tuple[Arguments, ...]
     gradient: tuple[Array, ...]
 
+    def taken(self, some: Flags) -> Rows:
+        """Some of the rows, (rows,)."""
+        where = np.flatnonzero(some)
+        arguments = tuple(argument.take(where) for argument in self.arguments)
+        gradient = tuple(each[where] for each in self.gradient)
+        return Rows(self.name, self.weight, self.spare, self.value[where], arguments, gradient)
 
-def rows(group: Group, control: Array) -> Rows:
-    """What of a group is amiss at these control points, (agents, points, dim), and how that changes."""
+
+def rows(group: Group, control: Array, near: float = 0.0) -> Rows:
+    """What of a group is amiss at these control points, (agents, points, dim), and how that changes.
+
+    Args:
+        near: metres; also what would be amiss if it were worse by so much.
+    """
     points = [torch.from_numpy(argument.of(control)) for argument in group.arguments]
     with torch.no_grad():
-        amiss = (group.shortfall(*points) > 0).numpy()
+        amiss = (group.shortfall(*points) > -near).numpy()
     if not amiss.any():
         dim = control.shape[-1]
         none = np.zeros(0, dtype=np.int64)

@@ -8,6 +8,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from missionc.ir import Objective
+
 
 @dataclass(frozen=True, slots=True)
 class Weights:
@@ -58,3 +60,25 @@ class ProbeWeights:
     bend: float = 2.4
     room: float = 0.08
     margin: float = 0.1
+
+
+@dataclass(frozen=True, slots=True)
+class Aim:
+    """What a plan is made less of.
+
+    Args:
+        length, bend: as in ``Weights``, while nothing else has a cost.
+        steps: of descent at most.
+        gain: the share of the cost that a step must gain for there to be another.
+    """
+
+    length: float
+    bend: float
+    steps: int
+    gain: float
+
+
+AIMS = {Objective.DISTANCE: Aim(1.0, 0.05, 40, 1e-3), Objective.ENERGY: Aim(0.0, 1.0, 40, 1e-3)}
+
+TIDY = Aim(0.2, 1.0, 2, 1e-2)
+"""Where nothing is asked to be least: most of the detours go in the first steps."""

@@ -1,0 +1,154 @@
+"""From a plan to a shorter one: what is gained, that nothing is broken, and where it ends."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+pytest.importorskip("torch")
+
+from missionc import driver
+from missionc.backends.api import Budget, Options, Planned, Report
+from missionc.backends.clot.accept import faults
+from missionc.backends.clot.candidate import System
+from missionc.backends.clot.cost_graph import build
+from missionc.backends.clot.costs import Costs
+from missionc.backends.clot.demand import Demand
+from missionc.backends.clot.descend import _Program, descend
+from missionc.backends.clot.improve import effort, travelled
+from missionc.backends.clot.plan import BACKEND
+from missionc.backends.clot.residuals import Rows
+from missionc.backends.clot.splines import Splines, splines, trace
+from missionc.backends.clot.weights import Spare, Weights
+from missionc.ir import Mission
+from missionc.kernel.nodes import Kernel
+from missionc.plan import Array, Trace
+from missionc.source import Source
+
+VISIT = (Path(__file__).resolve().parents[2] / "missions" / "clot_visit.mission").read_text(encoding="utf-8")
+
+ROUND = """\
+mission round
+time step 0.25 s, horizon 6 s
+world (0, 0) to (10, 6)
+region goal = box (7, 1) to (9, 3)
+obstacle wall = box (4, 0) to (5, 4)
+team cart[2] { radius 0.2 m  dynamics double_integrator(speed <= 4 m/s, acceleration <= 4 m/s^2)
+  start at (1, 1), (1, 2) }
+require visit: eventually[0, 6 s] every cart: goal
+require apart: always[0, 6 s] distance(cart[0], cart[1]) >= 0.8
+"""
+
+
+def checked(text: str, **overrides: str) -> tuple[Mission, Kernel]:
+    found = driver.check(Source("made.mission", text), overrides=overrides, backend="clot")
+    assert found.mission is not None, [finding.message for finding in found.findings]
+    assert found.kernel is not None
+    return found.mission, found.kernel
+
+
+def planned(text: str, seed: int = 0, **overrides: str) -> tuple[Trace, Report]:
+    mission, kernel = checked(text, **overrides)
+    outcome = BACKEND.plan(mission, kernel, Options(), Budget(time.monotonic() + 120, seed=seed))
+    assert isinstance(outcome, Planned)
+    assert not faults(mission, kernel, outcome.trace)
+    return outcome.trace, outcome.report
+
+
+def untidied(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("missionc.backends.clot.improve.TIDIED", 0)
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_a_plan_nobody_asked_to_be_short_has_fewer_detours(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    tidy, _ = planned(VISIT, seed, N="5")
+    untidied(monkeypatch)
+    plain, _ = planned(VISIT, seed, N="5")
+    assert travelled(tidy) < 0.95 * travelled(plain)
+    assert (
+        np.linalg.norm(np.diff(tidy.velocity, axis=1), axis=-1).sum()
+        < np.linalg.norm(np.diff(plain.velocity, axis=1), axis=-1).sum()
+    )
+
+
+def test_the_least_distance_is_no_more_than_the_tidied_one_and_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
+    tidy, _ = planned(VISIT, N="3")
+    least, report = planned(VISIT + "minimize distance\n", N="3")
+    assert travelled(least) <= travelled(tidy)
+    assert [note for note in report.notes if note.startswith(f"{travelled(least):.6g} m in all")]
+
+
+def test_the_least_energy_has_less_of_it_than_the_least_distance() -> None:
+    short, _ = planned(ROUND + "minimize distance\n")
+    smooth, report = planned(ROUND + "minimize energy\n")
+    assert effort(smooth) < effort(short)
+    assert travelled(short) < travelled(smooth)
+    assert "m^2/s^3 in all" in report.notes[-1]
+
+
+def descent(steps: int, gain: float = 0.0, go_on: bool = True) -> tuple[Array, Array, Costs, Mission, Kernel]:
+    """Control points of a plan before and after a descent that is all for length."""
+    mission, kernel = checked(ROUND)
+    outcome = BACKEND.plan(mission, kernel, Options(), Budget(time.monotonic() + 120))
+    assert isinstance(outcome, Planned)
+    made = splines(mission)
+    control = _control(made, outcome.trace)
+    costs = Costs(mission, made, replace(Weights(), length=1.0, bend=0.05), Spare())
+    demand = Demand.of(mission, tuple(goal.term for goal in build(kernel).requirements), {}, mission.steps)
+    return control, descend(control, costs, demand, steps, gain, lambda: go_on), costs, mission, kernel
+
+
+def _control(made: Splines, plan: Trace) -> Array:
+    """Control points whose motion is that of a plan, which came of some."""
+    control = made.through(plan.position)
+    for _ in range(200):
+        position, _ = made.states(control)
+        control[:, : position.shape[1]] += 0.5 * (plan.position - position) * ~made.fixed[:, : position.shape[1], None]
+    return control
+
+
+@pytest.mark.parametrize("steps", [3, 5, 8])
+def test_after_every_number_of_steps_there_is_a_plan_and_it_costs_less(
+    steps: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    untidied(monkeypatch)
+    before, after, costs, mission, kernel = descent(steps)
+    system = System(costs, before.shape)
+    assert system.smoothness(after) < system.smoothness(before)
+    assert not faults(mission, kernel, trace(mission, costs.splines, after))
+
+
+def test_without_steps_or_time_nothing_changes(monkeypatch: pytest.MonkeyPatch) -> None:
+    untidied(monkeypatch)
+    for before, after, *_ in (descent(0), descent(5, go_on=False)):
+        assert (before == after).all()
+
+
+def test_a_step_that_gains_too_little_is_the_last(monkeypatch: pytest.MonkeyPatch) -> None:
+    untidied(monkeypatch)
+    before, all_the_way, costs, *_ = descent(8)
+    _, one, *_ = descent(8, gain=1.0)
+    system = System(costs, before.shape)
+    assert system.smoothness(all_the_way) < system.smoothness(one) < system.smoothness(before)
+
+
+def test_rows_that_contradict_each_other_have_no_answer() -> None:
+    mission, _ = checked(ROUND)
+    made = splines(mission)
+    costs = Costs(mission, made, Weights(), Spare())
+    control = made.through(np.zeros((2, mission.steps + 1, 2)))
+    system = System(costs, control.shape)
+    where = made.position(np.array([0]), np.array([5]), np.zeros(1))
+    for sides, answered in (((1.0,), True), ((1.0, -1.0), False)):
+        program = _Program(system, system.pull(control), 0.4)
+        for side in sides:
+            row = Rows("x", 1.0, 0.0, np.array([0.1]), (where,), (np.array([[side, 0.0]]),))
+            program.add([row], np.zeros(system.count), 0.0)
+        moved = program.solved()
+        assert (moved is not None) == answered
+        if moved is not None:
+            assert where.of(system.moved(moved))[0, 0] == pytest.approx(-0.1, abs=1e-3)
