@@ -146,8 +146,8 @@ def test_rows_that_contradict_each_other_have_no_answer() -> None:
     for sides, answered in (((1.0,), True), ((1.0, -1.0), False)):
         program = _Program(system, system.pull(control), 0.4)
         for side in sides:
-            row = Rows("x", 1.0, 0.0, np.array([0.1]), (where,), (np.array([[side, 0.0]]),))
-            program.add([row], np.zeros(system.count), 0.0)
+            row = Rows("x", 1.0, 0.03, np.array([0.1]), (where,), (np.array([[side, 0.0]]),))
+            program.add([row], np.zeros(system.count), {})
         moved = program.solved()
         assert (moved is not None) == answered
         if moved is not None:

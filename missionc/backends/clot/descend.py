@@ -12,7 +12,7 @@ Source:
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -41,6 +41,9 @@ CUTS = 4
 
 BROKEN = 0.02
 """Metres to spare below which a margin counts as broken by a program's answer."""
+
+USED = 0.5
+"""The share of what a margin is to have to spare that a step may use up."""
 
 PRECISION, PATIENCE = 1e-4, 40
 """Of a program, and iterations of its solver: those that have an answer take about fifteen."""
@@ -91,26 +94,26 @@ def _step(control: Array, costs: Costs, demand: Demand, system: System, reach: f
         return [replace(part, weight=1.0) for part in found if part.value.size]
 
     parts = near(control)
-    used = min(max((float((part.value / part.spare).max()) for part in parts), default=0.0), 1.0)
+    used = {part.name: max(float((part.value / part.spare).max()), 0.0) for part in parts}
     program = _Program(system, system.pull(control), reach)
     moved = np.zeros(system.count)
     for _ in range(CUTS):
-        program.add(parts, moved, max(used, 0.0))
+        program.add(parts, moved, used)
         answer = program.solved()
         if answer is None:
             break
         moved = answer
         parts = near(control + system.moved(moved))
-        if _hold(parts):
+        if _hold(parts, used):
             return control + system.moved(moved)
         parts = [part.taken(part.value > -BROKEN) for part in parts]
     some = (control + system.moved(share * moved) for share in SHARES)
-    return next((ahead for ahead in some if _hold(near(ahead))), None)
+    return next((ahead for ahead in some if _hold(near(ahead), used)), None)
 
 
-def _hold(parts: list[Rows]) -> bool:
-    """Whether all margins hold, be it with nothing to spare."""
-    return all(float((part.value - part.spare).max()) <= 0 for part in parts)
+def _hold(parts: list[Rows], used: Mapping[str, float]) -> bool:
+    """Whether all margins hold with part of what they are to have to spare, or no less of it than before."""
+    return all(float((part.value / part.spare).max()) <= max(used.get(part.name, 0.0), USED) for part in parts)
 
 
 class _Program:
@@ -123,10 +126,10 @@ class _Program:
         self.sides: list[sparse.csr_matrix] = []
         self.bounds: list[Array] = []
 
-    def add(self, parts: list[Rows], moved: Array, used: float) -> None:
-        """Rows, linear about a movement, are to be amiss by at most a share of what they are to have to spare."""
+    def add(self, parts: list[Rows], moved: Array, used: Mapping[str, float]) -> None:
+        """Rows, linear about a movement, of which no more of what they have to spare may be used than is."""
         side, value = self.system.jacobian(parts)
-        allowed = np.concatenate([np.full(len(part.value), used * part.spare) for part in parts])
+        allowed = np.concatenate([np.full(len(part.value), used.get(part.name, 0.0) * part.spare) for part in parts])
         self.sides.append(side)
         self.bounds.append(allowed - value + side @ moved)
 
