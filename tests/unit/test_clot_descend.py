@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -15,14 +15,13 @@ from missionc import driver
 from missionc.backends.api import Budget, Options, Planned, Report
 from missionc.backends.clot.accept import faults
 from missionc.backends.clot.candidate import System
-from missionc.backends.clot.cost_graph import build
 from missionc.backends.clot.costs import Costs
 from missionc.backends.clot.demand import Demand
 from missionc.backends.clot.descend import _Program, descend
 from missionc.backends.clot.improve import effort, travelled
 from missionc.backends.clot.plan import BACKEND
 from missionc.backends.clot.residuals import Rows
-from missionc.backends.clot.splines import Splines, splines, trace
+from missionc.backends.clot.splines import splines, trace
 from missionc.backends.clot.weights import Spare, Weights
 from missionc.ir import Mission
 from missionc.kernel.nodes import Kernel
@@ -90,50 +89,54 @@ def test_the_least_energy_has_less_of_it_than_the_least_distance() -> None:
     assert "m^2/s^3 in all" in report.notes[-1]
 
 
-def descent(steps: int, gain: float = 0.0, go_on: bool = True) -> tuple[Array, Array, Costs, Mission, Kernel]:
-    """Control points of a plan before and after a descent that is all for length."""
+@dataclass(frozen=True)
+class Descent:
+    """From the control points of a plan, all for length."""
+
+    mission: Mission
+    kernel: Kernel
+    control: Array
+    costs: Costs
+    demand: Demand
+
+    def after(self, steps: int, gain: float = 0.0, go_on: bool = True) -> Array:
+        return descend(self.control, self.costs, self.demand, steps, gain, lambda: go_on)
+
+    def cost(self, control: Array) -> float:
+        return System(self.costs, control.shape).smoothness(control)
+
+
+@pytest.fixture
+def descent(monkeypatch: pytest.MonkeyPatch) -> Descent:
+    seen: list[tuple[Array, Costs, Demand]] = []
+
+    def keep(control: Array, costs: Costs, demand: Demand, *_: object) -> Array:
+        seen.append((control, costs, demand))
+        return control
+
     mission, kernel = checked(ROUND)
-    outcome = BACKEND.plan(mission, kernel, Options(), Budget(time.monotonic() + 120))
-    assert isinstance(outcome, Planned)
-    made = splines(mission)
-    control = _control(made, outcome.trace)
-    costs = Costs(mission, made, replace(Weights(), length=1.0, bend=0.05), Spare())
-    demand = Demand.of(mission, tuple(goal.term for goal in build(kernel).requirements), {}, mission.steps)
-    return control, descend(control, costs, demand, steps, gain, lambda: go_on), costs, mission, kernel
-
-
-def _control(made: Splines, plan: Trace) -> Array:
-    """Control points whose motion is that of a plan, which came of some."""
-    control = made.through(plan.position)
-    for _ in range(200):
-        position, _ = made.states(control)
-        control[:, : position.shape[1]] += 0.5 * (plan.position - position) * ~made.fixed[:, : position.shape[1], None]
-    return control
+    with monkeypatch.context() as patched:
+        patched.setattr("missionc.backends.clot.improve.descend", keep)
+        assert isinstance(BACKEND.plan(mission, kernel, Options(), Budget(time.monotonic() + 120)), Planned)
+    control, costs, demand = seen[0]
+    return Descent(mission, kernel, control, replace(costs, weights=replace(Weights(), length=1.0, bend=0.05)), demand)
 
 
 @pytest.mark.parametrize("steps", [3, 5, 8])
-def test_after_every_number_of_steps_there_is_a_plan_and_it_costs_less(
-    steps: int, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    untidied(monkeypatch)
-    before, after, costs, mission, kernel = descent(steps)
-    system = System(costs, before.shape)
-    assert system.smoothness(after) < system.smoothness(before)
-    assert not faults(mission, kernel, trace(mission, costs.splines, after))
+def test_after_every_number_of_steps_there_is_a_plan_and_it_costs_less(steps: int, descent: Descent) -> None:
+    after = descent.after(steps)
+    assert descent.cost(after) < descent.cost(descent.control)
+    assert not faults(descent.mission, descent.kernel, trace(descent.mission, descent.costs.splines, after))
 
 
-def test_without_steps_or_time_nothing_changes(monkeypatch: pytest.MonkeyPatch) -> None:
-    untidied(monkeypatch)
-    for before, after, *_ in (descent(0), descent(5, go_on=False)):
-        assert (before == after).all()
+def test_without_steps_or_time_nothing_changes(descent: Descent) -> None:
+    assert (descent.after(0) == descent.control).all()
+    assert (descent.after(5, go_on=False) == descent.control).all()
 
 
-def test_a_step_that_gains_too_little_is_the_last(monkeypatch: pytest.MonkeyPatch) -> None:
-    untidied(monkeypatch)
-    before, all_the_way, costs, *_ = descent(8)
-    _, one, *_ = descent(8, gain=1.0)
-    system = System(costs, before.shape)
-    assert system.smoothness(all_the_way) < system.smoothness(one) < system.smoothness(before)
+def test_a_step_that_gains_too_little_is_the_last(descent: Descent) -> None:
+    one, all_the_way = descent.after(8, gain=1.0), descent.after(8)
+    assert descent.cost(all_the_way) < descent.cost(one) < descent.cost(descent.control)
 
 
 def test_rows_that_contradict_each_other_have_no_answer() -> None:
