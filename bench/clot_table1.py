@@ -5,6 +5,7 @@
 Every method plans ``missions/clot_visit.mission`` and is scored by the same verifier. Ours is the backend as it is.
 The rivals, bounded by ``--limit`` (CPU seconds of a run; each in a process of its own):
 
+    fsot, mpot    our renderings of the paper's ablations, as presets: agents in a fixed order; all of them at once
     gradient      Adam through smooth robustness, 16 starts; ours, in this folder
     cbs           conflict-based search on a grid, leg by leg
     micp          stlpy's formula tree as mixed-integer rows, HiGHS, the first feasible point
@@ -44,6 +45,8 @@ from table1.score import Score  # noqa: E402
 
 METHODS: dict[str, tuple[str, tuple[tuple[str, object], ...], bool, tuple[str, ...]]] = {
     "ours": ("ours", (), True, ("torch",)),
+    "fsot": ("ours", (("preset", "fsot"),), True, ("torch",)),
+    "mpot": ("ours", (("preset", "mpot"),), True, ("torch",)),
     "gradient": ("gradient", (), True, ("torch",)),
     "cbs": ("cbs", (), False, ("w9_pathfinding",)),
     "micp": ("micp", (), False, ("stlpy",)),

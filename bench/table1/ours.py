@@ -1,10 +1,10 @@
-"""Our own backend, as ``missionc compile`` calls it."""
+"""Our own backend, as ``missionc compile --preset`` calls it."""
 
 from __future__ import annotations
 
 import time
 
-from missionc.backends.api import Budget, Options, Planned
+from missionc.backends.api import PRESETS, Budget, Options, Planned
 from missionc.backends.load import load
 from missionc.diagnostics.model import Diagnostic
 from missionc.ir import Mission
@@ -12,9 +12,9 @@ from missionc.kernel.nodes import Kernel
 from missionc.plan import Trace
 
 
-def plan(mission: Mission, kernel: Kernel, seed: int, limit: float) -> Trace | str:
+def plan(mission: Mission, kernel: Kernel, seed: int, limit: float, preset: str = PRESETS[0]) -> Trace | str:
     backend = load("clot")
     if isinstance(backend, Diagnostic):
         return backend.message
-    outcome = backend.plan(mission, kernel, Options(), Budget(time.monotonic() + 10 * limit, seed=seed))
+    outcome = backend.plan(mission, kernel, Options(preset=preset), Budget(time.monotonic() + 10 * limit, seed=seed))
     return outcome.trace if isinstance(outcome, Planned) else outcome.statement
