@@ -1,8 +1,9 @@
 """When each event happens and which option of each task is taken: the quickest way round, as the crow flies.
 
 Every task's options are tried at every place of the order found so far, and the one with which
-all arrive soonest is kept. Several schedules come from the same mission by weighing distances
-a little differently each time.
+all arrive soonest is kept. Where nobody is asked to be in a place, agents are under way to the
+formation or graph that is asked for. Several schedules come from the same mission by weighing
+distances a little differently each time, and by putting off what has no place.
 
 Source:
     Rosenkrantz, Stearns and Lewis, cheapest insertion, 1977; here for visits of several agents with windows.
@@ -10,15 +11,27 @@ Source:
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from missionc.backends.clot.active import Choices
 from missionc.backends.clot.cost_graph import Margin, Term
+from missionc.backends.clot.gather import gathered, gathers
 from missionc.backends.clot.tasks import Decision, Event, Hold, Option, Outline
-from missionc.ir import Anywhere, Exactly, Inside, Mission, Region, Touches, top_speed
+from missionc.ir import (
+    Anywhere,
+    Connected,
+    Exactly,
+    InFormation,
+    Inside,
+    Mission,
+    Predicate,
+    Region,
+    Touches,
+    top_speed,
+)
 from missionc.plan import Array
 from missionc.world.distance import signed_distance
 from missionc.world.sampling import points_in
@@ -32,12 +45,21 @@ LATE = 1e3
 
 @dataclass(frozen=True, slots=True)
 class Visit:
-    """An event, the regions its agents are asked to be in, and which visit it comes after (``then``)."""
+    """An event, the regions its agents are asked to be in, and which visit it comes after (``then``).
+
+    ``shapes`` are the formations and graphs asked for where there are no regions.
+    """
 
     event: Event
     regions: tuple[tuple[int, Region], ...]
+    shapes: tuple[Predicate, ...]
     lasts: int
     after: int | None
+
+    @property
+    def agents(self) -> set[int]:
+        """Who has to get somewhere for it."""
+        return {agent for agent, _ in self.regions} | {agent for shape in self.shapes for agent in _members(shape)}
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,12 +84,39 @@ class Schedule:
     late: float
 
 
+@dataclass(frozen=True, slots=True)
+class _Judged:
+    """How one schedule sees the mission: rightly where ``noise`` is 0.
+
+    ``stretch`` is how many times as long the way to each region is taken to be;
+    ``delay`` the share of the time it has by which each event without a region is put off.
+    """
+
+    noise: float
+    generator: np.random.Generator
+    stretch: dict[Region, float] = field(default_factory=dict)
+    delay: dict[tuple[Term, int, int], float] = field(default_factory=dict)
+
+    def factor(self, region: Region) -> float:
+        if self.noise and region not in self.stretch:
+            self.stretch[region] = float(np.exp(self.noise * self.generator.standard_normal()))
+        return self.stretch[region] if self.noise else 1.0
+
+    def put_off(self, event: Event) -> float:
+        """From 0, as early as can be, which it is in one case of three, to 1, as late as can be."""
+        key = event.chooser, event.agent, event.asked
+        if self.noise and key not in self.delay:
+            self.delay[key] = max(0.0, float(self.generator.uniform(-0.5, 1.0)))
+        return self.delay.get(key, 0.0)
+
+
 class Scheduler:
     """Schedules of a mission. Distances are in metres, times in seconds."""
 
     def __init__(self, mission: Mission, outline: Outline, generator: np.random.Generator) -> None:
         self.mission, self.outline, self.generator = mission, outline, generator
         self.deepest: dict[Region, Array] = {}
+        self.shaped: dict[tuple[tuple[Predicate, ...], bytes], Array] = {}
         self.speed = np.array([top_speed(agent.dynamics) for agent in mission.agents]) * SHARE
         self.starts = np.array([self._place(agent.start) for agent in mission.agents])
         self.finishes = [None if agent.finish is None else self._place(agent.finish) for agent in mission.agents]
@@ -76,19 +125,13 @@ class Scheduler:
         """A schedule; ``noise`` is by what share distances are misjudged on purpose, for another one than before."""
         order: list[Visit] = []
         options: list[Option] = []
-        stretch: dict[Region, float] = {}
-
-        def factor(region: Region) -> float:
-            if noise and region not in stretch:
-                stretch[region] = float(np.exp(noise * self.generator.standard_normal()))
-            return stretch.get(region, 1.0)
-
+        judged = _Judged(noise, self.generator)
         tasks = sorted(self.outline.tasks, key=lambda task: (len(task.options), _deadline(task.options)))
         for task in tasks:
             found: tuple[float, list[Visit], Option] | None = None
             for option in task.options:
                 for visits in self._inserted(order, option):
-                    cost = self._run(visits, factor)[0]
+                    cost = self._run(visits, judged)[0]
                     if noise:
                         cost *= float(np.exp(0.3 * noise * self.generator.standard_normal()))
                     if found is None or cost < found[0]:
@@ -96,7 +139,7 @@ class Scheduler:
             if found is not None:
                 order = found[1]
                 options.append(found[2])
-        return self._settled(order, options)
+        return self._settled(order, options, judged)
 
     # --------------------------------------------------------------- inserting
 
@@ -107,16 +150,16 @@ class Scheduler:
         if not flat:
             yield visits
             return
-        mine = {agent for visit in flat for agent, _ in visit.regions}
+        mine = {agent for visit in flat for agent in visit.agents}
         places = [
             place
             for place in range(len(visits) + 1)
-            if place == len(visits) or any(agent in mine for agent, _ in visits[place].regions)
+            if place == len(visits) or not mine.isdisjoint(visits[place].agents)
         ]
         for place in places:
             moved = [self._renumbered(visit, place, len(flat)) for visit in visits]
             new = [
-                visit if visit.after is None else Visit(visit.event, visit.regions, visit.lasts, visit.after + place)
+                visit if visit.after is None else replace(visit, after=visit.after + place)
                 for visit in self._based(chains)
             ]
             yield [*moved[:place], *new, *moved[place:]]
@@ -129,7 +172,8 @@ class Scheduler:
             each, after = stack.pop()
             regions = tuple(dict(_regions(each.holds)).items())
             lasts = max((hold.high for hold in each.holds), default=0)
-            found.append(Visit(each, regions, min(lasts, self.mission.steps), after))
+            shapes = () if regions else tuple(_shapes(each.holds))
+            found.append(Visit(each, regions, shapes, min(lasts, self.mission.steps), after))
             stack.extend((later, len(found) - 1) for later in reversed(each.then))
         return found
 
@@ -137,22 +181,17 @@ class Scheduler:
         found: list[Visit] = []
         for chain in chains:
             base = len(found)
-            found.extend(
-                visit if visit.after is None else Visit(visit.event, visit.regions, visit.lasts, visit.after + base)
-                for visit in chain
-            )
+            found.extend(visit if visit.after is None else replace(visit, after=visit.after + base) for visit in chain)
         return found
 
     def _renumbered(self, visit: Visit, place: int, count: int) -> Visit:
         if visit.after is None or visit.after < place:
             return visit
-        return Visit(visit.event, visit.regions, visit.lasts, visit.after + count)
+        return replace(visit, after=visit.after + count)
 
     # ------------------------------------------------------------------ timing
 
-    def _run(
-        self, visits: list[Visit], factor: Callable[[Region], float] | None = None
-    ) -> tuple[float, list[float], float, float]:
+    def _run(self, visits: list[Visit], judged: _Judged) -> tuple[float, list[float], float, float]:
         """Cost of an order, the soonest time of each visit, how much too late all that is, and when all is done."""
         step = self.mission.step
         where, free = self.starts.copy(), np.zeros(len(self.starts))
@@ -172,7 +211,19 @@ class Scheduler:
                 if far > 0:
                     where[agent] += (target - where[agent]) * min(1.0, (gap + 0.1) / far)
                 way += gap
-                begin = max(begin, free[agent] + gap * (factor(region) if factor else 1.0) / self.speed[agent])
+                begin = max(begin, free[agent] + gap * judged.factor(region) / self.speed[agent])
+            if visit.shapes:
+                there = self._gathered(visit.shapes, where)
+                gaps = np.linalg.norm(there - where, axis=1)
+                moved = np.flatnonzero(gaps)
+                begin = max(begin, float((free + gaps / self.speed)[moved].max(initial=0.0)))
+                way += float(gaps.sum())
+                where = there
+            if not visit.regions:
+                latest = min(high, self._latest(visit) * step)
+                begin += judged.put_off(visit.event) * max(0.0, latest - begin)
+            if visit.shapes:  # they may go on meanwhile, all of them together
+                free[moved] = begin
             late += max(0.0, begin - high)
             for agent, _ in visit.regions:
                 free[agent] = begin + visit.lasts * step
@@ -186,10 +237,10 @@ class Scheduler:
         late += max(0.0, end - self.mission.horizon)
         return LATE * late + end + 0.1 * way / float(self.speed.mean()), times, late, end
 
-    def _settled(self, visits: list[Visit], options: list[Option]) -> Schedule:
+    def _settled(self, visits: list[Visit], options: list[Option], judged: _Judged) -> Schedule:
         """Steps for all visits: everything as unhurried as windows and horizon let it be."""
-        step, steps = self.mission.step, self.mission.steps
-        _, soonest, late, end = self._run(visits)
+        step = self.mission.step
+        _, soonest, late, end = self._run(visits, replace(judged, noise=0.0))
         room = [self.mission.horizon / end] if end > 0 else [1.0]
         for visit, time in zip(visits, soonest, strict=True):
             if visit.after is None and time > visit.event.low * step:
@@ -198,16 +249,28 @@ class Scheduler:
         appointments: list[Appointment] = []
         for visit, time in zip(visits, soonest, strict=True):
             base = 0 if visit.after is None else appointments[visit.after].step
-            latest = min(base + visit.event.high, steps - (visit.lasts if visit.lasts < steps else 0))
-            if visit.regions:
+            latest = min(base + visit.event.high, self._latest(visit))
+            begins = visit.event.low * step + (0.0 if visit.after is None else soonest[visit.after])
+            if visit.regions or time > begins:
                 wanted = round(time * slower / step)
             else:  # nobody has to get anywhere for it, and what comes after may need the time
                 wanted = max([round(time / step), *(each.step for each in appointments)])
             wanted = max(base + visit.event.low, min(wanted, latest))
             appointments.append(Appointment(visit, wanted))
-        return _told(self.outline, tuple(appointments), options, late, steps)
+        return _told(self.outline, tuple(appointments), options, late, self.mission.steps)
+
+    def _latest(self, visit: Visit) -> int:
+        """The last step from which it can last as long as it has to."""
+        return self.mission.steps - (visit.lasts if visit.lasts < self.mission.steps else 0)
 
     # ------------------------------------------------------------------ places
+
+    def _gathered(self, shapes: tuple[Predicate, ...], where: Array) -> Array:
+        """Where agents, (agents, dim), go to be in shape."""
+        key = shapes, where.tobytes()
+        if key not in self.shaped:
+            self.shaped[key] = gathered(shapes, where)
+        return self.shaped[key].copy()
 
     def _place(self, place: Exactly | Anywhere) -> Array:
         return np.array(place.point) if isinstance(place, Exactly) else self._centre(place.region)
@@ -235,6 +298,26 @@ def _regions(holds: tuple[Hold, ...]) -> Iterator[tuple[int, Region]]:
         term = hold.term
         if isinstance(term, Margin) and term.holds and isinstance(term.predicate, Inside | Touches):
             yield hold.agent, term.predicate.region
+
+
+def _shapes(holds: tuple[Hold, ...]) -> Iterator[Predicate]:
+    """The formations and graphs that holds ask for, each once."""
+    seen: set[Predicate] = set()
+    for hold in holds:
+        term = hold.term
+        if isinstance(term, Margin) and term.holds and gathers(term.predicate) and term.predicate not in seen:
+            seen.add(term.predicate)
+            yield term.predicate
+
+
+def _members(shape: Predicate) -> tuple[int, ...]:
+    match shape:
+        case InFormation(formation):
+            return formation.agents
+        case Connected(_, agents):
+            return agents
+        case _:
+            return ()
 
 
 def _told(
