@@ -37,8 +37,8 @@ from missionc.ir import Graph
 from missionc.plan import Array, Flags
 
 Choices: TypeAlias = Mapping[tuple[Term, int, int], int]
-"""What a witness decided: of a term at an agent and a step, the number of the part, of the step of the mission, or of
-the agent it is linked to."""
+"""What a witness decided: of a term at an agent and a step, the number of the part, of the step of the mission (of a
+``Release`` the last one where nothing frees it), or of the agent it is linked to."""
 
 Links: TypeAlias = NDArray[np.int64]
 """(links, 3): two agents and a step."""
@@ -138,7 +138,7 @@ class _Run:
             case Until(hold, end, low, high):
                 self._until(term, hold, end, low, high, mask)
             case Release(free, end, low, high):
-                self._release(free, end, low, high, mask)
+                self._release(term, free, end, low, high, mask)
             case SomeLinked(graph, body):
                 self._some_linked(term, graph, body, mask)
             case EveryLinked(graph, body):
@@ -208,23 +208,23 @@ class _Run:
             self.mask(end)[agent, chosen] = True
             self.mask(hold)[agent, step:chosen] = True
 
-    def _release(self, free: Term, end: Term, low: int, high: int | None, mask: Flags) -> None:
+    def _release(self, term: Term, free: Term, end: Term, low: int, high: int | None, mask: Flags) -> None:
         """``end`` at each step of the window up to one where ``free`` holds, or up to the window's last."""
-        if self.decided:
-            return
-        frees, ends = self.value(free), self.value(end)
         for agent, step in np.argwhere(mask).tolist():
             last = self._last(step, high)
-            window = ends[agent, step : last + 1].copy()
-            window[:low] = np.inf
-            kept = np.minimum.accumulate(window)  # kept[k]: `end` from `low` up to and with k steps ahead
-            freed = np.minimum(frees[agent, step : last + 1], kept)
-            if kept[-1] >= freed[:-1].max(initial=-np.inf):
-                self.mask(end)[agent, step + low : last + 1] = True
-            else:
-                ahead = int(freed[:-1].argmax())
-                self.mask(free)[agent, step + ahead] = True
-                self.mask(end)[agent, step + low : step + ahead + 1] = True
+            chosen = self._chosen(term, agent, step)
+            if chosen is None:
+                if self.decided:
+                    continue
+                window = self.value(end)[agent, step : last + 1].copy()
+                window[:low] = np.inf
+                kept = np.minimum.accumulate(window)  # kept[k]: `end` from `low` up to and with k steps ahead
+                freed = np.minimum(self.value(free)[agent, step : last + 1], kept)[:-1]
+                chosen = last if kept[-1] >= freed.max(initial=-np.inf) else step + int(freed.argmax())
+                self._note(term, agent, step, chosen)
+            self.mask(end)[agent, step + low : chosen + 1] = True
+            if chosen < last:
+                self.mask(free)[agent, chosen] = True
 
     def _places(self, graph: Graph, mask: Flags) -> tuple[Links, Links, Array]:
         """Places of the mask that are members: number of the member and step (places,) each; and their links."""

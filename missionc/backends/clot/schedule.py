@@ -2,7 +2,8 @@
 
 Every task's options are tried at every place of the order found so far, and the one with which
 all arrive soonest is kept. Where nobody is asked to be in a place, agents are under way to the
-formation or graph that is asked for. Several schedules come from the same mission by weighing
+formation or graph that is asked for. What must not hold while something else does waits for
+it. Several schedules come from the same mission by weighing
 distances a little differently each time, and by putting off what has no place.
 
 Source:
@@ -12,13 +13,16 @@ Source:
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
+from math import ceil
 
 import numpy as np
 
 from missionc.backends.clot.active import Choices
 from missionc.backends.clot.cost_graph import Margin, Term
 from missionc.backends.clot.gather import gathered, gathers
+from missionc.backends.clot.judged import Judged
+from missionc.backends.clot.opposites import Said, amiss_by, opposed, said, waiting
 from missionc.backends.clot.tasks import Decision, Event, Hold, Option, Outline
 from missionc.ir import (
     Anywhere,
@@ -39,6 +43,9 @@ from missionc.world.sampling import points_in
 SHARE = 0.8
 """Of an agent's top speed, that a sketch counts on."""
 
+ROUNDING = 1e-6
+"""Of a step."""
+
 LATE = 1e3
 """What a second too late costs against a second on the way."""
 
@@ -47,7 +54,8 @@ LATE = 1e3
 class Visit:
     """An event, the regions its agents are asked to be in, and which visit it comes after (``then``).
 
-    ``shapes`` are the formations and graphs asked for where there are no regions.
+    ``shapes`` are the formations and graphs asked for where there are no regions. ``says`` is what
+    else may deny, in seconds from the event; ``before`` likewise up to it, from the event around it.
     """
 
     event: Event
@@ -55,6 +63,8 @@ class Visit:
     shapes: tuple[Predicate, ...]
     lasts: int
     after: int | None
+    says: tuple[Said, ...] = ()
+    before: tuple[Said, ...] = ()
 
     @property
     def agents(self) -> set[int]:
@@ -84,38 +94,13 @@ class Schedule:
     late: float
 
 
-@dataclass(frozen=True, slots=True)
-class _Judged:
-    """How one schedule sees the mission: rightly where ``noise`` is 0.
-
-    ``stretch`` is how many times as long the way to each region is taken to be;
-    ``delay`` the share of the time it has by which each event without a region is put off.
-    """
-
-    noise: float
-    generator: np.random.Generator
-    stretch: dict[Region, float] = field(default_factory=dict)
-    delay: dict[tuple[Term, int, int], float] = field(default_factory=dict)
-
-    def factor(self, region: Region) -> float:
-        if self.noise and region not in self.stretch:
-            self.stretch[region] = float(np.exp(self.noise * self.generator.standard_normal()))
-        return self.stretch[region] if self.noise else 1.0
-
-    def put_off(self, event: Event) -> float:
-        """From 0, as early as can be, which it is in one case of three, to 1, as late as can be."""
-        key = event.chooser, event.agent, event.asked
-        if self.noise and key not in self.delay:
-            self.delay[key] = max(0.0, float(self.generator.uniform(-0.5, 1.0)))
-        return self.delay.get(key, 0.0)
-
-
 class Scheduler:
     """Schedules of a mission. Distances are in metres, times in seconds."""
 
     def __init__(self, mission: Mission, outline: Outline, generator: np.random.Generator) -> None:
         self.mission, self.outline, self.generator = mission, outline, generator
         self.deepest: dict[Region, Array] = {}
+        self.opposed = opposed(outline)
         self.shaped: dict[tuple[tuple[Predicate, ...], bytes], Array] = {}
         self.speed = np.array([top_speed(agent.dynamics) for agent in mission.agents]) * SHARE
         self.starts = np.array([self._place(agent.start) for agent in mission.agents])
@@ -125,13 +110,14 @@ class Scheduler:
         """A schedule; ``noise`` is by what share distances are misjudged on purpose, for another one than before."""
         order: list[Visit] = []
         options: list[Option] = []
-        judged = _Judged(noise, self.generator)
+        judged = Judged(noise, self.generator)
         tasks = sorted(self.outline.tasks, key=lambda task: (len(task.options), _deadline(task.options)))
         for task in tasks:
             found: tuple[float, list[Visit], Option] | None = None
             for option in task.options:
+                fixed, amiss = self._fixed([*options, option])
                 for visits in self._inserted(order, option):
-                    cost = self._run(visits, judged)[0]
+                    cost = self._run(visits, judged, fixed)[0] + LATE * amiss
                     if noise:
                         cost *= float(np.exp(0.3 * noise * self.generator.standard_normal()))
                     if found is None or cost < found[0]:
@@ -151,10 +137,13 @@ class Scheduler:
             yield visits
             return
         mine = {agent for visit in flat for agent in visit.agents}
+        wary = any(visit.says or visit.before for visit in flat)
         places = [
             place
             for place in range(len(visits) + 1)
-            if place == len(visits) or not mine.isdisjoint(visits[place].agents)
+            if place == len(visits)
+            or not mine.isdisjoint(visits[place].agents)
+            or (wary and (visits[place].says or visits[place].before))
         ]
         for place in places:
             moved = [self._renumbered(visit, place, len(flat)) for visit in visits]
@@ -173,7 +162,8 @@ class Scheduler:
             regions = tuple(dict(_regions(each.holds)).items())
             lasts = max((hold.high for hold in each.holds), default=0)
             shapes = () if regions else tuple(_shapes(each.holds))
-            found.append(Visit(each, regions, shapes, min(lasts, self.mission.steps), after))
+            says, before = (said(holds, self.opposed, self.mission.step) for holds in (each.holds, each.before))
+            found.append(Visit(each, regions, shapes, min(lasts, self.mission.steps), after, says, before))
             stack.extend((later, len(found) - 1) for later in reversed(each.then))
         return found
 
@@ -191,17 +181,25 @@ class Scheduler:
 
     # ------------------------------------------------------------------ timing
 
-    def _run(self, visits: list[Visit], judged: _Judged) -> tuple[float, list[float], float, float]:
+    def _fixed(self, options: list[Option]) -> tuple[list[Said], float]:
+        """What holds at fixed times whatever the order is, and for how many seconds it denies itself."""
+        holds = [*self.outline.holds, *(hold for option in options for hold in option.holds)]
+        fixed = said(holds, self.opposed, self.mission.step)
+        amiss = sum(amiss_by(one, fixed[:number], self.mission.step) for number, one in enumerate(fixed))
+        return list(fixed), amiss
+
+    def _run(self, visits: list[Visit], judged: Judged, fixed: list[Said]) -> tuple[float, list[float], float, float]:
         """Cost of an order, the soonest time of each visit, how much too late all that is, and when all is done."""
         step = self.mission.step
         where, free = self.starts.copy(), np.zeros(len(self.starts))
         times: list[float] = []
         late = way = 0.0
+        sure = list(fixed)
         for visit in visits:
             low, high = visit.event.low * step, visit.event.high * step
             if visit.after is not None:
                 low, high = low + times[visit.after], high + times[visit.after]
-            begin = low
+            begin, moved = low, np.zeros(0, dtype=np.int64)
             for agent, region in visit.regions:
                 target = self._centre(region)
                 gap = max(
@@ -222,9 +220,15 @@ class Scheduler:
             if not visit.regions:
                 latest = min(high, self._latest(visit) * step)
                 begin += judged.put_off(visit.event) * max(0.0, latest - begin)
-            if visit.shapes:  # they may go on meanwhile, all of them together
-                free[moved] = begin
+            begin = waiting(visit.says, begin, sure, step)
+            base = 0.0 if visit.after is None else times[visit.after]
+            for each in visit.before:
+                barred = Said(each.sayings, each.low + base, begin - step)
+                late += amiss_by(barred, sure, step)
+                sure.append(barred)
+            sure.extend(each.shifted(begin) for each in visit.says)
             late += max(0.0, begin - high)
+            free[moved] = begin  # whoever is in shape may go on, all of them together
             for agent, _ in visit.regions:
                 free[agent] = begin + visit.lasts * step
             times.append(begin)
@@ -237,27 +241,48 @@ class Scheduler:
         late += max(0.0, end - self.mission.horizon)
         return LATE * late + end + 0.1 * way / float(self.speed.mean()), times, late, end
 
-    def _settled(self, visits: list[Visit], options: list[Option], judged: _Judged) -> Schedule:
+    def _settled(self, visits: list[Visit], options: list[Option], judged: Judged) -> Schedule:
         """Steps for all visits: everything as unhurried as windows and horizon let it be."""
         step = self.mission.step
-        _, soonest, late, end = self._run(visits, replace(judged, noise=0.0))
+        fixed, _ = self._fixed(options)
+        _, soonest, late, end = self._run(visits, replace(judged, noise=0.0), fixed)
         room = [self.mission.horizon / end] if end > 0 else [1.0]
         for visit, time in zip(visits, soonest, strict=True):
             if visit.after is None and time > visit.event.low * step:
                 room.append(visit.event.high * step / time)
-        slower = max(1.0, min(room))
-        appointments: list[Appointment] = []
+        appointments: tuple[Appointment, ...] = ()
+        for slower in (max(1.0, min(room)), 1.0):
+            appointments = self._at_steps(visits, soonest, slower)
+            if not self._denied(appointments, fixed):
+                break
+        return _told(self.outline, appointments, options, late, self.mission.steps)
+
+    def _at_steps(self, visits: list[Visit], soonest: list[float], slower: float) -> tuple[Appointment, ...]:
+        """Visits at their soonest times, in seconds, made so many times later."""
+        step = self.mission.step
+        found: list[Appointment] = []
         for visit, time in zip(visits, soonest, strict=True):
-            base = 0 if visit.after is None else appointments[visit.after].step
+            base = 0 if visit.after is None else found[visit.after].step
             latest = min(base + visit.event.high, self._latest(visit))
             begins = visit.event.low * step + (0.0 if visit.after is None else soonest[visit.after])
             if visit.regions or time > begins:
-                wanted = round(time * slower / step)
+                wanted = round(time * slower / step) if slower > 1 else ceil(time / step - ROUNDING)
             else:  # nobody has to get anywhere for it, and what comes after may need the time
-                wanted = max([round(time / step), *(each.step for each in appointments)])
-            wanted = max(base + visit.event.low, min(wanted, latest))
-            appointments.append(Appointment(visit, wanted))
-        return _told(self.outline, tuple(appointments), options, late, self.mission.steps)
+                wanted = max([round(time / step), *(each.step for each in found)])
+            found.append(Appointment(visit, max(base + visit.event.low, min(wanted, latest))))
+        return tuple(found)
+
+    def _denied(self, appointments: tuple[Appointment, ...], fixed: list[Said]) -> bool:
+        """Whether something that appointments or fixed times say is denied by another of them."""
+        step, sure = self.mission.step, list(fixed)
+        for each in appointments:
+            base = 0 if each.visit.after is None else appointments[each.visit.after].step
+            new = [one.shifted(each.step * step) for one in each.visit.says]
+            new += [Said(one.sayings, one.low + base * step, (each.step - 1) * step) for one in each.visit.before]
+            if any(one.denies(other) is not None for one in new for other in sure):
+                return True
+            sure += new
+        return False
 
     def _latest(self, visit: Visit) -> int:
         """The last step from which it can last as long as it has to."""

@@ -15,8 +15,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from itertools import combinations, islice, product
+from itertools import combinations, product
+from math import comb, prod
 from typing import assert_never
+
+import numpy as np
 
 from missionc.backends.clot.cost_graph import (
     CostGraph,
@@ -38,7 +41,7 @@ from missionc.backends.clot.cost_graph import (
 )
 
 MOST_OPTIONS = 256
-"""Of one task; what is beyond is left out."""
+"""Of one task. Where there are more, these are drawn from among them, the same ones each time."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -152,15 +155,16 @@ class _Reader:
                 return self.options(body, other, low, high, branch)
             case LeastOver(body, first, last):
                 return self.options(body, agent, low + first, self._end(high, last), branch)
-            case Release(_, end, first, last):
-                return self.options(end, agent, low + first, self._end(high, last), branch)
+            case Release(free, end, first, last):
+                kept = self.options(end, agent, low + first, self._end(high, last), branch)
+                return (*kept, *self._freed(term, free, end, agent, low, first, last)) if low == high else kept
             case Greatest(parts) if parts and (branch or (low == high and not self.timeless[term])):
                 found = [
                     replace(option, decisions=(*option.decisions, Decision(term, agent, number, low, high)))
                     for number, part in enumerate(parts)
                     for option in self.options(part, agent, low, high, branch)
                 ]
-                return tuple(found[:MOST_OPTIONS])
+                return _some_of(found)
             case Ranked(count, parts) if low == high and not self.timeless[term]:
                 return self._some(parts, count, agent, low)
             case GreatestOver(body, first, last) if low == high:
@@ -188,6 +192,22 @@ class _Reader:
             case _:
                 assert_never(term)
 
+    def _freed(
+        self, term: Term, free: Term, end: Term, agent: int, asked: int, first: int, last: int | None
+    ) -> tuple[Option, ...]:
+        """``free`` at some step before the window's last, ``end`` from the window's first step up to it."""
+        before = Hold(agent, end, asked + first, asked + first, self.timeless[end])
+        here = Hold(agent, end, 0, 0, self.timeless[end])
+        final = (self.steps - asked if last is None else last) - 1
+        found: list[Option] = []
+        for option in self.options(free, agent, 0, 0, True):
+            if first > 0 and final >= 0:
+                found.append(self._event(term, agent, asked, 0, min(first - 1, final), option))
+            if first <= final:
+                also = replace(option, holds=(*option.holds, here))
+                found.append(self._event(term, agent, asked, first, final, also, (before,)))
+        return tuple(found)
+
     def _end(self, high: int, last: int | None) -> int:
         return self.steps if last is None else min(high + last, self.steps)
 
@@ -213,15 +233,37 @@ class _Reader:
                 tuple(decision for option in chosen for decision in option.decisions),
                 tuple(event for option in chosen for event in option.events),
             )
-            for chosen in islice(product(*each), MOST_OPTIONS)
+            for chosen in _ways(each)
         )
 
     def _some(self, parts: tuple[Term, ...], count: int, agent: int, step: int) -> tuple[Option, ...]:
         """Every choice of so many parts up to a bound; which they are shows in the motion, so none is recorded."""
         each = [self.options(part, agent, step, step, False) for part in parts]
-        found: list[Option] = []
-        for chosen in islice(combinations(range(len(parts)), count), MOST_OPTIONS):
-            found.extend(self._together([each[number] for number in chosen]))
-            if len(found) >= MOST_OPTIONS:
-                break
-        return tuple(found[:MOST_OPTIONS])
+        found = [self._together([each[number] for number in chosen]) for chosen in _choices(len(parts), count)]
+        return _some_of([option for options in found for option in options])
+
+
+def _ways(each: list[tuple[Option, ...]]) -> Iterable[tuple[Option, ...]]:
+    """One of each, in all ways or in so many as there may be: the first, and others drawn evenly."""
+    if prod(len(options) for options in each) <= MOST_OPTIONS:
+        return product(*each)
+    generator = np.random.default_rng(0)
+    drawn = generator.integers(0, [len(options) for options in each], (MOST_OPTIONS - 1, len(each)))
+    rows = dict.fromkeys([(0,) * len(each), *map(tuple, drawn.tolist())])
+    return [tuple(options[number] for options, number in zip(each, row, strict=True)) for row in rows]
+
+
+def _choices(parts: int, count: int) -> Iterable[tuple[int, ...]]:
+    """So many of the parts, in all ways or in so many as there may be: the first, and others drawn evenly."""
+    if comb(parts, count) <= MOST_OPTIONS:
+        return combinations(range(parts), count)
+    generator = np.random.default_rng(0)
+    drawn = generator.permuted(np.tile(np.arange(parts), (MOST_OPTIONS - 1, 1)), axis=1)[:, :count]
+    return dict.fromkeys([tuple(range(count)), *map(tuple, np.sort(drawn, axis=1).tolist())])
+
+
+def _some_of(options: list[Option]) -> tuple[Option, ...]:
+    """All of them, or so many as there may be, evenly from the first to the last."""
+    if len(options) <= MOST_OPTIONS:
+        return tuple(options)
+    return tuple(options[number] for number in np.linspace(0, len(options) - 1, MOST_OPTIONS).astype(np.int64))
