@@ -19,7 +19,7 @@ from missionc.ir.agents import (
 )
 from missionc.ir.couplings import BeaconCover, Formation, FormationEdge, Graph, Proximity
 from missionc.ir.formulas import About, Apply, AtLeastOf, Belongs, Formula, Holds, Length, OfAgent, Truth, Window
-from missionc.ir.mission import Mission, Objective, Preference, Requirement, SolveWith
+from missionc.ir.mission import Connectivity, Mission, Objective, Preference, Requirement, SolveWith
 from missionc.ir.places import Beacon, Obstacle, Path, Region, Still, World
 from missionc.ir.predicates import (
     Altitude,
@@ -52,6 +52,7 @@ __all__ = [
     "Box",
     "Compare",
     "Connected",
+    "Connectivity",
     "Coordinate",
     "Difference",
     "Disc",

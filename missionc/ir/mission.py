@@ -35,12 +35,20 @@ class Objective(Enum):
     ENERGY = "energy"
 
 
+class Connectivity(Enum):
+    """What the transport backend pushes on where a graph is to be connected."""
+
+    BOTTLENECK = "bottleneck"
+    LAMBDA2 = "lambda2"
+
+
 @dataclass(frozen=True, slots=True)
 class SolveWith:
-    """``auto``, ``smt``, ``clot`` or ``hybrid``, and its options (plain numbers)."""
+    """``auto``, ``smt``, ``clot`` or ``hybrid``, and its options (plain numbers, but for ``connectivity``)."""
 
     backend: str = "auto"
     options: tuple[tuple[str, float], ...] = ()
+    connectivity: Connectivity = Connectivity.BOTTLENECK
     span: Span | None = None
 
     def option(self, name: str, default: float) -> float:

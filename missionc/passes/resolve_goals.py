@@ -13,14 +13,17 @@ from missionc.diagnostics import code
 from missionc.diagnostics.model import Diagnostic, Label
 from missionc.passes.context import Context
 from missionc.passes.resolve_formulas import resolve_goal
-from missionc.passes.resolve_quantities import number, whole
+from missionc.passes.resolve_quantities import excerpt, number, whole
 from missionc.passes.resolve_settings import known_settings, relation, unknown_word
 from missionc.syntax import ast
 from missionc.units import Dimension
 
 BACKENDS = ("auto", "smt", "clot", "hybrid")
 OPTIONS = ("nodes", "neighbors")
-"""What ``solve with`` may set; each is a whole number, at least 1."""
+"""What ``solve with`` may set to a whole number, at least 1."""
+
+CONNECTIVITY = "connectivity"
+"""What it may set to a word."""
 
 
 def resolve_requirements(
@@ -88,14 +91,28 @@ def resolve_solve(context: Context, solve: ast.Solve | None) -> ir.SolveWith:
         return ir.SolveWith()
     if solve.backend.text not in BACKENDS:
         unknown_word(context, solve.backend, BACKENDS, "`solve with`", "backend")
-    settings = known_settings(context, solve.settings, OPTIONS, "`solve with`")
+    settings = known_settings(context, solve.settings, (*OPTIONS, CONNECTIVITY), "`solve with`")
     options = []
+    connectivity = ir.Connectivity.BOTTLENECK
     for name, setting in settings.items():
         relation(context, setting, "=", "")
+        if name == CONNECTIVITY:
+            connectivity = _connectivity(context, setting)
+            continue
         value = whole(context, setting.high, f"`{name}`", least=1)
         if not math.isnan(value):
             options.append((name, value))
-    return ir.SolveWith(solve.backend.text, tuple(options), solve.span)
+    return ir.SolveWith(solve.backend.text, tuple(options), connectivity, solve.span)
+
+
+def _connectivity(context: Context, setting: ast.Setting) -> ir.Connectivity:
+    words = {each.value: each for each in ir.Connectivity}
+    said = setting.high
+    if not isinstance(said, ast.Name):
+        said = ast.Name(said.span, excerpt(said.span))
+    if said.text not in words:
+        unknown_word(context, said, tuple(words), "`connectivity`", "value")
+    return words.get(said.text, ir.Connectivity.BOTTLENECK)
 
 
 # ------------------------------------------------------------------ messages

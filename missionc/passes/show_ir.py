@@ -43,6 +43,8 @@ def _lines(mission: ir.Mission) -> Iterator[str]:
     yield from _formulas(mission)
     yield f"minimize {mission.objective.value}"
     options = "".join(f" {name} = {number(value)}" for name, value in mission.solve.options)
+    if mission.solve.connectivity is not ir.Connectivity.BOTTLENECK:
+        options += f" connectivity = {mission.solve.connectivity.value}"
     yield f"solve with {mission.solve.backend}{options}"
 
 

@@ -112,10 +112,26 @@ def algebraic_connectivity(graph: Graph, position: Tensor) -> Tensor:
     members = links.shape[-1]
     if members < 2:
         return links.new_zeros(links.shape[:2])
-    linked = (links > 0).to(links.dtype)
-    laplacian = torch.diag_embed(linked.sum(dim=-1)) - linked
+    return second_eigenvalue((links > 0).to(links.dtype))
+
+
+def second_eigenvalue(weight: Tensor) -> Tensor:
+    """λ₂ of weighted graphs: (..., members, members), symmetric, none on the diagonal -> (...).
+
+    By each weight it changes as the square of the difference that its eigenvector has along that link.
+
+    Source:
+        [clot] III-C, λ₂(L); Fiedler, "Algebraic connectivity of graphs", 1973.
+    """
+    laplacian = torch.diag_embed(weight.sum(dim=-1)) - weight
     values: Tensor = torch.linalg.eigvalsh(laplacian)
     return values[..., 1]
+
+
+def link_weight(link: Tensor, full: float) -> Tensor:
+    """What links count in λ₂ by their margins, metres: 0 where there is none, 1 from ``full`` on, smooth in between."""
+    share = (link / full).clamp(0.0, 1.0)
+    return share * share * (3 - 2 * share)
 
 
 def _compare(predicate: Compare, team: Team, states: States) -> Tensor:

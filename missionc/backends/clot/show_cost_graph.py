@@ -26,12 +26,13 @@ from missionc.backends.clot.cost_graph import (
     Until,
     below,
 )
+from missionc.backends.clot.weights import show_weights
 from missionc.ir import Mission
 from missionc.kernel.show import Words, asked, window
 
 
 def show_cost_graph(graph: CostGraph, mission: Mission) -> str:
-    """Every term once, then what is wanted of them."""
+    """Every term once, then what is wanted of them, and what shortfalls weigh."""
     words = Words(mission)
     lines: list[str] = []
     names: dict[Term, str] = {}
@@ -44,7 +45,7 @@ def show_cost_graph(graph: CostGraph, mission: Mission) -> str:
             lines.append(f"{names[term]} = {text}")
     goals = graph.requirements + graph.preferences
     lines.extend(f"{asked(goal.weight)} {goal.name} = {names[goal.term]}" for goal in goals)
-    return "\n".join(lines) + "\n"
+    return "\n".join(lines) + "\n" + show_weights()
 
 
 def _inline(term: Term) -> bool:

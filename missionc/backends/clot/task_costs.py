@@ -17,6 +17,7 @@ from torch import Tensor
 
 from missionc.backends.clot.active import Active, Links
 from missionc.backends.clot.cost_graph import Margin
+from missionc.backends.clot.leaves import link_weight, second_eigenvalue
 from missionc.backends.clot.residuals import Group
 from missionc.backends.clot.splines import Arguments, Indices, Splines
 from missionc.backends.clot.trees import spanning_tree
@@ -24,6 +25,7 @@ from missionc.backends.clot.weights import Spare, Weights
 from missionc.ir import (
     Compare,
     Connected,
+    Connectivity,
     DistanceBetween,
     DistanceTo,
     Feature,
@@ -86,6 +88,8 @@ class TaskCosts:
                 moments = np.flatnonzero(mask.any(axis=0))
                 if margin.holds:
                     yield from self._links(restricted(predicate), self._tree(predicate, moments, control), True)
+                    if self.mission.solve.connectivity is Connectivity.LAMBDA2:
+                        yield from self._second_eigenvalue(restricted(predicate), moments)
                 else:
                     yield from self._links(restricted(predicate), self._cut(predicate, moments, control), False)
             case InFormation(formation):
@@ -191,6 +195,28 @@ class TaskCosts:
             self.weights.task,
             self.spare.task,
         )
+
+    def _second_eigenvalue(self, graph: Graph, moments: Indices) -> Iterator[Group]:
+        """λ₂ at least that of a ring of full links; in metres a full link's margin, where it is nothing.
+
+        All of it is to spare: where links of the best tree hold, which are pushed on beside it
+        because λ₂ of a graph in parts has no slope, it is more than nothing.
+        """
+        count, full = len(graph.agents), self.spare.links
+        if count < 2 or not len(moments):
+            return
+        ring = min(2 - 2 * np.cos(2 * np.pi / count), count)
+
+        def shortfall(*points: Tensor) -> Tensor:
+            members = torch.stack(points, dim=1)
+            links: Any = link_margin(graph, members[:, :, None], members[:, None], xp=torch)
+            own = torch.eye(count, dtype=torch.bool)
+            lambda_2 = second_eigenvalue(link_weight(links, full).masked_fill(own, 0.0))
+            lacking: Tensor = full * (1 - lambda_2 / ring)
+            return lacking
+
+        where = tuple(self._at(np.full(len(moments), agent), moments) for agent in graph.agents)
+        yield Group(f"connectivity of {graph.name}", where, shortfall, self.weights.links, full)
 
     def _tree(self, predicate: Connected, moments: Indices, control: Array) -> Links:
         """The edges of each step's best spanning tree."""

@@ -1,84 +1,93 @@
 """What each cost weighs, and how much more than nothing each margin is asked to be. The one place for both.
 
 Costs add up over agents and steps. Shortfalls of margins are in metres (of speed and
-acceleration, in the metres they move within a step), and count squared.
+acceleration, in the metres they move within a step), and count squared. Each figure says
+its unit and what it is for, which is what ``--emit cost-graph`` prints.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field, fields
+from typing import TYPE_CHECKING, ClassVar
 
 from missionc.ir import Objective
+
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
+
+
+def _figure(value: float, unit: str, says: str) -> float:
+    figure: float = field(default=value, metadata={"unit": unit, "says": says})
+    return figure
 
 
 @dataclass(frozen=True, slots=True)
 class Weights:
-    """Args:
-    task: for each m² by which a margin of the formulas falls short.
-    bodies: for each m² of obstacles, separation and the world's bounds.
-    limits: for each m² of speed and acceleration.
-    length: for each m² between neighbouring control points.
-    bend: for each m² of second differences of control points.
-    """
+    """What a joint motion's costs weigh."""
 
-    task: float = 400.0
-    bodies: float = 400.0
-    limits: float = 400.0
-    length: float = 0.02
-    bend: float = 1.0
+    title: ClassVar[str] = "weight"
+    task: float = _figure(400.0, "/m^2", "by which a margin of the formulas falls short")
+    bodies: float = _figure(400.0, "/m^2", "of obstacles, separation and the world's bounds")
+    limits: float = _figure(400.0, "/m^2", "of speed and acceleration beyond their limits")
+    links: float = _figure(
+        1.0, "/m^2", "by which lambda_2 falls short of a ring's, where connectivity is judged by that"
+    )
+    length: float = _figure(0.02, "/m^2", "between neighbouring control points")
+    bend: float = _figure(1.0, "/m^2", "of second differences of control points")
 
 
 @dataclass(frozen=True, slots=True)
 class Spare:
-    """Args:
-    task: metres asked of every margin of the formulas, where its tolerance allows.
-    bodies: metres beyond what obstacles, separation and bounds need.
-    limits: the share of each limit that is left unused.
-    """
+    """What margins are asked to have to spare."""
 
-    task: float = 0.03
-    bodies: float = 0.03
-    limits: float = 0.02
+    title: ClassVar[str] = "spare"
+    task: float = _figure(0.03, "m", "of every margin of the formulas, where its tolerance allows")
+    bodies: float = _figure(0.03, "m", "beyond what obstacles, separation and bounds need")
+    limits: float = _figure(0.02, "", "of each limit, left unused")
+    links: float = _figure(
+        0.3, "m", "of a link for it to count in full in lambda_2, where connectivity is judged by that"
+    )
 
 
 @dataclass(frozen=True, slots=True)
 class ProbeWeights:
-    """What a moved waypoint costs, where costs are only compared with each other.
+    """What a moved waypoint costs, where costs are only compared with each other: Algorithm 1's."""
 
-    Args:
-        bodies: for each metre by which obstacles, bounds and separation lack room.
-        task: for each metre of robustness.
-        limits: for each metre in a step above a limit.
-        bend: for each m² of half the squared second differences.
-        room: metres beyond what bodies need, below which they cost: r_o and r_s.
-        margin: metres of robustness above which a goal costs nothing, where goals cost what they lack.
-    """
-
-    bodies: float = 8.0
-    task: float = 6.0
-    limits: float = 4.0
-    bend: float = 2.4
-    room: float = 0.08
-    margin: float = 0.1
+    title: ClassVar[str] = "probe"
+    bodies: float = _figure(8.0, "/m", "by which obstacles, bounds and separation lack room")
+    task: float = _figure(6.0, "/m", "of robustness")
+    limits: float = _figure(4.0, "/m", "in a step above a limit")
+    bend: float = _figure(2.4, "/m^2", "of half the squared second differences")
+    room: float = _figure(0.08, "m", "beyond what bodies need, below which they cost: r_o and r_s")
+    margin: float = _figure(0.1, "m", "of robustness above which a goal costs nothing, where goals cost what they lack")
 
 
 @dataclass(frozen=True, slots=True)
 class Aim:
-    """What a plan is made less of.
+    """What a plan is made less of, while nothing else has a cost."""
 
-    Args:
-        length, bend: as in ``Weights``, while nothing else has a cost.
-        steps: of descent at most.
-        gain: the share of the cost that a step must gain for there to be another.
-    """
-
-    length: float
-    bend: float
-    steps: int
-    gain: float
+    length: float = _figure(0.0, "/m^2", "between neighbouring control points")
+    bend: float = _figure(0.0, "/m^2", "of second differences of control points")
+    steps: int = field(default=0, metadata={"unit": "steps", "says": "of descent at most"})
+    gain: float = _figure(0.0, "", "of the cost: the share that a step must gain for there to be another")
 
 
 AIMS = {Objective.DISTANCE: Aim(1.0, 0.05, 40, 1e-3), Objective.ENERGY: Aim(0.0, 1.0, 40, 1e-3)}
 
 TIDY = Aim(0.2, 1.0, 2, 1e-2)
 """Where nothing is asked to be least: most of the detours go in the first steps."""
+
+
+def show_weights() -> str:
+    """Every figure, with its unit and what it is for, one a line."""
+    shown: list[tuple[str, DataclassInstance]] = [(each.title, each()) for each in (Weights, Spare, ProbeWeights)]
+    shown += [(f"minimize {goal.value}", aim) for goal, aim in AIMS.items()]
+    return "".join(_shown(title, figures) for title, figures in [*shown, ("minimize nothing", TIDY)])
+
+
+def _shown(title: str, figures: DataclassInstance) -> str:
+    lines = []
+    for each in fields(figures):
+        amount = f"{getattr(figures, each.name):g} {each.metadata['unit']}".rstrip()
+        lines.append(f"{title}: {each.name} = {amount} {each.metadata['says']}\n")
+    return "".join(lines)
