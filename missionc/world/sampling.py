@@ -68,10 +68,14 @@ def points_in(shape: Shape, world: World, enough: int, generator: np.random.Gene
 
 def bounds(shape: Shape, world: World) -> tuple[Vector, Vector]:
     """The corners of a box around the part of a shape that is in the world."""
-    low, high = _bounds(shape)
-    low += (-np.inf,) * (world.dimension - len(low))
-    high += (np.inf,) * (world.dimension - len(high))
+    low, high = box_around(shape, world.dimension)
     return tuple(map(max, low, world.low)), tuple(map(min, high, world.high))
+
+
+def box_around(shape: Shape, dimension: int) -> tuple[Vector, Vector]:
+    """The corners of a box around a shape; infinite in height where the shape does not say its own."""
+    low, high = _bounds(shape)
+    return low + (-np.inf,) * (dimension - len(low)), high + (np.inf,) * (dimension - len(high))
 
 
 def packed(shape: Shape, world: World, pitch: float) -> Array:

@@ -28,6 +28,7 @@ from missionc.ir import Connected, Mission
 from missionc.kernel.nodes import Kernel
 from missionc.source import Source
 from missionc.verify.steps import check_dynamics
+from missionc.world.distance import signed_distance
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -222,6 +223,24 @@ def test_a_way_goes_round_what_is_in_between_and_keeps_its_room() -> None:
     straight = guide.way(np.array([1.0, 5.0]), np.array([3.0, 6.0]), 0.3, 0.1)
     assert straight is not None
     assert len(straight) == 2
+
+
+def test_obstacles_are_pushed_on_exactly_where_a_body_is_too_near_to_one() -> None:
+    mission, _ = checked(
+        MIXED.replace(
+            "obstacle cart", "obstacle star = polygon (5, 5), (6, 5.2), (6.5, 6.5), (5.8, 5.6)\nobstacle cart"
+        )
+    )
+    made = splines(mission)
+    costs = Costs(mission, made, Weights(), Spare())
+    control = np.random.default_rng(0).uniform(0, 8, (len(mission.agents), made.points, 2))
+    found = {group.name: rows(group, control).value for group in costs.obstacles(control)}
+    point = costs.samples.where.of(control)
+    need = costs.samples.radius + mission.clearance + Spare().bodies
+    for obstacle, moved in zip(mission.obstacles, costs.samples.moved, strict=True):
+        lacking = need - np.asarray(signed_distance(np, obstacle.shape, point - moved))
+        assert (lacking > 0).any()
+        assert np.allclose(found[f"obstacle {obstacle.name}"], lacking[lacking > 0])
 
 
 def test_polish_leaves_no_fault_where_the_sketch_has_some() -> None:

@@ -28,6 +28,7 @@ from missionc.ir import Box as BoxShape
 from missionc.plan import Array
 from missionc.world.clearance import offset
 from missionc.world.distance import signed_distance
+from missionc.world.sampling import box_around
 
 CLOSE = 0.4
 """Of a metre: bodies further than this beyond what they need are no matter for now."""
@@ -47,11 +48,13 @@ class Samples:
         where: (samples,).
         radius: (samples,), metres, of the agent there.
         moved: for each obstacle, how far it has moved by then, (samples, dim), metres; (1, dim) where it stands still.
+    around: for each obstacle, the corners of a box around it before it moves, (dim,) twice, metres.
     """
 
     where: Arguments
     radius: Array
     moved: tuple[Array, ...]
+    around: tuple[tuple[Array, Array], ...]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -149,9 +152,13 @@ class Costs:
                 self.weights.bodies,
                 self.spare.bodies,
             )
-        for obstacle, moved in zip(self.mission.obstacles, seen.moved, strict=True):
-            distance = np.asarray(signed_distance(np, obstacle.shape, point - moved))
-            near = np.flatnonzero(distance < radius + self.mission.clearance + CLOSE)
+        reach = radius + self.mission.clearance + CLOSE
+        for obstacle, moved, (low, high) in zip(self.mission.obstacles, seen.moved, seen.around, strict=True):
+            relative = point - moved
+            beside = np.maximum(np.maximum(low - relative, relative - high), 0.0)
+            close = np.flatnonzero(np.einsum("sd,sd->s", beside, beside) < reach**2)
+            distance = np.asarray(signed_distance(np, obstacle.shape, relative[close]))
+            near = close[distance < reach[close]]
             if near.size == 0:
                 continue
             need = torch.from_numpy(radius[near] + self.mission.clearance + self.spare.bodies)
@@ -219,7 +226,9 @@ def _samples(mission: Mission, made: Splines, start: int) -> Samples:
         for obstacle in mission.obstacles
     )
     where = made.position(index, np.tile(moment, len(agents)), np.tile(part, len(agents)))
-    return Samples(where, np.array([one.radius for one in mission.agents])[index], moved)
+    boxes = [box_around(obstacle.shape, mission.dimension) for obstacle in mission.obstacles]
+    around = tuple((np.array(low), np.array(high)) for low, high in boxes)
+    return Samples(where, np.array([one.radius for one in mission.agents])[index], moved, around)
 
 
 def _approach(one: Tensor, other: Tensor, one_next: Tensor, other_next: Tensor) -> Tensor:
