@@ -105,6 +105,8 @@ class System:
                 values.append(entry[kept])
             sides.append(part.value * scale)
             done += count
+        if not values:
+            return sparse.csr_matrix((0, self.count)), np.zeros(0)
         triples = (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns)))
         return sparse.csr_matrix(triples, shape=(done, self.count)), np.concatenate(sides)
 

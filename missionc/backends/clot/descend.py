@@ -129,7 +129,9 @@ class _Program:
     def add(self, parts: list[Rows], moved: Array, used: Mapping[str, float]) -> None:
         """Rows, linear about a movement, of which no more of what they have to spare may be used than is."""
         side, value = self.system.jacobian(parts)
-        allowed = np.concatenate([np.full(len(part.value), used.get(part.name, 0.0) * part.spare) for part in parts])
+        allowed = np.concatenate(
+            [np.zeros(0), *(np.full(len(part.value), used.get(part.name, 0.0) * part.spare) for part in parts)]
+        )
         self.sides.append(side)
         self.bounds.append(allowed - value + side @ moved)
 
