@@ -107,7 +107,7 @@ def check(missions: tuple[Path, ...], overrides: Pairs, limits: Pairs, form: str
     default=float(driver.DEFAULT_TIME_LIMIT),
     show_default=True,
     metavar="SECONDS",
-    help="Give up after so long.",
+    help="End the search after so long, with the best plan so far.",
 )
 @click.option(
     "--memory-limit",

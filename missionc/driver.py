@@ -44,6 +44,7 @@ from missionc.passes.resolve import resolve
 from missionc.plan import Plan
 from missionc.reading import loader, read_source, read_text
 from missionc.results import Checked, Compiled, CompileOutcome, Monitored, Refused, Unverified, Verified
+from missionc.signals import hold
 from missionc.source import Source, Span
 from missionc.syntax.parse import parse
 from missionc.syntax.tokens import MOST_FINDINGS
@@ -189,7 +190,7 @@ def plan(checked: Checked, options: Options, budget: Budget) -> Compiled:
         case NotFound():
             return ended(found, _not_found(found))
         case Planned(trace, report):
-            pass
+            hold()
         case _:
             assert_never(found)
     # Imported here: what judges and writes plans loads scipy, for which nobody waits who only checks.
@@ -206,7 +207,9 @@ def plan(checked: Checked, options: Options, budget: Budget) -> Compiled:
     verified = Plan(mission.name, choice.backend, budget.seed, trace, judgements)
     budget.listen(Progress("emit"))
     with watch.stage("emit"):
-        output = emit(mission, verified, certificate, Provenance(_inputs(checked), _options(checked, options)))
+        cut_short = report.cut_short.value if report.cut_short else ""
+        provenance = Provenance(_inputs(checked), _options(checked, options), cut_short)
+        output = emit(mission, verified, certificate, provenance)
     if isinstance(output, Diagnostic):
         return ended(Refused(), output)
     return ended(Verified(verified, output.certificate, report, output.files))

@@ -130,6 +130,7 @@ def compiled_document(compiled: Compiled, output: str, texts: list[tuple[str, st
     if isinstance(outcome, Verified):
         document["requirements"] = [_judgement(each) for each in outcome.plan.judgements]
         document["notes"] = list(outcome.report.notes)
+        document["cut_short"] = outcome.report.cut_short.value if outcome.report.cut_short else None
         document["certificate"] = {"checks": len(outcome.certificate.checks), "passed": outcome.certificate.passed}
     if isinstance(outcome, Impossible):
         document["conflict"] = list(outcome.conflict)

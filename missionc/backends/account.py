@@ -7,7 +7,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 
-from missionc.backends.api import Report
+from missionc.backends.api import CutShort, Report
+from missionc.signals import asked
 from missionc.units import Seconds
 
 
@@ -18,6 +19,7 @@ class Account:
     texts: dict[str, str] = field(default_factory=dict)
     files: dict[str, bytes] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
+    cut_short: CutShort | None = None
 
     @contextmanager
     def stage(self, name: str) -> Iterator[None]:
@@ -28,6 +30,11 @@ class Account:
         finally:
             self.seconds[name] = self.seconds.get(name, 0.0) + time.perf_counter() - begin
 
+    def cut(self) -> None:
+        """The plan that is there is the best so far: time is up, or someone has asked to end."""
+        self.cut_short = CutShort.SIGNAL if asked() else CutShort.TIME
+        self.notes.append(f"the search was cut short ({self.cut_short.value}): this is the best plan it had by then")
+
     def report(self) -> Report:
         return Report(
             seconds=tuple((stage, Seconds(spent)) for stage, spent in self.seconds.items()),
@@ -35,4 +42,5 @@ class Account:
             texts=tuple(self.texts.items()),
             files=tuple(self.files.items()),
             notes=tuple(self.notes),
+            cut_short=self.cut_short,
         )

@@ -30,6 +30,13 @@ class Reason(Enum):
     SOLVER = "the solver gave up"
 
 
+class CutShort(Enum):
+    """What ended a search that had a plan and was still at work on a better one."""
+
+    TIME = "time limit"
+    SIGNAL = "interruption"
+
+
 @dataclass(frozen=True, slots=True)
 class Progress:
     """One line about where a backend is: its stage, the round (from 1), and free words."""
@@ -80,6 +87,8 @@ class Report:
     texts: tuple[tuple[str, str], ...] = ()
     files: tuple[tuple[str, bytes], ...] = ()
     notes: tuple[str, ...] = ()
+    cut_short: CutShort | None = None
+    """Of a plan: that another run, with more time, may find another one."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

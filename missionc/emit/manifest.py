@@ -25,10 +25,12 @@ class Provenance:
     Args:
         inputs: the mission's files, the mission first: names relative to its folder, and contents.
         options: choices that change the plan, by their name on the command line.
+        cut_short: what ended the search before it was done, in two words; empty where nothing did.
     """
 
     inputs: tuple[tuple[str, bytes], ...]
     options: tuple[tuple[str, Option], ...] = ()
+    cut_short: str = ""
 
 
 def manifest(plan: Plan, provenance: Provenance, files: Mapping[str, bytes]) -> str:
@@ -44,6 +46,7 @@ def manifest(plan: Plan, provenance: Provenance, files: Mapping[str, bytes]) -> 
         "mission": plan.mission,
         "backend": plan.backend,
         "seed": plan.seed,
+        "cut_short": provenance.cut_short or None,
     }
     lines = [f"  {compact(key)}: {compact(value)}" for key, value in head.items()]
     lines += [f"  {compact(key)}: {record(block, depth=1)}" for key, block in blocks.items()]

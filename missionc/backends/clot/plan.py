@@ -42,6 +42,7 @@ from missionc.backends.clot.weights import Spare, Weights
 from missionc.ir import Mission
 from missionc.kernel.nodes import Kernel
 from missionc.plan import Array, Trace
+from missionc.signals import asked, hold
 
 ATTEMPTS = 40
 """Schedules tried before the answer is that nothing was found."""
@@ -88,6 +89,8 @@ class Run:
     options: Options
     budget: Budget
     account: Account = field(default_factory=Account)
+    late: bool = False
+    """Whether something was told to end because time was up."""
     best: Candidate | None = None
     furthest: Searched | None = None
     """Of the searches that found no joint motion the one that came furthest."""
@@ -111,8 +114,13 @@ class Run:
                 return self.not_found(Reason.TIME)
             found = self.attempt(number)
             if found is not None:
-                return Planned(found, self.account.report())
+                return self.planned(found)
         return self.not_found(Reason.SOLVER)
+
+    def planned(self, found: Trace) -> Planned:
+        if self.late:
+            self.account.cut()
+        return Planned(found, self.account.report())
 
     def attempt(self, number: int) -> Trace | None:
         """One schedule, all the way; what comes of it if that is a plan."""
@@ -170,6 +178,7 @@ class Run:
         found = self.judged(polished, trace(mission, made, polished.control), begun)
         if found is None:
             return None
+        hold()
         self.budget.listen(Progress("improve", number + 1))
         with self.account.stage("improve"):
             better = improve(
@@ -194,7 +203,9 @@ class Run:
         return None
 
     def in_time(self) -> bool:
-        return time.monotonic() < self.budget.deadline
+        """Whether to go on: there is time, and nobody has asked to end."""
+        self.late = self.late or time.monotonic() >= self.budget.deadline or asked()
+        return not self.late
 
     def so_far(self) -> str:
         return "" if self.best is None else f"best so far fails by {self.best.shortfall:.3g} m at {self.best.worst}"

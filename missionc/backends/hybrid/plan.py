@@ -92,7 +92,7 @@ class Run:
                 return self.not_found(Reason.TIME)
             found = self.attempt(number)
             if found is not None:
-                return Planned(found, self.smooth.account.report())
+                return self.smooth.planned(found)
         return self.not_found(Reason.SOLVER)
 
     def attempt(self, number: int) -> Trace | None:

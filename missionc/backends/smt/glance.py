@@ -10,11 +10,9 @@ in full.
 from __future__ import annotations
 
 import os
-import select
 import signal
 import subprocess
 import sysconfig
-import time
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -25,6 +23,7 @@ from missionc.backends.smt.clauses import Clauses
 from missionc.backends.smt.dimacs import lines
 from missionc.backends.smt.outbox import Outbox
 from missionc.backends.smt.peak import peak_bytes
+from missionc.backends.smt.wait import wait
 from missionc.backends.smt.worker import PARAMETERS
 from missionc.plan import Flags
 
@@ -110,7 +109,7 @@ class Glance:
         """All that the process says; nothing where it takes longer than allowed."""
         assert self.process.stdout is not None
         said = b""
-        while select.select([self.process.stdout], [], [], max(0.0, deadline - time.monotonic()))[0]:
+        while wait([self.process.stdout], deadline):
             self._weigh()
             more = os.read(self.process.stdout.fileno(), 1 << 20)
             if not more:

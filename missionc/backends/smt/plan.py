@@ -34,6 +34,7 @@ from missionc.backends.smt.turns import Turns
 from missionc.ir import Mission, Objective
 from missionc.kernel.nodes import Kernel
 from missionc.plan import Flags
+from missionc.signals import hold
 
 NODES, NEIGHBOURS = 110, 6
 """What ``solve with smt { nodes = …, neighbors = … }`` are unless said. [strel] Table 2."""
@@ -174,7 +175,11 @@ class Run:
         self.budget.listen(Progress("solve"))
         result = search.find(required)
         if isinstance(result, Found):
+            if kernel.preferences or self.mission.objective is not Objective.NONE:
+                hold()
             result = improve(result, kernel, lowered.goals, search)
+            if solvers.cut:
+                account.cut()
         elif isinstance(result, Unsatisfiable) and not lowered.shortened:
             with account.stage("core"):
                 core = minimise(result.core, search)

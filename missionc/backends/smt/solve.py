@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import os
-import select
 import signal
 import subprocess
 import sys
-import time
 from dataclasses import dataclass
 from functools import cache
 from importlib.util import find_spec
@@ -23,6 +21,7 @@ from missionc.backends.smt.dimacs import dimacs
 from missionc.backends.smt.glance import Glance, program
 from missionc.backends.smt.outbox import Outbox
 from missionc.backends.smt.peak import peak_bytes
+from missionc.backends.smt.wait import is_over, wait
 from missionc.plan import Flags
 
 WORKER = Path(__file__).with_name("worker.py")
@@ -135,6 +134,8 @@ class Solvers:
     def __init__(self, solver: str, memory_bytes: int, seed: int, deadline: float) -> None:
         self.deadline = deadline
         self.peak_bytes = 0
+        self.cut = False
+        """Whether a question was left without an answer because it was time to end."""
         self._solver, self._memory_bytes, self._seed = solver, memory_bytes, seed
         self._z3 = program(_folder(PACKAGES["z3"])) if "z3" in SOLVERS[solver] else None
         self._glance: Glance | None = None
@@ -242,8 +243,9 @@ class Solvers:
             child.send(kind, payload)
         stopped = Stopped(Reason.SOLVER, "no solver is left")
         while self._children:
-            ready = select.select(self._children, [], [], max(0.0, deadline - time.monotonic()))[0]
+            ready = wait(self._children, deadline)
             if not ready:
+                self.cut = self.cut or is_over(self.deadline)
                 self._keep(())
                 return Stopped(Reason.TIME, "")
             for child in ready:
