@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 from missionc.version import __version__
 
 if TYPE_CHECKING:
-    from missionc.backends.api import Impossible, NotFound, Options, Progress, Reason
+    from missionc.backends.api import Attempt, CutShort, Fault, Impossible, NotFound, Options, Progress, Reason
     from missionc.diagnostics.model import Diagnostic, Severity
     from missionc.driver import check, compile, monitor
     from missionc.limits import Limits
@@ -21,9 +21,12 @@ if TYPE_CHECKING:
     from missionc.source import Source
 
 __all__ = [
+    "Attempt",
     "Checked",
     "Compiled",
+    "CutShort",
     "Diagnostic",
+    "Fault",
     "Impossible",
     "Limits",
     "Monitored",
@@ -43,7 +46,16 @@ __all__ = [
 ]
 
 HOMES = {
-    "missionc.backends.api": ("Impossible", "NotFound", "Options", "Progress", "Reason"),
+    "missionc.backends.api": (
+        "Attempt",
+        "CutShort",
+        "Fault",
+        "Impossible",
+        "NotFound",
+        "Options",
+        "Progress",
+        "Reason",
+    ),
     "missionc.diagnostics.model": ("Diagnostic", "Severity"),
     "missionc.driver": ("check", "compile", "monitor"),
     "missionc.limits": ("Limits",),

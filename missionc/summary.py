@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, assert_never
 
-from missionc.backends.api import Impossible, NotFound
+from missionc.backends.api import Attempt, Fault, Impossible, NotFound
 from missionc.diagnostics.model import Diagnostic, Severity, has_errors
 from missionc.results import Checked, Compiled, Monitored, Refused, Unverified, Verified
 from missionc.units import Seconds
@@ -49,8 +49,10 @@ def outcome_word(compiled: Compiled) -> str | None:
 
 
 def compiled_lines(compiled: Compiled, output: str) -> list[str]:
-    """The summary of a compilation that found a plan; ``output`` is the folder written, or empty."""
+    """The summary of a compilation; ``output`` is the folder written, or empty."""
     mission = compiled.checked.mission
+    if isinstance(compiled.outcome, NotFound) and compiled.outcome.best and mission:
+        return attempt_lines(mission.name, compiled.outcome.best, mission.step)
     if not isinstance(compiled.outcome, Verified) or mission is None:
         return [f"proof written to {output}"] if output else []
     plan, certificate = compiled.outcome.plan, compiled.outcome.certificate
@@ -63,6 +65,14 @@ def compiled_lines(compiled: Compiled, output: str) -> list[str]:
         *margin_lines(certificate),
     ]
     return [*lines, f"written to {output}", *file_lines(compiled.outcome.files)] if output else lines
+
+
+def attempt_lines(name: str, best: Attempt, step: Seconds) -> list[str]:
+    """The best candidate of a search that found no plan, requirement by requirement, and what else it breaks."""
+    lines = [f"{name}: no plan was found; the best candidate, which is none", *judgement_lines(best.requirements, step)]
+    faults = best.worst_faults()
+    width = max((len(fault.what) for fault in faults), default=0)
+    return [*lines, *(f"  {fault.what:<{width}}  broken  {_amount(fault, step)}" for fault in faults)]
 
 
 def monitored_lines(monitored: Monitored) -> list[str]:
@@ -132,6 +142,8 @@ def compiled_document(compiled: Compiled, output: str, texts: list[tuple[str, st
         document["notes"] = list(outcome.report.notes)
         document["cut_short"] = outcome.report.cut_short.value if outcome.report.cut_short else None
         document["certificate"] = {"checks": len(outcome.certificate.checks), "passed": outcome.certificate.passed}
+    if isinstance(outcome, NotFound):
+        document["best_attempt"] = _attempt(outcome.best)
     if isinstance(outcome, Impossible):
         document["conflict"] = list(outcome.conflict)
     if texts:
@@ -154,6 +166,11 @@ def _verdict(judgement: Judgement, step: Seconds) -> str:
     return f"{words}  first at {judgement.step * step:g} s{_by(judgement.agents)}"
 
 
+def _amount(fault: Fault, step: Seconds) -> str:
+    by = f"margin {fault.margin:.3f} m  " if fault.margin < 0 else ""
+    return f"{by}at {fault.step * step:g} s{_by(fault.agents)}"
+
+
 def _where(check: Check) -> str:
     when = "" if check.at is None else f" at {round(check.at, 2):g} s"
     what = "" if check.agents else f" of {check.subject}"
@@ -174,6 +191,16 @@ def _judgement(judgement: Judgement) -> dict[str, object]:
         "step": judgement.step,
         "agents": list(judgement.agents),
     }
+
+
+def _attempt(best: Attempt | None) -> dict[str, object] | None:
+    if best is None:
+        return None
+    faults = [
+        {"what": fault.what, "margin": fault.margin, "step": fault.step, "agents": list(fault.agents)}
+        for fault in best.worst_faults()
+    ]
+    return {"requirements": [_judgement(each) for each in best.requirements], "faults": faults}
 
 
 def _sums(seconds: tuple[tuple[str, Seconds], ...]) -> dict[str, float]:

@@ -16,7 +16,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from missionc.backends.clot.accept import faults
+from missionc.backends.clot.accept import attempt
 from missionc.backends.clot.cost_graph import Greatest, GreatestOver, Least, LeastOver, Term, build
 from missionc.backends.clot.leaves import UNLIMITED
 from missionc.backends.clot.robustness import Robustness
@@ -86,7 +86,7 @@ def plan(mission: Mission, kernel: Kernel, seed: int, limit: float) -> Trace | s
         if iteration % 20 == 0:
             best = int(broken.argmin())
             made = trace(mission, position[best].detach().double().numpy())
-            if not faults(mission, kernel, made):
+            if attempt(mission, kernel, made).is_plan:
                 return made
     return f"{ITERATIONS} iterations led to no plan"
 

@@ -16,7 +16,7 @@ from typing import Protocol, TypeAlias
 from missionc.ir import Mission
 from missionc.kernel.nodes import Kernel
 from missionc.limits import Limits
-from missionc.plan import Trace
+from missionc.plan import Judgement, Trace
 from missionc.units import Seconds
 
 
@@ -106,11 +106,53 @@ class Impossible:
     report: Report
 
 
+@dataclass(frozen=True, slots=True)
+class Fault:
+    """What a motion breaks apart from requirements: who does, at which step, and by what margin.
+
+    Margins are in metres; those of speed and acceleration, in the metres they move within a step. One that is no number
+    is 0.
+    """
+
+    what: str
+    agents: tuple[str, ...] = ()
+    step: int = 0
+    margin: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Attempt:
+    """A motion and what it comes to: each requirement with its robustness, and everything else that it breaks."""
+
+    requirements: tuple[Judgement, ...]
+    faults: tuple[Fault, ...]
+
+    @property
+    def is_plan(self) -> bool:
+        return not self.faults and all(each.satisfied for each in self.requirements)
+
+    @property
+    def wrong(self) -> int:
+        """How many things are."""
+        return len(self.faults) + sum(not each.satisfied for each in self.requirements)
+
+    def worst_faults(self) -> tuple[Fault, ...]:
+        """Of each kind the one that is worst."""
+        worst: dict[str, Fault] = {}
+        for fault in self.faults:
+            if fault.what not in worst or fault.margin < worst[fault.what].margin:
+                worst[fault.what] = fault
+        return tuple(worst.values())
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class NotFound:
+    """No plan was found. ``best`` is the candidate that came nearest, where one was finished; it is no plan."""
+
     reason: Reason
     statement: str
     report: Report
+    best: Attempt | None = None
 
 
 Outcome: TypeAlias = Planned | Impossible | NotFound

@@ -11,8 +11,11 @@ pytest.importorskip("torch")
 
 from missionc import driver
 from missionc.backends.api import NotFound, Options, Planned, Reason
+from missionc.backends.clot.accept import attempt
+from missionc.plan import Trace
 from missionc.results import Compiled, Verified
 from missionc.source import Source
+from missionc.summary import attempt_lines, compiled_document, compiled_lines
 from missionc.units import Seconds
 from tests.small import SMALL
 
@@ -107,6 +110,65 @@ def test_what_is_not_found_is_undecided_and_says_where_the_best_fails() -> None:
     assert found.outcome.reason in (Reason.TIME, Reason.SOLVER)
     assert "the best candidate fails" in found.outcome.statement
     assert "impossible" not in found.findings[-1].message
+
+
+def test_the_best_candidate_is_told_requirement_by_requirement() -> None:
+    text = TOGETHER + "require never: always[0, 4 s] (not row or distance(drone[0], drone[1]) >= 2)\n"
+    found = compiled(text, limit=6.0)
+    assert isinstance(found.outcome, NotFound)
+    best = found.outcome.best
+    assert best is not None
+    assert not best.is_plan
+    assert [each.name for each in best.requirements] == ["visit", "link", "row", "never"]
+    failing = [each for each in best.requirements if not each.satisfied]
+    assert all(each.robustness <= 0 and each.step is not None for each in failing)
+    assert all(f"`{each.name}`" in found.outcome.statement for each in failing)
+    lines = compiled_lines(found, "")
+    assert lines[0] == "together: no plan was found; the best candidate, which is none"
+    assert [line.split()[0] for line in lines[1:5]] == ["visit", "link", "row", "never"]
+    document = compiled_document(found, "", [])
+    assert document["outcome"] == "undecided"
+    assert document["best_attempt"] == {
+        "requirements": [
+            {
+                "name": each.name,
+                "satisfied": each.satisfied,
+                "robustness": each.robustness,
+                "step": each.step,
+                "agents": list(each.agents),
+            }
+            for each in best.requirements
+        ],
+        "faults": [
+            {"what": each.what, "margin": each.margin, "step": each.step, "agents": list(each.agents)}
+            for each in best.worst_faults()
+        ],
+    }
+
+
+def test_what_else_a_candidate_breaks_is_told_once_for_each_kind() -> None:
+    checked = driver.check(Source("a.mission", TOGETHER), backend="clot")
+    mission, kernel = checked.mission, checked.kernel
+    assert mission is not None
+    assert kernel is not None
+    shape = 3, mission.steps + 1
+    still = Trace(mission.step, np.full((*shape, 2), (3.8, 2.8)), np.zeros((*shape, 2)), np.zeros(shape))
+    best = attempt(mission, kernel, still)
+    assert not best.is_plan
+    assert best.wrong == len(best.faults) + sum(not each.satisfied for each in best.requirements)
+    assert {fault.what for fault in best.worst_faults()} == {"its start", "an obstacle", "separation"}
+    lines = attempt_lines("together", best, mission.step)
+    assert [line for line in lines if line.startswith("  separation")] == [
+        "  separation   broken  margin -0.200 m  at 0 s by drone[0], drone[1]"
+    ]
+
+
+def test_a_search_without_any_candidate_has_none_to_tell_of() -> None:
+    found = compiled(TOGETHER, limit=0.0)
+    assert isinstance(found.outcome, NotFound)
+    assert found.outcome.best is None
+    assert compiled_document(found, "", [])["best_attempt"] is None
+    assert compiled_lines(found, "") == []
 
 
 def test_no_time_is_an_answer_and_not_a_plan() -> None:

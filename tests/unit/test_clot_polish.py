@@ -10,7 +10,7 @@ import pytest
 pytest.importorskip("torch")
 
 from missionc import driver
-from missionc.backends.clot.accept import faults
+from missionc.backends.clot.accept import attempt
 from missionc.backends.clot.cost_graph import CostGraph, Margin, build
 from missionc.backends.clot.costs import Costs
 from missionc.backends.clot.demand import Demand
@@ -252,15 +252,16 @@ def test_polish_leaves_no_fault_where_the_sketch_has_some() -> None:
     key = frames(mission, schedule, scheduler, guide, generator)
     made = splines(mission)
     first = made.through(sketch(mission, schedule, key, guide, generator, 0.0))
-    assert faults(mission, kernel, trace(mission, made, first))
+    assert not attempt(mission, kernel, trace(mission, made, first)).is_plan
     costs = Costs(mission, made, Weights(), Spare())
     polished = polish(first, costs, demand_of(graph, mission, schedule), 60)
-    assert faults(mission, kernel, trace(mission, made, polished.control)) == []
+    assert attempt(mission, kernel, trace(mission, made, polished.control)).is_plan
     assert polished.shortfall <= 0
 
 
 def test_what_is_broken_is_found() -> None:
     mission, kernel = of_file("clot_visit", N="3")
     control = np.zeros((3, mission.steps + 3, 2))
-    found = {fault.what for fault in faults(mission, kernel, trace(mission, splines(mission), control))}
-    assert {"separation", "its start", "its finish", "`first`", "`second`"} <= found
+    come_to = attempt(mission, kernel, trace(mission, splines(mission), control))
+    assert {"separation", "its start", "its finish"} <= {fault.what for fault in come_to.faults}
+    assert {"first", "second"} <= {each.name for each in come_to.requirements if not each.satisfied}

@@ -82,6 +82,8 @@ def test_what_is_not_found_is_undecided_with_what_both_halves_say(monkeypatch: p
     assert found.outcome.reason in (Reason.TIME, Reason.SOLVER)
     assert "the best candidate fails" in found.outcome.statement
     assert "on roadmaps of 9 nodes `relay` cannot hold" in found.outcome.statement
+    assert found.outcome.best is not None
+    assert [each.name for each in found.outcome.best.requirements] == ["relay", "rescue", "show", "far"]
     assert IMPOSSIBLE not in {finding.code for finding in found.findings}
 
 

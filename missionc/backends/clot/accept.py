@@ -5,10 +5,9 @@ The verifier asks the same once more, on its own; this is here so that the searc
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
+from missionc.backends.api import Attempt, Fault
 from missionc.ir import Anywhere, DoubleIntegrator, Mission, Unicycle
 from missionc.kernel.nodes import Kernel
 from missionc.monitoring import monitor
@@ -22,25 +21,10 @@ ROUNDING = 1e-9
 """Of a limit: what rounding alone may exceed."""
 
 
-@dataclass(frozen=True, slots=True)
-class Fault:
-    """What of a mission a motion breaks, who does and at which step; by how many metres, where it is a number."""
-
-    what: str
-    who: tuple[int, ...] = ()
-    step: int = 0
-    margin: float = 0.0
-
-
-def faults(mission: Mission, kernel: Kernel, trace: Trace) -> list[Fault]:
-    """Everything a motion breaks; nothing for a plan."""
-    found = [*_places(mission, trace), *_dynamics(mission, trace), *_bodies(mission, trace), *_apart(mission, trace)]
-    asked = len(kernel.requirements)
-    for judged in monitor(mission, kernel, trace)[:asked]:
-        if not judged.satisfied:
-            who = tuple(agent.index for agent in mission.agents if agent.name in judged.agents)
-            found.append(Fault(f"`{judged.name}`", who, judged.step or 0, judged.robustness))
-    return found
+def attempt(mission: Mission, kernel: Kernel, trace: Trace) -> Attempt:
+    """What a motion comes to."""
+    faults = [*_places(mission, trace), *_dynamics(mission, trace), *_bodies(mission, trace), *_apart(mission, trace)]
+    return Attempt(monitor(mission, kernel, trace)[: len(kernel.requirements)], tuple(faults))
 
 
 def _places(mission: Mission, trace: Trace) -> list[Fault]:
@@ -48,7 +32,7 @@ def _places(mission: Mission, trace: Trace) -> list[Fault]:
     low, high = np.array(mission.world.low), np.array(mission.world.high)
     room = np.minimum(trace.position - low, high - trace.position).min(axis=-1)
     found.extend(
-        Fault("the world's bounds", (int(agent),), int(step), float(room[agent, step]))
+        Fault("the world's bounds", (mission.agents[agent].name,), int(step), float(room[agent, step]))
         for agent, step in np.argwhere(room < 0)
     )
     for agent in mission.agents:
@@ -56,7 +40,7 @@ def _places(mission: Mission, trace: Trace) -> list[Fault]:
             if isinstance(place, Anywhere):
                 outside = float(signed_distance(np, place.region.shape, trace.position[agent.index, step]))
                 if outside > 0:
-                    found.append(Fault(name, (agent.index,), step % (mission.steps + 1), -outside))
+                    found.append(Fault(name, (agent.name,), step % (mission.steps + 1), -outside))
     return found
 
 
@@ -66,14 +50,14 @@ def _dynamics(mission: Mission, trace: Trace) -> list[Fault]:
         position, velocity = trace.position[agent.index], trace.velocity[agent.index]
         margin = check_step(agent.dynamics, position[:-1], position[1:], velocity[:-1], velocity[1:], mission.step)
         found.extend(
-            Fault("its speed or acceleration", (agent.index,), int(step), float(margin[step]))
+            Fault("its speed or acceleration", (agent.name,), int(step), float(margin[step]))
             for step in np.flatnonzero(margin < -ROUNDING)
         )
         if isinstance(agent.dynamics, Unicycle) and np.isfinite(agent.dynamics.turn):
             heading = trace.heading[agent.index]
             turned = np.abs((np.diff(heading) + np.pi) % (2 * np.pi) - np.pi)
             most = agent.dynamics.turn * mission.step + ROUNDING
-            found.extend(Fault("its turning rate", (agent.index,), int(step)) for step in np.flatnonzero(turned > most))
+            found.extend(Fault("its turning rate", (agent.name,), int(step)) for step in np.flatnonzero(turned > most))
     return found
 
 
@@ -99,7 +83,7 @@ def _bodies(mission: Mission, trace: Trace) -> list[Fault]:
         clear = clear_motions(standing, motions, mission.step, margin)
         steps = np.arange(mission.steps)
         clear &= clear_of_movers(mission, motions, margin)[steps, steps]
-        found.extend(Fault("an obstacle", (agent.index,), int(step)) for step in np.flatnonzero(~clear))
+        found.extend(Fault("an obstacle", (agent.name,), int(step)) for step in np.flatnonzero(~clear))
     return found
 
 
@@ -121,5 +105,6 @@ def _apart(mission: Mission, trace: Trace) -> list[Fault]:
         )
         margin = nearest - (radius[one] + radius[rest] + mission.separation)[:, None]
         for other, step in np.argwhere(margin < 0):
-            found.append(Fault("separation", (one, int(other) + one + 1), int(step), float(margin[other, step])))
+            who = mission.agents[one].name, mission.agents[int(other) + one + 1].name
+            found.append(Fault("separation", who, int(step), float(margin[other, step])))
     return found

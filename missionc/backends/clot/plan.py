@@ -22,8 +22,8 @@ import numpy as np
 import torch
 
 from missionc.backends.account import Account
-from missionc.backends.api import Budget, NotFound, Options, Outcome, Planned, Progress, Reason
-from missionc.backends.clot.accept import Fault, faults
+from missionc.backends.api import Attempt, Budget, Fault, NotFound, Options, Outcome, Planned, Progress, Reason
+from missionc.backends.clot.accept import attempt
 from missionc.backends.clot.active import Choices
 from missionc.backends.clot.cost_graph import CostGraph, build
 from missionc.backends.clot.costs import Costs
@@ -59,10 +59,9 @@ NOISE = 0.4
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Candidate:
-    """The best motion so far, and what is wrong with it."""
+    """The best motion so far, what it comes to, and by how much it falls short, metres, at what."""
 
-    trace: Trace
-    faults: tuple[Fault, ...]
+    attempt: Attempt
     shortfall: float
     worst: str
     begun: Begun | None
@@ -190,16 +189,16 @@ class Run:
     def accepted(self, control: Array) -> Trace | None:
         """The motion of control points, if it is a plan."""
         made = trace(self.mission, splines(self.mission), control)
-        return None if faults(self.mission, self.kernel, made) else made
+        return made if attempt(self.mission, self.kernel, made).is_plan else None
 
     def judged(self, polished: Polished, made: Trace, begun: Begun | None) -> Trace | None:
         """The motion, if it is a plan; if not, what is wrong with it is kept where nothing was better."""
         with self.account.stage("accept"):
-            wrong = tuple(faults(self.mission, self.kernel, made))
-        if not wrong:
+            come_to = attempt(self.mission, self.kernel, made)
+        if come_to.is_plan:
             return made
-        if self.best is None or (polished.shortfall, len(wrong)) < (self.best.shortfall, len(self.best.faults)):
-            self.best = Candidate(made, wrong, polished.shortfall, polished.worst, begun)
+        if self.best is None or (polished.shortfall, come_to.wrong) < (self.best.shortfall, self.best.attempt.wrong):
+            self.best = Candidate(come_to, polished.shortfall, polished.worst, begun)
         return None
 
     def in_time(self) -> bool:
@@ -211,7 +210,8 @@ class Run:
         return "" if self.best is None else f"best so far fails by {self.best.shortfall:.3g} m at {self.best.worst}"
 
     def not_found(self, reason: Reason) -> NotFound:
-        return NotFound(reason, self.statement(), self.account.report())
+        best = None if self.best is None else self.best.attempt
+        return NotFound(reason, self.statement(), self.account.report(), best)
 
     def statement(self) -> str:
         """Where the best candidate fails."""
@@ -220,12 +220,18 @@ class Run:
             return f"the search got to {count} of {agents} agents; the last of them falls short by {-margin:.3g} m"
         if self.best is None:
             return "no candidate was finished"
-        names = [agent.name for agent in self.mission.agents]
-        parts = []
-        for fault in self.best.faults[:5]:
-            who = " and ".join(names[agent] for agent in fault.who[:2])
-            by = f" by {-fault.margin:.3g} m" if fault.margin < 0 else ""
-            at = f"{fault.step * self.mission.step:g} s"
-            parts.append(f"{fault.what}{f' of {who}' if who else ''} at {at}{by}")
-        more = f" and {len(self.best.faults) - 5} more" if len(self.best.faults) > 5 else ""
-        return f"the best candidate fails {'; '.join(parts)}{more}"
+        come_to = self.best.attempt
+        wrong = [
+            *(
+                Fault(f"`{each.name}`", each.agents, each.step or 0, each.robustness)
+                for each in come_to.requirements
+                if not each.satisfied
+            ),
+            *come_to.worst_faults(),
+        ]
+        return f"the best candidate fails {'; '.join(map(self.told, wrong))}"
+
+    def told(self, fault: Fault) -> str:
+        who = " and ".join(fault.agents[:2])
+        by = f" by {-fault.margin:.3g} m" if fault.margin < 0 else ""
+        return f"{fault.what}{f' of {who}' if who else ''} at {fault.step * self.mission.step:g} s{by}"
