@@ -160,7 +160,7 @@ def compile(
     allowed = read_limits(limits)
     wanted = stages.in_order(stage for group in asked for stage in group)
     deadline = time.monotonic() + time_limit
-    with _progress(quiet or form == "json") as listen:
+    with _progress(quiet or form == "json", deadline) as listen:
         checked = driver.check(file, overrides=dict(overrides), backend=backend, limits=allowed)
         if wanted and not output and not plot and set(wanted) <= set(stages.BEFORE_PLANNING):
             compiled = Compiled(checked, Refused(), checked.findings, checked.seconds)
@@ -297,12 +297,12 @@ def _colours(terminal: bool) -> bool:
 
 
 @contextmanager
-def _progress(silent: bool) -> Iterator[Callable[[Progress], None]]:
+def _progress(silent: bool, deadline: float) -> Iterator[Callable[[Progress], None]]:
     """Where to say how far things are: a line on a terminal, nowhere else."""
     if silent or not sys.stderr.isatty():
         yield ignore
         return
-    with ProgressLine(sys.stderr) as line:
+    with ProgressLine(sys.stderr, deadline) as line:
         yield line.listen
 
 

@@ -1,4 +1,4 @@
-"""One line on a terminal that says what goes on: the stage, its round, the time so far."""
+"""One line on a terminal that says what goes on: the time so far and the time left, the stage, and how far it is."""
 
 from __future__ import annotations
 
@@ -17,8 +17,11 @@ EVERY = 0.2
 class ProgressLine:
     """A context in which the line is drawn again and again, and after which it is gone."""
 
-    def __init__(self, stream: TextIO) -> None:
-        self._stream = stream
+    def __init__(self, stream: TextIO, deadline: float | None = None) -> None:
+        """Args:
+        deadline: when time is up, on the clock of ``time.monotonic``, if it ever is.
+        """
+        self._stream, self._deadline = stream, deadline
         self._begin = time.monotonic()
         self._says = "reading"
         self._done = threading.Event()
@@ -27,8 +30,11 @@ class ProgressLine:
     def listen(self, progress: Progress) -> None:
         """Take note of where a backend is."""
         rounds = f", round {progress.round}" if progress.round > 1 else ""
-        detail = f": {progress.detail}" if progress.detail else ""
-        self._says = f"{progress.stage}{rounds}{detail}"
+        iteration = f", iteration {progress.iteration}" if progress.iteration else ""
+        planned = "{}/{} robots planned".format(*progress.planned) if progress.planned else ""
+        margin = "" if progress.margin is None else f"best margin {progress.margin:.3g} m"
+        details = ", ".join(filter(None, (planned, margin, progress.detail)))
+        self._says = f"{progress.stage}{rounds}{iteration}" + (f": {details}" if details else "")
 
     def say(self, stage: str) -> None:
         self._says = stage
@@ -45,7 +51,9 @@ class ProgressLine:
 
     def _draw(self) -> None:
         while not self._done.wait(EVERY):
-            line = f"{time.monotonic() - self._begin:5.1f} s  {self._says}"
+            now = time.monotonic()
+            left = "" if self._deadline is None else f", {max(0.0, self._deadline - now):.0f} s left"
+            line = f"{now - self._begin:5.1f} s{left}  {self._says}"
             # A line that wraps would not be erased whole.
             self._stream.write("\r\x1b[K" + line[: get_terminal_size().columns - 1])
             self._stream.flush()

@@ -39,11 +39,22 @@ class CutShort(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Progress:
-    """One line about where a backend is: its stage, the round (from 1), and free words."""
+    """Where a backend is.
+
+    Args:
+        round: of the stage, from 1; for transport, the attempt.
+        detail: free words.
+        iteration: of the round, from 1; 0 where it has none.
+        planned: how many agents are planned at most, where they are planned one by one, and how many there are.
+        margin: the best worst margin of a candidate so far, metres; negative while something fails.
+    """
 
     stage: str
     round: int = 1
     detail: str = ""
+    iteration: int = 0
+    planned: tuple[int, int] | None = None
+    margin: float | None = None
 
 
 def ignore(progress: Progress) -> None:

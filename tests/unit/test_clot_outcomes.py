@@ -10,7 +10,7 @@ import pytest
 pytest.importorskip("torch")
 
 from missionc import driver
-from missionc.backends.api import NotFound, Options, Planned, Reason
+from missionc.backends.api import NotFound, Options, Planned, Progress, Reason
 from missionc.backends.clot.accept import attempt
 from missionc.plan import Trace
 from missionc.results import Compiled, Verified
@@ -169,6 +169,20 @@ def test_a_search_without_any_candidate_has_none_to_tell_of() -> None:
     assert found.outcome.best is None
     assert compiled_document(found, "", [])["best_attempt"] is None
     assert compiled_lines(found, "") == []
+
+
+def test_the_listener_hears_attempt_iteration_and_the_best_margin_so_far() -> None:
+    heard: list[Progress] = []
+    text = TOGETHER + "require never: always[0, 4 s] (not row or distance(drone[0], drone[1]) >= 2)\n"
+    driver.compile(Source("a.mission", text), backend="clot", time_limit=Seconds(8.0), listen=heard.append)
+    first = [each.iteration for each in heard if (each.stage, each.round) == ("polish", 1)]
+    assert first == list(range(1, len(first) + 1))
+    assert first
+    later = [each.margin for each in heard if each.round > 1 and each.stage in ("sketch", "polish")]
+    assert later, "no second attempt in the time"
+    assert all(margin is not None for margin in later)
+    sketches = [each.margin for each in heard if each.stage == "sketch" and each.margin is not None]
+    assert sketches == sorted(sketches), "the best so far never gets worse"
 
 
 def test_no_time_is_an_answer_and_not_a_plan() -> None:

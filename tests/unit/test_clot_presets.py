@@ -110,9 +110,9 @@ def test_the_listener_hears_how_many_robots_are_planned() -> None:
     mission, kernel = checked(PAIR)
     heard: list[Progress] = []
     BACKEND.plan(mission, kernel, Options(preset="search"), Budget(time.monotonic() + 60, listen=heard.append))
-    details = [each.detail for each in heard if each.stage == "search"]
-    assert details[0].startswith("planned robots 1/2, best margin ")
-    assert details[-1].startswith("planned robots 2/2, best margin ")
+    searching = [each for each in heard if each.stage == "search"]
+    assert (searching[0].planned, searching[-1].planned) == ((1, 2), (2, 2))
+    assert all(each.margin is not None for each in searching)
 
 
 def test_an_unknown_preset_and_too_few_samples_are_named() -> None:

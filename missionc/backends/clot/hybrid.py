@@ -88,7 +88,7 @@ def searched(
         if planned > most:
             best, most = margin, planned
         best = max(best, margin) if planned == most else best
-        budget.listen(Progress("search", attempt, f"planned robots {most}/{agents}, best margin {best:.3g} m"))
+        budget.listen(Progress("search", attempt, planned=(most, agents), margin=best))
 
     first = FirstMotions(
         mission,

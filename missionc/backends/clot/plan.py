@@ -17,6 +17,7 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 import torch
@@ -59,11 +60,10 @@ NOISE = 0.4
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Candidate:
-    """The best motion so far, what it comes to, and by how much it falls short, metres, at what."""
+    """What the best motion so far comes to, by how much it falls short, metres, and what it came of."""
 
     attempt: Attempt
     shortfall: float
-    worst: str
     begun: Begun | None
 
 
@@ -125,7 +125,7 @@ class Run:
         """One schedule, all the way; what comes of it if that is a plan."""
         mission, graph, guide, way = self.mission, self.graph, self.guide, self.preset
         generator = np.random.default_rng([self.budget.seed, number])
-        self.budget.listen(Progress("sketch", number + 1, self.so_far()))
+        self.tell("sketch", number)
         self.account.sizes["attempts"] = number + 1
         before = None if self.best is None else self.best.begun
         if before is not None and not way.local and number % SEARCH_EVERY == SEARCH_EVERY - 1:
@@ -167,18 +167,17 @@ class Run:
         control = made.through(first)
         if way is not None and not way.polished:
             return self.judged(Polished(control, 0.0, "a check", 0.0, 0), trace(mission, made, control), begun)
-        self.budget.listen(Progress("polish", number + 1, self.so_far()))
         with self.account.stage("polish"):
             roots = tuple(wanted.term for wanted in graph.requirements)
             demand = Demand.of(mission, roots, choices, mission.steps)
             costs = Costs(mission, made, Weights(), Spare())
-            polished = polish(control, costs, demand, ITERATIONS, self.in_time)
+            polished = polish(control, costs, demand, ITERATIONS, self.in_time, partial(self.tell, "polish", number))
         self.account.sizes["iterations"] = self.account.sizes.get("iterations", 0) + polished.iterations
         found = self.judged(polished, trace(mission, made, polished.control), begun)
         if found is None:
             return None
         hold()
-        self.budget.listen(Progress("improve", number + 1))
+        self.tell("improve", number)
         with self.account.stage("improve"):
             better = improve(
                 polished.control, found, mission, self.kernel, graph, demand, costs, self.accepted, self.in_time
@@ -198,7 +197,7 @@ class Run:
         if come_to.is_plan:
             return made
         if self.best is None or (polished.shortfall, come_to.wrong) < (self.best.shortfall, self.best.attempt.wrong):
-            self.best = Candidate(come_to, polished.shortfall, polished.worst, begun)
+            self.best = Candidate(come_to, polished.shortfall, begun)
         return None
 
     def in_time(self) -> bool:
@@ -206,8 +205,11 @@ class Run:
         self.late = self.late or time.monotonic() >= self.budget.deadline or asked()
         return not self.late
 
-    def so_far(self) -> str:
-        return "" if self.best is None else f"best so far fails by {self.best.shortfall:.3g} m at {self.best.worst}"
+    def tell(self, stage: str, number: int, iteration: int = 0, margin: float = -np.inf) -> None:
+        """Where planning is; ``margin`` is that of the candidate at hand, metres."""
+        best = max(margin, -np.inf if self.best is None else -self.best.shortfall)
+        margin_so_far = None if best == -np.inf else best
+        self.budget.listen(Progress(stage, number + 1, iteration=iteration, margin=margin_so_far))
 
     def not_found(self, reason: Reason) -> NotFound:
         best = None if self.best is None else self.best.attempt

@@ -60,12 +60,18 @@ class Polished:
 
 
 def polish(
-    control: Array, costs: Costs, demand: Demand, iterations: int, go_on: Callable[[], bool] = lambda: True
+    control: Array,
+    costs: Costs,
+    demand: Demand,
+    iterations: int,
+    go_on: Callable[[], bool] = lambda: True,
+    tell: Callable[[int, float], None] = lambda iteration, margin: None,
 ) -> Polished:
     """The motion after at most so many steps; earlier where all margins hold with most of what they are to spare.
 
     Args:
         control: control points to start from, (agents, points, dim), metres.
+        tell: is told, at each step, its number and the worst margin of the best motion so far, metres.
     """
     system = System(costs, control.shape)
     damping, penalty = DAMPING, 1.0
@@ -73,6 +79,7 @@ def polish(
     done = 0
     while done < iterations and now.total(penalty) > 0 and go_on():
         done += 1
+        tell(done, -best.shortfall)
         step = system.step(now.control, now.rows, damping, penalty)
         longest = float(np.linalg.norm(step, axis=-1).max(initial=0.0))
         if longest > LONGEST:

@@ -17,7 +17,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from missionc.backends import smt
-from missionc.backends.api import Budget, Impossible, NotFound, Options, Outcome, Planned, Progress, Reason
+from missionc.backends.api import Budget, Impossible, NotFound, Options, Outcome, Planned, Reason
 from missionc.backends.clot.active import Choices
 from missionc.backends.clot.cost_graph import GreatestOver, Until
 from missionc.backends.clot.demand import Demand
@@ -104,7 +104,7 @@ class Run:
     def start(self, number: int) -> Start | None:
         """A plan of Z3's for what is discrete, with the choices it makes, if there is one."""
         account, budget = self.smooth.account, self.budget
-        budget.listen(Progress("discrete", number + 1, self.smooth.so_far()))
+        self.smooth.tell("discrete", number)
         now = time.monotonic()
         deadline = now + SHARE * (budget.deadline - now)
         seed = budget.seed * ATTEMPTS + number
