@@ -25,14 +25,14 @@ check: ## format, lint, types, import contracts, tests
 	$(BIN)/ruff check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
-	$(BIN)/pytest -n $(WORKERS) -m "not slow and not gpu"
+	$(BIN)/pytest -n $(WORKERS) -m "not slow"
 
 format: ## put the code in the one format
 	$(BIN)/ruff format .
 	$(BIN)/ruff check --fix .
 
 slow: ## the tests that take longer than a few seconds
-	$(BIN)/pytest -m "slow and not gpu"
+	$(BIN)/pytest -m slow
 
 fuzz: ## mutated missions through `check`, 100 times as many as in `make check`
 	MISSIONC_FUZZ=200000 $(BIN)/pytest -q --timeout 0 tests/properties/test_mutated_missions.py

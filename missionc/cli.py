@@ -20,7 +20,7 @@ from typing import assert_never
 import click
 
 from missionc import driver, stages, summary
-from missionc.backends.api import PRESETS, Budget, Impossible, NotFound, Options, Progress, ignore
+from missionc.backends.api import DEVICES, PRESETS, Budget, Impossible, NotFound, Options, Progress, ignore
 from missionc.diagnostics.code import CODES, INTERNAL
 from missionc.diagnostics.explain import explain as explanation
 from missionc.diagnostics.model import Diagnostic, has_errors
@@ -100,6 +100,13 @@ def check(missions: tuple[Path, ...], overrides: Pairs, limits: Pairs, form: str
     metavar="N",
     help="Trajectories that presets but `sketch` optimise at once.",
 )
+@click.option(
+    "--device",
+    type=click.Choice(DEVICES),
+    default=DEVICES[0],
+    show_default=True,
+    help="Where presets but `sketch` optimise their trajectories.",
+)
 @click.option("--seed", type=click.IntRange(0, 2**32 - 1), default=0, show_default=True, metavar="N")
 @click.option(
     "--time-limit",
@@ -140,6 +147,7 @@ def compile(
     solver: str,
     preset: str,
     samples: int | None,
+    device: str,
     seed: int,
     time_limit: float,
     memory_limit: int,
@@ -166,7 +174,9 @@ def compile(
             compiled = Compiled(checked, Refused(), checked.findings, checked.seconds)
             answer = Answer(compiled, Status.DONE if checked.ok else Status.MISSION_ERRORS)
         else:
-            options = Options(solver, certify, frozenset(wanted) & frozenset(stages.BY_A_BACKEND), preset, samples)
+            options = Options(
+                solver, certify, frozenset(wanted) & frozenset(stages.BY_A_BACKEND), preset, samples, device
+            )
             budget = Budget(deadline, memory_limit, seed, allowed, listen)
             folder = None if wanted and not output else output or _default_folder(checked)
             answer = _plan(checked, options, budget, folder, force, plot)

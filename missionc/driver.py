@@ -276,6 +276,7 @@ def _options(checked: Checked, options: Options) -> tuple[tuple[str, Option], ..
     given = [("solver", options.solver)]
     if checked.choice is not None and checked.choice.backend != "smt":
         given.append(("preset", options.preset))
+        given.append(("device", options.device))
         given.extend([("samples", str(options.samples))] if options.samples is not None else [])
     return (*given, *((f"-D {name}", text) for name, text in sorted(checked.overrides.items())))
 

@@ -76,6 +76,10 @@ PRESETS = ("sketch", "search", "paper", "fsot", "mpot")
 """Ways to plan that the transport backend knows by name; the first is the default."""
 
 
+DEVICES = ("cpu", "cuda")
+"""Where batches of trajectories may be worked on; the first is the default."""
+
+
 @dataclass(frozen=True, slots=True)
 class Options:
     """Choices of the command line that only a backend understands."""
@@ -87,6 +91,7 @@ class Options:
     preset: str = PRESETS[0]
     samples: int | None = None
     """Trajectories that presets with a local search optimise at once; None leaves it to the preset."""
+    device: str = DEVICES[0]
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from importlib.util import find_spec
 
-from missionc.backends.api import PRESETS, Backend, Options
-from missionc.diagnostics.code import EXTRA_MISSING, NOT_ITS_FLAG
+from missionc.backends.api import DEVICES, PRESETS, Backend, Options
+from missionc.diagnostics.code import EXTRA_MISSING, NO_DEVICE, NOT_ITS_FLAG
 from missionc.diagnostics.model import Diagnostic
 
 
@@ -19,8 +19,9 @@ def load(name: str, options: Options | None = None) -> Backend | Diagnostic:
 
 
 def _smt(options: Options) -> Backend | Diagnostic:
-    if options.preset != PRESETS[0]:
-        return _not_its_flag(f"--preset {options.preset}")
+    for flag, value, default in (("preset", options.preset, PRESETS[0]), ("device", options.device, DEVICES[0])):
+        if value != default:
+            return _not_its_flag(f"--{flag} {value}")
     missing = _missing_for_solvers(options)
     if missing is not None:
         return missing
@@ -32,6 +33,9 @@ def _smt(options: Options) -> Backend | Diagnostic:
 def _clot(options: Options) -> Backend | Diagnostic:
     if find_spec("torch") is None:
         return _torch_missing("clot")
+    missing = _device_missing(options)
+    if missing is not None:
+        return missing
     from missionc.backends.clot.plan import BACKEND
 
     return BACKEND
@@ -40,7 +44,7 @@ def _clot(options: Options) -> Backend | Diagnostic:
 def _hybrid(options: Options) -> Backend | Diagnostic:
     if find_spec("torch") is None:
         return _torch_missing("hybrid")
-    missing = _missing_for_solvers(options)
+    missing = _missing_for_solvers(options) or _device_missing(options)
     if missing is not None:
         return missing
     from missionc.backends.hybrid import BACKEND
@@ -55,6 +59,20 @@ def _missing_for_solvers(options: Options) -> Diagnostic | None:
         if options.certify:
             return _sat_missing("--certify", "leave `--certify` out: the answer is the same, without a proof of it")
     return None
+
+
+def _device_missing(options: Options) -> Diagnostic | None:
+    from missionc.backends.clot.device import available
+
+    if available(options.device):
+        return None
+    return Diagnostic(
+        NO_DEVICE,
+        f"torch has no device `{options.device}` here",
+        None,
+        notes=("either there is no such GPU, or its driver or torch's own build for it is missing",),
+        help="leave `--device` out: the CPU is always there",
+    )
 
 
 def _torch_missing(name: str) -> Diagnostic:
@@ -78,8 +96,8 @@ def _sat_missing(flag: str, otherwise: str) -> Diagnostic:
 def _not_its_flag(flag: str) -> Diagnostic:
     return Diagnostic(
         NOT_ITS_FLAG,
-        f"`{flag}` is for the backend `clot`, and this mission goes to `smt`",
+        f"`{flag}` is for the backends `clot` and `hybrid`, and this mission goes to `smt`",
         None,
-        notes=("presets are ways to plan by transport; a SAT solver over roadmaps has none",),
+        notes=("it says how to plan by transport; a SAT solver over roadmaps does nothing with it",),
         help="leave it out, or plan with `--backend clot`, where the mission allows it",
     )

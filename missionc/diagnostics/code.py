@@ -65,6 +65,7 @@ CANNOT_EXPRESS = Code("MC401", "the backend cannot express this")
 NO_BACKEND = Code("MC402", "no backend can express this mission")
 EXTRA_MISSING = Code("MC404", "an optional package is missing")
 NOT_ITS_FLAG = Code("MC405", "this flag is for another backend")
+NO_DEVICE = Code("MC406", "no such device here")
 
 # 5xx: the world
 OUTSIDE_WORLD = Code("MC501", "a start or finish outside the world")

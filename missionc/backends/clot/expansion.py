@@ -18,6 +18,7 @@ from torch import Tensor
 
 from missionc.backends.clot.active import Choices
 from missionc.backends.clot.cost_graph import Term
+from missionc.backends.clot.device import seeded
 from missionc.backends.clot.first_motions import FirstMotions
 from missionc.backends.clot.prefix import about
 from missionc.backends.clot.prefix_check import prefix_margin
@@ -52,6 +53,7 @@ class Expansion:
     Args:
         goals: the requirements' terms.
         choices: what the schedule decided; nothing where candidates are free to choose.
+        device: where candidates are moved and judged, in float32.
         go_on: whether there is time.
         tell: is told, after an expansion, how many agents are planned and the best margin, metres.
 
@@ -65,6 +67,7 @@ class Expansion:
     choices: Choices
     first: FirstMotions
     couplings: Couplings
+    device: torch.device
     go_on: Callable[[], bool]
     tell: Callable[[int, float], None]
     team: Team = field(init=False)
@@ -74,8 +77,9 @@ class Expansion:
     known: dict[tuple[frozenset[int], int | None], tuple[Term, ...]] = field(init=False, default_factory=dict)
 
     def __post_init__(self) -> None:
-        self.team = team(self.mission)
-        self.probed, self.checked = Surroundings(self.mission, 2), Surroundings(self.mission, PARTS)
+        self.team = team(self.mission, self.device)
+        self.probed = Surroundings(self.mission, 2, self.device)
+        self.checked = Surroundings(self.mission, PARTS, self.device)
         by, given = scale(self.mission), self.preset.transport
         self.settings = replace(given, first_radius=given.first_radius * by, last_radius=given.last_radius * by)
 
@@ -89,11 +93,12 @@ class Expansion:
         Source:
             [clot] V-A.3 (I), MPOT extended to several robots.
         """
-        generator = torch.Generator().manual_seed(seed % 2**63)
+        generator, own = self._generators(seed)
         agents = range(len(self.mission.agents))
         everyone = frozenset(agents)
-        begin = torch.stack([self.first.of(agent, None, samples, generator) for agent in agents], dim=1)
-        fixed = torch.stack([self.first.fixed(agent) for agent in agents]).repeat(samples, 1)
+        first = [self.first.of(agent, None, samples, generator) for agent in agents]
+        begin = torch.stack(first, dim=1).to(self.device)
+        fixed = torch.stack([self.first.fixed(agent) for agent in agents]).repeat(samples, 1).to(self.device)
         costs = [self._cost(agent, tuple(everyone - {agent}), self._goals(everyone, None)) for agent in agents]
 
         def cost(waypoints: Tensor, probes: Tensor) -> Tensor:
@@ -108,7 +113,7 @@ class Expansion:
         def done(_: Tensor) -> bool:
             return not self.go_on()
 
-        found = transport(begin.flatten(0, 1), fixed, cost, self.settings, generator, done)
+        found = transport(begin.flatten(0, 1), fixed, cost, self.settings, own, done)
         joint = found.unflatten(0, (samples, len(agents)))
         margins = [self._margin(agent, joint[:, agent], joint, everyone) for agent in agents]
         margin = torch.stack(margins).amin(dim=0)
@@ -117,11 +122,13 @@ class Expansion:
         return self._candidates(joint, margin, value)
 
     def _one(self, node: Node, agent: int, samples: int, seed: int) -> list[Candidate]:
-        generator = torch.Generator().manual_seed(seed % 2**63)
+        generator, own = self._generators(seed)
         others = node.planned
         known = frozenset((*others, agent))
-        begin = self.first.of(agent, self._parent(node, agent), samples, generator)
+        begin = self.first.of(agent, self._parent(node, agent), samples, generator).to(self.device)
+        fixed = self.first.fixed(agent).to(self.device)
         planned = torch.from_numpy(node.trajectories).float().reshape(1, len(others), *begin.shape[1:])
+        planned = planned.to(self.device)
         of = self._cost(agent, others, self._goals(known, agent))
 
         def cost(waypoints: Tensor, probes: Tensor) -> Tensor:
@@ -135,10 +142,15 @@ class Expansion:
             margin = self._margin_among(agent, others, waypoints, planned, known)
             return int((margin > 0.0).sum()) >= max(2, samples // 4)
 
-        found = transport(begin, self.first.fixed(agent), cost, self.settings, generator, done)
+        found = transport(begin, fixed, cost, self.settings, own, done)
         margin = self._margin_among(agent, others, found, planned, known)
         self.tell(len(known), float(margin.max()))
         return self._candidates(found, margin, self._effort(found))
+
+    def _generators(self, seed: int) -> tuple[torch.Generator, torch.Generator]:
+        """For what is drawn on the CPU, and for what is drawn on the device; one and the same where that is the CPU."""
+        drawn = seeded(seed, torch.device("cpu"))
+        return drawn, drawn if self.device.type == "cpu" else seeded(seed, self.device)
 
     def _parent(self, node: Node, agent: int) -> tuple[int, Array] | None:
         parent = self.couplings.parent(agent, node.planned, self.first.key[0].position)
@@ -175,6 +187,7 @@ class Expansion:
         asked = ProbeWeights().room
         cost = effort - (margin.clamp(max=asked) / asked)
         feasible = margin > -self.preset.slack
+        motions, cost, feasible = motions.cpu(), cost.cpu(), feasible.cpu()
         return [
             Candidate(motion.double().numpy(), float(price), True)
             for motion, price in zip(motions[feasible], cost[feasible], strict=True)

@@ -10,6 +10,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+import torch
 
 from missionc.backends.api import Budget, Progress
 from missionc.backends.clot.cost_graph import CostGraph
@@ -67,6 +68,7 @@ def searched(
     budget: Budget,
     go_on: Callable[[], bool],
     attempt: int,
+    device: torch.device,
 ) -> Searched:
     """What the search finds.
 
@@ -74,6 +76,7 @@ def searched(
 
     Args:
         attempt: to tell the listener, from 1.
+        device: where Algorithm 1 works on its batches.
 
     Source:
         [clot] Algorithm 2; V-A.3 (I) and (II) for presets without a search.
@@ -106,6 +109,7 @@ def searched(
         begun.schedule.choices if preset.seeded else {},
         first,
         coupled,
+        device,
         go_on,
         tell,
     )

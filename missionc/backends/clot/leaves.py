@@ -11,6 +11,7 @@ from typing import assert_never
 import torch
 from torch import Tensor
 
+from missionc.backends.clot.device import places
 from missionc.backends.clot.states import States, Team
 from missionc.ir import (
     Compare,
@@ -62,7 +63,7 @@ def margin(predicate: Predicate, team: Team, states: States) -> Tensor:
 
 def all_links(graph: Graph, position: Tensor) -> Tensor:
     """The link margins of all pairs of the graph's agents: (batch, steps, members, members), metres."""
-    members = position[:, list(graph.agents)].transpose(1, 2)
+    members = position[:, places(graph.agents, position.device)].transpose(1, 2)
     links = _tensor(link_margin(graph, members[:, :, :, None, :], members[:, :, None, :, :], xp=torch))
     own = torch.eye(len(graph.agents), dtype=torch.bool, device=links.device)
     return links.masked_fill(own, -UNLIMITED)

@@ -11,6 +11,7 @@ from dataclasses import replace
 import torch
 from torch import Tensor
 
+from missionc.backends.clot.device import places
 from missionc.backends.clot.leaves import UNLIMITED, margin
 from missionc.backends.clot.reading import Reading, reads_speed
 from missionc.backends.clot.states import States, Team, velocities
@@ -30,33 +31,36 @@ def moved_margin(
     """
     read = _agents_read(predicate, reading, agent, position.shape[1])
     own = read.index(agent)
-    sub = Team(team.mission, team.radius[read], team.altitude[read])
+    reads = places(read, position.device)
+    sub = Team(team.mission, team.radius[reads], team.altitude[reads])
     predicate = _renumbered(predicate, {index: place for place, index in enumerate(read)})
     here = slice(reading.first, reading.first + reading.steps)
     batch, _, directions, dim = probes.shape
-    others = position[:, read, here, None].expand(-1, -1, -1, directions, -1)
+    others = position[:, reads, here, None].expand(-1, -1, -1, directions, -1)
     speeds = _moved_velocities(position[:, agent], probes, team.mission.step) if reads_speed(predicate) else ()
     values = []
     for offset in range(reading.low, reading.high + 1):
-        places = others
+        moved = others
         if offset == 0:
-            places = others.clone()
-            places[:, own] = probes[:, here]
-        speed = torch.zeros_like(places)
+            moved = others.clone()
+            moved[:, own] = probes[:, here]
+        speed = torch.zeros_like(moved)
         if speeds:
-            speed[:] = velocities(position, team.mission.step)[:, read, here, None]
+            speed[:] = velocities(position, team.mission.step)[:, reads, here, None]
             speed[:, own] = speeds[offset + 1][:, here]
-        states = States(*(each.reshape(batch, len(read), -1, dim) for each in (places, speed)))
+        states = States(*(each.reshape(batch, len(read), -1, dim) for each in (moved, speed)))
         value = margin(predicate, sub, states)
         rows = [0] if reading.rows is None else [read.index(row) for row in reading.rows]
-        values.append(value[:, rows].reshape(batch, len(rows), reading.steps, directions))
+        values.append(value[:, places(rows, value.device)].reshape(batch, len(rows), reading.steps, directions))
     return torch.stack(values, dim=3)
 
 
 def moved_links(graph: Graph, position: Tensor, agent: int, probes: Tensor, here: slice) -> Tensor:
     """The link margins of the moved agent to the graph's agents: (batch, members, steps, directions), metres."""
     members = list(graph.agents)
-    links = link_margin(graph, position[:, members, here, None, :], probes[:, None, here], xp=torch)
+    links = link_margin(
+        graph, position[:, places(members, position.device), here, None, :], probes[:, None, here], xp=torch
+    )
     assert isinstance(links, Tensor)
     links[:, members.index(agent)] = -UNLIMITED
     return links

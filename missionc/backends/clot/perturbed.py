@@ -36,6 +36,7 @@ from missionc.backends.clot.cost_graph import (
     Term,
     Until,
 )
+from missionc.backends.clot.device import places
 from missionc.backends.clot.leaves import UNLIMITED
 from missionc.backends.clot.lengths import length_value
 from missionc.backends.clot.moved_leaves import moved_links, moved_margin
@@ -235,8 +236,9 @@ class Perturbed:
         body = body.expand(shape)
         value = links.new_full((), -UNLIMITED).expand(shape)
         if unchanged:
-            there = body[:, unchanged, :, 0, 0].transpose(1, 2)[:, :, None]
-            best = torch.minimum(links[..., unchanged], there).amax(dim=-1)
+            still = places(unchanged, links.device)
+            there = body[:, still, :, 0, 0].transpose(1, 2)[:, :, None]
+            best = torch.minimum(links[..., still], there).amax(dim=-1)
             value = best.transpose(1, 2)[..., None, None].expand(shape)
         moved = moved_links(graph, self.position, agent, self.probes, here) if agent in members else None
         for place in changed:
@@ -270,7 +272,7 @@ class Perturbed:
         return torch.stack(found, dim=3)
 
     def _rows(self, value: Tensor, rows: Rows) -> Tensor:
-        return value if rows is None or value.shape[1] == 1 else value[:, list(rows)]
+        return value if rows is None or value.shape[1] == 1 else value[:, places(rows, value.device)]
 
     def _full(self, value: Tensor, reading: Reading) -> Tensor:
         rows = 1 if reading.rows is None else len(reading.rows)

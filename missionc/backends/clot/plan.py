@@ -29,6 +29,7 @@ from missionc.backends.clot.active import Choices
 from missionc.backends.clot.cost_graph import CostGraph, build
 from missionc.backends.clot.costs import Costs
 from missionc.backends.clot.demand import Demand
+from missionc.backends.clot.device import one_thread
 from missionc.backends.clot.frames import frames
 from missionc.backends.clot.guide import Guide
 from missionc.backends.clot.hybrid import Begun, Searched, searched
@@ -75,7 +76,8 @@ class ClotBackend:
 
     def plan(self, mission: Mission, kernel: Kernel, options: Options, budget: Budget) -> Outcome:
         """A joint motion that satisfies every requirement."""
-        return Run(mission, kernel, options, budget).plan()
+        with one_thread():
+            return Run(mission, kernel, options, budget).plan()
 
 
 BACKEND = ClotBackend()
@@ -99,7 +101,6 @@ class Run:
     guide: Guide = field(init=False)
 
     def __post_init__(self) -> None:
-        torch.set_num_threads(1)
         self.preset = preset(self.options.preset, self.options.samples)
         with self.account.stage("lower"):
             self.graph = build(self.kernel)
@@ -141,7 +142,17 @@ class Run:
         if way.local:
             with self.account.stage("search"):
                 search = searched(
-                    mission, self.kernel, graph, way, begun, guide, generator, self.budget, self.in_time, number + 1
+                    mission,
+                    self.kernel,
+                    graph,
+                    way,
+                    begun,
+                    guide,
+                    generator,
+                    self.budget,
+                    self.in_time,
+                    number + 1,
+                    torch.device(self.options.device),
                 )
             motions = search.motions
             if not motions and (self.furthest is None or search.rank > self.furthest.rank):

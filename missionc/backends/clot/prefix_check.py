@@ -10,6 +10,7 @@ import torch
 from torch import Tensor
 
 from missionc.backends.clot.cost_graph import Term, postorder
+from missionc.backends.clot.device import places
 from missionc.backends.clot.robustness import Robustness
 from missionc.backends.clot.states import States, Team, velocities
 from missionc.backends.clot.surroundings import Surroundings
@@ -43,10 +44,14 @@ def prefix_margin(
     mission, count = team.mission, len(team.mission.agents)
     step, one = float(mission.step), mission.agents[agent]
     parts, batch = around.parts, len(candidates)
-    share = (torch.arange(parts) / parts)[:, None].to(candidates)
+    share = (torch.arange(parts, device=candidates.device) / parts)[:, None].to(candidates)
     between = candidates[:, :-1, None] * (1 - share) + candidates[:, 1:, None] * share
     fine = torch.cat([between.flatten(1, 2), candidates[:, -1:]], dim=1)
-    margin = around.room(fine[:, :, None], torch.arange(fine.shape[1]), one.radius).flatten(1).amin(dim=1)
+    margin = (
+        around.room(fine[:, :, None], torch.arange(fine.shape[1], device=fine.device), one.radius)
+        .flatten(1)
+        .amin(dim=1)
+    )
     moved = candidates.diff(dim=1)
     far = torch.linalg.vector_norm(moved, dim=-1).amax(dim=1)
     margin = torch.minimum(margin, top_speed(one.dynamics) * step - far)
@@ -54,12 +59,12 @@ def prefix_margin(
         bend = torch.linalg.vector_norm(moved.diff(dim=1), dim=-1).amax(dim=1)
         margin = torch.minimum(margin, one.dynamics.acceleration * step * step - bend)
     if others:
-        need = one.radius + team.radius[list(others), 0] + mission.separation
+        need = one.radius + team.radius[places(others, candidates.device), 0] + mission.separation
         apart = _approach(candidates[:, None], planned).amin(dim=-1) - need
         margin = torch.minimum(margin, apart.amin(dim=1))
     if goals:
         position = candidates.new_zeros(batch, count, *candidates.shape[1:])
-        position[:, list(others)] = planned
+        position[:, places(others, candidates.device)] = planned
         position[:, agent] = candidates
         values = Robustness(team, States(position, velocities(position, step))).values(postorder(goals))
         for goal in goals:

@@ -17,6 +17,7 @@ import torch
 from torch import Tensor
 
 from missionc.backends.clot.cost_graph import Term
+from missionc.backends.clot.device import places as at
 from missionc.backends.clot.leaves import UNLIMITED
 from missionc.backends.clot.paper_rules import PaperRules
 from missionc.backends.clot.reading import Readings, readings
@@ -80,7 +81,7 @@ class ProbeCost:
         """g_obs and g_int. Source: [clot] III-B."""
         room = self.weights.room
         radius = self.mission.agents[self.agent].radius
-        instants = 2 * torch.arange(waypoints.shape[1])
+        instants = 2 * torch.arange(waypoints.shape[1], device=waypoints.device)
         last = 2 * self.mission.steps
         cost = torch.zeros_like(places[0][..., 0])
         for (weight, half), points in zip(PLACES, places, strict=True):
@@ -92,7 +93,7 @@ class ProbeCost:
 
     def _apart(self, waypoints: Tensor, places: tuple[Tensor, ...], planned: Tensor) -> Tensor:
         planned = planned.expand(len(waypoints), -1, -1, -1)
-        radius = self.team.radius[list(self.others), 0]
+        radius = self.team.radius[at(self.others, waypoints.device), 0]
         need = self.mission.agents[self.agent].radius + radius + self.mission.separation + self.weights.room
         need = need[None, :, None].expand(planned.shape[:-1])
         distance = torch.linalg.vector_norm(planned - waypoints[:, None], dim=-1) - need
@@ -137,7 +138,7 @@ class ProbeCost:
             return torch.zeros_like(probes[..., 0])
         batch, steps, dim = waypoints.shape
         position = waypoints.new_zeros(batch, len(self.mission.agents), steps, dim)
-        position[:, list(self.others)] = planned
+        position[:, at(self.others, waypoints.device)] = planned
         position[:, self.agent] = waypoints
         values = PaperRules(self.reads, self.team, position, probes).goals().clamp(-UNLIMITED, UNLIMITED)
         if self.hinged:

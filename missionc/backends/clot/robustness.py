@@ -30,6 +30,7 @@ from missionc.backends.clot.cost_graph import (
     Until,
     below,
 )
+from missionc.backends.clot.device import places
 from missionc.backends.clot.leaves import UNLIMITED, all_links, margin
 from missionc.backends.clot.lengths import length_value
 from missionc.backends.clot.states import States, Team
@@ -113,9 +114,9 @@ class Robustness:
     def _linked(self, graph: Graph, body: Tensor, some: bool) -> Tensor:
         batch, agents, steps, _ = self.states.position.shape
         result = self.states.position.new_full((batch, agents, steps), -UNLIMITED if some else UNLIMITED)
-        members = list(graph.agents)
-        if len(members) < 2:
+        if len(graph.agents) < 2:
             return result
+        members = places(graph.agents, result.device)
         links = self.links(graph)
         there = body.expand(batch, agents, steps)[:, members].transpose(1, 2)[:, :, None, :]
         best = torch.minimum(links, there).amax(dim=-1) if some else torch.maximum(-links, there).amin(dim=-1)

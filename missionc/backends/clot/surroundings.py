@@ -18,12 +18,14 @@ class Surroundings:
         [clot] III-B, MSD to the obstacles; IV-D.3 (II), obstacles that move.
     """
 
-    def __init__(self, mission: Mission, parts: int) -> None:
+    def __init__(self, mission: Mission, parts: int, device: torch.device | None = None) -> None:
         self.mission, self.parts = mission, parts
         self.world = Box(mission.world.low, mission.world.high)
         times = np.arange(mission.steps * parts + 1) * (float(mission.step) / parts)
         self.moved = [
-            torch.from_numpy(np.stack([offset(obstacle.motion, time, mission.dimension) for time in times])).float()
+            torch.from_numpy(np.stack([offset(obstacle.motion, time, mission.dimension) for time in times]))
+            .float()
+            .to(device)
             if isinstance(obstacle.motion, Path)
             else None
             for obstacle in mission.obstacles
@@ -34,7 +36,7 @@ class Surroundings:
 
         Args:
             points: centres, (..., instants, others, dim), metres.
-            instants: (instants,), int64, counted in parts of a step.
+            instants: (instants,), int64, where the points are, counted in parts of a step.
             radius: of the body, metres.
 
         Returns:
@@ -43,7 +45,7 @@ class Surroundings:
         room = -_distance(self.world, points)
         need = radius + self.mission.clearance
         for obstacle, moved in zip(self.mission.obstacles, self.moved, strict=True):
-            relative = points if moved is None else points - moved.to(points)[instants][:, None]
+            relative = points if moved is None else points - moved.to(points.dtype)[instants][:, None]
             room = torch.minimum(room, _distance(obstacle.shape, relative) - need)
         return room
 

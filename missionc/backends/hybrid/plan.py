@@ -21,6 +21,7 @@ from missionc.backends.api import Budget, Impossible, NotFound, Options, Outcome
 from missionc.backends.clot.active import Choices
 from missionc.backends.clot.cost_graph import GreatestOver, Until
 from missionc.backends.clot.demand import Demand
+from missionc.backends.clot.device import one_thread
 from missionc.backends.clot.plan import NOISE
 from missionc.backends.clot.plan import Run as Smooth
 from missionc.backends.clot.schedule import Scheduler
@@ -52,7 +53,8 @@ class HybridBackend:
 
     def plan(self, mission: Mission, kernel: Kernel, options: Options, budget: Budget) -> Outcome:
         """A joint motion that satisfies every requirement."""
-        return Run(mission, kernel, options, budget).plan()
+        with one_thread():
+            return Run(mission, kernel, options, budget).plan()
 
 
 BACKEND = HybridBackend()

@@ -1,0 +1,41 @@
+"""Where the batches of Algorithm 1 are worked on, and on how many threads: torch's settings, for a while."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from functools import lru_cache
+
+import torch
+from torch import Tensor
+
+
+def available(name: str) -> bool:
+    """Whether torch has a device of that name (``cpu``, ``cuda``) here."""
+    return name == "cpu" or (name == "cuda" and torch.cuda.is_available())
+
+
+@contextmanager
+def one_thread() -> Iterator[None]:
+    """Within, torch uses one thread; after it, as many as before."""
+    before = torch.get_num_threads()
+    torch.set_num_threads(1)
+    try:
+        yield
+    finally:
+        torch.set_num_threads(before)
+
+
+def seeded(seed: int, device: torch.device) -> torch.Generator:
+    """A generator on the device. Any whole number is a seed."""
+    return torch.Generator(device).manual_seed(seed % 2**63)
+
+
+def places(numbers: Sequence[int], device: torch.device) -> Tensor:
+    """Numbers to index with, on the device: a list would be copied there, and waited for, at every use."""
+    return _places(tuple(numbers), device)
+
+
+@lru_cache(maxsize=4096)
+def _places(numbers: tuple[int, ...], device: torch.device) -> Tensor:
+    return torch.tensor(numbers, dtype=torch.int64, device=device)
