@@ -26,6 +26,7 @@ from missionc.diagnostics.explain import explain as explanation
 from missionc.diagnostics.model import Diagnostic, has_errors
 from missionc.diagnostics.render import render_json, render_text
 from missionc.flags import existing, files, memory, of_mission, read_limits, stage_names
+from missionc.keeping import KeptRun
 from missionc.nearest import nearest
 from missionc.progress import ProgressLine
 from missionc.results import Checked, Compiled, Refused, Unverified, Verified
@@ -125,6 +126,13 @@ def check(missions: tuple[Path, ...], overrides: Pairs, limits: Pairs, form: str
     help="Of the solver; 512 is 512 MB.",
 )
 @click.option(
+    "--checkpoint",
+    type=click.Path(path_type=Path, dir_okay=False),
+    metavar="FILE",
+    help="Keep what the search knows in a file, as it goes on.",
+)
+@click.option("--resume", type=existing, metavar="FILE", help="Go on from what an interrupted run kept.")
+@click.option(
     "--emit",
     "asked",
     type=stage_names,
@@ -151,6 +159,8 @@ def compile(
     seed: int,
     time_limit: float,
     memory_limit: int,
+    checkpoint: Path | None,
+    resume: Path | None,
     asked: tuple[tuple[str, ...], ...],
     timings: bool,
     plot: Path | None,
@@ -179,7 +189,7 @@ def compile(
             )
             budget = Budget(deadline, memory_limit, seed, allowed, listen)
             folder = None if wanted and not output else output or _default_folder(checked)
-            answer = _plan(checked, options, budget, folder, force, plot)
+            answer = _plan(checked, options, budget, folder, force, plot, KeptRun(checkpoint, resume))
     compiled = answer.compiled
     lines = [] if quiet or wanted else summary.compiled_lines(compiled, answer.output)
     lines += summary.timing_lines(compiled.seconds) if timings else []
@@ -199,7 +209,13 @@ class Answer:
 
 
 def _plan(
-    checked: Checked, options: Options, budget: Budget, folder: Path | None, force: bool, plot: Path | None
+    checked: Checked,
+    options: Options,
+    budget: Budget,
+    folder: Path | None,
+    force: bool,
+    plot: Path | None,
+    kept: KeptRun,
 ) -> Answer:
     """Plan and write. What can be known to forbid writing is said before any planning."""
     from missionc.emit.folder import refuse
@@ -208,7 +224,19 @@ def _plan(
     refused = (plot and missing()) or (folder and refuse(folder, force))
     if refused and checked.ok:
         return _refused(Compiled(checked, Refused(), checked.findings, checked.seconds), refused)
-    compiled = driver.plan(checked, options, budget)
+    checkpoints = kept.checkpoints(budget.limits)
+    if isinstance(checkpoints, Diagnostic):
+        return _refused(Compiled(checked, Refused(), checked.findings, checked.seconds), checkpoints)
+    compiled = driver.plan(checked, options, budget, checkpoints)
+    answer = _answer(compiled, folder, force, plot)
+    if kept.wrong:
+        findings = (*answer.compiled.findings, kept.wrong)
+        return Answer(replace(answer.compiled, findings=findings), Status.MISSION_ERRORS, answer.output)
+    return answer
+
+
+def _answer(compiled: Compiled, folder: Path | None, force: bool, plot: Path | None) -> Answer:
+    """What was planned, written."""
     match compiled.outcome:
         case Refused():
             return Answer(compiled, Status.MISSION_ERRORS)

@@ -20,7 +20,18 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, assert_never
 
-from missionc.backends.api import Budget, Impossible, NotFound, Options, Planned, Progress, Reason, Report, ignore
+from missionc.backends.api import (
+    Budget,
+    Impossible,
+    NotFound,
+    Options,
+    Planned,
+    Progress,
+    Reason,
+    Report,
+    UnusableSnapshot,
+    ignore,
+)
 from missionc.backends.load import load as load_backend
 from missionc.diagnostics.code import (
     IMPOSSIBLE,
@@ -34,6 +45,7 @@ from missionc.diagnostics.code import (
 )
 from missionc.diagnostics.model import Diagnostic, Label, has_errors
 from missionc.ir import Mission
+from missionc.keeping import Checkpoints, unusable, with_checkpoints
 from missionc.limits import Limits
 from missionc.passes.check_horizons import check_horizons
 from missionc.passes.check_requirements import check_requirements
@@ -42,6 +54,7 @@ from missionc.passes.choose_backend import choose_backend
 from missionc.passes.expand import expand
 from missionc.passes.resolve import resolve
 from missionc.plan import Plan
+from missionc.provenance import given, inputs
 from missionc.reading import loader, read_source, read_text
 from missionc.results import Checked, Compiled, CompileOutcome, Monitored, Refused, Unverified, Verified
 from missionc.signals import hold
@@ -51,7 +64,6 @@ from missionc.syntax.tokens import MOST_FINDINGS
 from missionc.units import Seconds
 
 if TYPE_CHECKING:
-    from missionc.emit import Option
     from missionc.verify import Certificate
 
 DEFAULT_TIME_LIMIT = Seconds(600.0)
@@ -147,6 +159,8 @@ def compile(
     options: Options | None = None,
     limits: Limits | None = None,
     listen: Callable[[Progress], None] = ignore,
+    keep: Callable[[bytes], object] | None = None,
+    resume: bytes | None = None,
 ) -> Compiled:
     """``check``; then, where there is no error, ``plan``.
 
@@ -157,16 +171,27 @@ def compile(
         memory_limit: bytes, of the solver.
         options: choices only a backend understands.
         listen: is told where a backend is.
+        keep: is given, as the run goes on, the bytes of a checkpoint.
+        resume: those of an interrupted run of the same mission, seed and options; it ends as that would have ended.
     """
     budget = Budget(time.monotonic() + time_limit, memory_limit, seed, limits or Limits(), listen)
-    return plan(check(file, overrides=overrides, backend=backend, limits=limits), options or Options(), budget)
+    checked = check(file, overrides=overrides, backend=backend, limits=limits)
+    return plan(checked, options or Options(), budget, Checkpoints(keep, resume))
 
 
-def plan(checked: Checked, options: Options, budget: Budget) -> Compiled:
+def plan(
+    checked: Checked,
+    options: Options,
+    budget: Budget,
+    checkpoints: Checkpoints | None = None,
+) -> Compiled:
     """A verified plan of a checked mission, or what stands in its way.
 
     A backend is never believed: what it returns is a plan only after ``verify``
     has passed it, and ``emit`` the polynomials made of it.
+
+    Args:
+        checkpoints: of the run, and of the one that it takes up again.
     """
     mission, kernel, choice = checked.mission, checked.kernel, checked.choice
     watch = Stopwatch(list(checked.seconds))
@@ -176,11 +201,18 @@ def plan(checked: Checked, options: Options, budget: Budget) -> Compiled:
 
     if mission is None or kernel is None or choice is None or not checked.ok:
         return ended(Refused())
-    backend = load_backend(choice.backend, options)
+    checkpoints = checkpoints or Checkpoints()
+    backend = load_backend(choice.backend, options, checkpoints.asked)
     if isinstance(backend, Diagnostic):
         return ended(Refused(), backend)
+    kept = with_checkpoints(checked, options, budget, checkpoints)
+    if isinstance(kept, Diagnostic):
+        return ended(Refused(), kept)
+    budget = kept
     try:
         found = backend.plan(mission, kernel, options, budget)
+    except UnusableSnapshot as wrong:
+        return ended(Refused(), unusable(checkpoints.name, wrong))
     except MemoryError:
         found = NotFound(Reason.MEMORY, "the compiler itself ran out of memory", Report())
     watch.seconds.extend(found.report.seconds)
@@ -208,7 +240,7 @@ def plan(checked: Checked, options: Options, budget: Budget) -> Compiled:
     budget.listen(Progress("emit"))
     with watch.stage("emit"):
         cut_short = report.cut_short.value if report.cut_short else ""
-        provenance = Provenance(_inputs(checked), _options(checked, options), cut_short)
+        provenance = Provenance(inputs(checked), given(checked, options), cut_short)
         output = emit(mission, verified, certificate, provenance)
     if isinstance(output, Diagnostic):
         return ended(Refused(), output)
@@ -261,24 +293,6 @@ def no_more_than_are_read(findings: tuple[Diagnostic, ...]) -> tuple[Diagnostic,
     *shown, last = (findings[number] for number in sorted(errors_first[:MOST_FINDINGS]))
     more = f"{left} more findings are not shown" if left > 1 else "1 more finding is not shown"
     return (*shown, replace(last, notes=(*last.notes, more)))
-
-
-def _inputs(checked: Checked) -> tuple[tuple[str, bytes], ...]:
-    """Every file of the mission, by its name relative to the mission's folder."""
-    folder = Path(checked.file).parent
-    return tuple(
-        (Path(source.name).relative_to(folder).as_posix(), source.text.encode("utf-8")) for source in checked.sources
-    )
-
-
-def _options(checked: Checked, options: Options) -> tuple[tuple[str, Option], ...]:
-    """What of the command line changes the plan."""
-    given = [("solver", options.solver)]
-    if checked.choice is not None and checked.choice.backend != "smt":
-        given.append(("preset", options.preset))
-        given.append(("device", options.device))
-        given.extend([("samples", str(options.samples))] if options.samples is not None else [])
-    return (*given, *((f"-D {name}", text) for name, text in sorted(checked.overrides.items())))
 
 
 # ------------------------------------------------------------------ messages

@@ -23,3 +23,4 @@ class Limits:
     formation_edges: int = 100_000
     clauses: int = 60_000_000
     trace_bytes: int = 1 << 28
+    checkpoint_bytes: int = 1 << 28

@@ -18,10 +18,21 @@ from collections.abc import Callable
 from pathlib import Path, PurePosixPath
 from typing import TypeAlias
 
-from missionc.diagnostics.code import FILE_CHANGED, FILE_TOO_LARGE, INCLUDE_NOT_ALLOWED, UNREADABLE, Code
+from missionc.diagnostics.code import (
+    CHECKPOINT_UNREADABLE,
+    FILE_CHANGED,
+    FILE_TOO_LARGE,
+    INCLUDE_NOT_ALLOWED,
+    TRACE_UNREADABLE,
+    UNREADABLE,
+    Code,
+)
 from missionc.diagnostics.model import Diagnostic, Label
 from missionc.limits import Limits
 from missionc.source import Source, Span
+
+LIMITS = {UNREADABLE: "file_bytes", TRACE_UNREADABLE: "trace_bytes", CHECKPOINT_UNREADABLE: "checkpoint_bytes"}
+"""The limit that a file of each kind may exceed, by the code that says it cannot be read."""
 
 Loader: TypeAlias = Callable[[str, Span], Source | Diagnostic]
 
@@ -134,12 +145,14 @@ def _unreadable(code: Code, name: str, reason: str, cause: Span | None) -> Diagn
         code,
         f"cannot read `{name}`: {reason}",
         Label(cause, "asked for here") if cause else None,
-        help="give a file of UTF-8 text that is there and can be read",
+        help="give a file that is there and can be read"
+        if code is CHECKPOINT_UNREADABLE
+        else "give a file of UTF-8 text that is there and can be read",
     )
 
 
 def _too_large(code: Code, name: str, size: int, limit: int, cause: Span | None) -> Diagnostic:
-    raised = f"allow more with `--limit {'file_bytes' if code is UNREADABLE else 'trace_bytes'}={size}`"
+    raised = f"allow more with `--limit {LIMITS[code]}={size}`"
     return Diagnostic(
         FILE_TOO_LARGE,
         f"`{name}` has {size} bytes; the limit is {limit}",

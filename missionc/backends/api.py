@@ -8,15 +8,15 @@ are never confused.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from enum import Enum
-from typing import Protocol, TypeAlias
+from typing import Any, Protocol, TypeAlias
 
 from missionc.ir import Mission
 from missionc.kernel.nodes import Kernel
 from missionc.limits import Limits
-from missionc.plan import Judgement, Trace
+from missionc.plan import Array, Judgement, Trace
 from missionc.units import Seconds
 
 
@@ -61,15 +61,39 @@ def ignore(progress: Progress) -> None:
     """The listener of those who do not watch."""
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Snapshot:
+    """What a run knows between two of its steps: arrays of finite numbers by name, and words for JSON."""
+
+    arrays: Mapping[str, Array]
+    words: Mapping[str, Any]
+
+
+class UnusableSnapshot(ValueError):
+    """It holds no state of such a run."""
+
+
+def forget(snapshot: Snapshot) -> None:
+    """What is kept of a run that nobody will take up again."""
+
+
 @dataclass(frozen=True, slots=True)
 class Budget:
-    """What a run may use. ``deadline`` is on the clock of ``time.monotonic``."""
+    """What a run may use, and whom it tells.
+
+    Args:
+        deadline: on the clock of ``time.monotonic``.
+        keep: is given what is needed to take the run up again, as it goes on.
+        resume: what another run of the same mission, seed and options has kept.
+    """
 
     deadline: float
     memory_bytes: int = 8 << 30
     seed: int = 0
     limits: Limits = field(default_factory=Limits)
     listen: Callable[[Progress], None] = ignore
+    keep: Callable[[Snapshot], None] = forget
+    resume: Snapshot | None = None
 
 
 PRESETS = ("sketch", "search", "paper", "fsot", "mpot")

@@ -9,12 +9,17 @@ from missionc.diagnostics.code import EXTRA_MISSING, NO_DEVICE, NOT_ITS_FLAG
 from missionc.diagnostics.model import Diagnostic
 
 
-def load(name: str, options: Options | None = None) -> Backend | Diagnostic:
+def load(name: str, options: Options | None = None, checkpoint: bool = False) -> Backend | Diagnostic:
     """The backend of that name, or what to say where a package that it needs is not there.
+
+    Args:
+        checkpoint: whether the run is to be kept, or is one taken up again.
 
     Raises:
         KeyError: no backend has that name.
     """
+    if checkpoint and name == "smt":
+        return _not_its_flag("--checkpoint` or `--resume")
     return {"smt": _smt, "clot": _clot, "hybrid": _hybrid}[name](options or Options())
 
 
@@ -98,6 +103,6 @@ def _not_its_flag(flag: str) -> Diagnostic:
         NOT_ITS_FLAG,
         f"`{flag}` is for the backends `clot` and `hybrid`, and this mission goes to `smt`",
         None,
-        notes=("it says how to plan by transport; a SAT solver over roadmaps does nothing with it",),
+        notes=("it is about planning by transport; a SAT solver over roadmaps does nothing with it",),
         help="leave it out, or plan with `--backend clot`, where the mission allows it",
     )

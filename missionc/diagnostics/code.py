@@ -101,6 +101,8 @@ CANNOT_WRITE = Code("MC702", "the output cannot be written")
 NOT_FLYABLE = Code("MC703", "no polynomial fits the plan")
 TRACE_UNREADABLE = Code("MC704", "the trace cannot be read")
 TRACE_MISMATCH = Code("MC705", "the trace does not fit the mission")
+CHECKPOINT_UNREADABLE = Code("MC706", "the checkpoint cannot be used")
+CHECKPOINT_MISMATCH = Code("MC707", "the checkpoint is of another run")
 
 # 9xx: our own
 INTERNAL = Code("MC901", "a defect of the compiler")

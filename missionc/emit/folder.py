@@ -42,6 +42,17 @@ def refuse(target: Path, force: bool) -> Diagnostic | None:
     return None
 
 
+def refuse_file(target: Path) -> Diagnostic | None:
+    """What forbids writing a file, to be said before any work is done; absent where nothing does."""
+    parent = target.absolute().parent
+    if not parent.is_dir() or not os.access(parent, os.W_OK | os.X_OK):
+        return _cannot_write(target, f"`{parent}` is not a folder one can write to", "another file")
+    sweep(parent)
+    if os.path.lexists(target) and not target.is_file():
+        return _cannot_write(target, "it is no regular file", "another file")
+    return None
+
+
 def write_folder(target: Path, files: Iterable[tuple[str, bytes]], force: bool) -> Diagnostic | None:
     """Write the files (by relative path) as the folder ``target``; what went wrong, if anything did.
 
@@ -89,7 +100,7 @@ def write_file(target: Path, content: bytes) -> Diagnostic | None:
         _write(staged, content)
         staged.replace(target)
     except OSError as error:
-        return _cannot_write(target, error.strerror or str(error))
+        return _cannot_write(target, error.strerror or str(error), "another file")
     finally:
         staged.unlink(missing_ok=True)
     return None
@@ -160,7 +171,5 @@ def _exists(target: Path, force: bool) -> Diagnostic:
     )
 
 
-def _cannot_write(target: Path, why: str) -> Diagnostic:
-    return Diagnostic(
-        CANNOT_WRITE, f"`{target}` cannot be written", None, notes=(why,), help="name another folder with `-o`"
-    )
+def _cannot_write(target: Path, why: str, instead: str = "another folder with `-o`") -> Diagnostic:
+    return Diagnostic(CANNOT_WRITE, f"`{target}` cannot be written", None, notes=(why,), help=f"name {instead}")

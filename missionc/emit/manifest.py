@@ -38,7 +38,7 @@ def manifest(plan: Plan, provenance: Provenance, files: Mapping[str, bytes]) -> 
     blocks: dict[str, dict[str, object]] = {
         "inputs": {name: sha256(content) for name, content in provenance.inputs},
         "files": {name: sha256(files[name]) for name in sorted(files)},
-        "versions": {"missionc": __version__, "python": platform.python_version(), **_versions()},
+        "versions": {"missionc": __version__, "python": platform.python_version(), **versions()},
         "options": dict(provenance.options),
     }
     head = {
@@ -57,7 +57,8 @@ def sha256(content: bytes) -> str:
     return hashlib.sha256(content).hexdigest()
 
 
-def _versions() -> dict[str, str]:
+def versions() -> dict[str, str]:
+    """Of this package, and of those there are that may change a plan."""
     found = {"missionc": __version__}
     for package in PACKAGES:
         try:

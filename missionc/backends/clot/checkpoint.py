@@ -1,4 +1,4 @@
-"""A search put aside as plain arrays and a JSON text, and taken up again where it was."""
+"""A search put aside as plain arrays and a JSON text, and taken up again where it was. ``run_state`` has the run."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ def from_arrays(
         if any(kept[name] != value for name, value in _question(search).items()):
             raise ValueError("this is the state of a search with other agents or settings")
         for name in COUNTERS:
-            if not isinstance(kept[name], int | None):
+            if not (isinstance(kept[name], int) or (name == "first" and kept[name] is None)):
                 raise ValueError(f"{name} is no number")
             setattr(search, name, kept[name])
         search.generator.bit_generator.state = kept["generator"]
@@ -91,6 +91,8 @@ def _tree(arrays: Mapping[str, Array], agents: int) -> Tree:
         raise ValueError("the arrays of the search have different lengths")
     if not (np.isfinite(arrays["cost"]).all() and np.isfinite(arrays["earned"]).all()):
         raise ValueError("a cost or an outcome is not finite")
+    if min(arrays["visits"], default=0.0) < 0:
+        raise ValueError("a node was visited fewer times than never")
     for index in range(1, len(parent)):
         if not (0 <= parent[index] < index and 0 <= agent[index] < agents):
             raise ValueError(f"node {index} has no parent before it, or no agent")

@@ -12,13 +12,15 @@ from dataclasses import dataclass
 import numpy as np
 import torch
 
-from missionc.backends.api import Budget, Progress
+from missionc.backends.api import Budget, Progress, UnusableSnapshot
+from missionc.backends.clot.checkpoint import from_arrays, to_arrays
 from missionc.backends.clot.cost_graph import CostGraph
 from missionc.backends.clot.expansion import Expansion, scale
 from missionc.backends.clot.first_motions import FirstMotions
 from missionc.backends.clot.frames import Frame
 from missionc.backends.clot.guide import Guide
 from missionc.backends.clot.presets import Order, Preset
+from missionc.backends.clot.run_state import UNUSABLE, Searching
 from missionc.backends.clot.schedule import Schedule
 from missionc.backends.clot.search import Search
 from missionc.backends.clot.sequence import Couplings, Offers, couplings, in_order
@@ -32,8 +34,12 @@ MOST = 3
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Begun:
-    """Where planning begins: a schedule, its key frames, and a joint motion, (agents, steps + 1, dim), metres."""
+    """Where planning begins: a schedule, its key frames, and a joint motion, (agents, steps + 1, dim), metres.
 
+    ``number`` is of the attempt that made the schedule.
+    """
+
+    number: int
     schedule: Schedule
     key: tuple[Frame, ...]
     motion: Array
@@ -69,6 +75,8 @@ def searched(
     go_on: Callable[[], bool],
     attempt: int,
     device: torch.device,
+    keep: Callable[[Searching], None],
+    resume: Searching | None,
 ) -> Searched:
     """What the search finds.
 
@@ -77,14 +85,18 @@ def searched(
     Args:
         attempt: to tell the listener, from 1.
         device: where Algorithm 1 works on its batches.
+        keep: is given how far the search is, before each of its rounds.
+        resume: how far it was, where it was interrupted.
+
+    Raises:
+        UnusableSnapshot: ``resume`` is no state of this search.
 
     Source:
         [clot] Algorithm 2; V-A.3 (I) and (II) for presets without a search.
     """
     agents = len(mission.agents)
     starts = begun.key[0].position
-    best = -np.inf
-    most = 0
+    most, best = (0, -np.inf) if resume is None else (resume.planned, resume.margin)
 
     def tell(planned: int, margin: float) -> None:
         nonlocal best, most
@@ -117,8 +129,23 @@ def searched(
         found = expansion.together(preset.search.many_samples, int(generator.integers(2**63)))
         cheapest = sorted(found, key=lambda one: one.cost)[:MOST]
         return Searched(tuple(each.trajectory for each in cheapest), most, best)
-    search = Search(agents, _offers(preset, coupled, starts), expansion, preset.search, generator)
-    solutions = search.run(budget.deadline, lambda: not go_on()).solutions
+    offers = _offers(preset, coupled, starts)
+    if resume is None:
+        search = Search(agents, offers, expansion, preset.search, generator)
+    else:
+        try:
+            search = from_arrays(resume.arrays, resume.text, agents, offers, expansion, preset.search)
+        except UNUSABLE as wrong:
+            raise UnusableSnapshot(str(wrong)) from wrong
+
+    def stop() -> bool:
+        """Whether to end; what is known by now is kept where not, for a round that was cut short is no part of it."""
+        if not go_on():
+            return True
+        keep(Searching(*to_arrays(search), most, best))
+        return False
+
+    solutions = search.run(budget.deadline, stop).solutions
     return Searched(tuple(solution.trajectories for solution in solutions[:MOST]), most, best)
 
 

@@ -23,7 +23,19 @@ import numpy as np
 import torch
 
 from missionc.backends.account import Account
-from missionc.backends.api import Attempt, Budget, Fault, NotFound, Options, Outcome, Planned, Progress, Reason
+from missionc.backends.api import (
+    Attempt,
+    Budget,
+    Fault,
+    NotFound,
+    Options,
+    Outcome,
+    Planned,
+    Progress,
+    Reason,
+    UnusableSnapshot,
+    forget,
+)
 from missionc.backends.clot.accept import attempt
 from missionc.backends.clot.active import Choices
 from missionc.backends.clot.cost_graph import CostGraph, build
@@ -36,6 +48,7 @@ from missionc.backends.clot.hybrid import Begun, Searched, searched
 from missionc.backends.clot.improve import improve
 from missionc.backends.clot.polish import Polished, polish
 from missionc.backends.clot.presets import PRESETS, Preset, preset
+from missionc.backends.clot.run_state import Nearest, Reached, Searching, State, from_snapshot, to_snapshot
 from missionc.backends.clot.schedule import Scheduler
 from missionc.backends.clot.sketch import sketch
 from missionc.backends.clot.splines import splines, trace
@@ -61,8 +74,9 @@ NOISE = 0.4
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Candidate:
-    """What the best motion so far comes to, by how much it falls short, metres, and what it came of."""
+    """The control points of the best motion so far, what it comes to, by how much it falls short, what it came of."""
 
+    control: Array
     attempt: Attempt
     shortfall: float
     begun: Begun | None
@@ -95,6 +109,13 @@ class Run:
     best: Candidate | None = None
     furthest: Searched | None = None
     """Of the searches that found no joint motion the one that came furthest."""
+    beside: dict[str, str] = field(default_factory=dict)
+    """What whoever uses this run wants to be kept beside its state."""
+    first: int = 0
+    """The attempt to begin with."""
+    search: Searching | None = None
+    reached: Reached | None = None
+    """How far that attempt was when the run was interrupted."""
     preset: Preset = field(init=False)
     graph: CostGraph = field(init=False)
     asked: Outline = field(init=False)
@@ -107,12 +128,15 @@ class Run:
             self.asked = outline(self.graph, self.mission.steps)
             self.guide = Guide(self.mission)
         self.account.sizes["terms"] = len(self.graph.order)
+        if self.budget.resume is not None:
+            self.take_up(from_snapshot(self.budget.resume, self.mission, self.graph))
 
     def plan(self) -> Outcome:
-        for number in range(ATTEMPTS):
+        for number in range(self.first, ATTEMPTS):
             if not self.in_time():
                 return self.not_found(Reason.TIME)
-            found = self.attempt(number)
+            self.account.sizes["attempts"] = number + 1
+            found = self.taken_up(number) or self.attempt(number)
             if found is not None:
                 return self.planned(found)
         return self.not_found(Reason.SOLVER)
@@ -126,18 +150,15 @@ class Run:
         """One schedule, all the way; what comes of it if that is a plan."""
         mission, graph, guide, way = self.mission, self.graph, self.guide, self.preset
         generator = np.random.default_rng([self.budget.seed, number])
+        resumed, self.search = self.search, None
+        if resumed is None:
+            self.keep(number)
         self.tell("sketch", number)
-        self.account.sizes["attempts"] = number + 1
         before = None if self.best is None else self.best.begun
         if before is not None and not way.local and number % SEARCH_EVERY == SEARCH_EVERY - 1:
             way, begun = PRESETS["search"], before
         else:
-            with self.account.stage("sketch"):
-                scheduler = Scheduler(mission, self.asked, generator)
-                schedule = scheduler.schedule(NOISE if number else 0.0)
-                key = frames(mission, schedule, scheduler, guide, generator, self.in_time)
-                first = sketch(mission, schedule, key, guide, generator, 0.3 if number else 0.0)
-                begun = Begun(schedule, key, first)
+            begun = self.begun(number, generator)
         motions: tuple[Array, ...] = (begun.motion,)
         if way.local:
             with self.account.stage("search"):
@@ -153,6 +174,8 @@ class Run:
                     self.in_time,
                     number + 1,
                     torch.device(self.options.device),
+                    partial(self.keep, number),
+                    resumed,
                 )
             motions = search.motions
             if not motions and (self.furthest is None or search.rank > self.furthest.rank):
@@ -172,29 +195,36 @@ class Run:
             way: a preset, which may leave the polish out.
             begun: what the motion came of, where it may serve another search.
         """
-        mission, graph = self.mission, self.graph
-        self.account.sizes["attempts"] = number + 1
+        mission = self.mission
         made = splines(mission)
         control = made.through(first)
         if way is not None and not way.polished:
             return self.judged(Polished(control, 0.0, "a check", 0.0, 0), trace(mission, made, control), begun)
         with self.account.stage("polish"):
-            roots = tuple(wanted.term for wanted in graph.requirements)
-            demand = Demand.of(mission, roots, choices, mission.steps)
-            costs = Costs(mission, made, Weights(), Spare())
+            demand, costs = self.wanted(choices)
             polished = polish(control, costs, demand, ITERATIONS, self.in_time, partial(self.tell, "polish", number))
         self.account.sizes["iterations"] = self.account.sizes.get("iterations", 0) + polished.iterations
         found = self.judged(polished, trace(mission, made, polished.control), begun)
-        if found is None:
-            return None
+        return None if found is None else self.improved(polished.control, choices, found, number)
+
+    def improved(self, control: Array, choices: Choices, found: Trace, number: int) -> Trace:
+        """What can be made of a plan, its control points being (agents, points, dim), metres."""
         hold()
+        self.keep(number, reached=Reached(control, choices))
         self.tell("improve", number)
         with self.account.stage("improve"):
+            demand, costs = self.wanted(choices)
             better = improve(
-                polished.control, found, mission, self.kernel, graph, demand, costs, self.accepted, self.in_time
+                control, found, self.mission, self.kernel, self.graph, demand, costs, self.accepted, self.in_time
             )
         self.account.notes.extend(better.notes)
         return better.trace
+
+    def wanted(self, choices: Choices) -> tuple[Demand, Costs]:
+        """What is asked of a motion, and what it costs."""
+        roots = tuple(wanted.term for wanted in self.graph.requirements)
+        demand = Demand.of(self.mission, roots, choices, self.mission.steps)
+        return demand, Costs(self.mission, splines(self.mission), Weights(), Spare())
 
     def accepted(self, control: Array) -> Trace | None:
         """The motion of control points, if it is a plan."""
@@ -208,8 +238,61 @@ class Run:
         if come_to.is_plan:
             return made
         if self.best is None or (polished.shortfall, come_to.wrong) < (self.best.shortfall, self.best.attempt.wrong):
-            self.best = Candidate(come_to, polished.shortfall, begun)
+            self.best = Candidate(polished.control, come_to, polished.shortfall, begun)
         return None
+
+    def begun(self, number: int, generator: np.random.Generator) -> Begun:
+        """The schedule, key frames and sketch of an attempt; the generator is that of the attempt, unused."""
+        mission, guide = self.mission, self.guide
+        with self.account.stage("sketch"):
+            scheduler = Scheduler(mission, self.asked, generator)
+            schedule = scheduler.schedule(NOISE if number else 0.0)
+            key = frames(mission, schedule, scheduler, guide, generator, self.in_time)
+            first = sketch(mission, schedule, key, guide, generator, 0.3 if number else 0.0)
+        return Begun(number, schedule, key, first)
+
+    def keep(self, number: int, search: Searching | None = None, reached: Reached | None = None) -> None:
+        """Puts aside what is known by now, unless something was cut short since."""
+        if self.late or self.budget.keep is forget:
+            return
+        best, furthest = self.best, self.furthest
+        nearest = None
+        if best is not None:
+            came_of = (None, None) if best.begun is None else (best.begun.number, best.begun.motion)
+            nearest = Nearest(best.control, best.shortfall, *came_of)
+        far = None if furthest is None else furthest.rank
+        state = State(number, nearest, far, tuple(self.account.notes), self.beside, search, reached)
+        self.budget.keep(to_snapshot(state, self.graph))
+
+    def take_up(self, state: State) -> None:
+        """Goes back to where another run was."""
+        self.first, self.search, self.reached = state.number, state.search, state.reached
+        self.account.notes.extend(state.notes)
+        self.beside.update(state.beside)
+        if state.furthest is not None:
+            self.furthest = Searched((), *state.furthest)
+        if state.nearest is not None:
+            nearest, begun = state.nearest, None
+            if nearest.sketch is not None and nearest.motion is not None:
+                generator = np.random.default_rng([self.budget.seed, nearest.sketch])
+                begun = replace(self.begun(nearest.sketch, generator), motion=nearest.motion)
+            made = trace(self.mission, splines(self.mission), nearest.control)
+            come_to = attempt(self.mission, self.kernel, made)
+            self.best = Candidate(nearest.control, come_to, nearest.shortfall, begun)
+
+    def taken_up(self, number: int) -> Trace | None:
+        """What comes of a plan that the interrupted run had, if this is its attempt and it had one.
+
+        Raises:
+            UnusableSnapshot: it is no plan.
+        """
+        reached, self.reached = self.reached, None
+        if reached is None:
+            return None
+        found = self.accepted(reached.control)
+        if found is None:
+            raise UnusableSnapshot("what it holds as a plan is none")
+        return self.improved(reached.control, reached.choices, found, number)
 
     def in_time(self) -> bool:
         """Whether to go on: there is time, and nobody has asked to end."""

@@ -77,8 +77,15 @@ class Run:
     smooth: Smooth = field(init=False)
     asked: Discrete = field(init=False)
     on_roadmap: Mission = field(init=False)
-    refused: str = ""
-    """Why Z3 is asked no more."""
+
+    @property
+    def refused(self) -> str:
+        """Why Z3 is asked no more; empty while it is."""
+        return self.smooth.beside.get("refused", "")
+
+    @refused.setter
+    def refused(self, why: str) -> None:
+        self.smooth.beside["refused"] = why
 
     def __post_init__(self) -> None:
         self.smooth = Smooth(self.mission, self.kernel, self.options, self.budget)
@@ -89,10 +96,13 @@ class Run:
             self.refused = "no requirement is one for a roadmap"
 
     def plan(self) -> Outcome:
-        for number in range(ATTEMPTS):
+        for number in range(self.smooth.first, ATTEMPTS):
             if not self.smooth.in_time():
                 return self.not_found(Reason.TIME)
-            found = self.attempt(number)
+            self.smooth.account.sizes["attempts"] = number + 1
+            if self.smooth.search is None and self.smooth.reached is None:
+                self.smooth.keep(number)
+            found = self.smooth.taken_up(number) or self.attempt(number)
             if found is not None:
                 return self.smooth.planned(found)
         return self.not_found(Reason.SOLVER)

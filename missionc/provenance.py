@@ -1,0 +1,30 @@
+"""What a plan came from: the mission's files, and what of the command line changes the plan."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from missionc.backends.api import Options
+from missionc.results import Checked
+
+if TYPE_CHECKING:
+    from missionc.emit import Option
+
+
+def inputs(checked: Checked) -> tuple[tuple[str, bytes], ...]:
+    """Every file of the mission, by its name relative to the mission's folder."""
+    folder = Path(checked.file).parent
+    return tuple(
+        (Path(source.name).relative_to(folder).as_posix(), source.text.encode("utf-8")) for source in checked.sources
+    )
+
+
+def given(checked: Checked, options: Options) -> tuple[tuple[str, Option], ...]:
+    """What of the command line changes the plan."""
+    named = [("solver", options.solver)]
+    if checked.choice is not None and checked.choice.backend != "smt":
+        named.append(("preset", options.preset))
+        named.append(("device", options.device))
+        named.extend([("samples", str(options.samples))] if options.samples is not None else [])
+    return (*named, *((f"-D {name}", text) for name, text in sorted(checked.overrides.items())))
