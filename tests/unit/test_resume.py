@@ -32,7 +32,7 @@ from missionc.results import Compiled, Refused, Verified
 from missionc.source import Source
 from missionc.units import Seconds
 from tests.small import SMALL
-from tests.unit.test_cut_short import MIXED, ROW
+from tests.unit.test_cut_short import MIXED, ROW, time_is_up
 
 ROOT = Path(__file__).resolve().parents[2]
 PAIR = ROW.split("prefer")[0]
@@ -98,11 +98,11 @@ def test_a_hybrid_run_is_taken_up_too() -> None:
 
 
 def test_a_later_attempt_knows_the_best_candidate_of_those_before(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The fourth attempt is a search from the best schedule so far; here no attempt before it may succeed."""
+    """Some attempts are a search from the best schedule so far; here none before the first of those may succeed."""
     judged = Run.judged
 
     def strict(run, polished, made, begun):  # type: ignore[no-untyped-def]
-        if run.account.sizes["attempts"] >= 4:
+        if run.account.sizes["attempts"] >= clot.SEARCH_EVERY:
             return judged(run, polished, made, begun)
         come_to = clot.attempt(run.mission, run.kernel, made)
         run.best = run.best or clot.Candidate(polished.control, come_to, polished.shortfall, begun)
@@ -110,25 +110,36 @@ def test_a_later_attempt_knows_the_best_candidate_of_those_before(monkeypatch: p
 
     monkeypatch.setattr(Run, "judged", strict)
     kept = ends_the_same(PAIR)
-    assert {words(each)["number"] for each in kept} == {0, 1, 2, 3}
+    assert {words(each)["number"] for each in kept} == set(range(clot.SEARCH_EVERY))
     searching = [each for each in kept if words(each)["search"] is not None]
-    assert searching, "the fourth attempt did not search"
+    assert searching, "no attempt was a search"
     assert words(searching[0])["nearest"]["sketch"] == 0  # type: ignore[index]
     whole = compiled(PAIR)
     for moment in (kept[2], searching[-1]):
         assert files(compiled(PAIR, resume=moment)) == files(whole)
 
 
-def test_the_time_limit_keeps_what_was_done_and_nothing_that_was_cut_short() -> None:
+def test_the_time_limit_keeps_what_was_done_and_nothing_that_was_cut_short(monkeypatch: pytest.MonkeyPatch) -> None:
     kept: list[bytes] = []
-    found = compiled(NEVER, keep=kept.append, limit=6.0)
+
+    def keep(content: bytes) -> None:
+        kept.append(content)
+        if words(content)["number"] == 2:
+            time_is_up(monkeypatch)
+
+    found = compiled(NEVER, keep=keep)
     assert isinstance(found.outcome, NotFound)
     assert found.outcome.reason is Reason.TIME
-    numbers = [words(each)["number"] for each in kept]
-    assert numbers == sorted(numbers)  # type: ignore[type-var]
+    assert [words(each)["number"] for each in kept] == [0, 1, 2], "the third was cut short, and is to be done again"
+    monkeypatch.undo()
     again: list[bytes] = []
-    compiled(NEVER, keep=again.append, resume=kept[-1], limit=6.0)
-    assert again[0] == kept[-1], "it goes on where it was"
+
+    def keep_one(content: bytes) -> None:
+        again.append(content)
+        time_is_up(monkeypatch)
+
+    compiled(NEVER, keep=keep_one, resume=kept[-1])
+    assert again == kept[-1:], "it goes on where it was"
 
 
 # ------------------------------------------------------------- what is refused
