@@ -44,11 +44,11 @@ def reach_within(logic: Logic, links: Values, lengths: Array, through: Values, e
         return reach(links, through, end, end.shape[1])
     onward = np.minimum(links, through[:, :, None])
     if end.dtype == np.bool_:
-        return _shortest(np.where(onward, lengths, np.inf), end) <= bound
-    return np.stack([_best_within(*step, bound) for step in zip(onward, lengths, end, strict=True)])
+        return shortest(np.where(onward, lengths, np.inf), end) <= bound
+    return _best_within(onward, lengths, end, bound)
 
 
-def _shortest(lengths: Array, end: Values) -> Array:
+def shortest(lengths: Array, end: Values) -> Array:
     """The shortest way to an end, ``inf`` where there is none (Bellman and Ford): (steps, members)."""
     best = np.where(end, 0.0, np.inf)
     while True:
@@ -59,42 +59,32 @@ def _shortest(lengths: Array, end: Values) -> Array:
 
 
 def _best_within(links: Array, lengths: Array, end: Array, bound: float) -> Array:
-    """``reach_within`` in numbers, at one step: (members,).
+    """``reach_within`` in numbers: (steps, members).
 
-    Links and ends enter from the best to the worst, and the ways to an end only
-    get shorter. A way that has become shorter rests on nothing worse than what
-    has just entered, so every agent's best is met when its way does. What is
-    left can be no help once it is worse than every agent's best.
+    Links and ends enter from the best to the worst, at every step its own, and
+    the ways to an end only get shorter. A way that has become shorter rests on
+    nothing worse than what has just entered, so every agent's best is met when
+    its way does. What is left can be no help once it is worse than every agent's best.
     """
-    members = len(end)
-    entered = np.full((members, members), np.inf)
-    shortest = np.full(members, np.inf)
-    best = np.full(members, -np.inf)
-
-    def spread(first: int, worst: float) -> None:
-        changed = [first]
-        while changed:
-            last = changed.pop()
-            ways = entered[:, last] + shortest[last]
-            for agent in np.flatnonzero(ways < shortest).tolist():
-                shortest[agent] = ways[agent]
-                best[agent] = max(best[agent], min(worst, bound - ways[agent]))
-                changed.append(agent)
-
-    worth = np.concatenate((links, end[:, None]), axis=1)
-    for entry in np.argsort(-worth, axis=None, kind="stable").tolist():
-        agent, onto = divmod(entry, members + 1)
-        worst = worth[agent, onto]
-        if worst <= best.min():
+    steps, members = end.shape
+    row = np.arange(steps)
+    ways = np.broadcast_to(np.where(np.eye(members, dtype=np.bool_), 0.0, np.inf), (steps, members, members)).copy()
+    near = np.full((steps, members), np.inf)
+    best = end.astype(np.float64)
+    worth = np.concatenate((links, end[:, :, None]), axis=2).reshape(steps, -1)
+    for entry in np.argsort(-worth, axis=1, kind="stable").T:
+        worst = worth[row, entry]
+        if np.all(worst <= best.min(axis=1, initial=np.inf)):
             break
-        if onto == members:
-            shortest[agent] = 0.0
-            best[agent] = max(best[agent], worst)
-            spread(agent, worst)
-            continue
-        entered[agent, onto] = lengths[agent, onto]
-        if entered[agent, onto] + shortest[onto] < shortest[agent]:
-            spread(onto, worst)
+        agent, onto = np.divmod(entry, members + 1)
+        ends = onto == members
+        onto = np.where(ends, agent, onto)
+        ahead = np.where(ends, 0.0, lengths[row, agent, onto])
+        left = ahead + np.where(ends, 0.0, near[row, onto])
+        near = np.minimum(near, ways[row, :, agent] + left[:, None])
+        best = np.maximum(best, np.minimum(worst[:, None], bound - near))
+        onward = np.where(ends, np.inf, ahead)[:, None] + ways[row, onto]
+        ways = np.minimum(ways, ways[row, :, agent][:, :, None] + onward[:, None, :])
     return best
 
 
