@@ -42,17 +42,16 @@ class System:
     """The normal equations of a mission's motions; the smoothness part of them is the same at each step."""
 
     def __init__(self, costs: Costs, shape: tuple[int, ...]) -> None:
-        agents, points, dim = shape
-        free = ~costs.splines.fixed
-        self.shape, self.free = shape, free
-        number = np.full((agents, points), -1, dtype=np.int64)
-        number[free] = np.arange(int(free.sum()))
-        self.number = number
-        self.count = int(free.sum()) * dim
+        _, points, dim = shape
+        self.shape, self.number = shape, costs.splines.unknowns()
+        self.free = self.number >= 0
+        self.count = (int(self.number.max(initial=-1)) + 1) * dim
         self.gram = [_gram(costs, bool(second), points) for second in costs.splines.smooth]
-        blocks = [
-            sparse.kron(gram[np.ix_(free[agent], free[agent])], np.eye(dim)) for agent, gram in enumerate(self.gram)
-        ]
+        blocks = []
+        for number, gram in zip(self.number, self.gram, strict=True):
+            own = np.unique(number[number >= 0])
+            part = (number[:, None] == own).astype(float)  # (points, unknowns of the agent)
+            blocks.append(sparse.kron(part.T @ gram @ part, np.eye(dim)))
         self.base = sparse.block_diag(blocks, format="csc") if self.count else sparse.csc_matrix((0, 0))
 
     def smoothness(self, control: Array) -> float:
@@ -78,13 +77,15 @@ class System:
 
     def pull(self, control: Array) -> Array:
         """The gradient of the smoothness by the unknowns, (unknowns,)."""
-        pull: Array = np.stack([gram @ one for gram, one in zip(self.gram, control, strict=True)])[self.free].ravel()
-        return pull
+        pulls = np.stack([gram @ one for gram, one in zip(self.gram, control, strict=True)])[self.free]
+        summed = np.zeros((self.count // self.shape[2], self.shape[2]))
+        np.add.at(summed, self.number[self.free], pulls)
+        return summed.ravel()
 
     def moved(self, unknowns: Array) -> Array:
         """The unknowns, (unknowns,), as movements of control points, (agents, points, dim), metres."""
         moved = np.zeros(self.shape)
-        moved[self.free] = unknowns.reshape(-1, self.shape[2])
+        moved[self.free] = unknowns.reshape(-1, self.shape[2])[self.number[self.free]]
         return moved
 
     def jacobian(self, parts: list[Rows]) -> tuple[sparse.csr_matrix, Array]:

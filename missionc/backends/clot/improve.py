@@ -15,6 +15,7 @@ from missionc.backends.clot.cost_graph import CostGraph
 from missionc.backends.clot.costs import Costs
 from missionc.backends.clot.demand import Demand
 from missionc.backends.clot.descend import descend
+from missionc.backends.clot.duration import shorten
 from missionc.backends.clot.polish import polish
 from missionc.backends.clot.weights import AIMS, TIDY
 from missionc.ir import Mission, Objective
@@ -71,7 +72,17 @@ def improve(
             control, made = kept, found
         roots = (*roots, wish.term)
         notes.append(f"`{wish.name}` is kept")
-    asked = Demand.of(mission, roots, demand.choices, mission.steps)
+    shortened = mission.objective is Objective.DURATION
+    asked = Demand.of(mission, roots, {} if shortened else demand.choices, mission.steps)
+    if shortened:
+
+        def as_good(tried: Array) -> Trace | None:
+            found = accept(tried)
+            return found if found is not None and _as_many(mission, kernel, made, found) else None
+
+        shorter = shorten(control, made, asked, costs, as_good, go_on)
+        control, made, costs = shorter.control, shorter.trace, shorter.costs
+        notes.append(shorter.note)
     aim = AIMS.get(mission.objective, TIDY)
     steps = min(aim.steps, TIDIED // max(1, control.size)) if aim is TIDY else aim.steps
     weights = replace(costs.weights, length=aim.length, bend=aim.bend)

@@ -59,16 +59,46 @@ class Splines:
         step: seconds.
         smooth: (agents,), whether an agent is of second order.
         fixed: (agents, points), control points that no planner moves.
+        rest: the step from which on everybody is at rest, where there is one.
     """
 
     steps: int
     step: float
     smooth: Flags
     fixed: Flags
+    rest: int | None = None
 
     @property
     def points(self) -> int:
         return self.steps + SPARE
+
+    def unknowns(self) -> Indices:
+        """What a planner moves, by number: (agents, points), -1 where it moves nothing; points at rest are one."""
+        resting, point = self._resting(), np.arange(self.points)
+        held = self.fixed | (resting & (resting & self.fixed).any(axis=1, keepdims=True))
+        first = np.where(resting, self.rest or 0, point)
+        number = np.full(held.shape, -1, dtype=np.int64)
+        own = ~held & (first == point)
+        number[own] = np.arange(int(own.sum()))
+        return np.where(held, -1, np.take_along_axis(number, first, axis=1))
+
+    def at_rest(self, control: Array) -> Array:
+        """Control points whose motions rest where they end: (agents, points, dim), metres."""
+        resting = self._resting()
+        rested = control.copy()
+        for agent, here in enumerate(resting):
+            if here.any():
+                held = np.flatnonzero(here & self.fixed[agent])
+                rested[agent, here] = control[agent, held[0] if held.size else np.flatnonzero(here)[-1]]
+        return rested
+
+    def _resting(self) -> Flags:
+        """Which control points are one, (agents, points)."""
+        point = np.arange(self.points)
+        if self.rest is None:
+            return np.zeros_like(self.fixed)
+        resting: Flags = (point >= self.rest) & (point <= self.steps + self.smooth[:, None])
+        return resting
 
     def position(self, agent: Indices, step: Indices, part: Array) -> Arguments:
         """Centres, ``part`` of a step (0 to 1) after each step."""
