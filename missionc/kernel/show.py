@@ -106,9 +106,9 @@ class Words:
             case Reach(graph, _, _, hops):
                 return f"{below[0]} reach {hops} hops on {self.graph(graph)} {below[1]}"
             case Route(graph, _, _, low, high):
-                return f"{below[0]} route {_metres(low, high)} on {self.graph(graph)} {below[1]}"
+                return f"{below[0]} route {metres(low, high)} on {self.graph(graph)} {below[1]}"
             case Apart(graph, agent, low, high):
-                return f"apart from {self.agent(agent)} {_metres(low, high)} on {self.graph(graph)}"
+                return f"apart from {self.agent(agent)} {metres(low, high)} on {self.graph(graph)}"
             case At(agent):
                 return f"at {self.agent(agent)} {below[0]}"
             case _:
@@ -165,7 +165,7 @@ def window(low: int, high: int | None) -> str:
     return f"[{low}..{'end' if high is None else high}]"
 
 
-def _metres(low: float, high: float) -> str:
+def metres(low: float, high: float) -> str:
     return f"{number(low)}..{'' if math.isinf(high) else number(high)} m"
 
 

@@ -61,7 +61,7 @@ class Feature(Enum):
 
 EVERYTHING = frozenset(Feature) - {Feature.RESTLESS_DURATION}
 
-_SMOOTH = EVERYTHING - {Feature.HOPS, Feature.METRIC_LENGTH, Feature.UNICYCLE}
+_SMOOTH = EVERYTHING - {Feature.HOPS, Feature.UNICYCLE}
 
 OFFERS: MappingProxyType[str, frozenset[Feature]] = MappingProxyType(
     {

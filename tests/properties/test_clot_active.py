@@ -3,23 +3,26 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from missionc import ir
 from missionc.kernel.nodes import Goal, Kernel
 from missionc.language.operators import by_name
 from missionc.monitoring import robustness
 from missionc.passes.expand import expand
+from missionc.syntax.ast import Metric
 from tests import reference
-from tests.runs import SPAN, Case, cases, mission_of
+from tests.runs import SPAN, Case, cases, leaves, mission_of, run_of, trace_of
 
 pytest.importorskip("torch")
 
 from missionc.backends.clot.active import Active, Links, activate
-from missionc.backends.clot.cost_graph import EveryLinked, Length, Ranked, Release, SomeLinked, Term, build
+from missionc.backends.clot.cost_graph import CostGraph, EveryLinked, Length, Ranked, Release, SomeLinked, Term, build
 from missionc.backends.clot.demand import Demand
 from missionc.backends.clot.leaves import UNLIMITED
 from missionc.backends.clot.robustness import Robustness
@@ -36,25 +39,34 @@ def kernel_of(case: Case, formula: ir.Formula) -> Kernel:
 
 
 def values_of(kernel: Kernel, mission: ir.Mission, trace: Trace) -> tuple[dict[Term, Array], Active, Term]:
+    graph = build(kernel)
+    values, links = judged(graph, mission, trace)
+    root = graph.requirements[0].term
+    return values, activate(graph.order, (root,), values, links, trace.position, {}), root
+
+
+def judged(graph: CostGraph, mission: ir.Mission, trace: Trace) -> tuple[dict[Term, Array], dict[ir.Graph, Array]]:
+    """The values of all terms, and the links of the graphs they read."""
     import torch
 
-    graph = build(kernel)
     states = States(torch.from_numpy(trace.position)[None], torch.from_numpy(trace.velocity)[None])
     judge = Robustness(team(mission, dtype=torch.float64), states)
     values = {term: value[0].numpy() for term, value in judge.values(graph.order).items()}
-    graphs = {term.graph for term in graph.order if isinstance(term, SomeLinked | EveryLinked)}
-    links = {each: judge.links(each)[0].numpy() for each in graphs}
-    root = graph.requirements[0].term
-    shape = trace.position.shape[:2]
-    return values, activate(graph.order, (root,), values, links, shape, {}), root
+    graphs = {term.graph for term in graph.order if isinstance(term, SomeLinked | EveryLinked | Length)}
+    return values, {each: judge.links(each)[0].numpy() for each in graphs}
 
 
 def least(active: Active, values: dict[Term, Array], trace: Trace) -> float:
     """The least of everything that has to hold."""
     shape = trace.position.shape[:2]
     found = [math.inf]
-    for term, mask in [*active.margins.items(), *active.lengths.items()]:
-        found.extend(np.broadcast_to(values[term], shape)[mask].tolist())
+    for margin, mask in active.margins.items():
+        found.extend(np.broadcast_to(values[margin], shape)[mask].tolist())
+    for term, stretches in active.lengths.items():
+        for stretch in stretches:
+            points = trace.position[list(stretch.agents), stretch.step]
+            length = float(np.linalg.norm(np.diff(points, axis=0), axis=-1).sum())
+            found.append((length - stretch.bound(term)) * (1.0 if stretch.longer else -1.0))
     for lists, sign in ((active.joined, 1.0), (active.parted, -1.0)):
         for graph, parts in lists.items():
             margins = all_links(graph, trace.position)
@@ -87,6 +99,47 @@ def test_what_has_to_hold_is_worth_what_the_formula_is(case: Case) -> None:
 def test_what_has_to_hold_of_a_denied_formula_is_worth_what_it_is(case: Case) -> None:
     if reference.ahead(case.formula) <= case.run.last:
         agrees(case, ir.Apply(by_name["not"], (case.formula,), None, SPAN))
+
+
+@pytest.mark.parametrize("name", ["reach", "somewhere", "everywhere", "escape", "count", "surround"])
+@pytest.mark.parametrize("holds", [True, False])
+@settings(max_examples=40)
+@given(data=st.data())
+def test_what_lengths_of_routes_rest_on_is_worth_what_they_are(data: st.DataObject, name: str, holds: bool) -> None:
+    """Five agents strewn over a strip, so that there are routes enough, short ones and long ones."""
+    generator = np.random.default_rng(data.draw(st.integers(0, 2**32 - 1)))
+    places = generator.uniform((0, 0), (3, 1), (5, 2)).tolist()
+    mission = mission_of(5, 0)
+    graph = data.draw(st.sampled_from(mission.graphs))
+    low = data.draw(st.sampled_from([0.0, 0.0, 0.5, 1.5]))
+    high = low + data.draw(st.sampled_from([0.5, 1.0, math.inf]))
+    operator = by_name[name]
+    operands = tuple(data.draw(leaves(mission)) for _ in range(operator.arity))
+    bounds = ir.Length(graph, Metric.METRES, low, high, SPAN)
+    formula: ir.Formula = ir.Apply(operator, operands, bounds, SPAN, ">=", 2)
+    if not holds:
+        formula = ir.Apply(by_name["not"], (formula,), None, SPAN)
+    trace = trace_of([[tuple(place)] for place in places])
+    agrees(Case(run_of(mission, trace), trace, formula), formula)
+
+
+@settings(max_examples=150)
+@given(case=cases(), holds=st.booleans(), seed=st.integers(0, 2**32 - 1))
+def test_a_motion_nearby_that_has_all_that_was_chosen_satisfies_the_formula(case: Case, holds: bool, seed: int) -> None:
+    """What was chosen is enough, not only worth as much; of routes, as long as agents stay about where they were."""
+    if reference.ahead(case.formula) > case.run.last:
+        return
+    formula = case.formula if holds else ir.Apply(by_name["not"], (case.formula,), None, SPAN)
+    graph = build(kernel_of(case, formula))
+    root, mission = graph.requirements[0].term, case.run.mission
+    values, links = judged(graph, mission, case.trace)
+    if float(values[root].flat[0]) <= -UNLIMITED / 2:
+        return
+    active = activate(graph.order, (root,), values, links, case.trace.position, {})
+    moved = case.trace.position + np.random.default_rng(seed).uniform(-0.05, 0.05, case.trace.position.shape)
+    nearby = replace(case.trace, position=moved)
+    values, _ = judged(graph, mission, nearby)
+    assert float(values[root].flat[0]) >= min(least(active, values, nearby), 0.01) - 1e-9
 
 
 @settings(max_examples=100)

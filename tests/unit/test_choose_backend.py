@@ -12,6 +12,7 @@ from missionc.passes.choose_backend import OFFERS, Choice, Feature, choose_backe
 from tests.checked import found, meant, only, text, words
 
 HOPS = "require linked: every drone: always[0, 20 s] (fire implies somewhere[hops 1..2] base)"
+METRES = "require near: every drone: always[0, 20 s] (fire implies somewhere[distance <= 6 m] base)"
 TOTAL = "formation tight = chain of drone spacing 1 m total tolerance 0.2 m\nrequire shape: eventually[3 s, 9 s] tight"
 ROW = "formation row = chain of drone spacing 1 m tolerance 0.2 m\nrequire shape: eventually[3 s, 9 s] row"
 RESTLESS = "team drone[3] { dynamics unicycle(speed 1..2 m/s)  start in base }"
@@ -28,6 +29,9 @@ def test_auto_takes_the_first_backend_that_offers_all() -> None:
     assert choice(text(HOPS)).backend == "smt"
     assert choice(text(TOTAL)).backend == "clot"
     assert choice(text(HOPS, TOTAL)).backend == "hybrid"
+    assert choice(text(METRES)).backend == "clot"
+    assert choice(text(METRES, HOPS)).backend == "hybrid"
+    assert choice(text(TOTAL, "minimize duration")).backend == "clot"
 
 
 def test_the_words_that_rule_a_backend_out_are_in_the_explanation() -> None:
@@ -116,6 +120,10 @@ def test_every_feature_is_found_at_its_first_words() -> None:
         Feature.PREFER: "prefer p: eventually[0, 20 s] row weight 2",
         Feature.DURATION: "minimize duration",
     }
+
+
+def test_transport_offers_all_but_hops_and_unicycles() -> None:
+    assert set(Feature) - OFFERS["clot"] == {Feature.HOPS, Feature.UNICYCLE, Feature.RESTLESS_DURATION}
 
 
 def test_hybrid_offers_all_that_transport_does_and_hops() -> None:

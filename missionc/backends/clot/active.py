@@ -33,6 +33,8 @@ from missionc.backends.clot.cost_graph import (
     Term,
     Until,
 )
+from missionc.backends.clot.leaves import UNLIMITED
+from missionc.backends.clot.routes import Place, that_break, that_make
 from missionc.ir import Graph
 from missionc.plan import Array, Flags
 
@@ -44,19 +46,32 @@ Links: TypeAlias = NDArray[np.int64]
 """(links, 3): two agents and a step."""
 
 
+@dataclass(frozen=True, slots=True, order=True)
+class Stretch:
+    """A route, as agents one linked to the next, at a step: whether it has to be longer than a bound, or shorter."""
+
+    agents: tuple[int, ...]
+    step: int
+    longer: bool
+
+    def bound(self, term: Length) -> float:
+        """Which of a term's bounds, metres: a route that must be is between them, one that must not be beyond one."""
+        return term.low if self.longer == term.holds else term.high
+
+
 @dataclass(slots=True)
 class Active:
     """What has to hold.
 
     ``margins``: where each margin must be positive, (agents, steps). ``joined``
     and ``parted``: the links a graph must have, and must not have.
-    ``lengths``: where each bounded route must hold, (agents, steps).
+    ``lengths``: the routes whose lengths are bounded, by the term that bounds them.
     """
 
     margins: dict[Margin, Flags] = field(default_factory=dict)
     joined: dict[Graph, list[Links]] = field(default_factory=lambda: defaultdict(list))
     parted: dict[Graph, list[Links]] = field(default_factory=lambda: defaultdict(list))
-    lengths: dict[Length, Flags] = field(default_factory=dict)
+    lengths: dict[Length, list[Stretch]] = field(default_factory=dict)
 
 
 def activate(
@@ -64,10 +79,11 @@ def activate(
     roots: Iterable[Term],
     values: Mapping[Term, Array],
     links: Mapping[Graph, Array],
-    shape: tuple[int, int],
+    position: Array,
     choices: Choices,
     decided: bool = False,
     witness: dict[tuple[Term, int, int], int] | None = None,
+    closest: Array | None = None,
 ) -> Active:
     """What has to hold of one candidate for all of the roots to hold at step 0.
 
@@ -75,12 +91,15 @@ def activate(
         order: every term, each after those below it.
         values: of every term, (agents, steps) or 1 in place of either, metres.
         links: of every graph that terms read, (steps, members, members), metres.
-        shape: agents and steps.
+        position: (agents, steps, dim), metres.
         choices: where these have an answer it counts; elsewhere the values do.
         decided: only what has to hold whatever the values are, which are not looked at then.
         witness: is told what the values chose.
+        closest: how near each other bodies let agents come, (agents, agents), metres: what is nearer is not asked for.
     """
-    run = _Run(values, links, shape, choices, decided, witness)
+    if closest is None:
+        closest = np.zeros((len(position), len(position)))
+    run = _Run(values, links, position, choices, decided, witness, closest)
     for root in roots:
         run.mask(root)[0, 0] = True
     for term in reversed(order):
@@ -94,13 +113,16 @@ class _Run:
         self,
         values: Mapping[Term, Array],
         links: Mapping[Graph, Array],
-        shape: tuple[int, int],
+        position: Array,
         choices: Choices,
         decided: bool,
         witness: dict[tuple[Term, int, int], int] | None,
+        closest: Array,
     ) -> None:
+        self.closest = closest
         self.decided, self.witness = decided, witness
-        self.given, self.links, self.shape, self.choices = values, links, shape, choices
+        self.given, self.links, self.position, self.choices = values, links, position, choices
+        self.shape: tuple[int, int] = (position.shape[0], position.shape[1])
         self.chosen_terms = {term for term, _, _ in choices}
         self.active = Active()
         self.masks: dict[Term, Flags] = {}
@@ -120,7 +142,7 @@ class _Run:
             case Member():
                 return
             case Length():
-                self.active.lengths[term] = mask
+                self._length(term, mask)
             case Least(parts):
                 for part in parts:
                     self.mask(part)[mask] = True
@@ -268,9 +290,44 @@ class _Run:
         place, other = np.nonzero(elsewhere & (there < -links))
         self.active.parted[graph].append(np.stack([agents[member[place]], agents[other], step[place]], axis=1))
 
+    def _length(self, term: Length, mask: Flags) -> None:
+        """What the best route rests on; or, where none must be, what breaks each of them."""
+        if self.decided:
+            return
+        agents = np.array(term.graph.agents, dtype=np.int64)
+        if term.low <= 0:
+            outside = np.setdiff1d(np.arange(len(mask)), agents)
+            self.mask(term.end)[outside] |= mask[outside]
+        links: set[tuple[int, ...]] = set()
+        stretches: set[Stretch] = set()
+        member, steps = np.nonzero(mask[agents])
+        places = {step: self._place(term, step) for step in set(steps.tolist())}
+        for start, step in zip(member.tolist(), steps.tolist(), strict=True):
+            place = places[step]
+            worth = float(self.value(term)[agents[start], step])
+            if term.holds and worth <= -UNLIMITED / 2:
+                continue  # there is no such route, wherever the agents are
+            for kind, members in (that_make if term.holds else that_break)(place, start, worth):
+                named = tuple(agents[list(members)].tolist())
+                match kind:
+                    case "through" | "end":
+                        self.mask(term.through if kind == "through" else term.end)[named[0], step] = True
+                    case "link":
+                        links.add((*named, step))
+                    case "shorter" | "longer":
+                        stretches.add(Stretch(named, step, kind == "longer"))
+                    case _:
+                        assert_never(kind)
+        if links:
+            lists = self.active.joined if term.holds else self.active.parted
+            lists[term.graph].append(np.array(sorted(links)))
+        if stretches:
+            self.active.lengths[term] = sorted(stretches)
 
-def places(active: Active) -> int:
-    """How many margins, links and routes have to hold."""
-    masks = [*active.margins.values(), *active.lengths.values()]
-    lists = [*active.joined.values(), *active.parted.values()]
-    return sum(int(mask.sum()) for mask in masks) + sum(len(links) for each in lists for links in each)
+    def _place(self, term: Length, step: int) -> Place:
+        agents = np.array(term.graph.agents, dtype=np.int64)
+        here = self.position[agents, step]
+        lengths = np.linalg.norm(here[:, None] - here[None], axis=-1)
+        through, end = (self.value(part)[agents, step] for part in (term.through, term.end))
+        closest = self.closest[np.ix_(agents, agents)]
+        return Place(self.links[term.graph][step], lengths, closest, through, end, term.low, term.high)

@@ -14,6 +14,7 @@ Source:
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import TypeAlias, assert_never
@@ -128,12 +129,19 @@ class EveryLinked:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Length:
-    """A route bounded in metres, or the shortest way to an agent; ``through`` and ``end`` as they read in ``node``."""
+    """Some route of ``low`` to ``high`` metres over ``through`` agents ends at an ``end`` agent: the best of them.
 
-    node: kernel.Route | kernel.Apart
+    Where it must not be, ``holds`` is False and all is the other way round: every
+    such route has a link that is not there, a ``through`` before its end or an
+    ``end`` at it, or is too short or too long.
+    """
+
+    graph: Graph
+    through: Term
+    end: Term
+    low: float
+    high: float
     holds: bool
-    through: Term | None
-    end: Term | None
 
 
 Term: TypeAlias = (
@@ -169,10 +177,8 @@ def below(term: Term) -> tuple[Term, ...]:
             return parts
         case LeastOver(body) | GreatestOver(body) | Of(_, body) | SomeLinked(_, body) | EveryLinked(_, body):
             return (body,)
-        case Until(first, second) | Release(first, second):
+        case Until(first, second) | Release(first, second) | Length(_, first, second):
             return (first, second)
-        case Length(_, _, through, end):
-            return tuple(part for part in (through, end) if part is not None)
         case _:
             assert_never(term)
 
@@ -212,8 +218,6 @@ def _terms(roots: list[kernel.Node]) -> dict[tuple[kernel.Node, bool], Term]:
             needed.setdefault(child, set()).update(
                 {not sign for sign in signs} if isinstance(node, kernel.Not) else signs
             )
-            if isinstance(node, kernel.Route):  # measured as it reads, whatever its sign
-                needed[child].add(True)
     known: dict[tuple[kernel.Node, bool], Term] = {}
     for node in order:
         for sign in needed[node]:
@@ -253,10 +257,10 @@ def _term(node: kernel.Node, holds: bool, known: dict[tuple[kernel.Node, bool], 
             return SomeLinked(graph, of(body)) if holds else EveryLinked(graph, of(body))
         case kernel.Reach(graph, through, end, hops):
             return _unrolled(graph, of(through), of(end), min(hops, max(len(graph.agents) - 1, 0)), holds)
-        case kernel.Route(_, through, end):
-            return Length(node, holds, known[through, True], known[end, True])
-        case kernel.Apart():
-            return Length(node, holds, None, None)
+        case kernel.Route(graph, through, end, low, high):
+            return Length(graph, of(through), of(end), low, high, holds)
+        case kernel.Apart(graph, agent, low, high):
+            return _apart(graph, agent, low, high, holds)
         case _:
             assert_never(node)
 
@@ -292,6 +296,20 @@ def _ranked(count: int, parts: tuple[Term, ...]) -> Term:
     if count == len(parts):
         return Least(parts)
     return Greatest(parts) if count == 1 else Ranked(count, parts)
+
+
+def _apart(graph: Graph, agent: int, low: float, high: float, holds: bool) -> Term:
+    """The shortest way to an agent: some route is at most ``high`` long, and none is shorter than ``low``."""
+
+    def way(most: float, holds: bool) -> Term:
+        anyone: Term = Least(()) if holds else Greatest(())
+        return Length(graph, anyone, Member(frozenset((agent,)), holds), 0.0, most, holds)
+
+    near = way(high, holds)
+    if low <= 0:
+        return near
+    far = way(math.nextafter(low, 0.0), not holds)
+    return Least((near, far)) if holds else Greatest((near, far))
 
 
 def _unrolled(graph: Graph, through: Term, end: Term, hops: int, holds: bool) -> Term:

@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+import numpy as np
 import torch
 from torch import Tensor
 
 from missionc.backends.clot.active import Active, Choices, activate
-from missionc.backends.clot.cost_graph import EveryLinked, Margin, SomeLinked, Term, postorder
+from missionc.backends.clot.cost_graph import EveryLinked, Length, Margin, SomeLinked, Term, postorder
 from missionc.backends.clot.robustness import Robustness
 from missionc.backends.clot.states import States, Team, team
 from missionc.ir import Mission
@@ -35,8 +36,8 @@ class Demand:
     def of(mission: Mission, roots: tuple[Term, ...], choices: Choices, steps: int) -> Demand:
         """What is asked of motions of so many steps."""
         order = postorder(roots)
-        shape = (len(mission.agents), steps + 1)
-        forced = activate(order, roots, {}, {}, shape, choices, decided=True).margins
+        nowhere = np.zeros((len(mission.agents), steps + 1, 0))
+        forced = activate(order, roots, {}, {}, nowhere, choices, decided=True).margins
         opposite = {(margin.predicate, not margin.holds): mask for margin, mask in forced.items() if mask.any()}
         ruled_out = {
             term: torch.from_numpy(opposite[term.predicate, term.holds])
@@ -57,9 +58,11 @@ class Demand:
 
     def _activated(self, position: Array, velocity: Array, witness: dict[tuple[Term, int, int], int] | None) -> Active:
         robustness, values = self._evaluated(position, velocity)
-        graphs = {term.graph for term in self.order if isinstance(term, SomeLinked | EveryLinked)}
+        graphs = {term.graph for term in self.order if isinstance(term, SomeLinked | EveryLinked | Length)}
         links = {graph: robustness.links(graph)[0].numpy() for graph in graphs}
-        return activate(self.order, self.roots, values, links, position.shape[:2], self.choices, False, witness)
+        radius = np.array([agent.radius for agent in self.mission.agents])
+        closest = radius[:, None] + radius + self.mission.separation
+        return activate(self.order, self.roots, values, links, position, self.choices, False, witness, closest)
 
     def _evaluated(self, position: Array, velocity: Array) -> tuple[Robustness, Mapping[Term, Array]]:
         assert self.team is not None

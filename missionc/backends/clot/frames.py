@@ -25,7 +25,7 @@ from missionc.backends.clot.polish import Polished, polish
 from missionc.backends.clot.schedule import Schedule, Scheduler
 from missionc.backends.clot.splines import Splines
 from missionc.backends.clot.weights import Spare, Weights
-from missionc.ir import Anywhere, Connected, Exactly, InFormation, Inside, Mission, Proximity, Region
+from missionc.ir import Anywhere, Connected, Exactly, InFormation, Inside, Mission, Proximity, Region, Touches
 from missionc.plan import Array, Flags
 from missionc.world.distance import signed_distance
 from missionc.world.sampling import points_in
@@ -35,6 +35,9 @@ ITERATIONS = 40
 
 JITTER = 0.02
 """Metres by which a guess is shaken: what is exactly straight, or exactly on top of another, has no way out."""
+
+PITCHES = 0.95, 0.75
+"""How far apart relays are put, of what their graph bridges."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -103,18 +106,29 @@ class _Frames:
         pinned = self._pinned(step)
         costs = Costs(self.mission, self._still(pinned), Weights(), Spare(), step)
         best: Polished | None = None
-        for guess in guesses:
-            shaken = guess + JITTER * self.generator.uniform(-1, 1, guess.shape)
-            for agent, point in self._exact(step).items():
-                shaken[agent] = point
-            control = np.repeat(shaken[:, None, :], costs.splines.points, axis=1)
-            polished = polish(control, costs, demand, ITERATIONS, self.go_on)
+        for polished in self._tries(step, guesses, costs, demand):
             if best is None or polished.shortfall < best.shortfall:
                 best = polished
             if best.shortfall <= 0 or not self.go_on():
                 break
         assert best is not None
         return Frame(step, best.control[:, 0], best.shortfall, best.worst)
+
+    def _tries(self, step: int, guesses: Iterator[Array], costs: Costs, demand: Demand) -> Iterator[Polished]:
+        """What becomes of each guess; then of it, and of what it became, with relays along the links asked for."""
+        for guess in guesses:
+            polished = self._polished(step, guess, costs, demand)
+            yield polished
+            for each in (guess, polished.control[:, 0]):
+                for relayed in self._relayed(step, each, demand):
+                    yield self._polished(step, relayed, costs, demand)
+
+    def _polished(self, step: int, guess: Array, costs: Costs, demand: Demand) -> Polished:
+        shaken = guess + JITTER * self.generator.uniform(-1, 1, guess.shape)
+        for agent, point in self._exact(step).items():
+            shaken[agent] = point
+        control = np.repeat(shaken[:, None, :], costs.splines.points, axis=1)
+        return polish(control, costs, demand, ITERATIONS, self.go_on)
 
     # --------------------------------------------------------- what is asked
 
@@ -235,6 +249,43 @@ class _Frames:
                 width = np.arange(len(abreast)) - (len(abreast) - 1) / 2
                 guess[abreast] = here + width[:, None] * aside * min(spacing, 0.5)
             yield guess
+
+    def _relayed(self, step: int, guess: Array, demand: Demand) -> Iterator[Array]:
+        """Where links are asked for that are too long: agents whom no place is asked of, evenly along them."""
+        active = demand.active(guess[:, None], np.zeros_like(guess)[:, None])
+        busy = self._busy(step)
+        for pitch in PITCHES:
+            relayed = guess.copy()
+            for graph, lists in active.joined.items():
+                if not isinstance(graph, Proximity):
+                    continue
+                ends = np.unique(np.concatenate(lists)[:, :2], axis=0)
+                lacking = (np.linalg.norm(np.diff(guess[ends], axis=1)[:, 0], axis=-1) / (pitch * graph.radius)).astype(
+                    int
+                )
+                free = [agent for agent in graph.agents if agent not in busy.union(ends[lacking > 0].ravel().tolist())]
+                for (one, other), count in zip(ends.tolist(), lacking.tolist(), strict=True):
+                    slots = min(count, len(free))
+                    share = np.arange(1, slots + 1)[:, None] / (slots + 1)
+                    between = guess[one] + share * (guess[other] - guess[one])
+                    slot, chosen = linear_sum_assignment(cdist(between, guess[free], "sqeuclidean"))
+                    taken = [free[number] for number in chosen]
+                    relayed[taken] = between[slot]
+                    free = [agent for agent in free if agent not in taken]
+            if not np.array_equal(relayed, guess):
+                yield relayed
+
+    def _busy(self, step: int) -> set[int]:
+        """Agents who are asked to be somewhere at a step, or are where they must be."""
+        places = {
+            hold.agent
+            for hold in self.schedule.holds
+            if hold.low <= step <= hold.high
+            and isinstance(hold.term, Margin)
+            and hold.term.holds
+            and isinstance(hold.term.predicate, Inside | Touches)
+        }
+        return places | {agent for agents in self._places(step).values() for agent in agents} | set(self._exact(step))
 
     def _ties(self, step: int) -> tuple[Flags, float]:
         """Who is tied to whom by what holds at a step, (agents, agents), and how far apart ties keep them, metres."""

@@ -256,7 +256,7 @@ class Perturbed:
         batch, agents, _, dim = self.position.shape
         directions, everyone = self.probes.shape[2], tuple(range(agents))
         here = slice(reading.first, reading.first + reading.steps)
-        parts = [self.laid(part, reading, everyone) for part in (term.through, term.end) if part is not None]
+        parts = [self.laid(part, reading, everyone) for part in (term.through, term.end)]
         unmoved = self.position[:, :, here, None].expand(-1, -1, -1, directions, -1)
         found = []
         for index, offset in enumerate(range(reading.low, reading.high + 1)):

@@ -142,11 +142,10 @@ class _Prefix:
                 if not self._is_planned(row) or parts[0] is HOLDS or len(members) < 2:
                     return HOLDS
                 return EveryLinked(replace(graph, agents=members), parts[0])
-            case Length(node, holds, through, end):
-                if not self.planned.issuperset(node.graph.agents):
+            case Length(graph):
+                if not self.planned.issuperset(graph.agents):
                     return HOLDS
-                given = iter(parts)
-                return Length(node, holds, through and next(given), end and next(given))
+                return replace(term, through=parts[0], end=parts[1])
             case _:
                 assert_never(term)
 

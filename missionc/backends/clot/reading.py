@@ -201,8 +201,8 @@ def _reading(
             if len(graph.agents) < 2:
                 return None
             return _of_links(graph, graph.agents, first, count, [one for _, one in parts], agent)
-        case Length(node):
-            return _of_links(node.graph, tuple(range(agents)), first, count, [one for _, one in parts], agent)
+        case Length(graph):
+            return _of_links(graph, tuple(range(agents)), first, count, [one for _, one in parts], agent)
         case _ if not parts:
             return None
         case Of(index, body):

@@ -28,7 +28,7 @@ from missionc.backends.clot.cost_graph import (
 )
 from missionc.backends.clot.weights import show_weights
 from missionc.ir import Mission
-from missionc.kernel.show import Words, asked, window
+from missionc.kernel.show import Words, asked, metres, window
 
 
 def show_cost_graph(graph: CostGraph, mission: Mission) -> str:
@@ -84,8 +84,11 @@ def _text(term: Term, words: Words, parts: tuple[str, ...]) -> str:
             return f"some linked on {words.graph(graph)} {parts[0]}"
         case EveryLinked(graph):
             return f"every linked on {words.graph(graph)} {parts[0]}"
-        case Length(node, holds):
-            return f"{_sign(holds)}({words.of(node, parts)})"
+        case Length(graph, _, _, low, high, holds):
+            bounds = f"route {metres(low, high)} on {words.graph(graph)}"
+            if holds:
+                return f"some {bounds} over {parts[0]} to {parts[1]}"
+            return f"every {bounds} over some {parts[0]} or to {parts[1]}"
         case _:
             assert_never(term)
 

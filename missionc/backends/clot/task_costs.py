@@ -9,14 +9,15 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import reduce
+from itertools import groupby, pairwise
 from typing import Any, assert_never
 
 import numpy as np
 import torch
 from torch import Tensor
 
-from missionc.backends.clot.active import Active, Links
-from missionc.backends.clot.cost_graph import Margin
+from missionc.backends.clot.active import Active, Links, Stretch
+from missionc.backends.clot.cost_graph import Length, Margin
 from missionc.backends.clot.leaves import link_weight, second_eigenvalue
 from missionc.backends.clot.residuals import Group
 from missionc.backends.clot.splines import Arguments, Indices, Splines
@@ -61,6 +62,8 @@ class TaskCosts:
         for lists, together in ((active.joined, True), (active.parted, False)):
             for graph, links in lists.items():
                 yield from self._links(graph, np.concatenate(links), together)
+        for term, stretches in active.lengths.items():
+            yield from self._lengths(term, stretches)
 
     def _margin(self, margin: Margin, mask: Flags, control: Array) -> Iterator[Group]:
         predicate, sign = margin.predicate, 1.0 if margin.holds else -1.0
@@ -218,6 +221,22 @@ class TaskCosts:
         where = tuple(self._at(np.full(len(moments), agent), moments) for agent in graph.agents)
         yield Group(f"connectivity of {graph.name}", where, shortfall, self.weights.links, full)
 
+    def _lengths(self, term: Length, stretches: list[Stretch]) -> Iterator[Group]:
+        """Routes that are long enough, and routes that are short enough; those of as many agents together."""
+        kept = min(self.spare.task, (term.high - term.low) / 3) if term.holds else self.spare.task
+        for _, alike in groupby(sorted(stretches, key=_kind), key=_kind):
+            some = list(alike)
+            agents = np.array([each.agents for each in some])
+            step = np.array([each.step for each in some])
+            bound, sign = some[0].bound(term), 1.0 if some[0].longer else -1.0
+            yield Group(
+                f"length on {term.graph.name}",
+                tuple(self._at(agent, step) for agent in agents.T),
+                lambda *points, bound=bound, sign=sign: kept - sign * (_length(points) - bound),
+                self.weights.task,
+                kept,
+            )
+
     def _tree(self, predicate: Connected, moments: Indices, control: Array) -> Links:
         """The edges of each step's best spanning tree."""
         agents = np.array(predicate.agents)
@@ -260,6 +279,15 @@ def _others(feature: Feature) -> tuple[int, ...]:
             return (first, second)
         case _:
             return ()
+
+
+def _kind(stretch: Stretch) -> tuple[int, bool]:
+    return len(stretch.agents), stretch.longer
+
+
+def _length(points: tuple[Tensor, ...]) -> Tensor:
+    """Of the routes from point to point, (rows, dim) each -> (rows,)."""
+    return reduce(torch.add, [norm(after - here) for here, after in pairwise(points)])
 
 
 def norm(vector: Tensor) -> Tensor:
