@@ -13,7 +13,7 @@ pytest.importorskip("torch")
 
 from missionc import driver
 from missionc.backends.api import Budget, Options, Planned, Report
-from missionc.backends.clot.accept import faults
+from missionc.backends.clot.accept import attempt
 from missionc.backends.clot.candidate import System
 from missionc.backends.clot.costs import Costs
 from missionc.backends.clot.demand import Demand
@@ -54,7 +54,7 @@ def planned(text: str, seed: int = 0, **overrides: str) -> tuple[Trace, Report]:
     mission, kernel = checked(text, **overrides)
     outcome = BACKEND.plan(mission, kernel, Options(), Budget(time.monotonic() + 120, seed=seed))
     assert isinstance(outcome, Planned)
-    assert not faults(mission, kernel, outcome.trace)
+    assert attempt(mission, kernel, outcome.trace).is_plan
     return outcome.trace, outcome.report
 
 
@@ -126,7 +126,7 @@ def descent(monkeypatch: pytest.MonkeyPatch) -> Descent:
 def test_after_every_number_of_steps_there_is_a_plan_and_it_costs_less(steps: int, descent: Descent) -> None:
     after = descent.after(steps)
     assert descent.cost(after) < descent.cost(descent.control)
-    assert not faults(descent.mission, descent.kernel, trace(descent.mission, descent.costs.splines, after))
+    assert attempt(descent.mission, descent.kernel, trace(descent.mission, descent.costs.splines, after)).is_plan
 
 
 def test_without_steps_or_time_nothing_changes(descent: Descent) -> None:

@@ -45,6 +45,9 @@ BROKEN = 0.02
 USED = 0.5
 """The share of what a margin is to have to spare that a step may use up."""
 
+LEAST_SPARE = 1e-6
+"""Metres, for margins that are to have nothing to spare."""
+
 PRECISION, PATIENCE = 1e-4, 40
 """Of a program, and iterations of its solver: those that have an answer take about fifteen."""
 
@@ -94,7 +97,9 @@ def _step(control: Array, costs: Costs, demand: Demand, system: System, reach: f
         return [replace(part, weight=1.0) for part in found if part.value.size]
 
     parts = near(control)
-    used = {part.name: max(float((part.value / part.spare).max()), 0.0) for part in parts}
+    used: dict[str, float] = {}
+    for part in parts:
+        used[part.name] = max(used.get(part.name, 0.0), _used(part))
     program = _Program(system, system.pull(control), reach)
     moved = np.zeros(system.count)
     for _ in range(CUTS):
@@ -113,7 +118,12 @@ def _step(control: Array, costs: Costs, demand: Demand, system: System, reach: f
 
 def _hold(parts: list[Rows], used: Mapping[str, float]) -> bool:
     """Whether all margins hold with part of what they are to have to spare, or no less of it than before."""
-    return all(float((part.value / part.spare).max()) <= max(used.get(part.name, 0.0), USED) for part in parts)
+    return all(_used(part) <= max(used.get(part.name, 0.0), USED) for part in parts)
+
+
+def _used(part: Rows) -> float:
+    """The share of what they are to have to spare that the worst of some rows has used up."""
+    return float(part.value.max()) / max(part.spare, LEAST_SPARE)
 
 
 class _Program:
