@@ -6,7 +6,7 @@
 A preset may put Algorithms 1 and 2 between sketch and polish, or in their place (``presets``).
 
 Where one schedule leads to no plan, others follow: other options, other orders, other ways
-round; and after every few of them a search from the best one (``hybrid``), in which agents go
+round; and after every few of them a search from the best one (``tree_search``), in which agents go
 one by one. All follow from the seed. "Impossible" is not this backend's to say.
 
 Source:
@@ -44,7 +44,6 @@ from missionc.backends.clot.demand import Demand
 from missionc.backends.clot.device import one_thread
 from missionc.backends.clot.frames import frames
 from missionc.backends.clot.guide import Guide
-from missionc.backends.clot.hybrid import Begun, Searched, searched
 from missionc.backends.clot.improve import improve
 from missionc.backends.clot.polish import Polished, polish
 from missionc.backends.clot.presets import PRESETS, Preset, preset
@@ -53,6 +52,7 @@ from missionc.backends.clot.schedule import Scheduler
 from missionc.backends.clot.sketch import sketch
 from missionc.backends.clot.splines import splines, trace
 from missionc.backends.clot.tasks import Outline, outline
+from missionc.backends.clot.tree_search import Begun, Searched, searched
 from missionc.backends.clot.weights import Spare, Weights
 from missionc.ir import Mission
 from missionc.kernel.nodes import Kernel

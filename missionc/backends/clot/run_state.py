@@ -39,7 +39,7 @@ class Nearest:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Searching:
-    """A search between two rounds: ``checkpoint.to_arrays``, and how far it came, as ``hybrid.Searched`` has it."""
+    """A search between two rounds: ``checkpoint.to_arrays``, and how far it came (``tree_search.Searched``)."""
 
     arrays: Mapping[str, Array]
     text: str

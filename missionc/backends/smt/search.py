@@ -18,11 +18,11 @@ from missionc.backends.smt.solve import Answer, Satisfiable, Solvers, Stopped, U
 from missionc.ir import Mission
 from missionc.plan import Flags
 
-CROWD = 5
-"""So many agents, asked for the same, are often put into the same places: that they may not be is said at once."""
+PAIR, CROWD = 2, 5
+"""That no two are in one place is said at once of a pair, which takes few clauses, and of a crowd, which often is."""
 
 SMALL = 20_000
-"""Nor is a round worth what it saves where there are fewer clauses."""
+"""So it is of any number where there are fewer clauses: a round costs more than it saves there."""
 
 GLANCES = 300_000
 """Clauses: each glance reads all of them, so that of many it is quicker to ask a solver that knows most already."""
@@ -71,7 +71,7 @@ class Search:
 
     def __post_init__(self) -> None:
         self._separation = Separation(self.mission, self.motion, self.cast, self.clauses)
-        if len(self.cast) >= CROWD or self.clauses.count < SMALL:
+        if len(self.cast) == PAIR or len(self.cast) >= CROWD or self.clauses.count < SMALL:
             with self.account.stage("collisions"):
                 self._separation.one_in_each_place()
 
