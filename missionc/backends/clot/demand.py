@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import torch
@@ -70,3 +70,36 @@ class Demand:
         with torch.no_grad():
             robustness = Robustness(self.team, states, self.ruled_out)
             return robustness, {term: value[0].numpy() for term, value in robustness.values(self.order).items()}
+
+    def untangled(self, position: Array, velocity: Array) -> Demand | None:
+        """The same with one side given up wherever a margin and its opposite are both asked for; None where none are.
+
+        Two choices made one by one may ask for both, each a hair's breadth away, and a motion is then stuck
+        between them: ``(row or parked) and (fan or not parked)``, on the border of the place to park.
+        """
+        active = self.active(position, velocity).margins
+        asked = {(margin.predicate, margin.holds): margin for margin in active}
+        torn = []
+        for (predicate, holds), margin in asked.items():
+            opposite = asked.get((predicate, False)) if holds else None
+            if opposite is not None:
+                steps = (active[margin] & active[opposite]).any(axis=0)
+                torn += [(margin, opposite, steps)] if steps.any() else []
+        if not torn:
+            return None
+        sides = []
+        for positive in (True, False):
+            ruled_out = dict(self.ruled_out)
+            for margin, opposite, steps in torn:
+                kept, dropped = (margin, opposite) if positive else (opposite, margin)
+                where = torch.from_numpy(active[kept] & steps)
+                ruled_out[dropped] = ruled_out[dropped] | where if dropped in ruled_out else where
+            sides.append(replace(self, ruled_out=ruled_out))
+        return max(sides, key=lambda side: side.worst(position, velocity))
+
+    def worst(self, position: Array, velocity: Array) -> float:
+        """The robustness of the root that has least of it, metres."""
+        _, values = self._evaluated(position, velocity)
+        return min(
+            float(np.broadcast_to(values[root], (1, *values[root].shape))[..., 0, 0].min()) for root in self.roots
+        )

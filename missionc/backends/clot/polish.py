@@ -97,6 +97,12 @@ def polish(
         else:
             damping = min(damping * 6, MOST_DAMPING)
             settled = damping == MOST_DAMPING
+        if settled and now.shortfall > 0:
+            untangled = demand.untangled(*costs.splines.states(now.control))
+            if untangled is not None:
+                demand = untangled
+                now = Look(now.control, costs, demand.active(*costs.splines.states(now.control)), system)
+                continue
         if settled and now.filled < ENOUGH:
             break
         if settled:
