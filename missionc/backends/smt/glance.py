@@ -72,6 +72,11 @@ class Glance:
     def __exit__(self, *_: object) -> None:
         self.close()
 
+    @property
+    def told(self) -> bool:
+        """Whether it has read anything."""
+        return self._told > 0
+
     def tell(self, clauses: Clauses) -> None:
         """Hands over what is new since the last time."""
         new, self._told = clauses.since(self._told)

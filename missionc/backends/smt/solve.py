@@ -138,7 +138,7 @@ class Solvers:
         """Whether a question was left without an answer because it was time to end."""
         self._solver, self._memory_bytes, self._seed = solver, memory_bytes, seed
         self._z3 = program(_folder(PACKAGES["z3"])) if "z3" in SOLVERS[solver] else None
-        self._glance: Glance | None = None
+        self._glance = self._new_glance()  # it starts up while the roadmaps are built
         self._children: list[Child] = []
         self._started = False
         self._told = 0
@@ -170,7 +170,8 @@ class Solvers:
         self._told = 0
         for child in self._children:
             child.send(b"N", b"")
-        self._look(None if self._z3 is None else Glance(self._z3, self._memory_bytes, self._seed))
+        if self._glance is None or self._glance.told:
+            self._look(self._new_glance())
 
     def show(self, clauses: Clauses) -> None:
         """The clauses so far, for the glance that is to come: it reads them while others are made."""
@@ -183,9 +184,9 @@ class Solvers:
         Returns:
             The model, (variables + 1,), of which 0 is none; a refusal said to rest on all the assumptions; or None.
         """
-        if self._z3 is None or not self.alive:
+        glance = (self._glance or self._new_glance()) if self.alive else None
+        if glance is None:
             return None
-        glance = self._glance or Glance(self._z3, self._memory_bytes, self._seed)
         self._glance = glance
         seen = glance.ask(clauses, assumptions, self.deadline)
         self._look(None)
@@ -263,6 +264,9 @@ class Solvers:
         if not detail and child.process.returncode in OUT_OF_MEMORY:
             detail = "memory"
         return _gave_up(detail or f"the solver ended with status {child.process.returncode}")
+
+    def _new_glance(self) -> Glance | None:
+        return None if self._z3 is None else Glance(self._z3, self._memory_bytes, self._seed)
 
     def _look(self, glance: Glance | None) -> None:
         """The next glance, instead of the one there was."""
