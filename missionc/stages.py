@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from missionc.backends.clot.cost_graph import build
-from missionc.backends.clot.show_cost_graph import show_cost_graph
 from missionc.kernel.show import show as show_kernel
 from missionc.passes.show_horizons import show_horizons
 from missionc.passes.show_ir import show_ir
@@ -33,6 +31,9 @@ def of_checked(checked: Checked, asked: tuple[str, ...]) -> list[tuple[str, str]
         texts["horizons"] = show_horizons(checked.mission)
         texts["kernel"] = show_kernel(checked.kernel, checked.mission)
         if "cost-graph" in asked:
+            from missionc.backends.clot.cost_graph import build  # few look at it, and everybody would wait for it
+            from missionc.backends.clot.show_cost_graph import show_cost_graph
+
             texts["cost-graph"] = show_cost_graph(build(checked.kernel), checked.mission)
     if checked.choice:
         texts["backend"] = checked.choice.explanation + "\n"
