@@ -36,6 +36,27 @@ def test_a_refusal_names_the_requirements_that_conflict_and_no_other() -> None:
     assert "110, 187 and 318 nodes" in outcome.statement
 
 
+LATTICE = """\
+mission far
+time step 1 s, horizon 8 s
+world (0, 0) to (10, 10)
+region base = box (0.5, 0.5) to (2, 2)
+region goal = box (8, 8) to (9.5, 9.5)
+team drone[2] { radius 0.1 m  dynamics unicycle(speed 0..2 m/s)  start in base }
+graph radio = proximity 1 m
+require go:   drone[0]: eventually[0, 8 s] goal
+require near: every drone: always[0, 8 s] (drone reach[hops 0..1 on radio] base)
+"""
+
+
+def test_what_conflicts_does_so_on_every_roadmap_that_is_named() -> None:
+    """On the finer roadmaps moves are so short that nobody reaches the goal at all; on the first one that is not so."""
+    outcome = missionc.compile(Source("far.mission", LATTICE)).outcome
+    assert isinstance(outcome, Impossible)
+    assert outcome.conflict == ("go", "near")
+    assert "on roadmaps of 110, 187 and 318 nodes `go` and `near`" in outcome.statement
+
+
 @pytest.mark.parametrize("solver", ["z3", "cadical", "race"])
 def test_every_solver_finds_a_plan_that_is_verified(solver: str) -> None:
     assert isinstance(compiled(GO, options=Options(solver=solver)).outcome, Verified)

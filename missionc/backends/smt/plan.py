@@ -94,6 +94,8 @@ class Run:
     """The nodes of each roadmap tried."""
     refused: list[int] = field(default_factory=list)
     """Of those, the ones that were shown to hold no plan."""
+    conflicting: set[str] = field(default_factory=set)
+    """Requirements that one or the other of these refusals rests on: on each of the roadmaps they conflict."""
 
     @property
     def setting(self) -> Setting:
@@ -121,12 +123,14 @@ class Run:
                 return result
             refused = result
             self.refused.append(nodes)
+            self.conflicting.update(refused.conflict)
         if missing or refused is None:
             return self.not_found(Reason.NO_ROADMAP, missing)
         if self.options.certify:
             with self.account.stage("proof"):
                 self.certify(refused)
-        return Impossible(refused.conflict, self.refusal(refused.conflict), self.account.report())
+        conflict = tuple(goal.name for goal in self.kernel.requirements if goal.name in self.conflicting)
+        return Impossible(conflict, self.refusal(conflict), self.account.report())
 
     def on_roadmaps(self, roadmaps: tuple[Roadmap, ...], solvers: Solvers) -> Outcome | NoPlan:
         self.account.sizes["nodes"] = self.tried[-1]
