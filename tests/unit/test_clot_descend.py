@@ -11,7 +11,6 @@ import pytest
 
 pytest.importorskip("torch")
 
-from missionc import driver
 from missionc.backends.api import Budget, Options, Planned, Report
 from missionc.backends.clot.accept import attempt
 from missionc.backends.clot.candidate import System
@@ -26,7 +25,7 @@ from missionc.backends.clot.weights import Spare, Weights
 from missionc.ir import Mission
 from missionc.kernel.nodes import Kernel
 from missionc.plan import Array, Trace
-from missionc.source import Source
+from tests.clot import checked
 
 VISIT = (Path(__file__).resolve().parents[2] / "missions" / "clot_visit.mission").read_text(encoding="utf-8")
 
@@ -41,13 +40,6 @@ team cart[2] { radius 0.2 m  dynamics double_integrator(speed <= 4 m/s, accelera
 require visit: eventually[0, 6 s] every cart: goal
 require apart: always[0, 6 s] distance(cart[0], cart[1]) >= 0.8
 """
-
-
-def checked(text: str, **overrides: str) -> tuple[Mission, Kernel]:
-    found = driver.check(Source("made.mission", text), overrides=overrides, backend="clot")
-    assert found.mission is not None, [finding.message for finding in found.findings]
-    assert found.kernel is not None
-    return found.mission, found.kernel
 
 
 def planned(text: str, seed: int = 0, **overrides: str) -> tuple[Trace, Report]:

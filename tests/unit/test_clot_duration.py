@@ -10,18 +10,16 @@ import pytest
 pytest.importorskip("torch")
 
 from missionc import driver
-from missionc.backends.clot.cost_graph import build
 from missionc.backends.clot.costs import Costs
-from missionc.backends.clot.demand import Demand
 from missionc.backends.clot.duration import duration, shorten
 from missionc.backends.clot.polish import polish
-from missionc.backends.clot.splines import splines, trace
-from missionc.backends.clot.weights import Spare, Weights
+from missionc.backends.clot.splines import trace
 from missionc.ir import Exactly
 from missionc.plan import Array, Trace
 from missionc.results import Verified
 from missionc.source import Source
 from missionc.units import Seconds
+from tests.clot import costs_and_demand
 
 ERRAND = """\
 mission errand
@@ -46,15 +44,6 @@ def verified(text: str, *, seed: int = 0, backend: str = "clot") -> Verified:
     return found.outcome
 
 
-def of(text: str) -> tuple[Costs, Demand]:
-    checked = driver.check(Source("a.mission", text), backend="clot")
-    assert checked.mission is not None
-    assert checked.kernel is not None
-    mission = checked.mission
-    roots = tuple(wanted.term for wanted in build(checked.kernel).requirements)
-    return Costs(mission, splines(mission), Weights(), Spare()), Demand.of(mission, roots, {}, mission.steps)
-
-
 def motion(costs: Costs, seed: int = 0) -> Array:
     """Anywhere but where starts and finishes are."""
     shape = len(costs.mission.agents), costs.splines.steps + 1, 2
@@ -72,7 +61,7 @@ def motion(costs: Costs, seed: int = 0) -> Array:
 @pytest.mark.parametrize("text", [ERRAND, SMOOTH, BACK])
 @pytest.mark.parametrize("rest", [1, 4, 11])
 def test_whoever_is_put_to_rest_stays_at_rest_while_polished(text: str, rest: int) -> None:
-    costs, demand = of(text)
+    costs, demand = costs_and_demand(text)
     made = replace(costs.splines, rest=rest)
     resting = replace(costs, splines=made)
     control = made.at_rest(motion(costs))
@@ -83,7 +72,7 @@ def test_whoever_is_put_to_rest_stays_at_rest_while_polished(text: str, rest: in
 
 @pytest.mark.parametrize("text", [ERRAND, SMOOTH, BACK])
 def test_points_at_rest_are_one_unknown_and_fixed_points_are_none(text: str) -> None:
-    costs, _ = of(text)
+    costs, _ = costs_and_demand(text)
     moved = costs.splines.unknowns()
     assert np.array_equal(moved >= 0, ~costs.splines.fixed)
     assert len(np.unique(moved[moved >= 0])) == (moved >= 0).sum()
@@ -140,7 +129,7 @@ def test_the_hybrid_makes_plans_shorter_too() -> None:
 
 
 def test_a_plan_that_cannot_be_made_shorter_is_not_lost() -> None:
-    costs, demand = of(ERRAND)
+    costs, demand = costs_and_demand(ERRAND)
     control = motion(costs)
     made = trace(costs.mission, costs.splines, control)
     tried: list[Array] = []
@@ -156,7 +145,7 @@ def test_a_plan_that_cannot_be_made_shorter_is_not_lost() -> None:
 
 
 def test_where_the_time_is_up_nothing_is_tried() -> None:
-    costs, demand = of(ERRAND)
+    costs, demand = costs_and_demand(ERRAND)
     control = motion(costs)
     made = trace(costs.mission, costs.splines, control)
     kept = shorten(control, made, demand, costs, lambda points: made, lambda: False)

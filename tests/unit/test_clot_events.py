@@ -16,7 +16,7 @@ from missionc.ir import Connected, InFormation, Mission
 from missionc.margins import formation as formation_margin
 from missionc.margins import link_margin
 from missionc.source import Source
-from missionc.units import Seconds
+from tests.clot import planned
 
 SCATTERED = """\
 mission scattered
@@ -37,12 +37,6 @@ def scattered(kind: str, *requirements: str) -> str:
     """A kind of formation may have a setting behind a bar."""
     kind, _, setting = kind.partition("|")
     return SCATTERED.replace("KIND", kind).replace("tolerance", f"{setting} tolerance") + "".join(requirements)
-
-
-def planned(text: str, seed: int = 0) -> None:
-    source = Source("a.mission", text)
-    outcome = missionc.compile(source, backend="clot", seed=seed, time_limit=Seconds(60)).outcome
-    assert isinstance(outcome, missionc.Verified), outcome
 
 
 @pytest.mark.parametrize("kind", KINDS)

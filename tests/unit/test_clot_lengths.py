@@ -9,16 +9,13 @@ pytest.importorskip("torch")
 
 from missionc import driver
 from missionc.backends.clot.active import Stretch
-from missionc.backends.clot.cost_graph import Length, build
-from missionc.backends.clot.costs import Costs
-from missionc.backends.clot.demand import Demand
+from missionc.backends.clot.cost_graph import Length
 from missionc.backends.clot.residuals import rows
-from missionc.backends.clot.splines import splines
-from missionc.backends.clot.weights import Spare, Weights
 from missionc.plan import Array
 from missionc.results import Verified
 from missionc.source import Source
 from missionc.units import Seconds
+from tests.clot import costs_and_demand
 
 FIELD = """\
 mission far
@@ -123,25 +120,16 @@ def test_bodies_cannot_be_asked_to_be_nearer_than_they_can_be() -> None:
 
 def asked(text: str, places: Array) -> list[Stretch]:
     """The lengths that have to hold of a team that stands still at these places."""
-    costs, demand = of(text)
+    costs, demand = costs_and_demand(text)
     position = np.repeat(places[:, None], costs.splines.steps + 1, axis=1)
     active = demand.active(position, np.zeros_like(position))
     return [stretch for stretches in active.lengths.values() for stretch in stretches]
 
 
-def of(text: str) -> tuple[Costs, Demand]:
-    checked = driver.check(Source("a.mission", text), backend="clot")
-    assert checked.mission is not None
-    assert checked.kernel is not None
-    mission = checked.mission
-    roots = tuple(wanted.term for wanted in build(checked.kernel).requirements)
-    return Costs(mission, splines(mission), Weights(), Spare()), Demand.of(mission, roots, {}, mission.steps)
-
-
 @pytest.mark.parametrize("name", ["a reach between bounds", "nobody near", "count"])
 @pytest.mark.parametrize("seed", range(3))
 def test_the_gradient_of_a_length_is_what_small_differences_say(name: str, seed: int) -> None:
-    costs, demand = of(FIELD + KEPT[name] + "\n")
+    costs, demand = costs_and_demand(FIELD + KEPT[name] + "\n")
     generator = np.random.default_rng(seed)
     shape = len(demand.mission.agents), demand.mission.steps + 1, 2
     control = costs.splines.through(generator.uniform((0, 0), (5, 4), shape))

@@ -13,7 +13,7 @@ from missionc.backends.clot.schedule import Schedule, Scheduler
 from missionc.backends.clot.tasks import MOST_OPTIONS, outline
 from missionc.ir import Mission
 from missionc.source import Source
-from missionc.units import Seconds
+from tests.clot import planned
 
 HOUSE = """\
 mission house
@@ -40,12 +40,6 @@ team rover[10] { radius 0.1 m  dynamics single_integrator(speed <= 2 m/s)  start
 require stay: rover[0]: always[0, 20 s] x >= 5
 require go:   eventually[0, 20 s] every rover: (left or right)
 """
-
-
-def planned(text: str, seed: int = 0) -> None:
-    source = Source("a.mission", text)
-    outcome = missionc.compile(source, backend="clot", seed=seed, time_limit=Seconds(60)).outcome
-    assert isinstance(outcome, missionc.Verified), outcome
 
 
 def schedules(text: str, count: int = 1) -> tuple[Mission, list[Schedule]]:

@@ -26,9 +26,9 @@ from missionc.backends.clot.trees import spanning_tree
 from missionc.backends.clot.weights import Spare, Weights
 from missionc.ir import Connected, Mission
 from missionc.kernel.nodes import Kernel
-from missionc.source import Source
 from missionc.verify.steps import check_dynamics
 from missionc.world.distance import signed_distance
+from tests.clot import checked
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -58,13 +58,6 @@ require far:   always[0, 6 s] distance(drone[0], drone[1]) >= 0.3
 require mast:  drone[2]: eventually[0, 6 s] distance(mast) <= 6
 require some:  drone[1]: always[0, 3 s] distance(truck[0]) >= 0.2
 """
-
-
-def checked(text: str) -> tuple[Mission, Kernel]:
-    found = driver.check(Source("mixed.mission", text), backend="clot")
-    assert found.mission is not None, [finding.message for finding in found.findings]
-    assert found.kernel is not None, [finding.message for finding in found.findings]
-    return found.mission, found.kernel
 
 
 def of_file(name: str, **overrides: str) -> tuple[Mission, Kernel]:

@@ -28,10 +28,10 @@ from missionc.backends.clot.weights import ProbeWeights
 from missionc.diagnostics.code import NOT_ITS_FLAG
 from missionc.diagnostics.model import Diagnostic
 from missionc.ir import Connected, InFormation, Mission
-from missionc.kernel.nodes import Kernel
 from missionc.results import Verified
 from missionc.source import Source
 from missionc.verify import verify
+from tests.clot import checked
 
 PAIR = """\
 mission pair
@@ -45,13 +45,6 @@ graph radio = proximity 1.5 m
 require visit: eventually[0, 4 s] every drone: goal
 require link:  always[0, 4 s] connected(radio)
 """
-
-
-def checked(text: str, backend: str = "clot") -> tuple[Mission, Kernel]:
-    found = driver.check(Source("a.mission", text), backend=backend)
-    assert found.mission is not None, found.findings
-    assert found.kernel is not None
-    return found.mission, found.kernel
 
 
 def planned(text: str, name: str, seed: int = 0, limit: float = 60.0, **others: int) -> Planned | NotFound:

@@ -12,12 +12,11 @@ pytest.importorskip("torch")
 
 from missionc import driver
 from missionc.backends.api import Budget, Options, Planned
-from missionc.backends.clot.cost_graph import build
 from missionc.backends.clot.demand import Demand
 from missionc.backends.clot.plan import BACKEND
 from missionc.ir import Inside
 from missionc.plan import Array
-from missionc.source import Source
+from tests import clot
 
 TORN = """\
 mission torn
@@ -33,13 +32,7 @@ require outside: every cart: always[0, 1 s] (ANOTHER or not park)
 
 
 def demand(other: str, another: str) -> Demand:
-    found = driver.check(
-        Source("torn.mission", TORN.replace("ANOTHER", another).replace("OTHER", other)), backend="clot"
-    )
-    assert found.mission is not None, [finding.message for finding in found.findings]
-    assert found.kernel is not None
-    roots = tuple(wanted.term for wanted in build(found.kernel).requirements)
-    return Demand.of(found.mission, roots, {}, found.mission.steps)
+    return clot.costs_and_demand(TORN.replace("ANOTHER", another).replace("OTHER", other))[1]
 
 
 def asked(made: Demand, position: Array) -> set[tuple[str, bool]]:

@@ -87,6 +87,8 @@ def improve(
     steps = min(aim.steps, TIDIED // max(1, control.size)) if aim is TIDY else aim.steps
     weights = replace(costs.weights, length=aim.length, bend=aim.bend)
     tried = descend(control, replace(costs, weights=weights), asked, steps, aim.gain, go_on)
+    if tried is control:
+        return Improved(control, made, tuple(notes))
     found = accept(tried)
     measure = MEASURES.get(mission.objective)
     better = found is not None and _as_many(mission, kernel, made, found)

@@ -75,7 +75,12 @@ def polish(
     """
     system = System(costs, control.shape)
     damping, penalty = DAMPING, 1.0
-    now = best = Look(control, costs, demand.active(*costs.splines.states(control)), system)
+
+    def decided(control: Array) -> Look:
+        """A motion, and what has to hold by what it is itself."""
+        return Look(control, costs, demand.active(*costs.splines.states(control)), system)
+
+    now = best = decided(control)
     done = 0
     while done < iterations and now.total(penalty) > 0 and go_on():
         done += 1
@@ -91,7 +96,7 @@ def polish(
             damping = max(damping / 4, LEAST_DAMPING)
             now = ahead
             if done < EAGER or done % PATIENT == 0 or settled:
-                now = Look(now.control, costs, demand.active(*costs.splines.states(now.control)), system)
+                now = decided(now.control)
                 if now.rank < best.rank:
                     best = now
         else:
@@ -101,7 +106,7 @@ def polish(
             untangled = demand.untangled(*costs.splines.states(now.control))
             if untangled is not None:
                 demand = untangled
-                now = Look(now.control, costs, demand.active(*costs.splines.states(now.control)), system)
+                now = decided(now.control)
                 continue
         if settled and now.filled < ENOUGH:
             break

@@ -10,8 +10,6 @@ in full.
 from __future__ import annotations
 
 import os
-import signal
-import subprocess
 import sysconfig
 from dataclasses import dataclass
 from functools import cache
@@ -21,8 +19,7 @@ import numpy as np
 
 from missionc.backends.smt.clauses import Clauses
 from missionc.backends.smt.dimacs import lines
-from missionc.backends.smt.outbox import Outbox
-from missionc.backends.smt.peak import peak_bytes
+from missionc.backends.smt.process import Process
 from missionc.backends.smt.wait import wait
 from missionc.backends.smt.worker import PARAMETERS
 from missionc.plan import Flags
@@ -45,32 +42,14 @@ class Seen:
     refused: bool
 
 
-class Glance:
-    """One process, one question. It reads clauses as they are made; use as a context, which ends it."""
+class Glance(Process):
+    """One process, one question. It reads clauses as they are made."""
 
     def __init__(self, z3: Path, memory_bytes: int, seed: int) -> None:
         settings = {**PARAMETERS, "random_seed": str(seed % 2**31), "max_conflicts": str(CONFLICTS)}
         command = [str(z3), "-dimacs", "-in", f"-memory:{max(1, memory_bytes >> 20)}"]
-        command += [f"sat.{name}={value}" for name, value in settings.items()]
-        self.peak_bytes = 0
-        # In a session of its own, Ctrl-C on the terminal is the parent's alone to act on.
-        self.process = subprocess.Popen(  # noqa: S603
-            command,
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.DEVNULL,
-            bufsize=0,
-            start_new_session=True,
-        )
-        assert self.process.stdin is not None
-        self._outbox = Outbox(self.process.stdin)
+        super().__init__(command + [f"sat.{name}={value}" for name, value in settings.items()])
         self._told = 0
-
-    def __enter__(self) -> Glance:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
 
     @property
     def told(self) -> bool:
@@ -81,7 +60,7 @@ class Glance:
         """Hands over what is new since the last time."""
         new, self._told = clauses.since(self._told)
         if new.size:
-            self._outbox.put(lines(new, clauses.variables))
+            self.outbox.put(lines(new, clauses.variables))
 
     def ask(self, clauses: Clauses, assumptions: tuple[int, ...], deadline: float) -> Seen:
         """Whether there is a model in which the assumptions hold, if that shows soon.
@@ -90,9 +69,9 @@ class Glance:
             deadline: on the clock of ``time.monotonic``.
         """
         self.tell(clauses)
-        self._weigh()  # while it surely runs; once it has answered it may be gone
-        self._outbox.put("".join(f"{literal} 0\n" for literal in assumptions).encode())
-        self._outbox.end()
+        self.weigh()  # while it surely runs; once it has answered it may be gone
+        self.outbox.put("".join(f"{literal} 0\n" for literal in assumptions).encode())
+        self.outbox.end()
         verdict, _, model = self._said(deadline).partition(b"\n")
         if verdict != YES:
             return Seen(None, verdict == NO)
@@ -101,29 +80,16 @@ class Glance:
         holds[numbers[numbers > 0]] = True
         return Seen(holds, False)
 
-    def close(self) -> None:
-        """Kills the process, if it still runs, and waits until it is gone."""
-        if self.process.returncode is None:
-            os.kill(self.process.pid, signal.SIGKILL)  # nothing else waits for it, so the number is still its own
-            self.process.returncode = os.waitstatus_to_exitcode(os.waitpid(self.process.pid, 0)[1])
-        self._outbox.end()
-        assert self.process.stdout is not None
-        self.process.stdout.close()
-
     def _said(self, deadline: float) -> bytes:
         """All that the process says; nothing where it takes longer than allowed."""
-        assert self.process.stdout is not None
         said = b""
-        while wait([self.process.stdout], deadline):
-            self._weigh()
-            more = os.read(self.process.stdout.fileno(), 1 << 20)
+        while wait([self], deadline):
+            self.weigh()
+            more = self.read()
             if not more:
                 return said
             said += more
         return b""
-
-    def _weigh(self) -> None:
-        self.peak_bytes = max(self.peak_bytes, peak_bytes(self.process.pid))
 
 
 @cache

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import os
 import signal
-import subprocess
 import sys
 from dataclasses import dataclass
 from functools import cache
@@ -19,8 +17,7 @@ from missionc.backends.api import Reason
 from missionc.backends.smt.clauses import Clauses, Literals
 from missionc.backends.smt.dimacs import dimacs
 from missionc.backends.smt.glance import Glance, program
-from missionc.backends.smt.outbox import Outbox
-from missionc.backends.smt.peak import peak_bytes
+from missionc.backends.smt.process import Process
 from missionc.backends.smt.wait import is_over, wait
 from missionc.plan import Flags
 
@@ -66,41 +63,25 @@ class ChildEnded(Exception):
     """The child closed its end: it died, or said why it gave up."""
 
 
-class Child:
-    """One solver process."""
+class Child(Process):
+    """A solver that remembers, in a process of its own."""
 
     def __init__(self, name: str, memory_bytes: int, seed: int) -> None:
+        super().__init__(worker(name, memory_bytes, seed))
         self.name = name
-        self.peak_bytes = 0
-        command = worker(name, memory_bytes, seed)
-        # In a session of its own, Ctrl-C on the terminal is the parent's alone to act on.
-        self.process = subprocess.Popen(  # noqa: S603
-            command,
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.DEVNULL,
-            bufsize=0,
-            start_new_session=True,
-        )
-        assert self.process.stdin is not None
-        self._outbox = Outbox(self.process.stdin)
         self._received = b""
-
-    def fileno(self) -> int:
-        assert self.process.stdout is not None
-        return self.process.stdout.fileno()
 
     def send(self, kind: bytes, payload: bytes) -> None:
         """Hands a message over."""
-        self._outbox.put(kind + len(payload).to_bytes(8, "little") + payload)
+        self.outbox.put(kind + len(payload).to_bytes(8, "little") + payload)
 
-    def read(self) -> None:
+    def receive(self) -> None:
         """Takes what has come.
 
         Raises:
             ChildEnded: nothing more will come.
         """
-        data = os.read(self.fileno(), 1 << 20)
+        data = self.read()
         if not data:
             raise ChildEnded
         self._received += data
@@ -112,16 +93,6 @@ class Child:
             return None
         message, self._received = self._received[:end], self._received[end:]
         return message[:1], message[9:]
-
-    def close(self) -> None:
-        """Kills the process, if it still runs, and waits until it is gone."""
-        if self.process.returncode is None:
-            self.peak_bytes = peak_bytes(self.process.pid)
-            os.kill(self.process.pid, signal.SIGKILL)  # nothing else waits for it, so the number is still its own
-            self.process.returncode = os.waitstatus_to_exitcode(os.waitpid(self.process.pid, 0)[1])
-        self._outbox.end()
-        assert self.process.stdout is not None
-        self.process.stdout.close()
 
 
 class Solvers:
@@ -286,7 +257,7 @@ class Solvers:
 def _answer(child: Child, kind: bytes) -> bytes | str | None:
     """What a child has to say: its answer, why there will be none, or nothing yet."""
     try:
-        child.read()
+        child.receive()
     except ChildEnded:
         return ""
     while message := child.next_message():

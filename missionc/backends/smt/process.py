@@ -1,0 +1,88 @@
+"""A solver's process: what is written to it, how much memory it held, and that it does not outlive its run."""
+
+from __future__ import annotations
+
+import os
+import queue
+import re
+import signal
+import subprocess
+import threading
+from pathlib import Path
+from typing import IO
+
+
+class Process:
+    """A command that reads from one pipe and answers on another."""
+
+    def __init__(self, command: list[str]) -> None:
+        self.peak_bytes = 0
+        # In a session of its own, Ctrl-C on the terminal is the parent's alone to act on.
+        self.process = subprocess.Popen(  # noqa: S603
+            command,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            bufsize=0,
+            start_new_session=True,
+        )
+        assert self.process.stdin is not None
+        self.outbox = Outbox(self.process.stdin)
+
+    def fileno(self) -> int:
+        """Of the pipe on which it answers."""
+        assert self.process.stdout is not None
+        return self.process.stdout.fileno()
+
+    def read(self) -> bytes:
+        """Some of what has come, and waits until something has; nothing where nothing more will."""
+        return os.read(self.fileno(), 1 << 20)
+
+    def weigh(self) -> None:
+        """Notes the most memory it has held, as long as it runs and where the system says."""
+        try:
+            status = Path(f"/proc/{self.process.pid}/status").read_text()
+        except OSError:
+            return
+        if found := re.search(r"VmHWM:\s+(\d+) kB", status):
+            self.peak_bytes = max(self.peak_bytes, int(found[1]) * 1024)
+
+    def close(self) -> None:
+        """Kills the process, if it still runs, and waits until it is gone."""
+        if self.process.returncode is None:
+            self.weigh()
+            os.kill(self.process.pid, signal.SIGKILL)  # nothing else waits for it, so the number is still its own
+            self.process.returncode = os.waitstatus_to_exitcode(os.waitpid(self.process.pid, 0)[1])
+        self.outbox.end()
+        assert self.process.stdout is not None
+        self.process.stdout.close()
+
+
+class Outbox:
+    """Writes to a pipe that nobody else writes to, in the order it is given; what a dead process misses is dropped.
+
+    A thread writes, so that a busy process keeps nobody waiting.
+    """
+
+    def __init__(self, pipe: IO[bytes]) -> None:
+        self._pipe = pipe
+        self._waiting: queue.SimpleQueue[bytes | None] = queue.SimpleQueue()
+        self._thread = threading.Thread(target=self._pump, daemon=True)
+        self._thread.start()
+
+    def put(self, message: bytes) -> None:
+        self._waiting.put(message)
+
+    def end(self) -> None:
+        """Nothing more will come: the pipe is closed when all is written."""
+        self._waiting.put(None)
+
+    def _pump(self) -> None:
+        try:
+            with self._pipe:
+                while (waiting := self._waiting.get()) is not None:
+                    left = memoryview(waiting)
+                    while left:
+                        left = left[self._pipe.write(left) :]
+        except (OSError, ValueError):  # the process is gone
+            return
