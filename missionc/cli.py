@@ -6,25 +6,24 @@ json`` standard output is one document that holds the diagnostics too.
 
 from __future__ import annotations
 
-import json
 import os
 import sys
 import time
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from enum import IntEnum
+from importlib import import_module
 from pathlib import Path
 from typing import assert_never
 
 import click
 
 from missionc import driver, stages, summary
+from missionc.answers import Status, say
 from missionc.backends.api import DEVICES, PRESETS, Budget, Impossible, NotFound, Options, Progress, ignore
 from missionc.diagnostics.code import CODES, INTERNAL
 from missionc.diagnostics.explain import explain as explanation
 from missionc.diagnostics.model import Diagnostic, has_errors
-from missionc.diagnostics.render import render_json, render_text
 from missionc.flags import existing, files, memory, of_mission, read_limits, stage_names
 from missionc.keeping import KeptRun
 from missionc.nearest import nearest
@@ -34,18 +33,8 @@ from missionc.version import __version__
 
 Pairs = tuple[tuple[str, str], ...]
 
-
-class Status(IntEnum):
-    """Exit statuses; that of a signal is 128 and its number."""
-
-    DONE = 0
-    MISSION_ERRORS = 1
-    USAGE = 2
-    IMPOSSIBLE = 3
-    UNDECIDED = 4
-    NOT_VERIFIED = 5
-    VIOLATED = 3
-    DEFECT = 70
+MODULES = ("verify",)
+"""Commands with a module of their own."""
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -61,11 +50,25 @@ def main(arguments: list[str] | None = None) -> int:
     except Exception as error:
         if os.environ.get("MISSIONC_TRACEBACK"):
             raise
-        _say([_defect(error)], [], "json" if "json" in words or "--format=json" in words else "text", {})
+        say([_defect(error)], [], "json" if "json" in words or "--format=json" in words else "text", {})
         return Status.DEFECT
 
 
-@click.group(context_settings={"help_option_names": ["-h", "--help"]})
+class Commands(click.Group):
+    """Commands of a module each, in ``missionc.commands``, are loaded when they are called."""
+
+    def list_commands(self, context: click.Context) -> list[str]:
+        return sorted([*super().list_commands(context), *MODULES])
+
+    def get_command(self, context: click.Context, name: str) -> click.Command | None:
+        if name not in MODULES:
+            return super().get_command(context, name)
+        command = import_module(f"missionc.commands.{name}").command
+        assert isinstance(command, click.Command)
+        return command
+
+
+@click.group(cls=Commands, context_settings={"help_option_names": ["-h", "--help"]})
 @click.version_option(__version__, message="missionc %(version)s")
 def commands() -> None:
     """A compiler for multi-robot missions.
@@ -83,7 +86,7 @@ def check(missions: tuple[Path, ...], overrides: Pairs, limits: Pairs, form: str
     results = [driver.check(file, overrides=dict(overrides), limits=allowed) for file in missions]
     findings = [finding for checked in results for finding in checked.findings]
     lines = [f"{checked.file}: {summary.counts(checked.findings)}" for checked in results]
-    _say(findings, lines, form, summary.checked_document(results))
+    say(findings, lines, form, summary.checked_document(results))
     return Status.MISSION_ERRORS if has_errors(findings) else Status.DONE
 
 
@@ -195,7 +198,7 @@ def compile(
     lines += summary.timing_lines(compiled.seconds) if timings else []
     texts = stages.of_compiled(compiled, wanted)
     document = summary.compiled_document(compiled, answer.output, texts)
-    _say(compiled.findings, [*_stage_lines(texts), *lines], form, document)
+    say(compiled.findings, [*_stage_lines(texts), *lines], form, document)
     return answer.status
 
 
@@ -294,7 +297,7 @@ def _refused(compiled: Compiled, finding: Diagnostic) -> Answer:
 def monitor(file: Path, trace: Path, overrides: Pairs, limits: Pairs, form: str) -> Status:
     """Judge a trace: a plan.json, or a CSV file with agent,t,x,y[,z]."""
     judged = driver.monitor(file, trace, overrides=dict(overrides), limits=read_limits(limits))
-    _say(judged.findings, summary.monitored_lines(judged), form, summary.monitored_document(judged))
+    say(judged.findings, summary.monitored_lines(judged), form, summary.monitored_document(judged))
     if not judged.ok:
         return Status.MISSION_ERRORS
     return Status.DONE if judged.satisfied else Status.VIOLATED
@@ -315,23 +318,6 @@ def explain(code: str | None) -> Status:
         raise click.UsageError(f"there is no code `{code}`; {hint}")
     click.echo(explanation(CODES[name]), nl=False)
     return Status.DONE
-
-
-def _say(findings: Iterable[Diagnostic], lines: Iterable[str], form: str, document: dict[str, object]) -> None:
-    """Findings to standard error and results to standard output, or one document with both."""
-    if form == "json":
-        whole = {**document, "diagnostics": render_json(list(findings))}
-        click.echo(json.dumps(whole, indent=2, ensure_ascii=False, allow_nan=False))
-        return
-    text = render_text(list(findings), _colours(sys.stderr.isatty()))
-    if text:
-        click.echo(text, err=True, color=True)
-    for line in lines:
-        click.echo(line)
-
-
-def _colours(terminal: bool) -> bool:
-    return terminal and not os.environ.get("NO_COLOR") and os.environ.get("TERM") != "dumb"
 
 
 @contextmanager

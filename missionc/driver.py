@@ -1,6 +1,6 @@
 """The pipeline, top to bottom. Read this file first.
 
-    check     text → findings, and the mission as meant
+    check     text → findings, and the mission as meant (``checking``)
     plan      … → a backend → a plan, verified → the files of it
     compile   both
     monitor   a mission and a trace → a judgement of every requirement
@@ -14,9 +14,7 @@ or a large library is imported where it is used, so that ``check`` stays quick.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, assert_never
 
@@ -33,6 +31,7 @@ from missionc.backends.api import (
     ignore,
 )
 from missionc.backends.load import load as load_backend
+from missionc.checking import ANY_BACKEND, Stopwatch, check
 from missionc.diagnostics.code import (
     IMPOSSIBLE,
     NO_ROADMAP,
@@ -43,24 +42,16 @@ from missionc.diagnostics.code import (
     SOLVER_GAVE_UP,
     TRACE_UNREADABLE,
 )
-from missionc.diagnostics.model import Diagnostic, Label, has_errors
+from missionc.diagnostics.model import Diagnostic, Label
 from missionc.ir import Mission
 from missionc.keeping import Checkpoints, unusable, with_checkpoints
 from missionc.limits import Limits
-from missionc.passes.check_horizons import check_horizons
-from missionc.passes.check_requirements import check_requirements
-from missionc.passes.check_world import check_world
-from missionc.passes.choose_backend import choose_backend
-from missionc.passes.expand import expand
-from missionc.passes.resolve import resolve
 from missionc.plan import Plan
 from missionc.provenance import given, inputs
-from missionc.reading import loader, read_source, read_text
+from missionc.reading import read_text
 from missionc.results import Checked, Compiled, CompileOutcome, Monitored, Refused, Unverified, Verified
 from missionc.signals import hold
-from missionc.source import Source, Span
-from missionc.syntax.parse import parse
-from missionc.syntax.tokens import MOST_FINDINGS
+from missionc.source import Source
 from missionc.units import Seconds
 
 if TYPE_CHECKING:
@@ -68,84 +59,8 @@ if TYPE_CHECKING:
 
 DEFAULT_TIME_LIMIT = Seconds(600.0)
 DEFAULT_MEMORY_LIMIT = 8 << 30
-ANY_BACKEND = "any"
-"""For ``check``: whether some backend can plan the mission is not asked."""
 
-
-@dataclass(slots=True)
-class Stopwatch:
-    """Seconds by stage, in the order the stages ran."""
-
-    seconds: list[tuple[str, Seconds]] = field(default_factory=list)
-
-    @contextmanager
-    def stage(self, name: str) -> Iterator[None]:
-        begin = time.perf_counter()
-        try:
-            yield
-        finally:
-            self.seconds.append((name, Seconds(time.perf_counter() - begin)))
-
-
-def check(
-    file: str | Path | Source,
-    *,
-    overrides: Mapping[str, str] | None = None,
-    backend: str = "auto",
-    limits: Limits | None = None,
-) -> Checked:
-    """Every finding that needs no solving, and the mission as meant where there is no error.
-
-    Args:
-        file: a path, or a text already in hand; what it includes lies relative to its name.
-        overrides: texts for parameters, ``{"T": "30 s"}``.
-        backend: ``auto``, or the one to hold the mission against.
-        limits: of the sizes a mission may have.
-    """
-    limits = limits or Limits()
-    name = file.name if isinstance(file, Source) else str(file)
-    source = file if isinstance(file, Source) else read_source(Path(file), name, limits)
-    if isinstance(source, Diagnostic):
-        return Checked(name, (source,))
-    watch = Stopwatch()
-    sources = [source]
-    load = loader(Path(name), name, limits)
-
-    def load_and_keep(written: str, span: Span) -> Source | Diagnostic:
-        included = load(written, span)
-        if isinstance(included, Source):
-            sources.append(included)
-        return included
-
-    def so_far(findings: list[Diagnostic]) -> Checked:
-        return Checked(
-            name,
-            no_more_than_are_read(in_file_order(findings, sources)),
-            tuple(sources),
-            dict(overrides or {}),
-            seconds=tuple(watch.seconds),
-        )
-
-    with watch.stage("parse"):
-        program, findings = parse(source, limits, load_and_keep)
-    if program is None or has_errors(findings):
-        return so_far(findings)
-    with watch.stage("resolve"):
-        mission, more = resolve(program, dict(overrides or {}), limits)
-    findings = [*findings, *more]
-    if mission is None or has_errors(findings):
-        return replace(so_far(findings), program=program)
-    with watch.stage("check"):
-        findings += [*check_horizons(mission), *check_world(mission), *check_requirements(mission)]
-        choice = None
-        if backend != ANY_BACKEND:
-            choice, more = choose_backend(mission, None if backend == "auto" else backend)
-            findings += more
-    if has_errors(findings):
-        return replace(so_far(findings), program=program, mission=mission, choice=choice)
-    with watch.stage("expand"):
-        kernel, more = expand(mission, limits)
-    return replace(so_far([*findings, *more]), program=program, mission=mission, choice=choice, kernel=kernel)
+__all__ = ["ANY_BACKEND", "DEFAULT_MEMORY_LIMIT", "DEFAULT_TIME_LIMIT", "check", "compile", "monitor", "plan"]
 
 
 def compile(
@@ -271,28 +186,6 @@ def monitor(
     judgements = judge(checked.mission, checked.kernel, motion)
     asked = len(checked.kernel.requirements)
     return Monitored(checked, judgements[:asked], judgements[asked:], checked.findings)
-
-
-def in_file_order(findings: list[Diagnostic], sources: list[Source]) -> tuple[Diagnostic, ...]:
-    """Findings about no text first, then by file in the order of reading, then by place."""
-    order = {source.name: number for number, source in enumerate(sources)}
-
-    def place(finding: Diagnostic) -> tuple[int, int]:
-        span = finding.primary.span if finding.primary else None
-        return (order.get(span.source.name, len(order)), span.start) if span else (-1, 0)
-
-    return tuple(sorted(findings, key=place))
-
-
-def no_more_than_are_read(findings: tuple[Diagnostic, ...]) -> tuple[Diagnostic, ...]:
-    """The first findings, errors rather than warnings; the last one says how many more there are."""
-    left = len(findings) - MOST_FINDINGS
-    if left <= 0:
-        return findings
-    errors_first = sorted(range(len(findings)), key=lambda number: findings[number].code.warning)
-    *shown, last = (findings[number] for number in sorted(errors_first[:MOST_FINDINGS]))
-    more = f"{left} more findings are not shown" if left > 1 else "1 more finding is not shown"
-    return (*shown, replace(last, notes=(*last.notes, more)))
 
 
 # ------------------------------------------------------------------ messages

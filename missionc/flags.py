@@ -30,6 +30,16 @@ def existing(value: str) -> Path:
     return path
 
 
+def folder(value: str) -> Path:
+    """A folder that is there."""
+    path = Path(value)
+    if not path.exists():
+        raise click.UsageError(f"there is no folder `{value}`")
+    if not path.is_dir():
+        raise click.UsageError(f"`{value}` is a file; name the folder that `missionc compile` wrote")
+    return path
+
+
 def files(context: click.Context, parameter: click.Parameter, incomplete: str) -> list[CompletionItem]:
     """For shell completion: whatever files there are."""
     return [CompletionItem(incomplete, type="file")]
@@ -89,10 +99,15 @@ def of_mission(command: Command) -> Command:
     define = click.option(
         "-D", "overrides", type=pair, multiple=True, metavar="NAME=VALUE", help="Give a parameter another value."
     )
+    return define(limits_and_form(command))
+
+
+def limits_and_form(command: Command) -> Command:
+    """The flags of every command that reads files."""
     limit = click.option(
         "--limit", "limits", type=pair, multiple=True, metavar="NAME=VALUE", help="Raise or lower a limit of size."
     )
     form = click.option(
         "--format", "form", type=click.Choice(["text", "json"]), default="text", help="Words, or one JSON document."
     )
-    return define(limit(form(command)))
+    return limit(form(command))

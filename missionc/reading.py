@@ -22,6 +22,7 @@ from missionc.diagnostics.code import (
     CHECKPOINT_UNREADABLE,
     FILE_CHANGED,
     FILE_TOO_LARGE,
+    FOLDER_UNREADABLE,
     INCLUDE_NOT_ALLOWED,
     TRACE_UNREADABLE,
     UNREADABLE,
@@ -31,7 +32,12 @@ from missionc.diagnostics.model import Diagnostic, Label
 from missionc.limits import Limits
 from missionc.source import Source, Span
 
-LIMITS = {UNREADABLE: "file_bytes", TRACE_UNREADABLE: "trace_bytes", CHECKPOINT_UNREADABLE: "checkpoint_bytes"}
+LIMITS = {
+    UNREADABLE: "file_bytes",
+    TRACE_UNREADABLE: "trace_bytes",
+    CHECKPOINT_UNREADABLE: "checkpoint_bytes",
+    FOLDER_UNREADABLE: "trace_bytes",
+}
 """The limit that a file of each kind may exceed, by the code that says it cannot be read."""
 
 Loader: TypeAlias = Callable[[str, Span], Source | Diagnostic]
@@ -146,7 +152,7 @@ def _unreadable(code: Code, name: str, reason: str, cause: Span | None) -> Diagn
         f"cannot read `{name}`: {reason}",
         Label(cause, "asked for here") if cause else None,
         help="give a file that is there and can be read"
-        if code is CHECKPOINT_UNREADABLE
+        if code in (CHECKPOINT_UNREADABLE, FOLDER_UNREADABLE)
         else "give a file of UTF-8 text that is there and can be read",
     )
 

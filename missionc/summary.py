@@ -13,6 +13,7 @@ from missionc.units import Seconds
 
 if TYPE_CHECKING:
     from missionc.plan import Judgement
+    from missionc.replay import Replayed
     from missionc.verify.certificate import Certificate, Check
 
 SHOWN = 5e-4
@@ -156,6 +157,31 @@ def monitored_document(monitored: Monitored) -> dict[str, object]:
         "satisfied": monitored.satisfied if monitored.ok else None,
         "requirements": [_judgement(each) for each in monitored.requirements],
         "preferences": [_judgement(each) for each in monitored.preferences],
+    }
+
+
+def replayed_lines(replayed: Replayed) -> list[str]:
+    """That a folder's files pass, and how narrowly."""
+    certificate = replayed.certificate
+    if certificate is None or not certificate.passed:
+        return []
+    lines = [
+        f"{certificate.mission}: verified, {_many(len(certificate.checks), 'check')} from the folder's files alone"
+    ]
+    return [*lines, *margin_lines(certificate), *(f"note: {warning}" for warning in certificate.warnings)]
+
+
+def replayed_document(replayed: Replayed) -> dict[str, object]:
+    """``passed`` is null where the folder could not be read; ``failures`` are the checks that fail."""
+    certificate = replayed.certificate
+    failures = certificate.failures if certificate else ()
+    return {
+        "passed": certificate.passed if certificate else None,
+        "checks": len(certificate.checks) if certificate else 0,
+        "failures": [
+            {"name": check.name, "subject": check.subject, "margin": check.margin, "unit": check.unit, "at": check.at}
+            for check in failures
+        ],
     }
 
 

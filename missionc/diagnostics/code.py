@@ -103,6 +103,8 @@ TRACE_UNREADABLE = Code("MC704", "the trace cannot be read")
 TRACE_MISMATCH = Code("MC705", "the trace does not fit the mission")
 CHECKPOINT_UNREADABLE = Code("MC706", "the checkpoint cannot be used")
 CHECKPOINT_MISMATCH = Code("MC707", "the checkpoint is of another run")
+FOLDER_UNREADABLE = Code("MC708", "the folder cannot be read")
+FOLDER_REFUSED = Code("MC709", "the folder does not hold what was verified")
 
 # 9xx: our own
 INTERNAL = Code("MC901", "a defect of the compiler")

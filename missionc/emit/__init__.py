@@ -13,12 +13,15 @@ from missionc.diagnostics.model import Diagnostic
 from missionc.emit.certificate import certificate_json
 from missionc.emit.crazyflie import crazyflie
 from missionc.emit.manifest import Option, Provenance, manifest, sha256
-from missionc.emit.names import file_names
 from missionc.emit.plan_json import plan_json
 from missionc.emit.trajectories import trajectories
+from missionc.file_names import file_names
 from missionc.ir import Mission
 from missionc.plan import Plan
 from missionc.verify.certificate import Certificate
+
+MISSION = "mission"
+"""Where in the folder the mission's own files lie, so that the folder can be judged from what is in it."""
 
 __all__ = ["Option", "Output", "Provenance", "emit", "plan_json"]
 
@@ -44,6 +47,8 @@ def emit(mission: Mission, plan: Plan, certificate: Certificate, provenance: Pro
     names = file_names(mission.agents)
     for agent in mission.agents:
         files[f"crazyflie/{names[agent.name]}.csv"] = flyable.files[agent.name].encode()
+    for name, content in provenance.inputs:
+        files[f"{MISSION}/{name}"] = content
     files["certificate.json"] = certificate_json(whole, sha256(files["plan.json"])).encode()
     files["manifest.json"] = manifest(plan, provenance, files).encode()
     return Output(tuple(files.items()), whole)

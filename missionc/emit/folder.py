@@ -20,7 +20,7 @@ from missionc.diagnostics.code import CANNOT_WRITE, OUTPUT_EXISTS
 from missionc.diagnostics.model import Diagnostic
 
 OURS = re.compile(
-    r"(plan|certificate|manifest)\.json|trajectories\.csv|crazyflie|report\.html|.+\.(cnf|drat)|\.DS_Store"
+    r"(plan|certificate|manifest)\.json|trajectories\.csv|crazyflie|mission|report\.html|.+\.(cnf|drat)|\.DS_Store"
 )
 """What may lie in an output folder; anything else was put there by somebody."""
 

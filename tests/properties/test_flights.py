@@ -14,7 +14,7 @@ import pytest
 from missionc import driver
 from missionc.backends.api import Impossible, NotFound
 from missionc.diagnostics.code import CONTRADICTION, TOO_FAR
-from missionc.emit.names import file_names
+from missionc.file_names import file_names
 from missionc.results import Compiled, Refused, Unverified, Verified
 from missionc.source import Source
 from missionc.units import Seconds

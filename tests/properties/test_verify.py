@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from missionc import driver, ir
-from missionc.emit.names import file_names
+from missionc.file_names import file_names
 from missionc.kernel.nodes import Kernel
 from missionc.plan import Plan, Trace
 from missionc.results import Verified

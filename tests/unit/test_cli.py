@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from missionc import cli, driver
+from missionc import answers, driver
 from missionc.cli import main
 from missionc.version import __version__
 from tests.small import CONFLICT, LATE, SMALL, WRONG, parked
@@ -179,6 +179,7 @@ def test_compile_writes_the_folder_and_says_where(folder: Path, capsys: Captured
         "trajectories.csv",
         "certificate.json",
         "manifest.json",
+        "mission/small.mission",
         "crazyflie/drone0.csv",
         "crazyflie/drone1.csv",
     }
@@ -406,4 +407,4 @@ def test_colours_are_for_terminals_and_those_who_want_them(
     monkeypatch.setenv("TERM", "xterm")
     for name, value in environment.items():
         monkeypatch.setenv(name, value)
-    assert cli._colours(terminal) is coloured
+    assert answers._colours(terminal) is coloured

@@ -16,9 +16,9 @@ from missionc import ir
 from missionc.diagnostics.model import Diagnostic
 from missionc.emit import Output, Provenance, emit
 from missionc.emit.certificate import certificate_json
-from missionc.emit.names import file_names
 from missionc.emit.plan_json import plan_json
 from missionc.emit.trajectories import trajectories
+from missionc.file_names import file_names
 from missionc.plan import Judgement, Plan
 from missionc.verify import Certificate, Check, Figure, verify
 from tests.plans import NOTHING, SPAN, mission_of, planned, straight
@@ -50,6 +50,7 @@ def test_the_folder_holds_what_the_reference_lists() -> None:
         "trajectories.csv",
         "crazyflie/drone0.csv",
         "crazyflie/drone1.csv",
+        "mission/made.mission",
         "certificate.json",
         "manifest.json",
     ]

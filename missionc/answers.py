@@ -1,0 +1,44 @@
+"""What every command ends with: an exit status, findings on standard error, results on standard output."""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+from collections.abc import Iterable
+from enum import IntEnum
+
+import click
+
+from missionc.diagnostics.model import Diagnostic
+from missionc.diagnostics.render import render_json, render_text
+
+
+class Status(IntEnum):
+    """Exit statuses; that of a signal is 128 and its number."""
+
+    DONE = 0
+    MISSION_ERRORS = 1
+    USAGE = 2
+    IMPOSSIBLE = 3
+    UNDECIDED = 4
+    NOT_VERIFIED = 5
+    VIOLATED = 3
+    DEFECT = 70
+
+
+def say(findings: Iterable[Diagnostic], lines: Iterable[str], form: str, document: dict[str, object]) -> None:
+    """Findings to standard error and results to standard output, or one document with both."""
+    if form == "json":
+        whole = {**document, "diagnostics": render_json(list(findings))}
+        click.echo(json.dumps(whole, indent=2, ensure_ascii=False, allow_nan=False))
+        return
+    text = render_text(list(findings), _colours(sys.stderr.isatty()))
+    if text:
+        click.echo(text, err=True, color=True)
+    for line in lines:
+        click.echo(line)
+
+
+def _colours(terminal: bool) -> bool:
+    return terminal and not os.environ.get("NO_COLOR") and os.environ.get("TERM") != "dumb"

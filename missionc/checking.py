@@ -1,0 +1,129 @@
+"""The front end: text to findings, and the mission as meant. Nothing here solves anything, or knows who could.
+
+in   a mission's file, or its text
+out  Checked
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+from missionc.diagnostics.model import Diagnostic, has_errors
+from missionc.limits import Limits
+from missionc.passes.check_horizons import check_horizons
+from missionc.passes.check_requirements import check_requirements
+from missionc.passes.check_world import check_world
+from missionc.passes.choose_backend import choose_backend
+from missionc.passes.expand import expand
+from missionc.passes.resolve import resolve
+from missionc.reading import loader, read_source
+from missionc.results import Checked
+from missionc.source import Source, Span
+from missionc.syntax.parse import parse
+from missionc.syntax.tokens import MOST_FINDINGS
+from missionc.units import Seconds
+
+ANY_BACKEND = "any"
+"""For ``check``: whether some backend can plan the mission is not asked."""
+
+
+@dataclass(slots=True)
+class Stopwatch:
+    """Seconds by stage, in the order the stages ran."""
+
+    seconds: list[tuple[str, Seconds]] = field(default_factory=list)
+
+    @contextmanager
+    def stage(self, name: str) -> Iterator[None]:
+        begin = time.perf_counter()
+        try:
+            yield
+        finally:
+            self.seconds.append((name, Seconds(time.perf_counter() - begin)))
+
+
+def check(
+    file: str | Path | Source,
+    *,
+    overrides: Mapping[str, str] | None = None,
+    backend: str = "auto",
+    limits: Limits | None = None,
+) -> Checked:
+    """Every finding that needs no solving, and the mission as meant where there is no error.
+
+    Args:
+        file: a path, or a text already in hand; what it includes lies relative to its name.
+        overrides: texts for parameters, ``{"T": "30 s"}``.
+        backend: ``auto``, or the one to hold the mission against.
+        limits: of the sizes a mission may have.
+    """
+    limits = limits or Limits()
+    name = file.name if isinstance(file, Source) else str(file)
+    source = file if isinstance(file, Source) else read_source(Path(file), name, limits)
+    if isinstance(source, Diagnostic):
+        return Checked(name, (source,))
+    watch = Stopwatch()
+    sources = [source]
+    load = loader(Path(name), name, limits)
+
+    def load_and_keep(written: str, span: Span) -> Source | Diagnostic:
+        included = load(written, span)
+        if isinstance(included, Source):
+            sources.append(included)
+        return included
+
+    def so_far(findings: list[Diagnostic]) -> Checked:
+        return Checked(
+            name,
+            no_more_than_are_read(in_file_order(findings, sources)),
+            tuple(sources),
+            dict(overrides or {}),
+            seconds=tuple(watch.seconds),
+        )
+
+    with watch.stage("parse"):
+        program, findings = parse(source, limits, load_and_keep)
+    if program is None or has_errors(findings):
+        return so_far(findings)
+    with watch.stage("resolve"):
+        mission, more = resolve(program, dict(overrides or {}), limits)
+    findings = [*findings, *more]
+    if mission is None or has_errors(findings):
+        return replace(so_far(findings), program=program)
+    with watch.stage("check"):
+        findings += [*check_horizons(mission), *check_world(mission), *check_requirements(mission)]
+        choice = None
+        if backend != ANY_BACKEND:
+            choice, more = choose_backend(mission, None if backend == "auto" else backend)
+            findings += more
+    if has_errors(findings):
+        return replace(so_far(findings), program=program, mission=mission, choice=choice)
+    with watch.stage("expand"):
+        kernel, more = expand(mission, limits)
+    return replace(so_far([*findings, *more]), program=program, mission=mission, choice=choice, kernel=kernel)
+
+
+def in_file_order(findings: list[Diagnostic], sources: list[Source]) -> tuple[Diagnostic, ...]:
+    """Findings about no text first, then by file in the order of reading, then by place."""
+    order = {source.name: number for number, source in enumerate(sources)}
+
+    def place(finding: Diagnostic) -> tuple[int, int]:
+        span = finding.primary.span if finding.primary else None
+        return (order.get(span.source.name, len(order)), span.start) if span else (-1, 0)
+
+    return tuple(sorted(findings, key=place))
+
+
+def no_more_than_are_read(findings: tuple[Diagnostic, ...]) -> tuple[Diagnostic, ...]:
+    """The first findings, errors rather than warnings; the last one says how many more there are."""
+    left = len(findings) - MOST_FINDINGS
+    if left <= 0:
+        return findings
+    errors_first = sorted(range(len(findings)), key=lambda number: findings[number].code.warning)
+    *shown, last = (findings[number] for number in sorted(errors_first[:MOST_FINDINGS]))
+    more = f"{left} more findings are not shown" if left > 1 else "1 more finding is not shown"
+    return (*shown, replace(last, notes=(*last.notes, more)))

@@ -1,0 +1,24 @@
+"""``missionc verify FOLDER``: whether what lies in a folder may be flown."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from missionc import summary
+from missionc.answers import Status, say
+from missionc.flags import folder, limits_and_form, read_limits
+from missionc.replay import replay
+
+
+@click.command("verify")
+@click.argument("path", type=folder, metavar="FOLDER")
+@limits_and_form
+def command(path: Path, limits: tuple[tuple[str, str], ...], form: str) -> Status:
+    """Verify a compiled folder once more, from its files alone."""
+    replayed = replay(path, read_limits(limits))
+    say(replayed.findings, summary.replayed_lines(replayed), form, summary.replayed_document(replayed))
+    if replayed.certificate is None:
+        return Status.MISSION_ERRORS
+    return Status.DONE if replayed.passed else Status.NOT_VERIFIED

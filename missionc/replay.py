@@ -1,0 +1,80 @@
+"""Verification once more, from a folder's files alone: neither a backend nor what fits polynomials is imported here.
+
+in   Reopened
+out  Certificate: of the files as they are, whoever wrote them
+says MC709
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from missionc.diagnostics.code import FOLDER_REFUSED
+from missionc.diagnostics.model import Diagnostic
+from missionc.limits import Limits
+from missionc.reopen import Reopened, reopen
+from missionc.verify import verify, verify_polynomials
+from missionc.verify.certificate import Certificate, Check
+
+MOST_REASONS = 8
+"""Failed checks that a message names; the first of them are the ones to look at."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Replayed:
+    """What a folder's files come to; ``certificate`` is absent where they could not be read."""
+
+    folder: Path
+    findings: tuple[Diagnostic, ...]
+    reopened: Reopened | None = None
+    certificate: Certificate | None = None
+
+    @property
+    def passed(self) -> bool:
+        return self.certificate is not None and self.certificate.passed
+
+
+def replay(folder: Path, limits: Limits | None = None) -> Replayed:
+    """Judge the plan and the polynomials that a folder holds, and whether its files are those of its manifest."""
+    reopened = reopen(folder, limits)
+    if not isinstance(reopened, Reopened):
+        return Replayed(folder, reopened)
+    mission, trace = reopened.mission, reopened.trace
+    planned = verify(mission, reopened.kernel, trace)
+    certificate = Certificate(mission.name, _files(reopened)).joined(planned)
+    if planned.passed:
+        certificate = certificate.joined(verify_polynomials(mission, trace, reopened.flights))
+    findings = () if certificate.passed else (_refused(folder, certificate),)
+    return Replayed(folder, findings, reopened, certificate)
+
+
+def _files(reopened: Reopened) -> tuple[Check, ...]:
+    """That every file is the one that was written."""
+    detail = "its SHA-256 is the one in the manifest"
+    return tuple(
+        Check("manifest", name, 0.0, "", 0.0, name not in reopened.differing, detail=detail)
+        for name in sorted(reopened.files)
+    )
+
+
+def _refused(folder: Path, certificate: Certificate) -> Diagnostic:
+    failures = sorted(certificate.failures, key=lambda check: check.name == "manifest")
+    more = len(failures) - MOST_REASONS
+    return Diagnostic(
+        FOLDER_REFUSED,
+        f"`{folder}` is not to be flown: {len(failures)} of {len(certificate.checks)} checks fail",
+        None,
+        notes=(*map(_reason, failures[:MOST_REASONS]), *([f"and {more} more"] if more > 0 else [])),
+        help="compile the mission again; files that were changed by hand are no longer the ones that were verified",
+    )
+
+
+def _reason(check: Check) -> str:
+    """One failed check in words: what, of whom, by how much and when."""
+    if check.name == "manifest":
+        return f"file `{check.subject}`: its content is not the one that was written"
+    amount = f" by {-check.margin:.3g} {check.unit}" if check.margin < 0 else ""
+    when = f" at {check.at:.2f} s" if check.at is not None else ""
+    who = f" ({', '.join(check.agents)})" if check.agents and check.agents != (check.subject,) else ""
+    return f"{check.name} of {check.subject}{who} fails{amount}{when}: {check.detail}"
