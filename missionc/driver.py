@@ -156,7 +156,7 @@ def plan(
     with watch.stage("emit"):
         cut_short = report.cut_short.value if report.cut_short else ""
         provenance = Provenance(inputs(checked), given(checked, options), cut_short)
-        output = emit(mission, verified, certificate, provenance)
+        output = emit(mission, kernel, verified, certificate, provenance)
     if isinstance(output, Diagnostic):
         return ended(Refused(), output)
     return ended(Verified(verified, output.certificate, report, output.files))

@@ -44,7 +44,7 @@ def replay(folder: Path, limits: Limits | None = None) -> Replayed:
     planned = verify(mission, reopened.kernel, trace)
     certificate = Certificate(mission.name, _files(reopened)).joined(planned)
     if planned.passed:
-        certificate = certificate.joined(verify_polynomials(mission, trace, reopened.flights))
+        certificate = certificate.joined(verify_polynomials(mission, reopened.kernel, trace, reopened.flights))
     findings = () if certificate.passed else (_refused(folder, certificate),)
     return Replayed(folder, findings, reopened, certificate)
 

@@ -17,6 +17,7 @@ from missionc.emit.plan_json import plan_json
 from missionc.emit.trajectories import trajectories
 from missionc.file_names import file_names
 from missionc.ir import Mission
+from missionc.kernel.nodes import Kernel
 from missionc.plan import Plan
 from missionc.verify.certificate import Certificate
 
@@ -34,9 +35,11 @@ class Output:
     certificate: Certificate
 
 
-def emit(mission: Mission, plan: Plan, certificate: Certificate, provenance: Provenance) -> Output | Diagnostic:
+def emit(
+    mission: Mission, kernel: Kernel, plan: Plan, certificate: Certificate, provenance: Provenance
+) -> Output | Diagnostic:
     """All files of a verified plan, the same bytes each time; or why its polynomials cannot be flown."""
-    flyable = crazyflie(mission, plan.trace)
+    flyable = crazyflie(mission, kernel, plan.trace)
     if isinstance(flyable, Diagnostic):
         return flyable
     whole = certificate.joined(flyable.certificate)

@@ -31,14 +31,14 @@ LENIENT = 2e-6
 
 
 SMALLEST = 1 / 8
-"""Of a piece: a moving obstacle's planes are for no smaller part than this, or what its own turns leave."""
+"""Of a leg: a moving obstacle's planes are for no smaller part than this, or what its own turns leave."""
 
 
 @dataclass(frozen=True, slots=True)
 class Near:
-    """Two agents, or one agent and an obstacle, too close in a piece, from ``begin`` to ``end`` (seconds)."""
+    """Two agents, or one agent and an obstacle, too close in a leg, from ``begin`` to ``end`` (seconds)."""
 
-    piece: int
+    leg: int
     begin: float
     end: float
     first: int
@@ -62,14 +62,17 @@ Held: TypeAlias = dict[Near, list[Plane]]
 def conflicts(mission: Mission, level: Curves, held: Held) -> list[Near]:
     """All places where the curves keep less than the mission's separation or clearance.
 
-    Beside moving obstacles, the parts of pieces are looked at that planes were made for.
+    Beside moving obstacles, the parts of legs are looked at that planes were made for.
+
+    Args:
+        level: cut at the joints of the legs.
     """
     found: list[Near] = []
-    for piece, first, second in near_pairs(mission, level, spare=0.0):
-        lower, upper, _ = pair_margins(mission, level, piece, first, second, 0.0)
-        begin, end = level.times[piece : piece + 2].tolist()
+    for leg, first, second in near_pairs(mission, level, spare=0.0):
+        lower, upper, _ = pair_margins(mission, level, leg, first, second, 0.0)
+        begin, end = level.times[leg : leg + 2].tolist()
         found += [
-            Near(piece, begin, end, int(first[index]), int(second[index]), -float(upper[index]))
+            Near(leg, begin, end, int(first[index]), int(second[index]), -float(upper[index]))
             for index in np.flatnonzero(_close(lower, upper)).tolist()
         ]
     cuts = np.array([time for near in held if near.moving for time in (near.begin, near.end)])
@@ -80,8 +83,8 @@ def conflicts(mission: Mission, level: Curves, held: Held) -> list[Near]:
         for index in np.flatnonzero(_close(bounds.lower, bounds.upper)).tolist():
             agent, part = divmod(index, parts)
             begin, end = seen.times[part : part + 2].tolist()
-            piece = int(np.searchsorted(level.times, begin, side="right")) - 1
-            found.append(Near(piece, begin, end, agent, obstacle, -float(bounds.upper[index])))
+            leg = int(np.searchsorted(level.times, begin, side="right")) - 1
+            found.append(Near(leg, begin, end, agent, obstacle, -float(bounds.upper[index])))
     return found
 
 
@@ -101,9 +104,7 @@ def held_apart(mission: Mission, course: Course, held: Held, found: list[Near], 
             for wider in [each for each in more if each.moving and _contains(each, near)]:
                 del more[wider]
             more[near] = _planes(mission, course, near, None)
-        elif near.moving and near.end - near.begin > SMALLEST * (
-            course.times[near.piece + 1] - course.times[near.piece]
-        ):
+        elif near.moving and near.end - near.begin > SMALLEST * (course.times[near.leg + 1] - course.times[near.leg]):
             del more[near]
             middle = (near.begin + near.end) / 2
             for half in (replace(near, end=middle), replace(near, begin=middle)):
@@ -114,7 +115,7 @@ def held_apart(mission: Mission, course: Course, held: Held, found: list[Near], 
 
 
 def _contains(wide: Near, near: Near) -> bool:
-    same = (wide.piece, wide.first, wide.other) == (near.piece, near.first, near.other)
+    same = (wide.leg, wide.first, wide.other) == (near.leg, near.first, near.other)
     return same and wide.begin <= near.begin and near.end <= wide.end
 
 
@@ -122,21 +123,21 @@ def _planes(mission: Mission, course: Course, near: Near, level: Curves | None) 
     """Laid by the verified motion, and only as far as it respects them; or by the curve that was found."""
     match near.other:
         case int(second):
-            ends = np.stack([course.start[:, near.piece], course.end[:, near.piece]], axis=1)
+            ends = np.stack([course.start[:, near.leg], course.end[:, near.leg]], axis=1)
             return _between(mission, near, second, ends[near.first] - ends[second])
         case Obstacle(motion=Still()) as obstacle:
-            ends = np.stack([course.start[near.first, near.piece], course.end[near.first, near.piece]])
+            ends = np.stack([course.start[near.first, near.leg], course.end[near.first, near.leg]])
             return _beside(mission, near, obstacle, (0.0, 1.0), ends, np.zeros_like(ends), True)
         case Obstacle(motion=Path(knots, offsets)) as obstacle:
-            begin, end = course.times[near.piece : near.piece + 2]
+            begin, end = course.times[near.leg : near.leg + 2]
             when = np.array([near.begin, near.end])
             share = np.clip((when - begin) / (end - begin), 0.0, 1.0)
             shift = np.stack([np.interp(when, knots, axis) for axis in np.array(offsets).T], axis=-1)
             if level is None:
-                first, last = course.joint[near.first, near.piece : near.piece + 2]
+                first, last = course.joint[near.first, near.leg : near.leg + 2]
                 ends = first + share[:, None] * (last - first)
             else:
-                ends = values(level.coefficients[near.first, [near.piece] * 2], when - begin)
+                ends = values(level.coefficients[near.first, [near.leg] * 2], when - begin)
             return _beside(mission, near, obstacle, (float(share[0]), float(share[1])), ends, shift, level is None)
         case _:
             raise AssertionError(near)
@@ -153,7 +154,7 @@ def _between(mission: Mission, near: Near, second: int, relative: Array) -> list
     if distance <= LENIENT:
         return []
     offset = np.full(DEGREE + 1, min(need + SAFE, distance - LENIENT))
-    return [Plane(near.piece, (0.0, 1.0), near.first, second, closest / distance, offset)]
+    return [Plane(near.leg, (0.0, 1.0), near.first, second, closest / distance, offset)]
 
 
 def _beside(
@@ -172,7 +173,7 @@ def _beside(
         if relax:
             # The verified motion itself must be on this side, or nothing could be.
             level = min(level, float((seen @ normal).min()) - LENIENT)
-        planes.append(Plane(near.piece, share, near.first, near.first, normal, level + drift @ normal))
+        planes.append(Plane(near.leg, share, near.first, near.first, normal, level + drift @ normal))
     return planes
 
 

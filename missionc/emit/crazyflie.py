@@ -5,13 +5,15 @@
     says MC703
 
 A fit of each agent alone is tried first, with two pieces for each step if they
-fit into the memory, else with one. Where that brings two agents, or an agent and an obstacle, closer than the mission
-allows, planes are put between them and those agents are fitted together. The
-steps where even this fails get more pieces, and those beside them. With two
-pieces for each step there is always a solution on straight motion beside what
-stands still: to rest at each step, all agents in the same rhythm. Beside a
-moving obstacle the flight has to keep time with the plan, which takes more
-pieces, and more room the later it comes to speed.
+fit into the memory, else with one; and where there are more steps than the
+memory holds pieces, with a piece for several steps, that passes near each.
+Where that brings two agents, or an agent and an obstacle, closer than the
+mission allows, planes are put between them and those agents are fitted
+together. The steps where even this fails get more pieces, and those beside
+them. With two pieces for each step there is always a solution on straight
+motion beside what stands still: to rest at each step, all agents in the same
+rhythm. Beside a moving obstacle the flight has to keep time with the plan,
+which takes more pieces, and more room the later it comes to speed.
 """
 
 from __future__ import annotations
@@ -26,10 +28,11 @@ from missionc.diagnostics.model import Diagnostic, Label
 from missionc.emit.conflicts import Held, Near, conflicts, held_apart
 from missionc.emit.fit import Course, Fitted, NoFit, Plane, fit
 from missionc.ir import DoubleIntegrator, Mission
+from missionc.kernel.nodes import Kernel
 from missionc.plan import Array, Trace
 from missionc.verify.certificate import Certificate, Check
 from missionc.verify.columns import COLUMNS
-from missionc.verify.curves import Curves, Indices, motion, values
+from missionc.verify.curves import Curves, Indices, motion, refined, values
 from missionc.verify.polynomials import MEMORY_BYTES, PIECE_BYTES, verify_polynomials
 from missionc.verify.tolerances import TUBE
 
@@ -41,6 +44,10 @@ NEGLIGIBLE = 1e-9
 """Metres: a parabola that leaves its chord by less is straight."""
 EXCESS = 1e-6
 """Metres: a bound of the fit that is exceeded by more is not kept."""
+COMPRESSED = {2: 131, 3: 90}
+"""Pieces that the memory holds in the firmware's compressed format, by the mission's dimension."""
+SLACK = 5e-3
+"""Metres: how far from a step's position a piece of several steps may pass."""
 HALVINGS, SHORTEST = 3, 0.1
 """How often a step's pieces may be halved; and the seconds that they last at least, after the first time."""
 
@@ -70,18 +77,22 @@ class _Tight:
     steps: tuple[int, ...]
 
 
-def crazyflie(mission: Mission, trace: Trace) -> Flyable | Diagnostic:
+def crazyflie(mission: Mission, kernel: Kernel, trace: Trace) -> Flyable | Diagnostic:
     """Polynomials that keep what the plan keeps, or why there are none."""
     chords = _chords(mission, trace)
+    for count in _mergers(mission, chords):
+        merged = _attempt(mission, kernel, trace, chords, count)
+        if isinstance(merged, Flyable):
+            return merged
     pieces = np.maximum(chords, 2 if chords.size == 1 else 1)
     attempts: list[_Tight | _Stuck] = []
     generous = _generous(pieces)
     if not np.array_equal(generous, pieces):
-        found = _attempt(mission, trace, generous)
+        found = _attempt(mission, kernel, trace, generous)
         if isinstance(found, Flyable):
             return found
     while True:
-        found = _attempt(mission, trace, pieces)
+        found = _attempt(mission, kernel, trace, pieces)
         if isinstance(found, Flyable):
             return found
         attempts.append(found)
@@ -99,6 +110,11 @@ def _chords(mission: Mission, trace: Trace) -> Indices:
     """(steps,): so many that a parabola leaves its tube at least half of the width."""
     count = np.ceil(np.sqrt(_bulge(mission, motion(mission, trace)) / (TUBE / 2))).astype(np.int64)
     return np.maximum(count, 1)
+
+
+def _mergers(mission: Mission, chords: Indices) -> list[int]:
+    """How many pieces there may be where they are to be fewer than there are legs: as many as a memory holds."""
+    return [count for count in (MEMORY_BYTES // PIECE_BYTES, COMPRESSED[mission.dimension]) if count < chords.sum()]
 
 
 def _generous(pieces: Indices) -> Indices:
@@ -125,12 +141,15 @@ def _more(pieces: Indices, chords: Indices, steps: tuple[int, ...], step: float)
     return more if (more > pieces).any() else np.maximum(pieces, 2 * chords)
 
 
-def _attempt(mission: Mission, trace: Trace, pieces: Indices) -> Flyable | _Tight | _Stuck:
-    """With so many pieces for each step."""
-    course = _course(mission, trace, pieces)
-    step_of = np.repeat(np.arange(pieces.size), pieces)
-    coefficients = np.zeros((len(mission.agents), step_of.size, mission.dimension, 8))
-    excess = np.zeros(coefficients.shape[:2])
+def _attempt(
+    mission: Mission, kernel: Kernel, trace: Trace, legs: Indices, count: int = 0
+) -> Flyable | _Tight | _Stuck:
+    """With so many legs for each step: each a piece of its own, or in so many pieces if there is a ``count``."""
+    course = _course(mission, trace, legs, count)
+    step_of = np.repeat(np.arange(legs.size), legs)
+    knots = course.times[course.knot]
+    coefficients = np.zeros((len(mission.agents), knots.size - 1, mission.dimension, 8))
+    excess = np.zeros((len(mission.agents), step_of.size))
     held: Held = {}
     stale = {agent.index for agent in mission.agents}
     found: list[Near] = []
@@ -140,9 +159,9 @@ def _attempt(mission: Mission, trace: Trace, pieces: Indices) -> Flyable | _Tigh
             fitted = _fit(mission, course, planes, group)
             if isinstance(fitted, NoFit):
                 return _Stuck(None, ())
-            coefficients[group] = _rounded(fitted.points, np.diff(course.times))
+            coefficients[group] = _rounded(fitted.points, np.diff(knots))
             excess[group] = fitted.excess
-        level = Curves(course.times, coefficients)
+        level = refined(Curves(knots, coefficients), course.times)
         found = conflicts(mission, level, held)
         radius = _narrowed(course.radius, [near for near in found if near in held and not near.moving])
         more = held_apart(mission, course, held, found, level)
@@ -150,9 +169,9 @@ def _attempt(mission: Mission, trace: Trace, pieces: Indices) -> Flyable | _Tigh
             break
         held, course = more, replace(course, radius=radius)
         stale = {agent for near in found for agent in near.agents}
-    steps = {*step_of[excess.max(axis=0) > EXCESS].tolist(), *(int(step_of[near.piece]) for near in found)}
-    files = _texts(mission, coefficients, np.diff(course.times))
-    certificate = verify_polynomials(mission, trace, files)
+    steps = {*step_of[excess.max(axis=0) > EXCESS].tolist(), *(int(step_of[near.leg]) for near in found)}
+    files = _texts(mission, coefficients, np.diff(knots))
+    certificate = verify_polynomials(mission, kernel, trace, files)
     if not certificate.passed:
         failed = min(certificate.failures, key=lambda check: check.margin)
         if failed.at is not None:
@@ -163,26 +182,44 @@ def _attempt(mission: Mission, trace: Trace, pieces: Indices) -> Flyable | _Tigh
     return _Tight(Flyable(files, certificate), max(near.short for near in found), tuple(sorted(steps)))
 
 
-def _course(mission: Mission, trace: Trace, pieces: Indices) -> Course:
+def _course(mission: Mission, trace: Trace, legs: Indices, count: int) -> Course:
     """Segments to stay near, and the times of the joints; all pieces of a step last the same float32 number of seconds.
 
-    A step's pieces share its segment; where a parabola bends it, each has its own chord.
+    A step's legs share its segment; where a parabola bends it, each has its own
+    chord.
     """
     planned = motion(mission, trace)
-    step_of = np.repeat(np.arange(pieces.size), pieces)
-    within = np.arange(step_of.size) - np.repeat(np.cumsum(pieces) - pieces, pieces)
-    share = within / pieces[step_of] * trace.step
+    step_of = np.repeat(np.arange(legs.size), legs)
+    within = np.arange(step_of.size) - np.repeat(np.cumsum(legs) - legs, legs)
+    share = within / legs[step_of] * trace.step
     inner = values(planned.coefficients[:, step_of], np.broadcast_to(share, (len(mission.agents), share.size)))
     fixed = np.append(within == 0, True)
     joint = np.concatenate([inner, trace.position[:, -1:]], axis=1)
     joint[:, fixed] = trace.position
-    bulge = (_bulge(mission, planned) / pieces**2)[step_of]
+    bulge = (_bulge(mission, planned) / legs**2)[step_of]
     bent = (bulge > 0)[:, None]
     start = np.where(bent, joint[:, :-1], trace.position[:, step_of])
     end = np.where(bent, joint[:, 1:], trace.position[:, step_of + 1])
     radius = np.tile(TUBE - bulge, (len(mission.agents), 1))
-    durations = (trace.step / pieces[step_of]).astype(np.float32).astype(np.float64)
-    return Course(np.concatenate([[0.0], np.cumsum(durations)]), joint, fixed, start, end, radius)
+    lasting = trace.step / legs[step_of]
+    pieces = _shared(legs, count) if count else np.arange(step_of.size)
+    knot = np.append(np.diff(pieces, prepend=-1) > 0, True)
+    durations = np.bincount(pieces, lasting).astype(np.float32).astype(np.float64)
+    knots = np.concatenate([[0.0], np.cumsum(durations)])
+    before = np.cumsum(lasting) - lasting
+    begin = before[knot[:-1]][pieces]
+    times = np.append(
+        knots[pieces] + (before - begin) / np.bincount(pieces, lasting)[pieces] * durations[pieces], knots[-1]
+    )
+    times[knot] = knots
+    slack = SLACK if count else 0.0
+    return Course(times, joint, fixed, start, end, radius, knot, slack)
+
+
+def _shared(legs: Indices, count: int) -> Indices:
+    """(all legs,): which of ``count`` pieces each is in; the first and the last, at rest at one end, are alone."""
+    total = int(legs.sum())
+    return np.searchsorted(np.round(np.linspace(1, total - 1, count - 1)), np.arange(total), side="right")
 
 
 def _bulge(mission: Mission, planned: Curves) -> Array:
@@ -220,7 +257,7 @@ def _groups(planes: list[Plane], stale: set[int]) -> list[list[int]]:
 def _fit(mission: Mission, course: Course, planes: list[Plane], group: list[int]) -> Fitted | NoFit:
     place = {index: position for position, index in enumerate(group)}
     start, end, radius = course.start[group], course.end[group], course.radius[group]
-    own = Course(course.times, course.joint[group], course.fixed, start, end, radius)
+    own = replace(course, joint=course.joint[group], start=start, end=end, radius=radius)
     held = [
         replace(plane, first=place[plane.first], second=place[plane.second]) for plane in planes if plane.first in place
     ]
@@ -233,7 +270,7 @@ def _narrowed(radius: Array, again: list[Near]) -> Array:
     for near in again:
         for index in (near.first, near.other):
             if isinstance(index, int):
-                radius[index, near.piece] = max(NARROWEST, radius[index, near.piece] / 2)
+                radius[index, near.leg] = max(NARROWEST, radius[index, near.leg] / 2)
     return radius
 
 

@@ -1,12 +1,12 @@
 """The smoothest polynomials through a plan: one convex quadratic program.
 
-They pass every step's position at its time, rest at both ends, keep each
-piece's control points in a box inscribed in the tube around its segment, and
+They pass every step's position at its time, or near it, rest at both ends, and
 have the least integral of squared acceleration, with a little of the jerk's
-that rounds them. Control points of two agents, or of
-one beside an obstacle, may be held on their sides of a plane, for a whole
-piece or a part of it: then so are the curves, since they stay in the hulls of
-their points.
+that rounds them. A leg is a polynomial piece, or a part of one, near one
+segment of the plan: its control points stay in a box inscribed in the tube
+around the segment. Control points of two agents, or of one beside an obstacle,
+may be held on their sides of a plane, for a whole leg or a part of it: then so
+are the curves, since they stay in the hulls of their points.
 
 Source:
     Hönig, Preiss, Kumar, Sukhatme, Ayanian, "Trajectory Planning for Quadrotor Swarms" (2018), sections V and VI.
@@ -41,11 +41,13 @@ class Course:
     """Where each agent is to fly.
 
     Args:
-        times: (pieces + 1,), seconds: the joints.
-        joint: (agents, pieces + 1, dim), metres: positions at the joints, where ``fixed``.
-        fixed: (pieces + 1,): the joint is at a step, so that the position there is the plan's.
-        start, end: (agents, pieces, dim): the segment that the piece stays near.
-        radius: (agents, pieces), metres: how near.
+        times: (legs + 1,), seconds: the joints.
+        joint: (agents, legs + 1, dim), metres: positions at the joints, where ``fixed``.
+        fixed: (legs + 1,): the joint is at a step, so that the position there is the plan's.
+        start, end: (agents, legs, dim): the segment that the leg stays near.
+        radius: (agents, legs), metres: how near.
+        knot: (legs + 1,): a piece ends here and another begins; the other joints lie within one.
+        slack: metres: how far from a step's position the flight may be at its time; 0 where it passes through.
     """
 
     times: Array
@@ -54,17 +56,28 @@ class Course:
     start: Array
     end: Array
     radius: Array
+    knot: Flags
+    slack: float = 0.0
+
+    @property
+    def pinned(self) -> Flags:
+        """(legs + 1,): the position at the joint is the plan's, whatever else is asked."""
+        if self.slack == 0.0:
+            return self.fixed
+        ends = np.zeros_like(self.fixed)
+        ends[[0, -1]] = True
+        return ends
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Plane:
-    """``normal @ (first - second) >= offset`` for each of the 8 control points of a part of ``piece``.
+    """``normal @ (first - second) >= offset`` for each of the 8 control points of a part of ``leg``.
 
-    ``part`` is between two shares of the piece's duration.
+    ``part`` is between two shares of the leg's duration.
     ``second`` equal to ``first`` stands for the origin: the plane is about one agent.
     """
 
-    piece: int
+    leg: int
     part: tuple[float, float]
     first: int
     second: int
@@ -74,7 +87,7 @@ class Plane:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Fitted:
-    """Control points (agents, pieces, dim, 8) in metres; and by how much a bound is exceeded: (pieces,), metres."""
+    """Each piece's control points (agents, pieces, dim, 8) in metres; by how much a leg exceeds a bound: (legs,)."""
 
     points: Array
     excess: Array
@@ -88,7 +101,7 @@ class NoFit:
 
 
 class _Rows:
-    """Bounds on weighted sums of control points, in the order they come; each belongs to a piece."""
+    """Bounds on weighted sums of control points, in the order they come; each belongs to a leg."""
 
     def __init__(self, columns: int) -> None:
         self.columns = columns
@@ -98,9 +111,9 @@ class _Rows:
         self.value: list[Array] = []
         self.low: list[Array] = []
         self.high: list[Array] = []
-        self.piece: list[Indices] = []
+        self.leg: list[Indices] = []
 
-    def add(self, column: Array, value: Array, low: Array, high: Array, piece: Indices) -> None:
+    def add(self, column: Array, value: Array, low: Array, high: Array, leg: Indices) -> None:
         """(rows, entries) twice, (rows,) three times."""
         rows = column.shape[0]
         self.row.append(np.repeat(np.arange(self.count, self.count + rows), column.shape[1]))
@@ -108,7 +121,7 @@ class _Rows:
         self.value.append(np.broadcast_to(value, column.shape).ravel())
         self.low.append(np.broadcast_to(low, rows))
         self.high.append(np.broadcast_to(high, rows))
-        self.piece.append(np.broadcast_to(piece, rows))
+        self.leg.append(np.broadcast_to(leg, rows))
         self.count += rows
 
     def matrix(self) -> csr_array:
@@ -125,17 +138,17 @@ class _Rows:
         weight, here = csr_array(matrix @ spread), matrix @ resting
         free = np.diff(weight.indptr) > 0
         low, high = np.concatenate(self.low) - here, np.concatenate(self.high) - here
-        return _Bounds(weight[free], low[free], high[free], np.concatenate(self.piece)[free])
+        return _Bounds(weight[free], low[free], high[free], np.concatenate(self.leg)[free])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Bounds:
-    """``low <= weight @ numbers <= high``; each row belongs to a ``piece``."""
+    """``low <= weight @ numbers <= high``; each row belongs to a ``leg``."""
 
     weight: csr_array
     low: Array
     high: Array
-    piece: Indices
+    leg: Indices
 
 
 def fit(course: Course, planes: list[Plane], low: Array, high: Array) -> Fitted | NoFit:
@@ -145,39 +158,71 @@ def fit(course: Course, planes: list[Plane], low: Array, high: Array) -> Fitted 
         planes: agents by their index in ``course``.
         low, high: (dim,): the world, which holds every control point.
     """
-    agents, pieces, dim = course.start.shape
-    points = np.arange(agents * dim * pieces * (DEGREE + 1)).reshape(agents, dim, pieces, DEGREE + 1)
+    agents, legs, dim = course.start.shape
+    points = np.arange(agents * dim * legs * (DEGREE + 1)).reshape(agents, dim, legs, DEGREE + 1)
     index = points.transpose(0, 2, 1, 3)
     # Numbers near one: coordinates are counted from each agent's first position, and times in steps.
     origin = course.joint[:, 0]
     times = course.times * ((int(course.fixed.sum()) - 1) / course.times[-1])
-    curve = control_points_of(times)
-    free, rest = slice(REST, curve.shape[1] - REST), slice(curve.shape[1] - REST, None)
-    many, last = eye_array(agents * dim), (course.joint[:, -1] - origin).ravel()
-    spread = csr_array(kron(many, curve[:, free]))
-    resting: Array = np.outer(last, curve[:, rest].sum(axis=1)).ravel()
-    lasting = np.diff(times)
+    curve = control_points_of(times[course.knot])
+    many, last = csr_array(eye_array(agents * dim)), (course.joint[:, -1] - origin).ravel()
+    whole = _Spread(curve, many, last)
+    along = _Spread(csr_array(_legs(course) @ curve), many, last)
+    lasting = np.diff(times[course.knot])
     form = effort(2, lasting) + ROUNDING_OFF * effort(3, lasting)
     cost = csr_array(curve.T @ block_diag(list(form)) @ curve)
+    free, rest = whole.free, whole.rest
     quadratic = csr_array(kron(many, cost[free, free]))
     linear: Array = np.outer(last, cost[free, rest].sum(axis=1)).ravel()
     near, held = _Rows(index.size), _Rows(index.size)
     _world(near, index, course, origin, low, high)
     _tubes(near, index, course, origin)
+    _waypoints(near, index, course, origin)
     for plane in planes:
-        _hold(held, index, plane, course.fixed, origin)
-    inner = np.flatnonzero(course.fixed[1:-1]) + 1
+        _hold(held, index, plane, course.pinned, origin)
+    inner = np.flatnonzero(course.pinned[1:-1]) + 1
     pins = index[..., 0][:, inner].ravel()
-    target = (course.joint[:, inner] - origin[:, None]).ravel() - resting[pins]
-    solve = _Program(quadratic, linear, spread[pins], target, near.over(spread, resting), held.over(spread, resting))
-    solved = solve.within(pieces)
+    target = (course.joint[:, inner] - origin[:, None]).ravel() - along.resting[pins]
+    bounds = near.over(along.matrix, along.resting), held.over(along.matrix, along.resting)
+    solved = _Program(quadratic, linear, along.matrix[pins], target, *bounds).within(legs)
     if isinstance(solved, NoFit):
         return solved
     numbers, excess = solved
-    found: Array = (spread @ numbers + resting)[index] + origin[:, None, :, None]
-    found[..., 0][:, course.fixed[:-1]] = course.joint[:, :-1][:, course.fixed[:-1]]
-    found[..., DEGREE][:, course.fixed[1:]] = course.joint[:, 1:][:, course.fixed[1:]]
+    spread: Array = whole.matrix @ numbers + whole.resting
+    found = spread.reshape(agents, dim, -1, DEGREE + 1).transpose(0, 2, 1, 3) + origin[:, None, :, None]
+    pinned, joint = course.pinned[course.knot], course.joint[:, course.knot]
+    found[..., 0][:, pinned[:-1]] = joint[:, :-1][:, pinned[:-1]]
+    found[..., DEGREE][:, pinned[1:]] = joint[:, 1:][:, pinned[1:]]
     return Fitted(found, excess)
+
+
+class _Spread:
+    """From the free coefficients of all agents' splines to control points: ``matrix @ numbers + resting``.
+
+    Args:
+        curve: (points, coefficients), of one coordinate of one agent.
+        many: the identity of all of them.
+        last: (agents * dim,), metres: where they rest in the end; in the beginning they rest at 0.
+    """
+
+    def __init__(self, curve: csr_array, many: csr_array, last: Array) -> None:
+        self.free, self.rest = slice(REST, curve.shape[1] - REST), slice(curve.shape[1] - REST, None)
+        self.matrix = csr_array(kron(many, curve[:, self.free]))
+        self.resting: Array = np.outer(last, curve[:, self.rest].sum(axis=1)).ravel()
+
+
+def _legs(course: Course) -> csr_array:
+    """(legs * 8, pieces * 8): from the pieces' control points to those of every leg."""
+    piece_of = np.cumsum(course.knot[:-1]) - 1
+    knots = course.times[course.knot]
+    begin, lasting = knots[piece_of], np.diff(knots)[piece_of]
+    low, high = (course.times[:-1] - begin) / lasting, (course.times[1:] - begin) / lasting
+    blocks = [part_of(*shares) for shares in zip(low.tolist(), np.minimum(high, 1.0).tolist(), strict=True)]
+    legs, size = piece_of.size, DEGREE + 1
+    row = np.broadcast_to(np.arange(legs * size).reshape(legs, size, 1), (legs, size, size))
+    column = np.broadcast_to((piece_of * size)[:, None, None] + np.arange(size), (legs, size, size))
+    shape = (legs * size, (knots.size - 1) * size)
+    return csr_array(coo_array((np.stack(blocks).ravel(), (row.ravel(), column.ravel())), shape=shape))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -191,29 +236,29 @@ class _Program:
     near: _Bounds
     held: _Bounds
 
-    def within(self, pieces: int) -> tuple[Array, Array] | NoFit:
-        """The solution, and by how much it exceeds its bounds: (pieces,)."""
+    def within(self, legs: int) -> tuple[Array, Array] | NoFit:
+        """The solution, and by how much it exceeds its bounds: (legs,)."""
         none = NoFit("")
         for loose in ((), (self.held,), (self.held, self.near)):
             if loose and not sum(bounds.low.size for bounds in loose):
                 continue
             solved = self._solved(
-                [bounds for bounds in (self.near, self.held) if bounds not in loose], list(loose), pieces
+                [bounds for bounds in (self.near, self.held) if bounds not in loose], list(loose), legs
             )
             if not isinstance(solved, NoFit):
                 return solved
             none = solved
         return none
 
-    def _solved(self, strict: list[_Bounds], loose: list[_Bounds], pieces: int) -> tuple[Array, Array] | NoFit:
-        """``loose`` bounds may be exceeded, each piece's by an excess of its own that is dear."""
-        count, extra = self.linear.size, pieces if loose else 0
+    def _solved(self, strict: list[_Bounds], loose: list[_Bounds], legs: int) -> tuple[Array, Array] | NoFit:
+        """``loose`` bounds may be exceeded, each leg's by an excess of its own that is dear."""
+        count, extra = self.linear.size, legs if loose else 0
         weight, low, high = [bounds.weight for bounds in strict], [b.low for b in strict], [b.high for b in strict]
         blocks = [[part, csr_array((part.shape[0], extra))] for part in weight]
         for bounds in loose:
             for sign, border in ((1.0, bounds.low), (-1.0, bounds.high)):
                 finite = np.flatnonzero(np.isfinite(border))
-                where = (np.arange(finite.size), bounds.piece[finite])
+                where = (np.arange(finite.size), bounds.leg[finite])
                 unit = coo_array((np.ones(finite.size), where), shape=(finite.size, extra))
                 blocks += [[bounds.weight[finite] * sign, csr_array(unit)]]
                 low += [sign * border[finite]]
@@ -236,7 +281,7 @@ class _Program:
         if status != piqp.PIQP_SOLVED:
             return NoFit(str(status))
         found = np.array(solver.result.x)
-        return found[:count], found[count:] if loose else np.zeros(pieces)
+        return found[:count], found[count:] if loose else np.zeros(legs)
 
 
 def _world(rows: _Rows, index: Array, course: Course, origin: Array, low: Array, high: Array) -> None:
@@ -245,20 +290,20 @@ def _world(rows: _Rows, index: Array, course: Course, origin: Array, low: Array,
     beyond = (np.minimum(course.start, course.end) - reach < low) | (
         np.maximum(course.start, course.end) + reach > high
     )
-    agent, piece, axis = np.nonzero(beyond)
-    agent, piece, axis, point = (np.repeat(each, DEGREE + 1) for each in (agent, piece, axis, axis))
+    agent, leg, axis = np.nonzero(beyond)
+    agent, leg, axis, point = (np.repeat(each, DEGREE + 1) for each in (agent, leg, axis, axis))
     point = np.tile(np.arange(DEGREE + 1), agent.size // (DEGREE + 1))
     rows.add(
-        index[agent, piece, axis, point][:, None],
+        index[agent, leg, axis, point][:, None],
         np.ones(1),
         (low - SAFE / 10)[axis] - origin[agent, axis],
         (high + SAFE / 10)[axis] - origin[agent, axis],
-        piece,
+        leg,
     )
 
 
 def _tubes(rows: _Rows, index: Array, course: Course, origin: Array) -> None:
-    """Each piece's control points in a box, in the frame of its segment, that the tube holds."""
+    """Each leg's control points in a box, in the frame of its segment, that the tube holds."""
     dim = origin.shape[-1]
     along = course.end - course.start
     length = np.linalg.norm(along, axis=-1)
@@ -267,24 +312,42 @@ def _tubes(rows: _Rows, index: Array, course: Course, origin: Array) -> None:
     spare = np.maximum(course.radius - SAFE, course.radius / 2) / sqrt(dim)
     columns = np.moveaxis(index, 3, 2)
     start = course.start - origin[:, None]
-    piece, point = np.nonzero(_loose(course.fixed))
+    leg, point = np.nonzero(_loose(course.pinned))
     for axis in range(dim):
         direction = frame[:, :, axis]
         base = (direction * start).sum(axis=-1)
         far = length if axis == 0 else np.zeros_like(length)
         rows.add(
-            columns[:, piece, point].reshape(-1, dim),
-            direction[:, piece].reshape(-1, dim),
-            (base - spare)[:, piece].ravel(),
-            (base + far + spare)[:, piece].ravel(),
-            np.tile(piece, len(origin)),
+            columns[:, leg, point].reshape(-1, dim),
+            direction[:, leg].reshape(-1, dim),
+            (base - spare)[:, leg].ravel(),
+            (base + far + spare)[:, leg].ravel(),
+            np.tile(leg, len(origin)),
         )
 
 
-def _loose(fixed: Flags) -> Flags:
-    """(pieces, 8): the control point is not at a step, where the plan alone says what is right."""
-    loose = np.ones((fixed.size - 1, DEGREE + 1), dtype=bool)
-    loose[:, 0], loose[:, DEGREE] = ~fixed[:-1], ~fixed[1:]
+def _waypoints(rows: _Rows, index: Array, course: Course, origin: Array) -> None:
+    """Where the flight need not pass through the steps' positions, it is near them at their times."""
+    dim = origin.shape[-1]
+    inner = np.flatnonzero(course.fixed & ~course.pinned)
+    if not inner.size:
+        return
+    spare = course.slack / sqrt(dim)
+    target = course.joint[:, inner] - origin[:, None]
+    leg = np.broadcast_to(inner[:, None], target.shape)
+    rows.add(
+        index[..., 0][:, inner].reshape(-1, 1),
+        np.ones(1),
+        (target - spare).ravel(),
+        (target + spare).ravel(),
+        leg.ravel(),
+    )
+
+
+def _loose(pinned: Flags) -> Flags:
+    """(legs, 8): the control point is not at a step where the plan alone says what is right."""
+    loose = np.ones((pinned.size - 1, DEGREE + 1), dtype=bool)
+    loose[:, 0], loose[:, DEGREE] = ~pinned[:-1], ~pinned[1:]
     return loose
 
 
@@ -304,16 +367,16 @@ def _frames(along: Array, length: Array) -> Array:
     return np.stack([first, second, np.cross(first, second)], axis=-2)
 
 
-def _hold(rows: _Rows, index: Array, plane: Plane, fixed: Flags, origin: Array) -> None:
-    """The control points of the plane's part of the piece, but those at a step."""
+def _hold(rows: _Rows, index: Array, plane: Plane, pinned: Flags, origin: Array) -> None:
+    """The control points of the plane's part of the leg, but those at a step that is passed through."""
     offset = plane.offset - plane.normal @ origin[plane.first]
-    columns, weight = [index[plane.first, plane.piece]], [plane.normal]
+    columns, weight = [index[plane.first, plane.leg]], [plane.normal]
     if plane.second != plane.first:
         offset = offset + plane.normal @ origin[plane.second]
-        columns, weight = [*columns, index[plane.second, plane.piece]], [plane.normal, -plane.normal]
+        columns, weight = [*columns, index[plane.second, plane.leg]], [plane.normal, -plane.normal]
     loose = np.ones(DEGREE + 1, dtype=bool)
-    loose[0] = plane.part[0] > 0 or not fixed[plane.piece]
-    loose[DEGREE] = plane.part[1] < 1 or not fixed[plane.piece + 1]
+    loose[0] = plane.part[0] > 0 or not pinned[plane.leg]
+    loose[DEGREE] = plane.part[1] < 1 or not pinned[plane.leg + 1]
     part = part_of(*plane.part)[loose]
     count = len(part)
     column = np.concatenate([each.reshape(-1) for each in columns])
@@ -323,5 +386,5 @@ def _hold(rows: _Rows, index: Array, plane: Plane, fixed: Flags, origin: Array) 
         value,
         offset[loose],
         np.full(count, np.inf),
-        np.array(plane.piece),
+        np.array(plane.leg),
     )

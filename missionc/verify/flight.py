@@ -15,7 +15,7 @@ from missionc.ir import Agent, Mission
 from missionc.plan import Array
 from missionc.verify.certificate import Check, judged
 from missionc.verify.columns import Pieces
-from missionc.verify.curves import Curves, control_points, values
+from missionc.verify.curves import Curves, control_points, refined, values
 from missionc.verify.tolerances import CLOCK, MOTION, TUBE, WAYPOINT
 
 DEGREE = 7
@@ -93,7 +93,9 @@ def _waypoints(agent: Agent, level: Array, times: Array, planned: Curves) -> Che
 
 
 def _tube(agent: Agent, level: Array, times: Array, planned: Curves, clock: float) -> Check:
-    """Every control point near the verified motion of the step that its piece belongs to."""
+    """Cut at the steps, every control point near the verified motion of the step that its piece belongs to."""
+    cut = _cut_at_steps(level, times, planned.times, clock)
+    times, level = cut.times, cut.coefficients[0]
     step = np.searchsorted(planned.times, (times[:-1] + times[1:]) / 2, side="right") - 1
     step = np.clip(step, 0, planned.durations.size - 1)
     low, high = times[:-1] - planned.times[step], times[1:] - planned.times[step]
@@ -105,6 +107,13 @@ def _tube(agent: Agent, level: Array, times: Array, planned: Curves, clock: floa
     margin = np.where(outside, -np.inf, TUBE - np.minimum(whole, part))
     detail = f"every control point is within {TUBE:g} m of the verified motion of its step"
     return _worst(agent, "tube", margin, times, MOTION, detail)
+
+
+def _cut_at_steps(level: Array, times: Array, steps: Array, clock: float) -> Curves:
+    """Pieces of one step at most; a step within the clock's tolerance of a joint is at the joint."""
+    nearest = np.abs(times[np.clip(np.searchsorted(times, steps), 0, times.size - 1)] - steps)
+    before = np.abs(times[np.clip(np.searchsorted(times, steps) - 1, 0, times.size - 1)] - steps)
+    return refined(Curves(times, level[None]), steps[np.minimum(nearest, before) > clock])
 
 
 def _stray(points: Array, path: Array, low: Array, high: Array) -> Array:

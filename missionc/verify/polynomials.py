@@ -16,6 +16,7 @@ from dataclasses import replace
 import numpy as np
 
 from missionc.ir import Agent, Mission
+from missionc.kernel.nodes import Kernel
 from missionc.plan import Array, Trace
 from missionc.verify.advance import least
 from missionc.verify.certificate import Certificate, Check, Figure
@@ -24,6 +25,7 @@ from missionc.verify.curves import Curves, Indices, motion, speed_bounds, values
 from missionc.verify.flight import check_flight
 from missionc.verify.obstacles import check_obstacles
 from missionc.verify.places import check_world
+from missionc.verify.requirements import check_requirements
 from missionc.verify.separation import check_separation
 from missionc.verify.tolerances import ROUNDING
 
@@ -38,8 +40,8 @@ Source:
 """
 
 
-def verify_polynomials(mission: Mission, trace: Trace, files: Mapping[str, str]) -> Certificate:
-    """Judge the polynomials of every agent, and all of them together.
+def verify_polynomials(mission: Mission, kernel: Kernel, trace: Trace, files: Mapping[str, str]) -> Certificate:
+    """Judge the polynomials of every agent, and all of them together; the requirements too, at the steps of the flight.
 
     Args:
         files: the text of each agent's file, by the agent's name.
@@ -58,7 +60,9 @@ def verify_polynomials(mission: Mission, trace: Trace, files: Mapping[str, str])
         return Certificate(mission.name, tuple(checks))
     times = np.concatenate([[0.0], np.cumsum(pieces[0].duration)])
     flown = Curves(times, np.stack([own.coefficients[:, :3] for own in pieces]))
-    together, warnings = _together(mission, Curves(times, flown.coefficients[:, :, : mission.dimension]))
+    level = Curves(times, flown.coefficients[:, :, : mission.dimension])
+    together, warnings = _together(mission, level)
+    together += _requirements(mission, kernel, trace, level)
     velocity = flown.derivative()
     figures = (
         _peak(mission, velocity, "peak speed", "m/s"),
@@ -91,6 +95,29 @@ def _together(mission: Mission, level: Curves) -> tuple[list[Check], list[str]]:
             check = replace(check, margin=room, passed=True, detail="no bodies touch throughout")
         findings.append(check)
     return [replace(check, name=f"flown {check.name}") for check in findings], warnings
+
+
+def _requirements(mission: Mission, kernel: Kernel, trace: Trace, level: Curves) -> list[Check]:
+    """What the mission asks, with each agent where its polynomials have it at the steps.
+
+    Velocities and headings are the plan's: those of a flight that comes from rest are others, and the limits of a
+    flight are judged as such.
+    """
+    steps = mission.step * np.arange(mission.steps + 1)
+    piece = np.clip(np.searchsorted(level.times, steps, side="right") - 1, 0, level.durations.size - 1)
+    local = np.clip(steps - level.times[piece], 0.0, level.durations[piece])
+    places = values(level.coefficients[:, piece], np.broadcast_to(local, (len(mission.agents), local.size)))
+    required, _ = check_requirements(mission, kernel, replace(trace, position=places))
+    return [
+        replace(
+            check,
+            name=f"flown {check.name}",
+            tolerance=ROUNDING,
+            passed=check.passed or check.margin >= -ROUNDING,
+            detail="judged by the monitor where the polynomials are at the steps",
+        )
+        for check in required
+    ]
 
 
 def _thrust(peak: Figure) -> tuple[str, ...]:

@@ -12,8 +12,8 @@ CERTAIN = 1e-5
 TUBE = 0.1
 """Metres: how far a polynomial may stray from the verified motion."""
 
-WAYPOINT = 1e-3
-"""Metres: how far from a step's position a polynomial may be at its time."""
+WAYPOINT = 1e-2
+"""Metres: how far from a step's position a polynomial may be at its time, where the mission is judged once more."""
 
 ROUNDING = 1e-5
 """Metres: what the float32 numbers of a polynomial may cost of a required distance."""

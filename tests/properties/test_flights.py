@@ -45,7 +45,7 @@ def answered(seed: int) -> bool:
             assert verify(mission, kernel, plan.trace).passed
             written, names = dict(files), file_names(mission.agents)
             flown = {agent.name: written[f"crazyflie/{names[agent.name]}.csv"].decode() for agent in mission.agents}
-            assert verify_polynomials(mission, plan.trace, flown).passed
+            assert verify_polynomials(mission, kernel, plan.trace, flown).passed
             assert not any("the mission asks for" in warning for warning in certificate.warnings), certificate.warnings
             return True
         case Impossible() | NotFound():

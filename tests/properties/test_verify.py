@@ -131,10 +131,10 @@ def test_the_files_of_a_backends_plan_read_back() -> None:
         assert verify(mission, kernel, trace).passed
     names = file_names(mission.agents)
     flown = {agent.name: files[f"crazyflie/{names[agent.name]}.csv"].decode() for agent in mission.agents}
-    assert verify_polynomials(mission, plan.trace, flown).passed
+    assert verify_polynomials(mission, kernel, plan.trace, flown).passed
     first, second = mission.agents[0].name, mission.agents[1].name
     swapped = {**flown, first: flown[second], second: flown[first]}
-    assert not verify_polynomials(mission, plan.trace, swapped).passed
+    assert not verify_polynomials(mission, kernel, plan.trace, swapped).passed
 
 
 SHAPES = st.recursive(

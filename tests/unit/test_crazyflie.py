@@ -24,7 +24,7 @@ SQUARE = [[2.0, 2.0], [3.0, 2.0], [3.0, 3.0], [2.0, 3.0], [2.0, 2.0], [2.0, 2.0]
 
 
 def flown(mission: ir.Mission, trace: Trace) -> Flyable:
-    found = crazyflie(mission, trace)
+    found = crazyflie(mission, NOTHING, trace)
     assert isinstance(found, Flyable), found
     assert found.certificate.passed
     return found
@@ -217,7 +217,7 @@ def test_only_steps_that_leave_too_little_room_get_more_pieces_and_too_much_thru
 
 
 def test_an_obstacle_that_leaves_no_time_to_come_to_speed_is_named() -> None:
-    found = crazyflie(*chased(0.0))
+    found = crazyflie(chased(0.0)[0], NOTHING, chased(0.0)[1])
     assert isinstance(found, Diagnostic)
     assert found.code is NOT_FLYABLE
     assert found.message.startswith(
@@ -241,10 +241,24 @@ def test_a_start_at_the_border_of_the_world_does_not_leave_it() -> None:
     assert positions(found.files["drone[0]"], np.linspace(0, 3, 601))[:, :2].min() >= -1e-5
 
 
+def test_a_piece_is_for_several_steps_where_the_memory_holds_no_more() -> None:
+    turn = np.linspace(0.0, 1.0, 41)
+    path = np.stack([2.0 + np.sin(2 * turn), 3.0 - np.cos(2 * turn)], axis=-1)[None]
+    mission, trace = mission_of(path[:, 0].tolist(), 40, step=0.25), straight(path, 0.25)
+    found = flown(mission, trace)
+    pieces = read(found.files["drone[0]"])
+    assert isinstance(pieces, Pieces)
+    assert len(pieces.duration) == 31
+    assert set(pieces.duration.tolist()) == {0.25, 0.5}
+    assert found.certificate.warnings == ()
+    away = positions(found.files["drone[0]"], 0.25 * np.arange(41))[:, :2] - path[0]
+    assert np.linalg.norm(away, axis=-1).max() <= 5.01e-3
+
+
 def test_more_pieces_than_the_memory_holds_are_warned_of() -> None:
-    path = np.linspace([1.0, 1.0], [4.0, 1.0], 41)[None]
-    found = flown(mission_of([[1.0, 1.0]], 40, step=0.25), straight(path, 0.25))
-    assert any("40 pieces" in warning for warning in found.certificate.warnings)
+    path = np.array([[[1.0 + 0.02 * step, 1.0 + 0.2 * (step % 2)] for step in range(201)]])
+    found = flown(mission_of([[1.0, 1.0]], 200, step=0.25), straight(path, 0.25))
+    assert any("131 pieces" in warning for warning in found.certificate.warnings)
     _, _, short = pair()
     assert short.certificate.warnings == ()
 
@@ -278,7 +292,7 @@ def test_the_same_plan_gives_the_same_text() -> None:
 def test_what_cannot_be_flown_is_said_with_the_agents() -> None:
     mission = mission_of([[1.0, 1.0], [3.0, 1.0]], 2)
     collision = straight([[[1.0, 1.0], [2.0, 1.0], [3.0, 1.0]], [[3.0, 1.0], [2.0, 1.0], [1.0, 1.0]]])
-    found = crazyflie(mission, collision)
+    found = crazyflie(mission, NOTHING, collision)
     assert isinstance(found, Diagnostic)
     assert found.code is NOT_FLYABLE
     assert "`drone[0]`" in found.message
@@ -290,7 +304,7 @@ def test_what_cannot_be_flown_is_said_with_the_agents() -> None:
 
 def judged(files: dict[str, str]) -> Certificate:
     mission, trace, _ = pair()
-    return verify_polynomials(mission, trace, files)
+    return verify_polynomials(mission, NOTHING, trace, files)
 
 
 def changed(row: int, column: int, by: float) -> dict[str, str]:
@@ -362,7 +376,8 @@ def course(joint: list[list[float]], radius: float = 0.1, pieces: int = 1) -> Co
     fixed = np.arange(places.shape[1]) % pieces == 0
     start = np.repeat(np.array([joint[:-1]]), pieces, axis=1)
     end = np.repeat(np.array([joint[1:]]), pieces, axis=1)
-    return Course(np.arange(places.shape[1]) / pieces, places, fixed, start, end, np.full(start.shape[:2], radius))
+    times = np.arange(places.shape[1]) / pieces
+    return Course(times, places, fixed, start, end, np.full(start.shape[:2], radius), np.ones_like(fixed))
 
 
 def fitted(where: Course, *planes: Plane) -> Fitted:

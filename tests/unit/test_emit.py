@@ -31,7 +31,7 @@ PROVENANCE = Provenance((("made.mission", b"mission made\n"),), (("solver", "z3"
 @cache
 def output() -> Output:
     trace = straight(PATH)
-    found = emit(MISSION, planned(MISSION, trace), verify(MISSION, NOTHING, trace), PROVENANCE)
+    found = emit(MISSION, NOTHING, planned(MISSION, trace), verify(MISSION, NOTHING, trace), PROVENANCE)
     assert isinstance(found, Output)
     return found
 
@@ -58,7 +58,7 @@ def test_the_folder_holds_what_the_reference_lists() -> None:
 
 def test_the_same_plan_gives_the_same_bytes() -> None:
     trace = straight(PATH)
-    again = emit(MISSION, planned(MISSION, trace), verify(MISSION, NOTHING, trace), PROVENANCE)
+    again = emit(MISSION, NOTHING, planned(MISSION, trace), verify(MISSION, NOTHING, trace), PROVENANCE)
     assert isinstance(again, Output)
     assert again.files == output().files
 
@@ -136,7 +136,7 @@ def test_a_margin_is_never_rounded_towards_passing() -> None:
 
 def test_a_plan_that_cannot_be_flown_gives_no_output() -> None:
     collision = straight([[[1.0, 1.0], [2.0, 1.0], [3.0, 1.0]], [[3.0, 1.0], [2.0, 1.0], [1.0, 1.0]]])
-    found = emit(MISSION, planned(MISSION, collision), Certificate("made", ()), PROVENANCE)
+    found = emit(MISSION, NOTHING, planned(MISSION, collision), Certificate("made", ()), PROVENANCE)
     assert isinstance(found, Diagnostic)
 
 
