@@ -20,6 +20,7 @@ class Dimension(Enum):
     TIME = "a time"
     SPEED = "a speed"
     ACCELERATION = "an acceleration"
+    JERK = "a jerk"
     ANGLE = "an angle"
     TURN = "a turning rate"
     STEPS = "a number of steps"
@@ -37,6 +38,7 @@ UNITS: dict[str, tuple[Dimension, float]] = {
     "deg": (Dimension.ANGLE, math.pi / 180),
     "m/s": (Dimension.SPEED, 1.0),
     "m/s^2": (Dimension.ACCELERATION, 1.0),
+    "m/s^3": (Dimension.JERK, 1.0),
     "rad/s": (Dimension.TURN, 1.0),
     "deg/s": (Dimension.TURN, math.pi / 180),
     "steps": (Dimension.STEPS, 1.0),

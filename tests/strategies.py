@@ -21,6 +21,7 @@ NOWHERE = Span(Source("made", ""), 0, 0)
 # Words that also mean something elsewhere in the language are names as good as any other.
 NAMES = ("a", "base", "drone", "east_2", "T", "N", "m", "s", "U", "R", "Rel", "line", "grid", "x", "speed", "radius")
 SOFT = ("height", "start", "finish", "step", "horizon", "hops", "weight", "total", "moving", "along", "least")
+SOFT += ("vehicle", "yaw", "path")
 UNITS = ("ms", "s", "min", "cm", "m", "km", "deg", "rad", "m/s", "m/s^2", "deg/s", "steps")
 
 
@@ -208,6 +209,13 @@ _items = st.one_of(
     st.builds(ast.Start, st.just(NOWHERE), _places),
     st.builds(ast.Finish, st.just(NOWHERE), _places),
     _settings("", "radius", "altitude"),
+    st.builds(
+        ast.Vehicle,
+        st.just(NOWHERE),
+        _named("crazyflie21", "plain"),
+        st.lists(st.one_of(_bounds, _settings("", "tracking", "memory")), max_size=3).map(tuple),
+    ),
+    st.builds(ast.Yaw, st.just(NOWHERE), st.none() | quantities),
 )
 _links = st.builds(ast.Link, st.just(NOWHERE), counts, counts, quantities)
 

@@ -36,16 +36,22 @@ from missionc.ir.predicates import (
     Touches,
 )
 from missionc.ir.shapes import Ball, Box, Difference, Disc, Intersection, Polygon, Prism, Shape, Union, Vector
+from missionc.ir.vehicles import AHEAD, FIGURES, PLAIN, AlongPath, Band, Figure, Fixed, Vehicle, Yaw
 
 __all__ = [
+    "AHEAD",
+    "FIGURES",
+    "PLAIN",
     "About",
     "Agent",
     "AgentSet",
+    "AlongPath",
     "Altitude",
     "Anywhere",
     "Apply",
     "AtLeastOf",
     "Ball",
+    "Band",
     "Beacon",
     "BeaconCover",
     "Belongs",
@@ -62,6 +68,8 @@ __all__ = [
     "Dynamics",
     "Exactly",
     "Feature",
+    "Figure",
+    "Fixed",
     "Formation",
     "FormationEdge",
     "Formula",
@@ -94,7 +102,9 @@ __all__ = [
     "Unicycle",
     "Union",
     "Vector",
+    "Vehicle",
     "Window",
     "World",
+    "Yaw",
     "top_speed",
 ]

@@ -7,6 +7,7 @@ from typing import TypeAlias
 
 from missionc.ir.places import Region
 from missionc.ir.shapes import Vector
+from missionc.ir.vehicles import AHEAD, PLAIN, Vehicle, Yaw
 from missionc.source import Span
 from missionc.units import Metres
 
@@ -78,6 +79,8 @@ class Agent:
     finish: Place | None
     altitude: Metres
     span: Span
+    vehicle: Vehicle = PLAIN
+    yaw: Yaw = AHEAD
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -86,6 +86,23 @@ class Mission:
     def dimension(self) -> int:
         return self.world.dimension
 
+    def spacing(self, first: int, second: int) -> Metres:
+        """How far apart the centres of two agents are planned, at least.
+
+        Their bodies with the separation, or what their vehicles keep and may miss:
+        the pair distance and the sideways axes of their downwash, each with both
+        tracking margins. Agents without a vehicle keep their separation alone.
+        """
+        one, other = self.agents[first], self.agents[second]
+        bodies = one.radius + other.radius + self.separation
+        missed = one.vehicle.tracking + other.vehicle.tracking
+        apart = max(
+            one.vehicle.pair_distance,
+            other.vehicle.pair_distance,
+            one.vehicle.downwash_radius + other.vehicle.downwash_radius,
+        )
+        return Metres(max(bodies, apart + missed))
+
     @property
     def horizon(self) -> Seconds:
         return Seconds(self.step * self.steps)

@@ -21,11 +21,11 @@ from missionc.passes.resolve_points import known, resolve_point
 from missionc.passes.resolve_quantities import excerpt, number, shown, whole
 from missionc.passes.resolve_settings import known_settings, missing, relation, said_twice
 from missionc.passes.resolve_shapes import NOWHERE
+from missionc.passes.resolve_vehicles import resolve_vehicle, resolve_yaw
 from missionc.source import Span
 from missionc.syntax import ast
 from missionc.units import Dimension, Metres
 
-RADIUS = Metres(0.1)
 ALTITUDE = Metres(1.0)
 """What an agent has where its team does not say."""
 
@@ -79,7 +79,11 @@ def _team(context: Context, team: ast.Team, size: float) -> None:
     settings = known_settings(
         context, [item for item in team.items if isinstance(item, ast.Setting)], _settings(context), owner
     )
-    radius = _length(context, settings.get("radius"), RADIUS, f"the radius of {owner}")
+    flown = _only(context, team, ast.Vehicle, "vehicle")
+    vehicle = resolve_vehicle(context, flown[0]) if flown else ir.PLAIN
+    turns = _only(context, team, ast.Yaw, "yaw")
+    yaw = resolve_yaw(context, turns[0]) if turns else ir.AHEAD
+    radius = _length(context, settings.get("radius"), Metres(vehicle.radius), f"the radius of {owner}")
     altitude = _length(context, settings.get("altitude"), ALTITUDE, f"the altitude of {owner}")
     moves = _only(context, team, ast.Dynamics, "dynamics")
     starts = _only(context, team, ast.Start, "start")
@@ -114,6 +118,8 @@ def _team(context: Context, team: ast.Team, size: float) -> None:
                 finish=None if isinstance(finish, NoFinish) or len(finish) != count else finish[index],
                 altitude=altitude,
                 span=team.name.span,
+                vehicle=vehicle,
+                yaw=yaw,
             )
         )
     context.sets[name] = ir.AgentSet(name, tuple(range(first, len(context.agents))), team.name.span)
@@ -131,7 +137,7 @@ def _length(context: Context, setting: ast.Setting | None, default: Metres, what
     return Metres(number(context, setting.high, Dimension.LENGTH, what, least=0))
 
 
-Item = TypeVar("Item", ast.Dynamics, ast.Start, ast.Finish)
+Item = TypeVar("Item", ast.Dynamics, ast.Start, ast.Finish, ast.Vehicle, ast.Yaw)
 
 
 def _only(context: Context, team: ast.Team, kind: type[Item], word: str) -> list[Item]:

@@ -12,6 +12,7 @@ from typing import assert_never
 
 from missionc import ir
 from missionc.passes.show_formula import number, show_formula, vector
+from missionc.passes.show_vehicle import show_vehicle, show_yaw
 
 
 def show_ir(mission: ir.Mission) -> str:
@@ -31,6 +32,9 @@ def _lines(mission: ir.Mission) -> Iterator[str]:
         yield f"beacon {beacon.name} = {vector(beacon.position)}"
     for agent in mission.agents:
         yield _agent(agent, mission.dimension)
+    for team, vehicle in dict.fromkeys((agent.team, agent.vehicle) for agent in mission.agents):
+        if vehicle != ir.PLAIN:
+            yield f"vehicle of {team} = {vehicle.name}  {show_vehicle(vehicle)}"
     for word, sets in (("team", mission.teams), ("group", mission.groups)):
         for agents in sets:
             yield f"{word} {agents.name} = {indices(agents.agents)}"
@@ -102,6 +106,8 @@ def _agent(agent: ir.Agent, dimension: int) -> str:
         parts.append(f"finish {_place(agent.finish)}")
     if dimension == 2:
         parts.append(f"altitude {number(agent.altitude)} m")
+    if show_yaw(agent.yaw):
+        parts.append(f"yaw {show_yaw(agent.yaw)}")
     return f"agent {agent.index} {agent.name}: {', '.join(parts)}"
 
 

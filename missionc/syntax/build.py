@@ -102,6 +102,15 @@ def dynamics(span: Span, name: ast.Name, *settings: ast.Setting | None) -> ast.D
     return ast.Dynamics(span, name, tuple(setting for setting in settings if setting is not None))
 
 
+def vehicle(span: Span, name: ast.Name, *settings: ast.Setting | None) -> ast.Vehicle:
+    return ast.Vehicle(span, name, tuple(setting for setting in settings if setting is not None))
+
+
+def yaw(span: Span, angle: ast.Quantity | None = None) -> ast.Yaw:
+    """``along path`` is words alone, which the grammar leaves out."""
+    return ast.Yaw(span, angle)
+
+
 def setting(span: Span, name: ast.Name, *value: Token | ast.Quantity) -> ast.Setting:
     match value:
         case (Token() as relation, high):
@@ -275,8 +284,10 @@ FUNCTIONS: dict[str, Callable[..., object]] = FORMULAS | {
     "team": team,
     "time": ast.Time,
     "total": total,
+    "vehicle": vehicle,
     "waypoint": waypoint,
     "world": ast.World,
+    "yaw": yaw,
 }
 
 NESTS: frozenset[str] = frozenset(

@@ -36,6 +36,8 @@ PARTS: dict[str, str] = {
     "along": "along (0 s: 0, 0), (4 s: 3, 0)",
     "dynamics": "dynamics single_integrator(speed <= 2 m/s)",
     "start": "start in base` or `start grid (1, 1) to (3, 3)",
+    "vehicle": "vehicle crazyflie21` or `vehicle crazyflie21 { speed <= 0.8 m/s }",
+    "yaw": "yaw 90 deg` or `yaw along path",
     "finish": "finish in base` or `finish grid (1, 1) to (3, 3)",
 }
 """The parts of declarations that begin with a word of their own."""

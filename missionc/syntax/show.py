@@ -126,10 +126,24 @@ def _item(node: ast.TeamItem) -> str:
             return f"start {_places(places)}"
         case ast.Finish(_, places):
             return f"finish {_places(places)}"
+        case ast.Vehicle(_, name, settings):
+            return f"vehicle {name.text}" + (f" {{ {'  '.join(map(_setting, settings))} }}" if settings else "")
+        case ast.Yaw(_, angle):
+            return f"yaw {_yaw(angle)}"
         case ast.Setting():
             return _setting(node)
         case _:
             assert_never(node)
+
+
+def _yaw(angle: ast.Quantity | None) -> str:
+    match angle:
+        case None:
+            return "along path"
+        case ast.Name(_, "along"):
+            return "(along)"  # a parameter of that name
+        case _:
+            return tight(angle)
 
 
 def _places(node: ast.Places) -> str:

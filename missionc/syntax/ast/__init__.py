@@ -15,6 +15,8 @@ from missionc.syntax.ast.agents import (
     Setting,
     Start,
     TeamItem,
+    Vehicle,
+    Yaw,
 )
 from missionc.syntax.ast.declarations import (
     Beacon,
@@ -128,7 +130,9 @@ __all__ = [
     "TeamItem",
     "Time",
     "Truth",
+    "Vehicle",
     "Waypoint",
     "Window",
     "World",
+    "Yaw",
 ]

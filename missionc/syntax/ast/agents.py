@@ -72,5 +72,22 @@ class Finish:
     places: Places
 
 
-TeamItem: TypeAlias = "Dynamics | Start | Finish | Setting"
+@dataclass(frozen=True, slots=True)
+class Vehicle:
+    """``vehicle crazyflie21 { speed <= 0.8 m/s }``; the settings take the place of the profile's own figures."""
+
+    span: Span
+    name: Name
+    settings: tuple[Setting, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Yaw:
+    """``yaw 90 deg``, or ``yaw along path`` where ``angle`` is None."""
+
+    span: Span
+    angle: Quantity | None
+
+
+TeamItem: TypeAlias = "Dynamics | Start | Finish | Vehicle | Yaw | Setting"
 """In any order inside the braces; ``radius`` and ``altitude`` are settings."""

@@ -1,0 +1,103 @@
+"""What an agent is flown by: the figures of its vehicle, and where its nose points."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TypeAlias
+
+from missionc.units import Dimension
+
+
+@dataclass(frozen=True, slots=True)
+class Band:
+    """From ``low`` to ``high``, both included."""
+
+    low: float
+    high: float
+
+
+@dataclass(frozen=True, slots=True)
+class Vehicle:
+    """What a flight keeps to, in SI units. A limit that is not there is infinite, a margin that is not there is 0.
+
+    ``radius`` is what an agent has whose team does not say its own; read it
+    from the agent. Two vehicles are in each other's downwash where the
+    difference of their centres, sideways over the sum of their
+    ``downwash_radius`` and in height over the sum of their
+    ``downwash_height``, is shorter than 1: of two alike, where it is shorter
+    than 2 when scaled by the half axes of one. An axis of 0 means no downwash.
+    """
+
+    name: str
+    radius: float = 0.1
+    speed: float = math.inf
+    vertical_speed: float = math.inf
+    acceleration: float = math.inf
+    jerk: float = math.inf
+    tilt: float = math.inf
+    thrust: Band = Band(0.0, math.inf)
+    yaw_rate: float = math.inf
+    height: Band = Band(-math.inf, math.inf)
+    downwash_radius: float = 0.0
+    downwash_height: float = 0.0
+    pair_distance: float = 0.0
+    tracking: float = 0.0
+    fence_inset: float = 0.0
+    start_skew: float = 0.0
+    memory: int = 4096
+
+
+PLAIN = Vehicle("plain")
+"""A Crazyflie's memory and no limits: of a team that names no vehicle."""
+
+
+@dataclass(frozen=True, slots=True)
+class Figure:
+    """How a figure of a vehicle is written: ``<=`` a limit, ``..`` a band, empty a value; and what it is.
+
+    ``above``: it is more than 0, not only at least 0. ``whole``: it has no fraction.
+    """
+
+    dimension: Dimension
+    relation: str
+    says: str
+    above: bool = False
+    whole: bool = False
+
+
+FIGURES: dict[str, Figure] = {
+    "radius": Figure(Dimension.LENGTH, "", "of the body"),
+    "speed": Figure(Dimension.SPEED, "<=", "sideways", above=True),
+    "vertical_speed": Figure(Dimension.SPEED, "<=", "up and down", above=True),
+    "acceleration": Figure(Dimension.ACCELERATION, "<=", "in any direction", above=True),
+    "jerk": Figure(Dimension.JERK, "<=", "change of the acceleration", above=True),
+    "tilt": Figure(Dimension.ANGLE, "<=", "of the thrust from straight up", above=True),
+    "thrust": Figure(Dimension.NUMBER, "..", "in multiples of the weight"),
+    "yaw_rate": Figure(Dimension.TURN, "<=", "of the nose about the vertical", above=True),
+    "height": Figure(Dimension.LENGTH, "..", "band of heights to fly in"),
+    "downwash_radius": Figure(Dimension.LENGTH, "", "half axis of the downwash ellipsoid, sideways"),
+    "downwash_height": Figure(Dimension.LENGTH, "", "half axis of the downwash ellipsoid, in height"),
+    "pair_distance": Figure(Dimension.LENGTH, "", "between the centres of two, whatever their radii"),
+    "tracking": Figure(Dimension.LENGTH, "", "margin by which a flight may miss its trajectory"),
+    "fence_inset": Figure(Dimension.LENGTH, "", "from every border of the world"),
+    "start_skew": Figure(Dimension.TIME, "", "between the first and the last to start"),
+    "memory": Figure(Dimension.NUMBER, "", "bytes for trajectories", above=True, whole=True),
+}
+"""Every figure of a ``Vehicle`` but its name, in the order of its fields."""
+
+
+@dataclass(frozen=True, slots=True)
+class Fixed:
+    """The nose points one way throughout: ``angle`` rad, from the x axis to the left."""
+
+    angle: float
+
+
+@dataclass(frozen=True, slots=True)
+class AlongPath:
+    """The nose points where the agent goes."""
+
+
+Yaw: TypeAlias = Fixed | AlongPath
+AHEAD = Fixed(0.0)
