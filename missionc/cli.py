@@ -33,7 +33,7 @@ from missionc.version import __version__
 
 Pairs = tuple[tuple[str, str], ...]
 
-MODULES = ("verify",)
+MODULES = ("verify", "vehicles")
 """Commands with a module of their own."""
 
 

@@ -94,6 +94,11 @@ def read_limits(pairs: tuple[tuple[str, str], ...]) -> Limits:
     return limits
 
 
+form_flag = click.option(
+    "--format", "form", type=click.Choice(["text", "json"]), default="text", help="Words, or one JSON document."
+)
+
+
 def of_mission(command: Command) -> Command:
     """The flags of every command that reads a mission."""
     define = click.option(
@@ -107,7 +112,4 @@ def limits_and_form(command: Command) -> Command:
     limit = click.option(
         "--limit", "limits", type=pair, multiple=True, metavar="NAME=VALUE", help="Raise or lower a limit of size."
     )
-    form = click.option(
-        "--format", "form", type=click.Choice(["text", "json"]), default="text", help="Words, or one JSON document."
-    )
-    return limit(form(command))
+    return limit(form_flag(command))

@@ -8,6 +8,9 @@ from typing import TYPE_CHECKING, assert_never
 
 from missionc.backends.api import Attempt, Fault, Impossible, NotFound
 from missionc.diagnostics.model import Diagnostic, Severity, has_errors
+from missionc.ir import FIGURES, Band, Vehicle
+from missionc.passes.resolve_quantities import SI
+from missionc.passes.show_vehicle import figures_of
 from missionc.results import Checked, Compiled, Monitored, Refused, Unverified, Verified
 from missionc.units import Seconds
 
@@ -238,3 +241,34 @@ def _sums(seconds: tuple[tuple[str, Seconds], ...]) -> dict[str, float]:
 
 def _many(number: int, noun: str) -> str:
     return f"{number} {noun}{'' if number == 1 else 's'}"
+
+
+# ------------------------------------------------------------------ vehicles
+
+
+def vehicle_lines(vehicle: Vehicle) -> list[str]:
+    """A table of every figure: its name, its value with its unit, what it is."""
+    rows = [(name, text or "none", FIGURES[name].says) for name, text in figures_of(vehicle)]
+    wide = [max(len(row[column]) for row in rows) for column in (0, 1)]
+    return [f"{name:<{wide[0]}}  {text:<{wide[1]}}  {says}" for name, text, says in rows]
+
+
+def vehicles_document(vehicles: Iterable[Vehicle]) -> dict[str, object]:
+    """Every figure in its unit; a band as two numbers; null where there is no limit."""
+    return {
+        "vehicles": [
+            {"name": vehicle.name, "figures": {name: _figure(vehicle, name) for name in FIGURES}}
+            for vehicle in vehicles
+        ]
+    }
+
+
+def _figure(vehicle: Vehicle, name: str) -> dict[str, object]:
+    value, unit = getattr(vehicle, name), SI[FIGURES[name].dimension].strip()
+    if isinstance(value, Band):
+        return {"value": [_finite(value.low), _finite(value.high)], "unit": unit}
+    return {"value": _finite(value), "unit": unit}
+
+
+def _finite(value: float) -> float | None:
+    return value if math.isfinite(value) else None

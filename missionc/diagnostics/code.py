@@ -85,6 +85,9 @@ ESCAPES_AT_ONCE = Code("MC514", "an escape of no distance", warning=True)
 REACHES_ITSELF = Code("MC515", "a route that ends where it starts", warning=True)
 NO_ROOM = Code("MC516", "a region too small for its agents")
 NEVER_HOLDS = Code("MC517", "a comparison that can never hold", warning=True)
+FASTER_THAN_VEHICLE = Code("MC518", "faster than the vehicle flies", warning=True)
+NO_FLYING_ROOM = Code("MC519", "no room for the vehicle to fly")
+OUTSIDE_FLYING_ROOM = Code("MC520", "a start or finish where the vehicle does not fly")
 
 # 6xx: outcome of planning
 IMPOSSIBLE = Code("MC601", "no plan exists on the roadmap")

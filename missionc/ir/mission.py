@@ -9,6 +9,7 @@ from missionc.ir.agents import Agent, AgentSet
 from missionc.ir.couplings import Formation, Graph
 from missionc.ir.formulas import Formula
 from missionc.ir.places import Beacon, Obstacle, Region, World
+from missionc.ir.shapes import Vector
 from missionc.source import Span
 from missionc.units import Metres, Seconds, Steps
 
@@ -87,7 +88,7 @@ class Mission:
         return self.world.dimension
 
     def spacing(self, first: int, second: int) -> Metres:
-        """How far apart the centres of two agents are planned, at least.
+        """How far apart the centres of two agents have to be, at least.
 
         Their bodies with the separation, or what their vehicles keep and may miss:
         the pair distance and the sideways axes of their downwash, each with both
@@ -102,6 +103,18 @@ class Mission:
             one.vehicle.downwash_radius + other.vehicle.downwash_radius,
         )
         return Metres(max(bodies, apart + missed))
+
+    def room(self, agent: int) -> tuple[Vector, Vector]:
+        """Opposite corners of where an agent's vehicle may fly: the world less its fence inset, in its band of heights.
+
+        The first corner is beyond the second where there is no room.
+        """
+        vehicle = self.agents[agent].vehicle
+        low = [value + vehicle.fence_inset for value in self.world.low]
+        high = [value - vehicle.fence_inset for value in self.world.high]
+        if self.dimension == 3:
+            low[2], high[2] = max(low[2], vehicle.height.low), min(high[2], vehicle.height.high)
+        return tuple(low), tuple(high)
 
     @property
     def horizon(self) -> Seconds:

@@ -32,9 +32,8 @@ def check_graphs(mission: Mission) -> list[Diagnostic]:
 
 def _tight(mission: Mission, formation: Formation) -> Iterator[tuple[int, int, float]]:
     """Pairs that the formation keeps too close, with the most it lets them be apart in metres."""
-    agents = mission.agents
     for first, second, apart in _reaches(formation):
-        if apart <= agents[first].radius + agents[second].radius + mission.separation:
+        if apart <= mission.spacing(first, second):
             yield first, second, apart
 
 
@@ -81,16 +80,18 @@ def _agents(count: int) -> str:
 
 def _forbidden(mission: Mission, formation: Formation, first: int, second: int, apart: float, pairs: int) -> Diagnostic:
     one, other = mission.agents[first], mission.agents[second]
-    needed = one.radius + other.radius + mission.separation
+    needed = mission.spacing(first, second)
+    takes = (
+        f"the radii {metres(one.radius)} and {metres(other.radius)} and the separation {metres(mission.separation)}"
+        f" take {metres(needed)}, and agents never touch"
+    )
+    if needed > one.radius + other.radius + mission.separation:
+        takes = f"what their vehicles keep from each other takes {metres(needed)}, from centre to centre"
     more = () if pairs == 1 else (f"{pairs - 1:,} more {'pair' if pairs == 2 else 'pairs'} of it would be too close",)
     return Diagnostic(
         FORMATION_TOO_TIGHT,
         f"formation `{formation.name}` keeps `{one.name}` and `{other.name}` within {metres(apart)} of each other",
         Label(formation.span, f"with its tolerance of {metres(formation.tolerance)}"),
-        notes=(
-            f"the radii {metres(one.radius)} and {metres(other.radius)} and the separation {metres(mission.separation)}"
-            f" take {metres(needed)}, and agents never touch",
-            *more,
-        ),
+        notes=(takes, *more),
         help="space the formation more widely, or make the separation smaller",
     )

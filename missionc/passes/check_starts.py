@@ -21,6 +21,7 @@ from missionc.passes.wording import at_least_metres, listed, metres, number
 from missionc.source import Span
 from missionc.world.areas import common, covers, disjoint, empty
 from missionc.world.crowd import too_close, too_near
+from missionc.world.spacing import Spacing
 
 MOST_PAIRS = 2_000
 """Pairs of agents too close to each other that are looked for; one finding names the first and counts the others."""
@@ -80,7 +81,7 @@ def _in_obstacles(mission: Mission, ground: Ground, stage: Stage) -> list[Diagno
 def _overlapping(mission: Mission, ground: Ground, stage: Stage) -> list[Diagnostic]:
     exact = stage.exact
     pairs = too_close(
-        [place.point for _, place in exact], [agent.radius for agent, _ in exact], mission.separation, MOST_PAIRS
+        [place.point for _, place in exact], [agent.index for agent, _ in exact], Spacing.of(mission), MOST_PAIRS
     )
     by_spans: dict[tuple[Span, Span], list[tuple[int, int, float]]] = {}
     for first, second, distance in pairs:
@@ -199,11 +200,13 @@ def _too_close(
     pairs: int,
 ) -> Diagnostic:
     (one, here), (other, there) = first, second
-    needed = one.radius + other.radius + mission.separation
+    needed = mission.spacing(one.index, other.index)
     where = f"{metres(distance)} apart" if distance > 0 else "at the same point"
     counted = f"more than {pairs - 1:,}" if pairs >= MOST_PAIRS else f"{pairs - 1:,}"
     more = () if pairs == 1 else (f"{counted} more {'pair' if pairs == 2 else 'pairs'} of these places are too close",)
     takes = f"the radii and the separation take {metres(needed)}, and agents never touch"
+    if needed > one.radius + other.radius + mission.separation:
+        takes = f"what their vehicles keep from each other takes {metres(needed)}, from centre to centre"
     return Diagnostic(
         AGENTS_OVERLAP,
         f"`{one.name}` and `{other.name}` {stage.verb} {where}",

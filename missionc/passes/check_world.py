@@ -2,7 +2,7 @@
 
     in   Mission
     out  nothing but findings
-    says MC501 MC502 MC503 MC504 MC505 MC506 MC507 MC508 MC509 MC512 MC516
+    says MC501 MC502 MC503 MC504 MC505 MC506 MC507 MC508 MC509 MC512 MC516 MC518 MC519 MC520
 
 Only what no plan can mend is an error: whatever is said to be out of reach or
 without room is so by an outer bound.
@@ -16,6 +16,7 @@ from missionc.ir import Mission, Obstacle, Region, Still
 from missionc.passes.check_goals import check_goals
 from missionc.passes.check_graphs import check_graphs
 from missionc.passes.check_starts import check_starts
+from missionc.passes.check_vehicles import check_vehicles
 from missionc.passes.ground import Ground
 from missionc.passes.in_text_order import in_text_order
 from missionc.passes.wording import listed, number
@@ -34,6 +35,7 @@ def check_world(mission: Mission) -> list[Diagnostic]:
             *check_graphs(mission),
             *check_starts(mission, ground),
             *check_goals(mission, ground),
+            *check_vehicles(mission, ground),
         ]
     )
 

@@ -7,8 +7,8 @@
 Everything declared is resolved in one fixed order, each part on the ones before
 it; names may stand in any order in the text. All findings come in one go, in
 the order of the text. A mission that comes out can be trusted: its numbers are
-finite (but for the two that may be infinite: a unicycle's ``turn`` and a route's
-upper bound) and in the units the IR names, its indices exist, its windows are
+finite (but for those that may be infinite: a unicycle's ``turn``, a route's upper
+bound and what a vehicle does not limit) and in the units the IR names, its indices exist, its windows are
 not reversed, every point has the world's coordinates, and every requirement is
 about the team.
 """

@@ -34,7 +34,7 @@ def _lines(mission: ir.Mission) -> Iterator[str]:
         yield _agent(agent, mission.dimension)
     for team, vehicle in dict.fromkeys((agent.team, agent.vehicle) for agent in mission.agents):
         if vehicle != ir.PLAIN:
-            yield f"vehicle of {team} = {vehicle.name}  {show_vehicle(vehicle)}"
+            yield f"vehicle of {team} = {show_vehicle(vehicle)}"
     for word, sets in (("team", mission.teams), ("group", mission.groups)):
         for agents in sets:
             yield f"{word} {agents.name} = {indices(agents.agents)}"

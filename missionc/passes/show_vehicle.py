@@ -12,7 +12,7 @@ from missionc.passes.show_formula import number
 
 def show_vehicle(vehicle: ir.Vehicle) -> str:
     """On one line, as a mission writes it; what limits nothing is left out."""
-    return "  ".join(f"{name} {text}" for name, text in figures_of(vehicle) if text)
+    return "  ".join([vehicle.name, *(f"{name} {text}" for name, text in figures_of(vehicle) if text)])
 
 
 def figures_of(vehicle: ir.Vehicle) -> Iterator[tuple[str, str]]:

@@ -11,6 +11,7 @@ from missionc.ir import Obstacle, Path, Vector
 from missionc.plan import Array
 from missionc.world.clearance import clear_of, offset, solids
 from missionc.world.distance import signed_distance
+from missionc.world.spacing import Spacing
 
 CHUNK = 32
 """Places whose neighbours are looked up at a time."""
@@ -43,25 +44,24 @@ def too_near(
 
 
 def too_close(
-    places: Sequence[Vector], radii: Sequence[float], separation: float, most: int
+    places: Sequence[Vector], agents: Sequence[int], spacing: Spacing, most: int
 ) -> list[tuple[int, int, float]]:
-    """Pairs of places no further apart than their radii and the separation together, with their distance.
+    """Pairs of places no further apart than the agents in them have to be, with their distance.
 
     Stops after about ``most`` pairs.
     """
-    points, sizes = as_array(places), np.asarray(radii, dtype=float)
+    points, who = as_array(places), np.asarray(agents, dtype=np.int64)
     if len(points) < 2:
         return []
     flat = shapely.points(points[:, :2])
     tree = shapely.STRtree(flat)
-    reach = 2 * float(sizes.max()) + separation
     found: list[tuple[int, int, float]] = []
     for begin in range(0, len(points), CHUNK):
-        first, second = tree.query(flat[begin : begin + CHUNK], predicate="dwithin", distance=reach)
+        first, second = tree.query(flat[begin : begin + CHUNK], predicate="dwithin", distance=spacing.widest)
         first = first + begin
         first, second = first[first < second], second[first < second]
         apart = np.linalg.norm(points[first] - points[second], axis=1)
-        close = np.flatnonzero(apart <= sizes[first] + sizes[second] + separation)
+        close = np.flatnonzero(apart <= spacing.between(who[first], who[second]))
         found.extend((int(first[pair]), int(second[pair]), float(apart[pair])) for pair in close[: most - len(found)])
         if len(found) >= most:
             break

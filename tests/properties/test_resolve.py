@@ -75,6 +75,10 @@ ODD = {
 }
 
 
+INFINITE = {"turn", "high", *(name for name, figure in ir.FIGURES.items() if figure.relation == "<=")}
+"""Where nothing limits it; ``low`` and ``high`` of a vehicle's band likewise."""
+
+
 @st.composite
 def mutated(draw: st.DrawFn) -> str:
     """The mission with one to three of its words replaced by others of their kind."""
@@ -122,7 +126,9 @@ def test_a_mutated_mission_is_answered_and_what_comes_out_is_sound(text: str) ->
     if mission is None:
         return
     for name, value in numbers(mission):
-        assert math.isfinite(value) or (value == math.inf and name in ("turn", "high"))
+        assert (
+            math.isfinite(value) or (value == math.inf and name in INFINITE) or (value == -math.inf and name == "low")
+        )
     everyone = range(len(mission.agents))
     for agents in (*mission.teams, *mission.groups, *mission.graphs, *mission.formations):
         assert set(agents.agents) <= set(everyone)

@@ -2,18 +2,25 @@
 
 from __future__ import annotations
 
+import json
 import math
 import re
-from dataclasses import fields
+from dataclasses import fields, replace
 from pathlib import Path
 
+import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from missionc import ir
 from missionc import vehicles as package
+from missionc.cli import main
 from missionc.passes.show_ir import show_ir
 from missionc.passes.show_vehicle import figures_of
+from missionc.units import Metres
 from missionc.vehicles import example, profiles, read_profile
+from missionc.world.spacing import Spacing
 from tests.resolving import codes, demo, mission, only
 
 FILES = sorted(Path(package.__file__).parent.glob("*.toml"))
@@ -200,3 +207,55 @@ def test_of_two_vehicles_the_larger_distance_is_kept() -> None:
         "require", "agent scout { dynamics single_integrator(speed <= 1 m/s)  start at (5, 5) }\nrequire", 1
     )
     assert mission(text).spacing(0, 1) == mission(text).spacing(1, 0) == pytest.approx(0.6)
+
+
+def agent_of(index: int, kind: tuple[float, float, float, float]) -> ir.Agent:
+    radius, distance, downwash, tracking = kind
+    base = mission(with_items("")).agents[0]
+    vehicle = replace(ir.PLAIN, pair_distance=distance, downwash_radius=downwash, tracking=tracking)
+    return replace(base, index=index, radius=Metres(radius), vehicle=vehicle)
+
+
+@given(st.lists(st.tuples(*[st.sampled_from([0.0, 0.1, 0.25])] * 4), max_size=6), st.sampled_from([0.0, 0.3]))
+def test_the_table_of_spacings_says_what_the_mission_does(
+    kinds: list[tuple[float, float, float, float]], separation: float
+) -> None:
+    agents = tuple(agent_of(index, kind) for index, kind in enumerate(kinds))
+    planned = replace(mission(with_items("")), agents=agents, separation=Metres(separation))
+    spacing = Spacing.of(planned)
+    pairs = [(one, other) for one in range(len(kinds)) for other in range(len(kinds))]
+    first, second = (np.array([pair[side] for pair in pairs], dtype=np.int64) for side in (0, 1))
+    expected = [planned.spacing(one, other) for one, other in pairs]
+    assert spacing.between(first, second).tolist() == expected
+    assert spacing.widest == max(expected, default=0.0)
+
+
+# ---------------------------------------------------------------- the command
+
+
+def test_the_vehicles_are_listed_one_a_line(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["vehicles"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert [line.split()[0] for line in lines] == list(profiles())
+    assert lines[0] == "plain  radius 0.1 m  memory 4096"
+
+
+def test_one_vehicle_is_a_table_of_every_figure(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["vehicles", "crazyflie21plus"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert [line.split()[0] for line in lines] == list(ir.FIGURES)
+    assert "speed            <= 1 m/s               sideways" in lines
+
+
+def test_vehicles_are_a_document_too(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["vehicles", "--format", "json"]) == 0
+    listed = {each["name"]: each["figures"] for each in json.loads(capsys.readouterr().out)["vehicles"]}
+    assert list(listed) == list(profiles())
+    assert listed["crazyflie21"]["height"] == {"value": [0.3, 2.0], "unit": "m"}
+    assert listed["plain"]["speed"] == {"value": None, "unit": "m/s"}
+    assert all(list(figures) == list(ir.FIGURES) for figures in listed.values())
+
+
+def test_a_vehicle_that_is_not_there_is_said_with_the_nearest(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["vehicles", "crazyfly21"]) == 2
+    assert "did you mean `crazyflie21`?" in capsys.readouterr().err

@@ -1,0 +1,33 @@
+"""``missionc vehicles [NAME]``: what a team may be flown by."""
+
+from __future__ import annotations
+
+import json
+
+import click
+
+from missionc import summary
+from missionc.answers import Status
+from missionc.flags import form_flag
+from missionc.nearest import nearest
+from missionc.passes.show_vehicle import show_vehicle
+from missionc.vehicles import profiles
+
+
+@click.command("vehicles")
+@click.argument("name", required=False)
+@form_flag
+def command(name: str | None, form: str) -> Status:
+    """List the vehicles a team may name; of one, every figure."""
+    known = profiles()
+    if name is not None and name not in known:
+        near = nearest(name, known)
+        hint = f"did you mean `{near}`?" if isinstance(near, str) else "`missionc vehicles` lists them"
+        raise click.UsageError(f"there is no vehicle `{name}`; {hint}")
+    chosen = list(known.values()) if name is None else [known[name]]
+    if form == "json":
+        click.echo(json.dumps(summary.vehicles_document(chosen), indent=2, allow_nan=False))
+        return Status.DONE
+    for line in map(show_vehicle, chosen) if name is None else summary.vehicle_lines(chosen[0]):
+        click.echo(line)
+    return Status.DONE

@@ -1,0 +1,130 @@
+"""What vehicles cannot do in a mission, found before any planning."""
+
+from __future__ import annotations
+
+import pytest
+
+from missionc.diagnostics.code import (
+    AGENTS_OVERLAP,
+    FASTER_THAN_VEHICLE,
+    FORMATION_TOO_TIGHT,
+    NO_FLYING_ROOM,
+    OUTSIDE_FLYING_ROOM,
+    OUTSIDE_WORLD,
+)
+from tests.checked import WORLD, found, only, text, words
+
+VOLUME = WORLD.replace("(0, 0)", "(0, 0, 0)").replace("(10, 10)", "(10, 10, 3)")
+HOME = "require home: every drone: eventually[0, 20 s] base"
+CODES = (FASTER_THAN_VEHICLE, NO_FLYING_ROOM, OUTSIDE_FLYING_ROOM, AGENTS_OVERLAP, FORMATION_TOO_TIGHT)
+
+
+def drones(items: str, moves: str = "single_integrator(speed <= 1 m/s)", vehicle: str = "crazyflie21") -> str:
+    return f"team drone[2] {{ vehicle {vehicle}  dynamics {moves}  {items} }}"
+
+
+def quiet(mission: str) -> bool:
+    return not any(found(mission, code) for code in CODES)
+
+
+# -------------------------------------------------------------------- speeds
+
+
+def test_dynamics_faster_than_the_vehicle_are_warned_of() -> None:
+    finding = only(text(HOME, agents=drones("start in base", "unicycle(speed 0..2 m/s)")), FASTER_THAN_VEHICLE)
+    assert finding.message == "`drone` may move at 2 m/s; its vehicle flies at most 1 m/s"
+    assert words(finding) == [("drone", "flown as `crazyflie21`")]
+
+
+def test_dynamics_that_accelerate_harder_are_warned_of() -> None:
+    moves = "double_integrator(speed <= 1 m/s, acceleration <= 3 m/s^2)"
+    finding = only(text(HOME, agents=drones("start in base", moves)), FASTER_THAN_VEHICLE)
+    assert finding.message == "`drone` may accelerate at 3 m/s^2; its vehicle flies at most 2 m/s^2"
+
+
+@pytest.mark.parametrize("vehicle", ["plain", "crazyflie21 { speed <= 2 m/s }"])
+def test_dynamics_within_the_limit_are_not(vehicle: str) -> None:
+    mission = text(HOME, agents=drones("start in base", "single_integrator(speed <= 2 m/s)", vehicle))
+    assert quiet(mission)
+
+
+# ---------------------------------------------------------------------- room
+
+
+def test_a_fence_that_leaves_no_room_is_refused() -> None:
+    mission = text(HOME, agents=drones("start in base", vehicle="crazyflie21 { fence_inset 6 m }"))
+    finding = only(mission, NO_FLYING_ROOM)
+    assert finding.message == "the world leaves `drone` no room to fly"
+    assert finding.notes == ("`crazyflie21` keeps 6 m from the borders of the world",)
+
+
+def test_a_band_above_the_world_is_refused() -> None:
+    agents = drones("start at (1, 1, 1), (2, 1, 1)", vehicle="crazyflie21 { height 3..4 m }")
+    finding = only(text(HOME, agents=agents, world=VOLUME), NO_FLYING_ROOM)
+    assert "between 3 m and 4 m of height" in finding.notes[0]
+
+
+def test_an_altitude_outside_the_band_is_refused() -> None:
+    finding = only(text(HOME, agents=drones("start in base  altitude 2.5 m")), NO_FLYING_ROOM)
+    assert finding.message == "`drone` flies at 2.5 m; its vehicle keeps between 0.3 m and 2 m"
+    assert quiet(text(HOME, agents=drones("start in base  altitude 2 m")))
+
+
+# -------------------------------------------------------------------- places
+
+
+def test_a_start_beyond_the_fence_is_refused() -> None:
+    finding = only(text(HOME, agents=drones("start at (1, 1), (9.9, 1)")), OUTSIDE_FLYING_ROOM)
+    assert finding.message == (
+        "`drone[1]` starts at (9.9, 1), outside the room of its vehicle, (0.2, 0.2) to (9.8, 9.8)"
+    )
+    assert quiet(text(HOME, agents=drones("start at (1, 1), (9.8, 1)")))
+
+
+def test_a_start_on_the_ground_is_refused_for_all_at_once() -> None:
+    finding = only(text(HOME, agents=drones("start line (1, 1, 0) to (2, 1, 0)"), world=VOLUME), OUTSIDE_FLYING_ROOM)
+    assert finding.notes[1:] == ("the same goes for `drone[1]`",)
+
+
+def test_a_place_outside_the_world_is_said_to_be_that_alone() -> None:
+    mission = text(HOME, agents=drones("start at (1, 1), (11, 1)"))
+    assert only(mission, OUTSIDE_WORLD).message.startswith("`drone[1]`")
+    assert quiet(mission)
+
+
+def test_a_region_wholly_beyond_the_fence_is_refused() -> None:
+    edge = "region edge = box (9.85, 0) to (10, 10)"
+    finding = only(text(edge, HOME, agents=drones("start in base  finish in edge")), OUTSIDE_FLYING_ROOM)
+    assert finding.message.startswith("`drone[0]` finishes in `edge`, outside the room")
+    wider = "region edge = box (9.75, 0) to (10, 10)"
+    assert found(text(wider, HOME, agents=drones("start in base  finish in edge")), OUTSIDE_FLYING_ROOM) == []
+
+
+# ------------------------------------------------------------------- spacing
+
+
+def test_starts_closer_than_vehicles_may_be_are_refused() -> None:
+    finding = only(text(HOME, agents=drones("start at (1, 1), (1.38, 1)")), AGENTS_OVERLAP)
+    assert finding.message == "`drone[0]` and `drone[1]` start 0.38 m apart"
+    assert finding.notes == ("what their vehicles keep from each other takes 0.4 m, from centre to centre",)
+    assert quiet(text(HOME, agents=drones("start at (1, 1), (1.41, 1)")))
+
+
+def test_a_separation_that_takes_more_is_named_instead() -> None:
+    finding = only(text("separation 0.5 m", HOME, agents=drones("start at (1, 1), (1.5, 1)")), AGENTS_OVERLAP)
+    assert finding.notes == ("the radii and the separation take 0.7 m, and agents never touch",)
+
+
+def test_two_teams_keep_what_the_more_demanding_asks() -> None:
+    scout = "agent scout { dynamics single_integrator(speed <= 1 m/s)  start at (1.3, 1) }"
+    near = drones("start at (1, 1), (5, 1)", vehicle="plain { pair_distance 0.35 m }")
+    assert only(text(scout, HOME, agents=near), AGENTS_OVERLAP).message.startswith("`drone[0]` and `scout` start 0.3 m")
+    assert quiet(text(scout, HOME, agents=near.replace("0.35 m", "0.25 m")))
+
+
+def test_a_formation_closer_than_vehicles_may_be_is_refused() -> None:
+    row = "formation row = line of drone spacing 0.3 m tolerance 0.05 m"
+    formed = "require form: eventually[0, 20 s] row"
+    finding = only(text(row, formed, agents=drones("start in base")), FORMATION_TOO_TIGHT)
+    assert finding.notes[0] == "what their vehicles keep from each other takes 0.4 m, from centre to centre"
+    assert quiet(text(row, formed, agents=drones("start in base", vehicle="plain")))
