@@ -111,6 +111,12 @@ def check(missions: tuple[Path, ...], overrides: Pairs, limits: Pairs, form: str
     show_default=True,
     help="Where presets but `sketch` optimise their trajectories.",
 )
+@click.option(
+    "--margin",
+    type=click.FloatRange(min=0, max=1e3),
+    metavar="METRES",
+    help="Keep every requirement by so much where that is possible; its vehicles' tracking margin if left out.",
+)
 @click.option("--seed", type=click.IntRange(0, 2**32 - 1), default=0, show_default=True, metavar="N")
 @click.option(
     "--time-limit",
@@ -159,6 +165,7 @@ def compile(
     preset: str,
     samples: int | None,
     device: str,
+    margin: float | None,
     seed: int,
     time_limit: float,
     memory_limit: int,
@@ -188,7 +195,7 @@ def compile(
             answer = Answer(compiled, Status.DONE if checked.ok else Status.MISSION_ERRORS)
         else:
             options = Options(
-                solver, certify, frozenset(wanted) & frozenset(stages.BY_A_BACKEND), preset, samples, device
+                solver, certify, frozenset(wanted) & frozenset(stages.BY_A_BACKEND), preset, samples, device, margin
             )
             budget = Budget(deadline, memory_limit, seed, allowed, listen)
             folder = None if wanted and not output else output or _default_folder(checked)

@@ -50,6 +50,7 @@ from missionc.plan import Plan
 from missionc.provenance import given, inputs
 from missionc.reading import read_text
 from missionc.results import Checked, Compiled, CompileOutcome, Monitored, Refused, Unverified, Verified
+from missionc.seeking import seek
 from missionc.signals import hold
 from missionc.source import Source
 from missionc.units import Seconds
@@ -125,7 +126,7 @@ def plan(
         return ended(Refused(), kept)
     budget = kept
     try:
-        found = backend.plan(mission, kernel, options, budget)
+        found = seek(backend, mission, kernel, options, budget)
     except UnusableSnapshot as wrong:
         return ended(Refused(), unusable(checkpoints.name, wrong))
     except MemoryError:

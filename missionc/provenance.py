@@ -27,4 +27,5 @@ def given(checked: Checked, options: Options) -> tuple[tuple[str, Option], ...]:
         named.append(("preset", options.preset))
         named.append(("device", options.device))
         named.extend([("samples", str(options.samples))] if options.samples is not None else [])
+    named.extend([("margin", repr(options.margin))] if options.margin is not None else [])
     return (*named, *((f"-D {name}", text) for name, text in sorted(checked.overrides.items())))

@@ -116,6 +116,8 @@ class Options:
     samples: int | None = None
     """Trajectories that presets with a local search optimise at once; None leaves it to the preset."""
     device: str = DEVICES[0]
+    margin: float | None = None
+    """Metres by which requirements are to hold where that is possible; None leaves it to the mission's vehicles."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,7 +10,7 @@ import pytest
 from missionc import driver
 from missionc.backends.api import Budget, Impossible, NotFound, Options, Reason, Report
 from missionc.diagnostics.code import CODES
-from missionc.results import Compiled
+from missionc.results import Compiled, Verified
 from missionc.source import Source
 from tests.small import LATE, SMALL
 
@@ -126,3 +126,18 @@ def test_why_there_is_no_proof_of_a_refusal_is_said(monkeypatch: pytest.MonkeyPa
     report = Report(notes=("no proof was written: the time limit came first",))
     finding = answered(Impossible(("visit",), "on 40 nodes", report), monkeypatch).findings[-1]
     assert finding.notes == ("on 40 nodes", "no proof was written: the time limit came first")
+
+
+def test_requirements_are_kept_by_a_margin_where_they_can_be() -> None:
+    outcome = driver.compile(Source("a.mission", SMALL), options=Options(margin=0.2)).outcome
+    assert isinstance(outcome, Verified)
+    assert outcome.plan.judgements[0].robustness >= 0.2
+    assert outcome.report.notes == ()
+    assert b'"margin": "0.2"' in dict(outcome.files)["manifest.json"]
+
+
+def test_where_no_plan_has_the_margin_any_plan_will_do_and_is_said() -> None:
+    text = SMALL + "require edge: drone[0]: eventually[0, 6 s] x >= 3.4\n"
+    outcome = driver.compile(Source("a.mission", text), options=Options(margin=1.0)).outcome
+    assert isinstance(outcome, Verified)
+    assert any("by 100 cm" in note for note in outcome.report.notes)

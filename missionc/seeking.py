@@ -1,0 +1,42 @@
+"""What a backend is asked for: first a plan with room for a flight that misses it a little, then any plan.
+
+in   a backend, Mission, Kernel, Options, Budget
+out  its Outcome
+"""
+
+from __future__ import annotations
+
+import time
+from dataclasses import replace
+
+from missionc.backends.api import Backend, Budget, Options, Outcome, Planned, forget
+from missionc.ir import Mission
+from missionc.kernel.nodes import Kernel
+from missionc.passes.tighten import missed, roomy, tightened
+from missionc.units import Metres
+
+SHARE = 0.25
+"""Of the time there is, for a plan that has the margin."""
+
+
+def seek(backend: Backend, mission: Mission, kernel: Kernel, options: Options, budget: Budget) -> Outcome:
+    """A plan that keeps every requirement by the margin where one is found in a share of the time, else any.
+
+    Only a refusal of the mission itself is one: that of the tightened mission
+    says nothing. What is kept of the run, to be taken up again, is of the last
+    try.
+    """
+    wanted = roomy(mission)
+    margin = missed(mission) if options.margin is None else Metres(options.margin)
+    if margin <= 0:
+        return backend.plan(wanted, kernel, options, budget)
+    now = time.monotonic()
+    short = replace(budget, deadline=now + SHARE * (budget.deadline - now), keep=forget, resume=None)
+    found = backend.plan(*tightened(wanted, kernel, margin), options, short)
+    if isinstance(found, Planned):
+        return found
+    found = backend.plan(wanted, kernel, options, budget)
+    if not isinstance(found, Planned):
+        return found
+    note = f"no plan was found that keeps the requirements by {margin * 100:g} cm, the margin a flight may miss it by"
+    return replace(found, report=replace(found.report, notes=(*found.report.notes, note)))
