@@ -33,7 +33,7 @@ from missionc.version import __version__
 
 Pairs = tuple[tuple[str, str], ...]
 
-MODULES = ("verify", "vehicles")
+MODULES = ("fmt", "vehicles", "verify")
 """Commands with a module of their own."""
 
 

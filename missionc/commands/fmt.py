@@ -1,0 +1,85 @@
+"""``missionc fmt FILE…``: missions in their one layout."""
+
+from __future__ import annotations
+
+import difflib
+import sys
+from pathlib import Path
+
+import click
+
+from missionc.answers import Status, say
+from missionc.diagnostics.model import Diagnostic
+from missionc.emit.folder import write_file
+from missionc.flags import existing, files, limits_and_form, read_limits
+from missionc.limits import Limits
+from missionc.reading import read_source
+from missionc.source import Source
+from missionc.syntax.format import format_mission
+from missionc.syntax.parse import parse
+
+STANDARD_INPUT = Path("-")
+
+
+@click.command("fmt")
+@click.argument(
+    "missions",
+    nargs=-1,
+    required=True,
+    type=lambda word: STANDARD_INPUT if word == "-" else existing(word),
+    shell_complete=files,
+    metavar="FILE...",
+)
+@click.option("--check", is_flag=True, help="Change nothing; exit with 1 if a file would change.")
+@click.option("--diff", is_flag=True, help="Change nothing; show what would change.")
+@limits_and_form
+def command(
+    missions: tuple[Path, ...], check: bool, diff: bool, limits: tuple[tuple[str, str], ...], form: str
+) -> Status:
+    """Put missions in the one layout; `-` goes from standard input to standard output.
+
+    Words and comments stay what they are. A mission with errors of syntax is
+    left alone.
+    """
+    allowed = read_limits(limits)
+    findings: list[Diagnostic] = []
+    lines: list[str] = []
+    changed: list[str] = []
+    for path in missions:
+        source = _source(path, allowed)
+        text = source if isinstance(source, Diagnostic) else _formatted(source, allowed)
+        if isinstance(source, Diagnostic) or isinstance(text, list):
+            findings += [source] if isinstance(source, Diagnostic) else text if isinstance(text, list) else []
+            continue
+        assert isinstance(text, str)
+        if path == STANDARD_INPUT and not (check or diff):
+            click.echo(text, nl=False)
+            continue
+        if text == source.text:
+            continue
+        changed.append(str(path))
+        if diff:
+            lines += _difference(str(path), source.text, text)
+        elif not check and (wrong := write_file(path, text.encode("utf-8"))):
+            findings.append(wrong)
+    verb = "would change" if check or diff else "changed"
+    lines += [] if diff and not check else [f"{name}: {verb}" for name in changed]
+    say(findings, lines, form, {"changed": changed})
+    return Status.MISSION_ERRORS if findings or (check and changed) else Status.DONE
+
+
+def _source(path: Path, limits: Limits) -> Source | Diagnostic:
+    if path == STANDARD_INPUT:
+        return Source("<stdin>", sys.stdin.read())
+    return read_source(path, str(path), limits)
+
+
+def _formatted(source: Source, limits: Limits) -> str | list[Diagnostic]:
+    """What the file includes is not looked at: each file has its own layout."""
+    program, findings = parse(source, limits, lambda written, span: Source(written, ""))
+    return findings if program is None else format_mission(source, program, limits)
+
+
+def _difference(name: str, before: str, after: str) -> list[str]:
+    lines = difflib.unified_diff(before.splitlines(), after.splitlines(), name, f"{name}, formatted", lineterm="")
+    return list(lines)
