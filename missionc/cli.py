@@ -24,7 +24,7 @@ from missionc.backends.api import DEVICES, PRESETS, Budget, Impossible, NotFound
 from missionc.diagnostics.code import CODES, INTERNAL
 from missionc.diagnostics.explain import explain as explanation
 from missionc.diagnostics.model import Diagnostic, has_errors
-from missionc.flags import existing, files, memory, of_mission, read_limits, stage_names
+from missionc.flags import existing, export_names, files, memory, of_mission, read_limits, stage_names
 from missionc.keeping import KeptRun
 from missionc.nearest import nearest
 from missionc.progress import ProgressLine
@@ -33,7 +33,7 @@ from missionc.version import __version__
 
 Pairs = tuple[tuple[str, str], ...]
 
-MODULES = ("fmt", "vehicles", "verify")
+MODULES = ("export", "fmt", "vehicles", "verify")
 """Commands with a module of their own."""
 
 
@@ -149,6 +149,14 @@ def check(missions: tuple[Path, ...], overrides: Pairs, limits: Pairs, form: str
     metavar="STAGE[,STAGE...]",
     help=f"Print stages and go no further: {', '.join(stages.ALL)}. With -o the folder is written all the same.",
 )
+@click.option(
+    "--export",
+    "exported",
+    type=export_names,
+    multiple=True,
+    metavar="NAME[,NAME...]",
+    help="Write the flight in other forms as well; `missionc export --list` names them.",
+)
 @click.option("--timings", is_flag=True, help="Say how long each stage took.")
 @click.option("--plot", type=click.Path(path_type=Path, dir_okay=False), help="Draw the plan: FILE.svg or FILE.png.")
 @click.option("--certify", is_flag=True, help="Leave the CNF and a DRAT proof beside an `impossible`.")
@@ -172,6 +180,7 @@ def compile(
     checkpoint: Path | None,
     resume: Path | None,
     asked: tuple[tuple[str, ...], ...],
+    exported: tuple[tuple[str, ...], ...],
     timings: bool,
     plot: Path | None,
     certify: bool,
@@ -199,7 +208,8 @@ def compile(
             )
             budget = Budget(deadline, memory_limit, seed, allowed, listen)
             folder = None if wanted and not output else output or _default_folder(checked)
-            answer = _plan(checked, options, budget, folder, force, plot, KeptRun(checkpoint, resume))
+            exports = tuple(name for group in exported for name in group)
+            answer = _plan(checked, options, budget, folder, force, plot, exports, KeptRun(checkpoint, resume))
     compiled = answer.compiled
     lines = [] if quiet or wanted else summary.compiled_lines(compiled, answer.output)
     lines += summary.timing_lines(compiled.seconds) if timings else []
@@ -225,19 +235,22 @@ def _plan(
     folder: Path | None,
     force: bool,
     plot: Path | None,
+    exports: tuple[str, ...],
     kept: KeptRun,
 ) -> Answer:
     """Plan and write. What can be known to forbid writing is said before any planning."""
     from missionc.emit.folder import refuse
     from missionc.emit.plot import missing
+    from missionc.export import FORMATS
 
-    refused = (plot and missing()) or (folder and refuse(folder, force))
+    absent = next(filter(None, (FORMATS[name].missing() for name in exports)), None)
+    refused = (plot and missing()) or absent or (folder and refuse(folder, force))
     if refused and checked.ok:
         return _refused(Compiled(checked, Refused(), checked.findings, checked.seconds), refused)
     checkpoints = kept.checkpoints(budget.limits)
     if isinstance(checkpoints, Diagnostic):
         return _refused(Compiled(checked, Refused(), checked.findings, checked.seconds), checkpoints)
-    compiled = driver.plan(checked, options, budget, checkpoints)
+    compiled = driver.plan(checked, options, budget, checkpoints, exports)
     answer = _answer(compiled, folder, force, plot)
     if kept.wrong:
         findings = (*answer.compiled.findings, kept.wrong)
@@ -257,7 +270,8 @@ def _answer(compiled: Compiled, folder: Path | None, force: bool, plot: Path | N
         case Impossible(report=report):
             return _write(compiled, Status.IMPOSSIBLE, folder, report.files, force, None)
         case Verified(files=output):
-            return _write(compiled, Status.DONE, folder, output, force, plot)
+            status = Status.MISSION_ERRORS if has_errors(list(compiled.findings)) else Status.DONE
+            return _write(compiled, status, folder, output, force, plot)
         case _:
             assert_never(compiled.outcome)
 

@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, assert_never
 
@@ -47,7 +48,7 @@ from missionc.ir import Mission
 from missionc.keeping import Checkpoints, unusable, with_checkpoints
 from missionc.limits import Limits
 from missionc.plan import Plan
-from missionc.provenance import given, inputs
+from missionc.provenance import asked_for, given, inputs
 from missionc.reading import read_text
 from missionc.results import Checked, Compiled, CompileOutcome, Monitored, Refused, Unverified, Verified
 from missionc.seeking import seek
@@ -77,6 +78,7 @@ def compile(
     listen: Callable[[Progress], None] = ignore,
     keep: Callable[[bytes], object] | None = None,
     resume: bytes | None = None,
+    exports: tuple[str, ...] = (),
 ) -> Compiled:
     """``check``; then, where there is no error, ``plan``.
 
@@ -89,10 +91,11 @@ def compile(
         listen: is told where a backend is.
         keep: is given, as the run goes on, the bytes of a checkpoint.
         resume: those of an interrupted run of the same mission, seed and options; it ends as that would have ended.
+        exports: names of ``missionc.export.FORMATS``, to be written as well.
     """
     budget = Budget(time.monotonic() + time_limit, memory_limit, seed, limits or Limits(), listen)
     checked = check(file, overrides=overrides, backend=backend, limits=limits)
-    return plan(checked, options or Options(), budget, Checkpoints(keep, resume))
+    return plan(checked, options or Options(), budget, Checkpoints(keep, resume), exports)
 
 
 def plan(
@@ -100,6 +103,7 @@ def plan(
     options: Options,
     budget: Budget,
     checkpoints: Checkpoints | None = None,
+    exports: tuple[str, ...] = (),
 ) -> Compiled:
     """A verified plan of a checked mission, or what stands in its way.
 
@@ -108,6 +112,7 @@ def plan(
 
     Args:
         checkpoints: of the run, and of the one that it takes up again.
+        exports: names of forms that the flight is written in as well; one that cannot hold it is among the findings.
     """
     mission, kernel, choice = checked.mission, checked.kernel, checked.choice
     watch = Stopwatch(list(checked.seconds))
@@ -156,11 +161,12 @@ def plan(
     budget.listen(Progress("emit"))
     with watch.stage("emit"):
         cut_short = report.cut_short.value if report.cut_short else ""
-        provenance = Provenance(inputs(checked), given(checked, options), cut_short)
-        output = emit(mission, kernel, verified, certificate, provenance)
+        provenance = Provenance(inputs(checked), (*given(checked, options), *asked_for(exports)), cut_short)
+        output = emit(mission, kernel, verified, certificate, provenance, exports)
     if isinstance(output, Diagnostic):
         return ended(Refused(), output)
-    return ended(Verified(verified, output.certificate, report, output.files))
+    report = replace(report, notes=(*report.notes, *output.notes))
+    return ended(Verified(verified, output.certificate, report, output.files), *output.findings)
 
 
 def monitor(

@@ -75,6 +75,23 @@ def stage_names(value: str) -> tuple[str, ...]:
     return words
 
 
+def export_name(value: str) -> str:
+    """The name of a form of export."""
+    # Loaded where an export is asked for, and nowhere else.
+    from missionc.export import FORMATS
+
+    if value not in FORMATS:
+        near = nearest(value, FORMATS)
+        hint = f"did you mean `{near}`?" if isinstance(near, str) else f"there are {', '.join(FORMATS)}"
+        raise click.UsageError(f"there is no export `{value}`; {hint}")
+    return value
+
+
+def export_names(value: str) -> tuple[str, ...]:
+    """Names of exports with commas between them."""
+    return tuple(export_name(word.strip()) for word in value.split(","))
+
+
 def read_limits(pairs: tuple[tuple[str, str], ...]) -> Limits:
     """The default limits but for those given."""
     limits = Limits()

@@ -29,3 +29,8 @@ def given(checked: Checked, options: Options) -> tuple[tuple[str, Option], ...]:
         named.extend([("samples", str(options.samples))] if options.samples is not None else [])
     named.extend([("margin", repr(options.margin))] if options.margin is not None else [])
     return (*named, *((f"-D {name}", text) for name, text in sorted(checked.overrides.items())))
+
+
+def asked_for(exports: tuple[str, ...]) -> tuple[tuple[str, Option], ...]:
+    """What of the command line changes nothing but which files there are."""
+    return (("export", ",".join(dict.fromkeys(exports))),) if exports else ()

@@ -121,6 +121,11 @@ def file_lines(files: tuple[tuple[str, bytes], ...]) -> list[str]:
     ]
 
 
+def exported_lines(output: str, files: tuple[tuple[str, bytes], ...], notes: list[str]) -> list[str]:
+    """Where a flight was exported to."""
+    return [*(f"note: {note}" for note in notes), f"written to {output}", *file_lines(files)]
+
+
 def timing_lines(seconds: tuple[tuple[str, Seconds], ...]) -> list[str]:
     """Seconds by stage; a stage in rounds appears once for each."""
     width = max((len(name) for name, _ in seconds), default=0)
@@ -186,6 +191,11 @@ def replayed_document(replayed: Replayed) -> dict[str, object]:
             for check in failures
         ],
     }
+
+
+def exported_document(output: str | None, files: Iterable[str], notes: list[str]) -> dict[str, object]:
+    """``output`` is null where nothing was written."""
+    return {"output": output, "files": sorted(files) if output else [], "notes": notes}
 
 
 def _verdict(judgement: Judgement, step: Seconds) -> str:

@@ -1,8 +1,8 @@
 """Plan to files: everything of the output folder, as bytes; nothing here writes but ``folder``.
 
-in   Mission, Plan, the Certificate of it
+in   Mission, Plan, the Certificate of it, the names of exports
 out  Output: the files by name, and the certificate with what was verified on the polynomials too
-says MC703
+says MC703, and what exports say
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ from missionc.emit.crazyflie import crazyflie
 from missionc.emit.manifest import Option, Provenance, manifest, sha256
 from missionc.emit.plan_json import plan_json
 from missionc.emit.trajectories import trajectories
+from missionc.export import FORMATS, flight
 from missionc.file_names import file_names
 from missionc.ir import Mission
 from missionc.kernel.nodes import Kernel
@@ -29,16 +30,30 @@ __all__ = ["Option", "Output", "Provenance", "emit", "plan_json"]
 
 @dataclass(frozen=True, slots=True)
 class Output:
-    """The files of the folder, in a fixed order, and the whole certificate."""
+    """The files of the folder, in a fixed order, and the whole certificate.
+
+    ``notes`` are what the user of the exports should know, ``findings`` why some could not be made.
+    """
 
     files: tuple[tuple[str, bytes], ...]
     certificate: Certificate
+    notes: tuple[str, ...] = ()
+    findings: tuple[Diagnostic, ...] = ()
 
 
 def emit(
-    mission: Mission, kernel: Kernel, plan: Plan, certificate: Certificate, provenance: Provenance
+    mission: Mission,
+    kernel: Kernel,
+    plan: Plan,
+    certificate: Certificate,
+    provenance: Provenance,
+    exports: tuple[str, ...] = (),
 ) -> Output | Diagnostic:
-    """All files of a verified plan, the same bytes each time; or why its polynomials cannot be flown."""
+    """All files of a verified plan, the same bytes each time; or why its polynomials cannot be flown.
+
+    Args:
+        exports: names of forms that the flight is to be written in as well.
+    """
     flyable = crazyflie(mission, kernel, plan.trace)
     if isinstance(flyable, Diagnostic):
         return flyable
@@ -50,8 +65,17 @@ def emit(
     names = file_names(mission.agents)
     for agent in mission.agents:
         files[f"crazyflie/{names[agent.name]}.csv"] = flyable.files[agent.name].encode()
+    notes: list[str] = []
+    findings: list[Diagnostic] = []
+    for name in dict.fromkeys(exports):
+        made = FORMATS[name].export(flight(mission, kernel, plan.trace, flyable.files))
+        if isinstance(made, Diagnostic):
+            findings.append(made)
+            continue
+        notes += made.notes
+        files.update({f"export/{name}/{file}": content for file, content in made.files.items()})
     for name, content in provenance.inputs:
         files[f"{MISSION}/{name}"] = content
     files["certificate.json"] = certificate_json(whole, sha256(files["plan.json"])).encode()
     files["manifest.json"] = manifest(plan, provenance, files).encode()
-    return Output(tuple(files.items()), whole)
+    return Output(tuple(files.items()), whole, tuple(notes), tuple(findings))

@@ -31,7 +31,7 @@ from missionc.ir import DoubleIntegrator, Mission
 from missionc.kernel.nodes import Kernel
 from missionc.plan import Array, Trace
 from missionc.verify.certificate import Certificate, Check
-from missionc.verify.columns import COLUMNS
+from missionc.verify.columns import Pieces, written
 from missionc.verify.curves import Curves, Indices, motion, refined, values
 from missionc.verify.polynomials import MEMORY_BYTES, PIECE_BYTES, verify_polynomials
 from missionc.verify.tolerances import TUBE
@@ -285,19 +285,13 @@ def _rounded(points: Array, durations: Array) -> Array:
 
 
 def _texts(mission: Mission, coefficients: Array, durations: Array) -> dict[str, str]:
-    """Nine significant digits tell every float32 number from every other."""
-    pieces = durations.size
     files = {}
     for agent in mission.agents:
-        rows = np.zeros((pieces, 4, 8))
+        rows = np.zeros((durations.size, 4, 8))
         rows[:, : mission.dimension] = coefficients[agent.index]
         if mission.dimension == 2:
             rows[:, 2, 0] = np.float32(agent.altitude)
-        lines = [",".join(COLUMNS)]
-        table = np.concatenate([durations[:, None], rows.reshape(pieces, -1)], axis=1)
-        # Adding zero turns -0 into 0.
-        lines += [",".join(f"{number + 0.0:.9g}" for number in row) for row in table.tolist()]
-        files[agent.name] = "\n".join(lines) + "\n"
+        files[agent.name] = written(Pieces(durations, rows))
     return files
 
 

@@ -18,9 +18,11 @@ from pathlib import Path
 
 from missionc.diagnostics.code import CANNOT_WRITE, OUTPUT_EXISTS
 from missionc.diagnostics.model import Diagnostic
+from missionc.export import FORMATS
 
 OURS = re.compile(
     r"(plan|certificate|manifest)\.json|trajectories\.csv|crazyflie|mission|report\.html|.+\.(cnf|drat)|\.DS_Store"
+    rf"|export|{'|'.join(FORMATS)}"
 )
 """What may lie in an output folder; anything else was put there by somebody."""
 

@@ -12,8 +12,8 @@ from missionc.emit.text import compact, record
 from missionc.plan import Plan
 from missionc.version import __version__
 
-PACKAGES = ("numpy", "scipy", "shapely", "piqp", "z3-solver", "python-sat", "torch")
-"""Those whose version may change a plan."""
+PACKAGES = ("numpy", "scipy", "shapely", "piqp", "z3-solver", "python-sat", "torch", "jinja2", "mcap")
+"""Those whose version may change a plan, or what is made of it."""
 
 Option = str | int | float | bool
 

@@ -45,3 +45,11 @@ def read(text: str) -> Pieces | str:
     if not np.isfinite(numbers).all() or (numbers[:, 0] <= 0).any():
         return "a number is not finite, or a duration not positive"
     return Pieces(numbers[:, 0], numbers[:, 1:].reshape(-1, 4, 8))
+
+
+def written(pieces: Pieces) -> str:
+    """The text of a file; nine significant digits tell every float32 number from every other."""
+    table = np.concatenate([pieces.duration[:, None], pieces.coefficients.reshape(len(pieces.duration), -1)], axis=1)
+    # Adding zero turns -0 into 0.
+    rows = (",".join(f"{number + 0.0:.9g}" for number in row) for row in table.tolist())
+    return "\n".join((",".join(COLUMNS), *rows)) + "\n"

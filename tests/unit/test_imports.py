@@ -10,9 +10,9 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
-HEAVY = {"z3", "pysat", "torch", "networkx", "scipy", "matplotlib", "piqp", "jinja2"}
+HEAVY = {"z3", "pysat", "torch", "networkx", "scipy", "matplotlib", "piqp", "jinja2", "mcap"}
 MODULES = sorted((ROOT / "missionc").rglob("*.py"))
-FORBIDDEN_MODULES = {"pickle", "marshal", "shelve", "yaml", "dill", "cloudpickle", "joblib"}
+FORBIDDEN_MODULES = {"pickle", "marshal", "shelve", "yaml", "cflib", "dill", "cloudpickle", "joblib"}
 FORBIDDEN_CALLS = {"eval", "exec", "compile", "__import__"}
 
 

@@ -1,0 +1,67 @@
+"""``missionc export FOLDER NAME…``: a compiled folder's flight in other forms."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from missionc import summary
+from missionc.answers import Status, say
+from missionc.diagnostics.model import Diagnostic
+from missionc.emit.folder import write_folder
+from missionc.export import FORMATS, Exported, flight
+from missionc.flags import export_name, folder, limits_and_form, read_limits
+from missionc.replay import Replayed, replay
+
+
+def _list(context: click.Context, parameter: click.Parameter, asked: bool) -> None:
+    if not asked or context.resilient_parsing:
+        return
+    width = max(map(len, FORMATS))
+    for form in FORMATS.values():
+        click.echo(f"{form.name:<{width}}  {form.says}")
+    context.exit()
+
+
+@click.command("export")
+@click.argument("path", type=folder, metavar="FOLDER")
+@click.argument("names", nargs=-1, required=True, type=export_name, metavar="NAME...")
+@click.option("-o", "--output", type=click.Path(path_type=Path), help="The folder to write; FOLDER-export if left out.")
+@click.option("--force", is_flag=True, help="Replace the folder if it exists.")
+@click.option("--list", is_flag=True, is_eager=True, expose_value=False, callback=_list, help="List the names.")
+@limits_and_form
+def command(
+    path: Path, names: tuple[str, ...], output: Path | None, force: bool, limits: tuple[tuple[str, str], ...], form: str
+) -> Status:
+    """Write a compiled folder's flight in other forms, once it has been verified again."""
+    replayed = replay(path, read_limits(limits))
+    target = output or path.absolute().with_name(f"{path.absolute().name}-export")
+    findings = list(replayed.findings)
+    files: dict[str, bytes] = {}
+    notes: list[str] = []
+    for name in dict.fromkeys(names):
+        made = _made(replayed, name)
+        if isinstance(made, Exported):
+            files.update({f"{name}/{file}": content for file, content in made.files.items()})
+            notes += made.notes
+        elif made is not None:
+            findings.append(made)
+    if not findings:
+        wrong = write_folder(target, files.items(), force)
+        findings += [wrong] if wrong else []
+    done = not findings
+    lines = summary.exported_lines(str(target), tuple(files.items()), notes) if done else []
+    say(findings, lines, form, summary.exported_document(str(target) if done else None, files, notes))
+    if done:
+        return Status.DONE
+    refused = replayed.certificate is not None and not replayed.passed
+    return Status.NOT_VERIFIED if refused else Status.MISSION_ERRORS
+
+
+def _made(replayed: Replayed, name: str) -> Exported | Diagnostic | None:
+    """One form; nothing of a folder that is not to be flown."""
+    if replayed.reopened is None or not replayed.passed:
+        return None
+    reopened = replayed.reopened
+    return FORMATS[name].export(flight(reopened.mission, reopened.kernel, reopened.trace, reopened.flights))
