@@ -117,6 +117,14 @@ def check(missions: tuple[Path, ...], overrides: Pairs, limits: Pairs, form: str
     metavar="METRES",
     help="Keep every requirement by so much where that is possible; its vehicles' tracking margin if left out.",
 )
+@click.option(
+    "--processes",
+    type=click.IntRange(1, 256),
+    default=1,
+    show_default=True,
+    metavar="N",
+    help="Child processes of clot and hybrid; the plan is the same.",
+)
 @click.option("--seed", type=click.IntRange(0, 2**32 - 1), default=0, show_default=True, metavar="N")
 @click.option(
     "--time-limit",
@@ -174,6 +182,7 @@ def compile(
     samples: int | None,
     device: str,
     margin: float | None,
+    processes: int,
     seed: int,
     time_limit: float,
     memory_limit: int,
@@ -204,7 +213,14 @@ def compile(
             answer = Answer(compiled, Status.DONE if checked.ok else Status.MISSION_ERRORS)
         else:
             options = Options(
-                solver, certify, frozenset(wanted) & frozenset(stages.BY_A_BACKEND), preset, samples, device, margin
+                solver,
+                certify,
+                frozenset(wanted) & frozenset(stages.BY_A_BACKEND),
+                preset,
+                samples,
+                device,
+                margin,
+                processes,
             )
             budget = Budget(deadline, memory_limit, seed, allowed, listen)
             folder = None if wanted and not output else output or _default_folder(checked)

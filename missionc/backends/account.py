@@ -35,6 +35,14 @@ class Account:
         self.cut_short = CutShort.SIGNAL if asked() else CutShort.TIME
         self.notes.append(f"the search was cut short ({self.cut_short.value}): this is the best plan it had by then")
 
+    def add(self, other: Account) -> None:
+        """What was done elsewhere counts here: seconds and iterations are summed, other sizes are the last ones."""
+        for stage, spent in other.seconds.items():
+            self.seconds[stage] = self.seconds.get(stage, 0.0) + spent
+        iterations = self.sizes.get("iterations", 0) + other.sizes.get("iterations", 0)
+        self.sizes |= other.sizes | {"iterations": iterations}
+        self.notes.extend(other.notes)
+
     def report(self) -> Report:
         return Report(
             seconds=tuple((stage, Seconds(spent)) for stage, spent in self.seconds.items()),

@@ -118,6 +118,8 @@ class Options:
     device: str = DEVICES[0]
     margin: float | None = None
     """Metres by which requirements are to hold where that is possible; None leaves it to the mission's vehicles."""
+    processes: int = 1
+    """Child processes for what can be done at once, at least 1; the plan is the same."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from importlib.util import find_spec
 
-from missionc.backends.api import DEVICES, PRESETS, Backend, Options
+from missionc.backends.api import Backend, Options
 from missionc.diagnostics.code import EXTRA_MISSING, NO_DEVICE, NOT_ITS_FLAG
 from missionc.diagnostics.model import Diagnostic
 
@@ -24,8 +24,9 @@ def load(name: str, options: Options | None = None, checkpoint: bool = False) ->
 
 
 def _smt(options: Options) -> Backend | Diagnostic:
-    for flag, value, default in (("preset", options.preset, PRESETS[0]), ("device", options.device, DEVICES[0])):
-        if value != default:
+    none = Options()
+    for flag in ("preset", "device", "processes"):
+        if (value := getattr(options, flag)) != getattr(none, flag):
             return _not_its_flag(f"--{flag} {value}")
     missing = _missing_for_solvers(options)
     if missing is not None:

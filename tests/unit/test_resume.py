@@ -23,6 +23,7 @@ from missionc.backends import load
 from missionc.backends.api import NotFound, Options, Reason, Snapshot
 from missionc.backends.clot import plan as clot
 from missionc.backends.clot.plan import Run
+from missionc.backends.clot.run_state import Nearest
 from missionc.checkpoint import SCHEMA, from_bytes, to_bytes
 from missionc.diagnostics.code import CHECKPOINT_MISMATCH, CHECKPOINT_UNREADABLE, FILE_TOO_LARGE, NOT_ITS_FLAG
 from missionc.diagnostics.model import Diagnostic
@@ -105,7 +106,8 @@ def test_a_later_attempt_knows_the_best_candidate_of_those_before(monkeypatch: p
         if run.account.sizes["attempts"] >= clot.SEARCH_EVERY:
             return judged(run, polished, made, begun)
         come_to = clot.attempt(run.mission, run.kernel, made)
-        run.best = run.best or clot.Candidate(polished.control, come_to, polished.shortfall, begun)
+        nearest = Nearest(polished.control, polished.shortfall, begun.number, begun.motion)
+        run.best = run.best or clot.Candidate(nearest, come_to)
         return None
 
     monkeypatch.setattr(Run, "judged", strict)

@@ -9,14 +9,17 @@ Source:
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 import torch
 from torch import Tensor
 
+from missionc.backends.api import ignore
 from missionc.backends.clot.active import Choices
+from missionc.backends.clot.children import Children, children
 from missionc.backends.clot.cost_graph import Term
 from missionc.backends.clot.device import seeded
 from missionc.backends.clot.first_motions import FirstMotions
@@ -44,6 +47,16 @@ PARTS = 4
 def scale(mission: Mission) -> float:
     """The least side of the world in the plane, against a typical one."""
     return float(min(np.array(mission.world.high)[:2] - np.array(mission.world.low)[:2])) / TYPICAL
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Piece:
+    """A node, the agent to expand it by, with how many trajectories, and what they are drawn from."""
+
+    node: Node
+    agent: int
+    samples: int
+    seed: int
 
 
 @dataclass(slots=True, eq=False)
@@ -74,6 +87,7 @@ class Expansion:
     settings: TransportSettings = field(init=False)
     probed: Surroundings = field(init=False)
     checked: Surroundings = field(init=False)
+    workers: Children[Piece, tuple[list[Candidate], float]] | None = field(init=False, default=None)
     known: dict[tuple[frozenset[int], int | None], tuple[Term, ...]] = field(init=False, default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -85,7 +99,26 @@ class Expansion:
 
     def __call__(self, work: Sequence[tuple[Node, int]], samples: int, seed: int, /) -> list[list[Candidate]]:
         """Candidates for each node and agent, those that hold."""
-        return [self._one(node, agent, samples, seed + number) for number, (node, agent) in enumerate(work)]
+        pieces = [Piece(node, agent, samples, seed + number) for number, (node, agent) in enumerate(work)]
+        if self.workers is None:
+            answers = [self._one(piece) for piece in pieces]
+        else:
+            by_place = dict(self.workers.answers(pieces))
+            answers = [by_place[place] for place in range(len(pieces))]
+        for (node, _), (_, margin) in zip(work, answers, strict=True):
+            self.tell(len(node.planned) + 1, margin)
+        return [candidates for candidates, _ in answers]
+
+    @contextmanager
+    def spread(self, processes: int) -> Iterator[None]:
+        """Within, pieces of work are shared out to so many child processes; on a GPU all stay in this one."""
+        count = min(processes, self.preset.search.wide)  # no round has more pieces
+        if count == 1 or self.device.type != "cpu":
+            yield
+            return
+        with children(count, lambda piece, say: self._one(piece), ignore) as self.workers:
+            yield
+        self.workers = None
 
     def together(self, samples: int, seed: int) -> list[Candidate]:
         """Joint motions, (agents, steps + 1, dim), of all agents moved at once, those that hold.
@@ -121,8 +154,10 @@ class Expansion:
         value = torch.stack([self._effort(joint[:, agent]) for agent in agents]).sum(dim=0)
         return self._candidates(joint, margin, value)
 
-    def _one(self, node: Node, agent: int, samples: int, seed: int) -> list[Candidate]:
-        generator, own = self._generators(seed)
+    def _one(self, piece: Piece) -> tuple[list[Candidate], float]:
+        """The candidates of a piece that hold, and the best margin of any, metres."""
+        node, agent, samples = piece.node, piece.agent, piece.samples
+        generator, own = self._generators(piece.seed)
         others = node.planned
         known = frozenset((*others, agent))
         begin = self.first.of(agent, self._parent(node, agent), samples, generator).to(self.device)
@@ -144,8 +179,7 @@ class Expansion:
 
         found = transport(begin, fixed, cost, self.settings, own, done)
         margin = self._margin_among(agent, others, found, planned, known)
-        self.tell(len(known), float(margin.max()))
-        return self._candidates(found, margin, self._effort(found))
+        return self._candidates(found, margin, self._effort(found)), float(margin.max())
 
     def _generators(self, seed: int) -> tuple[torch.Generator, torch.Generator]:
         """For what is drawn on the CPU, and for what is drawn on the device; one and the same where that is the CPU."""

@@ -7,7 +7,8 @@ A preset may put Algorithms 1 and 2 between sketch and polish, or in their place
 
 Where one schedule leads to no plan, others follow: other options, other orders, other ways
 round; and after every few of them a search from the best one (``tree_search``), in which agents go
-one by one. All follow from the seed. "Impossible" is not this backend's to say.
+one by one. All follow from the seed; several may be made at once (``at_once``). "Impossible" is
+not this backend's to say.
 
 Source:
     [clot] Problem 1.
@@ -16,6 +17,7 @@ Source:
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import partial
 
@@ -38,6 +40,7 @@ from missionc.backends.api import (
 )
 from missionc.backends.clot.accept import attempt
 from missionc.backends.clot.active import Choices
+from missionc.backends.clot.at_once import at_once
 from missionc.backends.clot.cost_graph import CostGraph, build
 from missionc.backends.clot.costs import Costs
 from missionc.backends.clot.demand import Demand
@@ -74,12 +77,15 @@ NOISE = 0.4
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Candidate:
-    """The control points of the best motion so far, what it comes to, by how much it falls short, what it came of."""
+    """A motion that is no plan, and what it comes to."""
 
-    control: Array
+    nearest: Nearest
     attempt: Attempt
-    shortfall: float
-    begun: Begun | None
+
+    @property
+    def rank(self) -> tuple[float, int]:
+        """The less, the better."""
+        return self.nearest.shortfall, self.attempt.wrong
 
 
 @dataclass(slots=True)
@@ -116,6 +122,8 @@ class Run:
     search: Searching | None = None
     reached: Reached | None = None
     """How far that attempt was when the run was interrupted."""
+    spare: tuple[int, Reached] | None = None
+    """A plan, and the attempt that found it before an earlier one has ended: for when there is no time for that one."""
     preset: Preset = field(init=False)
     graph: CostGraph = field(init=False)
     asked: Outline = field(init=False)
@@ -131,32 +139,56 @@ class Run:
         if self.budget.resume is not None:
             self.take_up(from_snapshot(self.budget.resume, self.mission, self.graph))
 
-    def plan(self) -> Outcome:
-        for number in range(self.first, ATTEMPTS):
+    def plan(self, attempt: Callable[[int], Reached | None] | None = None) -> Outcome:
+        """What the first attempt that finds a plan leads to.
+
+        Args:
+            attempt: makes the attempt of a number; this backend's own where it is left out.
+        """
+        attempt, number = attempt or self.attempt, self.first
+        while number < ATTEMPTS:
             if not self.in_time():
-                return self.not_found(Reason.TIME)
-            self.account.sizes["attempts"] = number + 1
-            found = self.taken_up(number) or self.attempt(number)
+                return self.not_found(Reason.TIME) if self.spare is None else self.planned(*self.spare)
+            if self.search is None and self.reached is None:
+                self.keep(number)
+            alike = self.alike(number)
+            if len(alike) > 1:
+                number, found = at_once(self, alike, attempt)
+            else:
+                self.account.sizes["attempts"] = number + 1
+                found = self.taken_up() or attempt(number)
+                number = number if found else number + 1
             if found is not None:
-                return self.planned(found)
+                return self.planned(number, found)
         return self.not_found(Reason.SOLVER)
 
-    def planned(self, found: Trace) -> Planned:
+    def alike(self, number: int) -> range:
+        """The attempts from this one on of which none asks what came of another."""
+        if self.options.processes == 1 or self.preset.local or self.search is not None or self.reached is not None:
+            return range(number, number + 1)
+        until_search = SEARCH_EVERY - 1 - number % SEARCH_EVERY
+        return range(number, min(ATTEMPTS, number + max(1, until_search)))
+
+    def planned(self, number: int, found: Reached) -> Planned:
+        made = self.improved(found, number)
         if self.late:
             self.account.cut()
-        return Planned(found, self.account.report())
+        return Planned(made, self.account.report())
 
-    def attempt(self, number: int) -> Trace | None:
+    def attempt(self, number: int) -> Reached | None:
         """One schedule, all the way; what comes of it if that is a plan."""
         mission, graph, guide, way = self.mission, self.graph, self.guide, self.preset
         generator = np.random.default_rng([self.budget.seed, number])
         resumed, self.search = self.search, None
-        if resumed is None:
-            self.keep(number)
         self.tell("sketch", number)
-        before = None if self.best is None else self.best.begun
-        if before is not None and not way.local and number % SEARCH_EVERY == SEARCH_EVERY - 1:
-            way, begun = PRESETS["search"], before
+        before = None if self.best is None else self.best.nearest
+        if (
+            before is not None
+            and before.sketch is not None
+            and not way.local
+            and number % SEARCH_EVERY == SEARCH_EVERY - 1
+        ):
+            way, begun = PRESETS["search"], self.again(before.sketch, before.motion)
         else:
             begun = self.begun(number, generator)
         motions: tuple[Array, ...] = (begun.motion,)
@@ -174,6 +206,7 @@ class Run:
                     self.in_time,
                     number + 1,
                     torch.device(self.options.device),
+                    self.options.processes,
                     partial(self.keep, number),
                     resumed,
                 )
@@ -188,7 +221,7 @@ class Run:
 
     def polished(
         self, first: Array, choices: Choices, number: int, way: Preset | None = None, begun: Begun | None = None
-    ) -> Trace | None:
+    ) -> Reached | None:
         """What polishing makes of a first motion, (agents, steps + 1, dim), metres, if that is a plan.
 
         Args:
@@ -199,23 +232,28 @@ class Run:
         made = splines(mission)
         control = made.through(first)
         if way is not None and not way.polished:
-            return self.judged(Polished(control, 0.0, "a check", 0.0, 0), trace(mission, made, control), begun)
+            found = self.judged(Polished(control, 0.0, "a check", 0.0, 0), trace(mission, made, control), begun)
+            return None if found is None else Reached(control, choices, final=True)
         with self.account.stage("polish"):
             demand, costs = self.wanted(choices)
             polished = polish(control, costs, demand, ITERATIONS, self.in_time, partial(self.tell, "polish", number))
         self.account.sizes["iterations"] = self.account.sizes.get("iterations", 0) + polished.iterations
         found = self.judged(polished, trace(mission, made, polished.control), begun)
-        return None if found is None else self.improved(polished.control, choices, found, number)
+        return None if found is None else Reached(polished.control, choices)
 
-    def improved(self, control: Array, choices: Choices, found: Trace, number: int) -> Trace:
-        """What can be made of a plan, its control points being (agents, points, dim), metres."""
+    def improved(self, reached: Reached, number: int) -> Trace:
+        """What can be made of a plan."""
+        control = reached.control
+        made = trace(self.mission, splines(self.mission), control)
+        if reached.final:
+            return made
         hold()
-        self.keep(number, reached=Reached(control, choices))
+        self.keep(number, reached=reached)
         self.tell("improve", number)
         with self.account.stage("improve"):
-            demand, costs = self.wanted(choices)
+            demand, costs = self.wanted(reached.choices)
             better = improve(
-                control, found, self.mission, self.kernel, self.graph, demand, costs, self.accepted, self.in_time
+                control, made, self.mission, self.kernel, self.graph, demand, costs, self.accepted, self.in_time
             )
         self.account.notes.extend(better.notes)
         return better.trace
@@ -237,9 +275,15 @@ class Run:
             come_to = attempt(self.mission, self.kernel, made)
         if come_to.is_plan:
             return made
-        if self.best is None or (polished.shortfall, come_to.wrong) < (self.best.shortfall, self.best.attempt.wrong):
-            self.best = Candidate(polished.control, come_to, polished.shortfall, begun)
+        came_of = (None, None) if begun is None else (begun.number, begun.motion)
+        self.consider(Nearest(polished.control, polished.shortfall, *came_of), come_to)
         return None
+
+    def consider(self, nearest: Nearest, come_to: Attempt) -> None:
+        """Keeps a candidate where none was better."""
+        candidate = Candidate(nearest, come_to)
+        if self.best is None or candidate.rank < self.best.rank:
+            self.best = candidate
 
     def begun(self, number: int, generator: np.random.Generator) -> Begun:
         """The schedule, key frames and sketch of an attempt; the generator is that of the attempt, unused."""
@@ -251,16 +295,17 @@ class Run:
             first = sketch(mission, schedule, key, guide, generator, 0.3 if number else 0.0)
         return Begun(number, schedule, key, first)
 
+    def again(self, number: int, motion: Array | None) -> Begun:
+        """What an attempt began with, with another motion."""
+        begun = self.begun(number, np.random.default_rng([self.budget.seed, number]))
+        return begun if motion is None else replace(begun, motion=motion)
+
     def keep(self, number: int, search: Searching | None = None, reached: Reached | None = None) -> None:
         """Puts aside what is known by now, unless something was cut short since."""
         if self.late or self.budget.keep is forget:
             return
-        best, furthest = self.best, self.furthest
-        nearest = None
-        if best is not None:
-            came_of = (None, None) if best.begun is None else (best.begun.number, best.begun.motion)
-            nearest = Nearest(best.control, best.shortfall, *came_of)
-        far = None if furthest is None else furthest.rank
+        nearest = None if self.best is None else self.best.nearest
+        far = None if self.furthest is None else self.furthest.rank
         state = State(number, nearest, far, tuple(self.account.notes), self.beside, search, reached)
         self.budget.keep(to_snapshot(state, self.graph))
 
@@ -272,27 +317,19 @@ class Run:
         if state.furthest is not None:
             self.furthest = Searched((), *state.furthest)
         if state.nearest is not None:
-            nearest, begun = state.nearest, None
-            if nearest.sketch is not None and nearest.motion is not None:
-                generator = np.random.default_rng([self.budget.seed, nearest.sketch])
-                begun = replace(self.begun(nearest.sketch, generator), motion=nearest.motion)
-            made = trace(self.mission, splines(self.mission), nearest.control)
-            come_to = attempt(self.mission, self.kernel, made)
-            self.best = Candidate(nearest.control, come_to, nearest.shortfall, begun)
+            made = trace(self.mission, splines(self.mission), state.nearest.control)
+            self.best = Candidate(state.nearest, attempt(self.mission, self.kernel, made))
 
-    def taken_up(self, number: int) -> Trace | None:
-        """What comes of a plan that the interrupted run had, if this is its attempt and it had one.
+    def taken_up(self) -> Reached | None:
+        """The plan that the interrupted run had, if it had one.
 
         Raises:
             UnusableSnapshot: it is no plan.
         """
         reached, self.reached = self.reached, None
-        if reached is None:
-            return None
-        found = self.accepted(reached.control)
-        if found is None:
+        if reached is not None and self.accepted(reached.control) is None:
             raise UnusableSnapshot("what it holds as a plan is none")
-        return self.improved(reached.control, reached.choices, found, number)
+        return reached
 
     def in_time(self) -> bool:
         """Whether to go on: there is time, and nobody has asked to end."""
@@ -301,7 +338,7 @@ class Run:
 
     def tell(self, stage: str, number: int, iteration: int = 0, margin: float = -np.inf) -> None:
         """Where planning is; ``margin`` is that of the candidate at hand, metres."""
-        best = max(margin, -np.inf if self.best is None else -self.best.shortfall)
+        best = max(margin, -np.inf if self.best is None else -self.best.nearest.shortfall)
         margin_so_far = None if best == -np.inf else best
         self.budget.listen(Progress(stage, number + 1, iteration=iteration, margin=margin_so_far))
 

@@ -49,10 +49,11 @@ class Searching:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Reached:
-    """A plan from which a better one is looked for: its control points, (agents, points, dim), and its choices."""
+    """A plan: its control points, (agents, points, dim), metres, and its choices; ``final`` if it is left as it is."""
 
     control: Array
     choices: Choices
+    final: bool = False
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -75,6 +75,7 @@ def searched(
     go_on: Callable[[], bool],
     attempt: int,
     device: torch.device,
+    processes: int,
     keep: Callable[[Searching], None],
     resume: Searching | None,
 ) -> Searched:
@@ -85,6 +86,7 @@ def searched(
     Args:
         attempt: to tell the listener, from 1.
         device: where Algorithm 1 works on its batches.
+        processes: in which the pieces of a round are planned at once, each by itself.
         keep: is given how far the search is, before each of its rounds.
         resume: how far it was, where it was interrupted.
 
@@ -145,7 +147,8 @@ def searched(
         keep(Searching(*to_arrays(search), most, best))
         return False
 
-    solutions = search.run(budget.deadline, stop).solutions
+    with expansion.spread(processes):
+        solutions = search.run(budget.deadline, stop).solutions
     return Searched(tuple(solution.trajectories for solution in solutions[:MOST]), most, best)
 
 

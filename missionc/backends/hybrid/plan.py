@@ -17,23 +17,21 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from missionc.backends import smt
-from missionc.backends.api import Budget, Impossible, NotFound, Options, Outcome, Planned, Reason
+from missionc.backends.api import Budget, Impossible, NotFound, Options, Outcome, Planned
 from missionc.backends.clot.active import Choices
 from missionc.backends.clot.cost_graph import GreatestOver, Until
 from missionc.backends.clot.demand import Demand
 from missionc.backends.clot.device import one_thread
-from missionc.backends.clot.plan import NOISE
+from missionc.backends.clot.plan import ATTEMPTS, NOISE
 from missionc.backends.clot.plan import Run as Smooth
+from missionc.backends.clot.run_state import Reached
 from missionc.backends.clot.schedule import Scheduler
 from missionc.backends.clot.splines import splines
 from missionc.backends.hybrid.discrete import Discrete, discrete
 from missionc.backends.hybrid.resample import on_clock, positions
 from missionc.ir import Mission
 from missionc.kernel.nodes import Kernel
-from missionc.plan import Array, Trace
-
-ATTEMPTS = 40
-"""First motions tried before the answer is that nothing was found."""
+from missionc.plan import Array
 
 OWN = 3
 """Every so many-th first motion is the transport's own sketch, while Z3 finds others."""
@@ -96,18 +94,12 @@ class Run:
             self.refused = "no requirement is one for a roadmap"
 
     def plan(self) -> Outcome:
-        for number in range(self.smooth.first, ATTEMPTS):
-            if not self.smooth.in_time():
-                return self.not_found(Reason.TIME)
-            self.smooth.account.sizes["attempts"] = number + 1
-            if self.smooth.search is None and self.smooth.reached is None:
-                self.smooth.keep(number)
-            found = self.smooth.taken_up(number) or self.attempt(number)
-            if found is not None:
-                return self.smooth.planned(found)
-        return self.not_found(Reason.SOLVER)
+        outcome = self.smooth.plan(self.attempt)
+        if not isinstance(outcome, NotFound):
+            return outcome
+        return replace(outcome, statement="; ".join(part for part in (outcome.statement, self.refused) if part))
 
-    def attempt(self, number: int) -> Trace | None:
+    def attempt(self, number: int) -> Reached | None:
         start = None if self.refused or number % OWN == OWN - 1 else self.start(number)
         if start is None:
             return self.smooth.attempt(number)
@@ -151,7 +143,3 @@ class Run:
                     key=lambda step: min((abs(step - each) for each in taken), default=0),
                 )
         return choices | dict(witness)
-
-    def not_found(self, reason: Reason) -> NotFound:
-        found = self.smooth.not_found(reason)
-        return replace(found, statement="; ".join(part for part in (found.statement, self.refused) if part))
