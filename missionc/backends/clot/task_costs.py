@@ -31,7 +31,6 @@ from missionc.ir import (
     DistanceTo,
     Feature,
     Formation,
-    FormationEdge,
     Graph,
     InFormation,
     Inside,
@@ -104,40 +103,12 @@ class TaskCosts:
     def _formation(self, formation: Formation, moments: Indices, holds: bool, control: Array) -> Iterator[Group]:
         """Every edge's error within the tolerance; or, where the formation must not be, the worst one's beyond it.
 
-        Of a total tolerance each edge has an equal share, which is more than the mission asks.
+        Of a total tolerance each edge has the share that its own error is nearest to.
         """
-        kept = min(self.spare.task, formation.tolerance / 3)
-        share = 1.0 / len(formation.edges) if formation.total else 1.0
-        bound = (formation.tolerance - kept) * share if holds else formation.tolerance + self.spare.task
-        for offsets in (False, True):
-            edges = [edge for edge in formation.edges if isinstance(edge.target, tuple) == offsets]
-            if not edges or not len(moments):
-                continue
-            number = np.repeat(np.arange(len(edges)), len(moments))
-            step = np.tile(moments, len(edges))
-            if not holds:
-                here = self._worst(formation, edges, moments, control)[
-                    number, np.tile(np.arange(len(moments)), len(edges))
-                ]
-                number, step = number[here], step[here]
-            ends = [np.array([getattr(edge, end) for edge in edges])[number] for end in ("first", "second")]
-            target = torch.tensor([edge.target for edge in edges], dtype=torch.float64)[torch.from_numpy(number)]
-
-            def error(a: Tensor, b: Tensor, target: Tensor = target, offsets: bool = offsets) -> Tensor:
-                return norm(b - a - target) if offsets else (norm(b - a) - target).abs()
-
-            yield Group(
-                f"{'' if holds else 'not '}formation {formation.name}",
-                (self._at(ends[0], step), self._at(ends[1], step)),
-                (lambda a, b, error=error: error(a, b) - bound)
-                if holds
-                else (lambda a, b, error=error: bound - error(a, b)),
-                self.weights.task,
-                kept * share if holds else self.spare.task,
-            )
-
-    def _worst(self, formation: Formation, edges: list[FormationEdge], moments: Indices, control: Array) -> Flags:
-        """Which of these edges is the one furthest off of all the formation's, (edges, moments)."""
+        if not len(moments):
+            return
+        kept = min(self.spare.task, formation.tolerance / 3) if holds else self.spare.task
+        bound = formation.tolerance - kept if holds else formation.tolerance + kept
         position, _ = self.splines.states(control)
         errors = np.stack(
             [
@@ -145,9 +116,31 @@ class TaskCosts:
                 for edge in formation.edges
             ]
         )
-        chosen = np.array([formation.edges.index(edge) for edge in edges])
-        worst: Flags = chosen[:, None] == errors.argmax(axis=0)[None, :]
-        return worst
+        bounds = shares(errors, bound) if formation.total else np.full(errors.shape, bound)
+        asked = np.full(errors.shape, holds or formation.total)
+        asked[errors.argmax(axis=0), np.arange(len(moments))] = True
+        offset = np.array([isinstance(edge.target, tuple) for edge in formation.edges])
+        for offsets in (False, True):
+            number, moment = np.nonzero(asked & (offset == offsets)[:, None])
+            if not number.size:
+                continue
+            edges = [formation.edges[edge] for edge in number]
+            ends = [np.array([getattr(edge, end) for edge in edges]) for end in ("first", "second")]
+            target = torch.tensor([edge.target for edge in edges], dtype=torch.float64)
+            most = torch.from_numpy(bounds[number, moment])
+
+            def over(
+                a: Tensor, b: Tensor, target: Tensor = target, offsets: bool = offsets, most: Tensor = most
+            ) -> Tensor:
+                return (norm(b - a - target) if offsets else (norm(b - a) - target).abs()) - most
+
+            yield Group(
+                f"{'' if holds else 'not '}formation {formation.name}",
+                (self._at(ends[0], moments[moment]), self._at(ends[1], moments[moment])),
+                over if holds else (lambda a, b, over=over: -over(a, b)),
+                self.weights.task,
+                kept / len(formation.edges) if formation.total else kept,
+            )
 
     def _compare(self, predicate: Compare, sign: float, agent: Indices, step: Indices) -> Group:
         """A comparison, whatever it reads: own position and velocity, and other agents' positions."""
@@ -288,6 +281,19 @@ def _kind(stretch: Stretch) -> tuple[int, bool]:
 def _length(points: tuple[Tensor, ...]) -> Tensor:
     """Of the routes from point to point, (rows, dim) each -> (rows,)."""
     return reduce(torch.add, [norm(after - here) for here, after in pairwise(points)])
+
+
+def shares(errors: Array, total: float) -> Array:
+    """What is nearest to these errors, (edges, moments), metres, among what is nowhere below 0 and sums to a total.
+
+    Source:
+        Duchi, Shalev-Shwartz, Singer and Chandra, "Efficient projections onto the l1-ball", 2008, algorithm 1.
+    """
+    falling = -np.sort(-errors, axis=0)
+    over = (np.cumsum(falling, axis=0) - total) / np.arange(1, len(errors) + 1)[:, None]
+    last = (falling > over).sum(axis=0, keepdims=True) - 1
+    nearest: Array = np.maximum(errors - np.take_along_axis(over, last, axis=0), 0.0)
+    return nearest
 
 
 def norm(vector: Tensor) -> Tensor:
