@@ -83,14 +83,15 @@ class Batch:
 
     def cost(self) -> ProbeCost:
         crew = team(self.mission, self.device, self.dtype)
-        around = Surroundings(self.mission, 2, self.device)
+        around = Surroundings(self.mission, 2, self.device, self.dtype)
         return ProbeCost(self.mission, crew, 1, (0, 2), self.goals(1), around, ProbeWeights(), True)
 
     def costs(self) -> Tensor:
         return self.cost()(self.own, self.probes, self.others)
 
     def margins(self) -> Tensor:
-        crew, around = team(self.mission, self.device, self.dtype), Surroundings(self.mission, 4, self.device)
+        crew = team(self.mission, self.device, self.dtype)
+        around = Surroundings(self.mission, 4, self.device, self.dtype)
         return prefix_margin(crew, 1, (0, 2), self.own, self.others, self.goals(None), around)
 
 

@@ -14,6 +14,7 @@ import torch
 from torch import Tensor
 
 from missionc.backends.clot.active import Active
+from missionc.backends.clot.obstacles import Obstacles
 from missionc.backends.clot.residuals import Group
 from missionc.backends.clot.splines import Arguments, Indices, Splines
 from missionc.backends.clot.task_costs import TaskCosts, norm
@@ -21,14 +22,11 @@ from missionc.backends.clot.weights import Spare, Weights
 from missionc.ir import (
     Anywhere,
     Mission,
-    Path,
     top_speed,
 )
 from missionc.ir import Box as BoxShape
 from missionc.plan import Array
-from missionc.world.clearance import offset
 from missionc.world.distance import signed_distance
-from missionc.world.sampling import box_around
 
 CLOSE = 0.4
 """Of a metre: bodies further than this beyond what they need are no matter for now."""
@@ -47,14 +45,13 @@ class Samples:
     Args:
         where: (samples,).
         radius: (samples,), metres, of the agent there.
-        moved: for each obstacle, how far it has moved by then, (samples, dim), metres; (1, dim) where it stands still.
-    around: for each obstacle, the corners of a box around it before it moves, (dim,) twice, metres.
+        instant: (samples,), when it is there, as ``obstacles`` counts.
     """
 
     where: Arguments
     radius: Array
-    moved: tuple[Array, ...]
-    around: tuple[tuple[Array, Array], ...]
+    instant: Indices
+    obstacles: Obstacles
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -152,25 +149,19 @@ class Costs:
                 self.weights.bodies,
                 self.spare.bodies,
             )
-        reach = radius + self.mission.clearance + CLOSE
-        for obstacle, moved, (low, high) in zip(self.mission.obstacles, seen.moved, seen.around, strict=True):
-            relative = point - moved
-            beside = np.maximum(np.maximum(low - relative, relative - high), 0.0)
-            close = np.flatnonzero(np.einsum("sd,sd->s", beside, beside) < reach**2)
-            distance = np.asarray(signed_distance(np, obstacle.shape, relative[close]))
-            near = close[distance < reach[close]]
-            if near.size == 0:
-                continue
-            need = torch.from_numpy(radius[near] + self.mission.clearance + self.spare.bodies)
-            shift = torch.from_numpy(moved[near] if len(moved) > 1 else moved)
+        if not self.mission.obstacles:
+            return
+        spare, reach = self.spare.bodies, float(radius.max()) + self.mission.clearance + CLOSE
+        pairs = seen.obstacles.near(torch.from_numpy(point), torch.from_numpy(seen.instant), reach)
+        if len(pairs.row):
+            row = pairs.row.numpy()
+            need = torch.from_numpy(radius[row] + self.mission.clearance + spare)
             yield Group(
-                f"obstacle {obstacle.name}",
-                (everywhere.take(near),),
-                lambda inner, shape=obstacle.shape, shift=shift, need=need: (
-                    need - signed_distance(torch, shape, inner - shift)
-                ),
+                "obstacles",
+                (everywhere.take(row),),
+                lambda inner: need - seen.obstacles.distance(inner, pairs),
                 self.weights.bodies,
-                self.spare.bodies,
+                spare,
             )
 
     def separation(self, control: Array) -> Iterator[Group]:
@@ -218,17 +209,14 @@ def _samples(mission: Mission, made: Splines, start: int) -> Samples:
     parts = np.arange(made.steps * count + 1) if made.steps else np.zeros(1, dtype=np.int64)
     moment, part = parts // count, (parts % count) / count
     index = np.repeat(agents, len(parts))
-    time = (start + moment + part) * made.step
-    moved = tuple(
-        np.tile(np.stack([offset(obstacle.motion, each, mission.dimension) for each in time]), (len(agents), 1))
-        if isinstance(obstacle.motion, Path)
-        else np.zeros((1, mission.dimension))
-        for obstacle in mission.obstacles
-    )
     where = made.position(index, np.tile(moment, len(agents)), np.tile(part, len(agents)))
-    boxes = [box_around(obstacle.shape, mission.dimension) for obstacle in mission.obstacles]
-    around = tuple((np.array(low), np.array(high)) for low, high in boxes)
-    return Samples(where, np.array([one.radius for one in mission.agents])[index], moved, around)
+    radius = np.array([one.radius for one in mission.agents])[index]
+    return Samples(
+        where,
+        radius,
+        np.tile(parts, len(agents)),
+        Obstacles(mission, mission.obstacles, (start + moment + part) * made.step),
+    )
 
 
 def _approach(one: Tensor, other: Tensor, one_next: Tensor, other_next: Tensor) -> Tensor:

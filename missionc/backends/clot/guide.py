@@ -8,6 +8,7 @@ import numpy as np
 from scipy import ndimage, sparse
 from scipy.sparse.csgraph import dijkstra
 
+from missionc.backends.clot.obstacles import Obstacles
 from missionc.ir import Box, Mission, Still
 from missionc.plan import Array
 from missionc.world.distance import signed_distance
@@ -25,6 +26,7 @@ class Guide:
 
     def __init__(self, mission: Mission) -> None:
         self.mission = mission
+        self.standing = Obstacles(mission, [each for each in mission.obstacles if isinstance(each.motion, Still)])
         low, high = np.array(mission.world.low), np.array(mission.world.high)
         size = high - low
         self.cell = float((np.prod(size) / CELLS) ** (1 / len(size)))
@@ -38,10 +40,9 @@ class Guide:
     def room_at(self, points: Array) -> Array:
         """How far points are from standing obstacles and from the world's bounds: (..., dim) -> (...), metres."""
         world = Box(self.mission.world.low, self.mission.world.high)
-        room = -np.asarray(signed_distance(np, world, points))
-        for obstacle in self.mission.obstacles:
-            if isinstance(obstacle.motion, Still):
-                room = np.minimum(room, np.asarray(signed_distance(np, obstacle.shape, points)))
+        room: Array = -np.asarray(signed_distance(np, world, points))
+        standing = self.standing.standing_room(points.reshape(-1, points.shape[-1]))
+        room = np.minimum(room, standing.reshape(room.shape))
         return room
 
     def way(self, start: Array, end: Array, wanted: float, least: float, avoid: Array | None = None) -> Array | None:

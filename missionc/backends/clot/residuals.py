@@ -69,19 +69,14 @@ def rows(group: Group, control: Array, near: float = 0.0) -> Rows:
     Args:
         near: metres; also what would be amiss if it were worse by so much.
     """
-    points = [torch.from_numpy(argument.of(control)) for argument in group.arguments]
-    with torch.no_grad():
-        amiss = (group.shortfall(*points) > -near).numpy()
-    if not amiss.any():
-        dim = control.shape[-1]
-        none = np.zeros(0, dtype=np.int64)
-        kept = tuple(argument.take(none) for argument in group.arguments)
-        return Rows(group.name, group.weight, group.spare, np.zeros(0), kept, tuple(np.zeros((0, dim)) for _ in kept))
-    some = np.flatnonzero(amiss)
-    kept = tuple(argument.take(some) for argument in group.arguments)
     # Functions may carry a number per row: they are asked about all rows, and read where something is amiss.
-    leaves = [point.requires_grad_() for point in points]
+    leaves = [torch.from_numpy(argument.of(control)).requires_grad_() for argument in group.arguments]
     value = group.shortfall(*leaves)
+    some = np.flatnonzero(value.detach().numpy() > -near)
+    kept = tuple(argument.take(some) for argument in group.arguments)
+    if not some.size:
+        none = tuple(np.zeros((0, control.shape[-1])) for _ in kept)
+        return Rows(group.name, group.weight, group.spare, np.zeros(0), kept, none)
     chosen = value[torch.from_numpy(some)]
     gradients = torch.autograd.grad(chosen.sum(), leaves, allow_unused=True)
     return Rows(

@@ -6,16 +6,17 @@ from collections.abc import Sequence
 from itertools import pairwise
 
 import numpy as np
+import torch
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
 from missionc.backends.clot.cost_graph import Margin
 from missionc.backends.clot.frames import Frame
 from missionc.backends.clot.guide import Guide, along
+from missionc.backends.clot.obstacles import Obstacles
 from missionc.backends.clot.schedule import Schedule
-from missionc.ir import Box, Connected, InFormation, Mission, Obstacle, Still
+from missionc.ir import Box, Connected, InFormation, Mission, Still
 from missionc.plan import Array
-from missionc.world.crowd import displaced
 from missionc.world.distance import signed_distance
 
 BENDS = 24
@@ -75,13 +76,13 @@ def _together(
     moved: Array = along(way, share)[None] + around
     time = (earlier.step + share * (later.step - earlier.step)) * mission.step
     movers = [obstacle for obstacle in mission.obstacles if not isinstance(obstacle.motion, Still)]
-    if _blocked(mission, movers, moved, time, radius) == 0.0:
+    if _blocked(Obstacles(mission, movers, time), moved[None], radius)[0] == 0.0:
         return moved
     # What moves has no way round that a map of standing obstacles could show: the least blocked of many bends.
-    bends = _bends(share, float(np.linalg.norm(goal - middle)), mission.dimension, generator)
-    blocked = [_blocked(mission, mission.obstacles, moved + bend, time, radius) for bend in bends]
-    extra = [float(np.linalg.norm(np.diff(bend, axis=0), axis=1).sum()) for bend in bends]
-    bent: Array = moved + bends[int(np.argmin(np.array(blocked) + BEND_COST * np.array(extra)))]
+    bends = np.stack(_bends(share, float(np.linalg.norm(goal - middle)), mission.dimension, generator))
+    blocked = _blocked(Obstacles(mission, mission.obstacles, time), moved + bends[:, None], radius)
+    extra = np.linalg.norm(np.diff(bends, axis=1), axis=2).sum(axis=1)
+    bent: Array = moved + bends[int(np.argmin(blocked + BEND_COST * extra))]
     return bent
 
 
@@ -93,15 +94,16 @@ def _bends(share: Array, length: float, dimension: int, generator: np.random.Gen
     return [0.0 * shape * offsets[0], *(skew * offset for skew, offset in zip(skewed, offsets, strict=True))]
 
 
-def _blocked(mission: Mission, obstacles: Sequence[Obstacle], position: Array, time: Array, radius: float) -> float:
-    """By how much agents, (agents, steps, dim), are in obstacles or out of the world: metres."""
-    world = Box(mission.world.low, mission.world.high)
-    total = float(np.maximum(signed_distance(np, world, position), 0.0).sum())
-    for obstacle in obstacles:
-        moved = np.stack([displaced(obstacle, moment, mission.dimension) for moment in time])
-        distance = np.asarray(signed_distance(np, obstacle.shape, position - moved))
-        total += float(np.maximum(radius + ROOM - distance, 0.0).sum())
-    return total
+def _blocked(obstacles: Obstacles, position: Array, radius: float) -> Array:
+    """By how much agents of motions, (motions, agents, steps, dim), are in obstacles or out of the world: metres."""
+    world = Box(obstacles.mission.world.low, obstacles.mission.world.high)
+    total: Array = np.maximum(signed_distance(np, world, position), 0.0).sum(axis=(1, 2))
+    points = torch.from_numpy(position.reshape(-1, position.shape[-1]))
+    instant = torch.arange(position.shape[2]).repeat(position.shape[0] * position.shape[1])
+    pairs = obstacles.near(points, instant, radius + ROOM)
+    lacking = (radius + ROOM - obstacles.distance(points[pairs.row], pairs)).clamp_min(0.0)
+    motion = pairs.row // (position.shape[1] * position.shape[2])
+    return total + np.bincount(motion.numpy(), lacking.numpy(), len(position))
 
 
 def _teams(mission: Mission, schedule: Schedule, begin: int, end: int) -> list[list[int]]:

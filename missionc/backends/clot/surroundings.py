@@ -6,9 +6,12 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from missionc.ir import Box, Mission, Path
-from missionc.world.clearance import offset
+from missionc.backends.clot.obstacles import Obstacles
+from missionc.ir import Box, Mission, Shape, Still
 from missionc.world.distance import signed_distance
+
+REACH = 0.4
+"""Metres: obstacles further than this beyond what a body needs are no matter."""
 
 
 class Surroundings:
@@ -18,18 +21,13 @@ class Surroundings:
         [clot] III-B, MSD to the obstacles; IV-D.3 (II), obstacles that move.
     """
 
-    def __init__(self, mission: Mission, parts: int, device: torch.device | None = None) -> None:
+    def __init__(
+        self, mission: Mission, parts: int, device: torch.device | None = None, dtype: torch.dtype = torch.float32
+    ) -> None:
         self.mission, self.parts = mission, parts
         self.world = Box(mission.world.low, mission.world.high)
-        times = np.arange(mission.steps * parts + 1) * (float(mission.step) / parts)
-        self.moved = [
-            torch.from_numpy(np.stack([offset(obstacle.motion, time, mission.dimension) for time in times]))
-            .float()
-            .to(device)
-            if isinstance(obstacle.motion, Path)
-            else None
-            for obstacle in mission.obstacles
-        ]
+        times = np.arange(mission.steps * parts + 1, dtype=np.float64) * (float(mission.step) / parts)
+        self.obstacles = Obstacles(mission, mission.obstacles, times, dtype, device)
 
     def room(self, points: Tensor, instants: Tensor, radius: float) -> Tensor:
         """How far a body keeps from obstacles, less the clearance, and its centre from the bounds.
@@ -40,17 +38,29 @@ class Surroundings:
             radius: of the body, metres.
 
         Returns:
-            (..., instants, others), metres, negative where it is too near.
+            (..., instants, others), metres, negative where it is too near; at most ``REACH``.
         """
-        room = -_distance(self.world, points)
         need = radius + self.mission.clearance
-        for obstacle, moved in zip(self.mission.obstacles, self.moved, strict=True):
-            relative = points if moved is None else points - moved.to(points.dtype)[instants][:, None]
-            room = torch.minimum(room, _distance(obstacle.shape, relative) - need)
-        return room
+        # Which obstacles are near is a number to be read; a GPU, which would be waited for, is asked about all.
+        near = self.all_near if points.device.type == "cpu" else self.all_of_them
+        return torch.minimum(near(points, instants, need + REACH) - need, -_distance(self.world, points))
+
+    def all_near(self, points: Tensor, instants: Tensor, reach: float) -> Tensor:
+        """How far points are from obstacles, or ``reach`` where that is less: (..., instants, others), metres."""
+        instant = instants[:, None].expand(points.shape[:-1]).reshape(-1)
+        return self.obstacles.room(points.reshape(-1, points.shape[-1]), instant, reach).reshape(points.shape[:-1])
+
+    def all_of_them(self, points: Tensor, instants: Tensor, reach: float) -> Tensor:
+        """The same without a number that is read: one obstacle after the other."""
+        left = torch.full_like(points[..., 0], reach)
+        moved = iter(self.obstacles.moved[instants].unbind(1))
+        for obstacle in self.mission.obstacles:
+            still = isinstance(obstacle.motion, Still)
+            left = torch.minimum(left, _distance(obstacle.shape, points if still else points - next(moved)[:, None]))
+        return left
 
 
-def _distance(shape: object, points: Tensor) -> Tensor:
-    distance = signed_distance(torch, shape, points)  # type: ignore[arg-type]
+def _distance(shape: Shape, points: Tensor) -> Tensor:
+    distance = signed_distance(torch, shape, points)
     assert isinstance(distance, Tensor)
     return distance
