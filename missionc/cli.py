@@ -168,6 +168,7 @@ def check(missions: tuple[Path, ...], overrides: Pairs, limits: Pairs, form: str
 @click.option("--timings", is_flag=True, help="Say how long each stage took.")
 @click.option("--plot", type=click.Path(path_type=Path, dir_okay=False), help="Draw the plan: FILE.svg or FILE.png.")
 @click.option("--certify", is_flag=True, help="Leave the CNF and a DRAT proof beside an `impossible`.")
+@click.option("--continuous", is_flag=True, help="Refuse a plan whose requirements fail between the steps.")
 @click.option("--quiet", is_flag=True, help="No summary and no progress.")
 def compile(
     file: Path,
@@ -193,6 +194,7 @@ def compile(
     timings: bool,
     plot: Path | None,
     certify: bool,
+    continuous: bool,
     quiet: bool,
 ) -> Status:
     """Turn a mission into a verified plan and its files."""
@@ -225,7 +227,9 @@ def compile(
             budget = Budget(deadline, memory_limit, seed, allowed, listen)
             folder = None if wanted and not output else output or _default_folder(checked)
             exports = tuple(name for group in exported for name in group)
-            answer = _plan(checked, options, budget, folder, force, plot, exports, KeptRun(checkpoint, resume))
+            answer = _plan(
+                checked, options, budget, folder, force, plot, exports, KeptRun(checkpoint, resume), continuous
+            )
     compiled = answer.compiled
     lines = [] if quiet or wanted else summary.compiled_lines(compiled, answer.output)
     lines += summary.timing_lines(compiled.seconds) if timings else []
@@ -253,6 +257,7 @@ def _plan(
     plot: Path | None,
     exports: tuple[str, ...],
     kept: KeptRun,
+    continuous: bool,
 ) -> Answer:
     """Plan and write. What can be known to forbid writing is said before any planning."""
     from missionc.emit.folder import refuse
@@ -266,7 +271,7 @@ def _plan(
     checkpoints = kept.checkpoints(budget.limits)
     if isinstance(checkpoints, Diagnostic):
         return _refused(Compiled(checked, Refused(), checked.findings, checked.seconds), checkpoints)
-    compiled = driver.plan(checked, options, budget, checkpoints, exports)
+    compiled = driver.plan(checked, options, budget, checkpoints, exports, continuous)
     answer = _answer(compiled, folder, force, plot)
     if kept.wrong:
         findings = (*answer.compiled.findings, kept.wrong)
@@ -331,9 +336,10 @@ def _refused(compiled: Compiled, finding: Diagnostic) -> Answer:
 @click.argument("file", type=existing, shell_complete=files)
 @click.argument("trace", type=existing, shell_complete=files)
 @of_mission
-def monitor(file: Path, trace: Path, overrides: Pairs, limits: Pairs, form: str) -> Status:
+@click.option("--continuous", is_flag=True, help="Judge what happens between the steps too.")
+def monitor(file: Path, trace: Path, overrides: Pairs, limits: Pairs, form: str, continuous: bool) -> Status:
     """Judge a trace: a plan.json, or a CSV file with agent,t,x,y[,z]."""
-    judged = driver.monitor(file, trace, overrides=dict(overrides), limits=read_limits(limits))
+    judged = driver.monitor(file, trace, overrides=dict(overrides), limits=read_limits(limits), continuous=continuous)
     say(judged.findings, summary.monitored_lines(judged), form, summary.monitored_document(judged))
     if not judged.ok:
         return Status.MISSION_ERRORS

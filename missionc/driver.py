@@ -36,6 +36,7 @@ from missionc.checking import ANY_BACKEND, Stopwatch, check
 from missionc.diagnostics.code import (
     IMPOSSIBLE,
     NO_ROADMAP,
+    NOT_BETWEEN,
     NOT_VERIFIED,
     OUT_OF_MEMORY,
     OUT_OF_TIME,
@@ -58,6 +59,7 @@ from missionc.units import Seconds
 
 if TYPE_CHECKING:
     from missionc.verify import Certificate
+    from missionc.verify.certificate import Between
 
 DEFAULT_TIME_LIMIT = Seconds(600.0)
 DEFAULT_MEMORY_LIMIT = 8 << 30
@@ -79,6 +81,7 @@ def compile(
     keep: Callable[[bytes], object] | None = None,
     resume: bytes | None = None,
     exports: tuple[str, ...] = (),
+    continuous: bool = False,
 ) -> Compiled:
     """``check``; then, where there is no error, ``plan``.
 
@@ -92,10 +95,11 @@ def compile(
         keep: is given, as the run goes on, the bytes of a checkpoint.
         resume: those of an interrupted run of the same mission, seed and options; it ends as that would have ended.
         exports: names of ``missionc.export.FORMATS``, to be written as well.
+        continuous: as for ``plan``.
     """
     budget = Budget(time.monotonic() + time_limit, memory_limit, seed, limits or Limits(), listen)
     checked = check(file, overrides=overrides, backend=backend, limits=limits)
-    return plan(checked, options or Options(), budget, Checkpoints(keep, resume), exports)
+    return plan(checked, options or Options(), budget, Checkpoints(keep, resume), exports, continuous)
 
 
 def plan(
@@ -104,6 +108,7 @@ def plan(
     budget: Budget,
     checkpoints: Checkpoints | None = None,
     exports: tuple[str, ...] = (),
+    continuous: bool = False,
 ) -> Compiled:
     """A verified plan of a checked mission, or what stands in its way.
 
@@ -113,6 +118,7 @@ def plan(
     Args:
         checkpoints: of the run, and of the one that it takes up again.
         exports: names of forms that the flight is written in as well; one that cannot hold it is among the findings.
+        continuous: whether a requirement must hold between the steps too.
     """
     mission, kernel, choice = checked.mission, checked.kernel, checked.choice
     watch = Stopwatch(list(checked.seconds))
@@ -166,6 +172,9 @@ def plan(
     if isinstance(output, Diagnostic):
         return ended(Refused(), output)
     report = replace(report, notes=(*report.notes, *output.notes))
+    not_between = _not_between(mission, output.certificate) if continuous else ()
+    if not_between:
+        return ended(Refused(), *not_between)
     return ended(Verified(verified, output.certificate, report, output.files), *output.findings)
 
 
@@ -175,8 +184,13 @@ def monitor(
     *,
     overrides: Mapping[str, str] | None = None,
     limits: Limits | None = None,
+    continuous: bool = False,
 ) -> Monitored:
-    """Judge a recorded or hand-made trace, ``plan.json`` or CSV, against a mission."""
+    """Judge a recorded or hand-made trace, ``plan.json`` or CSV, against a mission.
+
+    Args:
+        continuous: whether a requirement must hold between the steps too, along the motion from state to state.
+    """
     limits = limits or Limits()
     checked = check(file, overrides=overrides, limits=limits, backend=ANY_BACKEND)
     if checked.mission is None or checked.kernel is None:
@@ -192,7 +206,13 @@ def monitor(
         return Monitored(checked, (), (), (*checked.findings, *findings))
     judgements = judge(checked.mission, checked.kernel, motion)
     asked = len(checked.kernel.requirements)
-    return Monitored(checked, judgements[:asked], judgements[asked:], checked.findings)
+    between: tuple[Between, ...] = ()
+    if continuous:
+        from missionc.verify.continuous import between_steps
+        from missionc.verify.curves import motion as motion_of
+
+        between = between_steps(checked.mission, checked.kernel, motion, motion_of(checked.mission, motion))
+    return Monitored(checked, judgements[:asked], judgements[asked:], checked.findings, between)
 
 
 # ------------------------------------------------------------------ messages
@@ -236,6 +256,21 @@ def _not_found(found: NotFound) -> Diagnostic:
         None,
         notes=(*said, "this says nothing about whether a plan exists"),
         help=help_,
+    )
+
+
+def _not_between(mission: Mission, certificate: Certificate) -> tuple[Diagnostic, ...]:
+    """Each requirement that fails between the steps, or of which that is not known."""
+    spans = {each.name: each.span for each in mission.requirements}
+    return tuple(
+        Diagnostic(
+            NOT_BETWEEN,
+            each.detail,
+            Label(spans[each.requirement], ""),
+            help="ask for a little more than is needed, take a shorter time step, or try another `--seed`",
+        )
+        for each in certificate.between
+        if not each.holds
     )
 
 

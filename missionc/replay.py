@@ -14,7 +14,7 @@ from missionc.diagnostics.code import FOLDER_REFUSED
 from missionc.diagnostics.model import Diagnostic
 from missionc.limits import Limits
 from missionc.reopen import Reopened, reopen
-from missionc.verify import verify, verify_polynomials
+from missionc.verify import verify, verify_between, verify_polynomials
 from missionc.verify.certificate import Certificate, Check
 
 MOST_REASONS = 8
@@ -44,7 +44,10 @@ def replay(folder: Path, limits: Limits | None = None) -> Replayed:
     planned = verify(mission, reopened.kernel, trace)
     certificate = Certificate(mission.name, _files(reopened)).joined(planned)
     if planned.passed:
-        certificate = certificate.joined(verify_polynomials(mission, reopened.kernel, trace, reopened.flights))
+        flown = verify_polynomials(mission, reopened.kernel, trace, reopened.flights)
+        certificate = certificate.joined(flown)
+        if flown.passed:
+            certificate = certificate.joined(verify_between(mission, reopened.kernel, trace, reopened.flights))
     findings = () if certificate.passed else (_refused(folder, certificate),)
     return Replayed(folder, findings, reopened, certificate)
 

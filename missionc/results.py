@@ -21,6 +21,7 @@ from missionc.units import Seconds
 if TYPE_CHECKING:
     from missionc.plan import Judgement, Plan
     from missionc.verify import Certificate
+    from missionc.verify.certificate import Between
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -86,12 +87,16 @@ class Compiled:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Monitored:
-    """How a trace does. Where there are errors among the findings, nothing was judged."""
+    """How a trace does. Where there are errors among the findings, nothing was judged.
+
+    ``between`` is what becomes of the satisfied requirements between the steps, where that was asked.
+    """
 
     checked: Checked
     requirements: tuple[Judgement, ...]
     preferences: tuple[Judgement, ...]
     findings: tuple[Diagnostic, ...]
+    between: tuple[Between, ...] = ()
 
     @property
     def ok(self) -> bool:
@@ -100,5 +105,7 @@ class Monitored:
 
     @property
     def satisfied(self) -> bool:
-        """Whether every requirement holds."""
-        return self.ok and all(each.satisfied for each in self.requirements)
+        """Whether every requirement holds; between the steps too, where that was asked."""
+        return (
+            self.ok and all(each.satisfied for each in self.requirements) and all(each.holds for each in self.between)
+        )

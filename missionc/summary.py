@@ -17,7 +17,7 @@ from missionc.units import Seconds
 if TYPE_CHECKING:
     from missionc.plan import Judgement
     from missionc.replay import Replayed
-    from missionc.verify.certificate import Certificate, Check
+    from missionc.verify.certificate import Between, Certificate, Check
 
 SHOWN = 5e-4
 """A margin below it, in its unit, would be shown as nothing."""
@@ -67,6 +67,7 @@ def compiled_lines(compiled: Compiled, output: str) -> list[str]:
         *(f"note: {note}" for note in compiled.outcome.report.notes),
         f"verified: {_many(len(certificate.checks), 'check')}, the tightest margin of each kind",
         *margin_lines(certificate),
+        *between_lines(certificate.between),
     ]
     return [*lines, f"written to {output}", *file_lines(compiled.outcome.files)] if output else lines
 
@@ -88,7 +89,7 @@ def monitored_lines(monitored: Monitored) -> list[str]:
     lines = [f"{mission.name}: {verdict}", *judgement_lines(monitored.requirements, mission.step)]
     if monitored.preferences:
         lines += ["preferences", *judgement_lines(monitored.preferences, mission.step)]
-    return lines
+    return [*lines, *between_lines(monitored.between)]
 
 
 def judgement_lines(judgements: tuple[Judgement, ...], step: Seconds) -> list[str]:
@@ -108,6 +109,11 @@ def margin_lines(certificate: Certificate) -> list[str]:
     width = max((len(check.name) for check in shown), default=0)
     lines = [f"  {check.name:<{width}}  {check.margin:.3f} {check.unit}{_where(check)}".rstrip() for check in shown]
     return [*lines, f"  to rounding: {', '.join(exact)}"] if exact else lines
+
+
+def between_lines(between: Iterable[Between]) -> list[str]:
+    """A sentence for each requirement that fails between the steps, or of which that is not known."""
+    return [f"note: {each.detail}" for each in between if not each.holds]
 
 
 def file_lines(files: tuple[tuple[str, bytes], ...]) -> list[str]:
@@ -150,6 +156,7 @@ def compiled_document(compiled: Compiled, output: str, texts: list[tuple[str, st
         document["requirements"] = [_judgement(each) for each in outcome.plan.judgements]
         document["notes"] = list(outcome.report.notes)
         document["cut_short"] = outcome.report.cut_short.value if outcome.report.cut_short else None
+        document["between_steps"] = [_between(each) for each in outcome.certificate.between]
         document["certificate"] = {"checks": len(outcome.certificate.checks), "passed": outcome.certificate.passed}
     if isinstance(outcome, NotFound):
         document["best_attempt"] = _attempt(outcome.best)
@@ -165,6 +172,7 @@ def monitored_document(monitored: Monitored) -> dict[str, object]:
         "satisfied": monitored.satisfied if monitored.ok else None,
         "requirements": [_judgement(each) for each in monitored.requirements],
         "preferences": [_judgement(each) for each in monitored.preferences],
+        "between_steps": [_between(each) for each in monitored.between],
     }
 
 
@@ -176,7 +184,12 @@ def replayed_lines(replayed: Replayed) -> list[str]:
     lines = [
         f"{certificate.mission}: verified, {_many(len(certificate.checks), 'check')} from the folder's files alone"
     ]
-    return [*lines, *margin_lines(certificate), *(f"note: {warning}" for warning in certificate.warnings)]
+    return [
+        *lines,
+        *margin_lines(certificate),
+        *(f"note: {warning}" for warning in certificate.warnings),
+        *between_lines(certificate.between),
+    ]
 
 
 def replayed_document(replayed: Replayed) -> dict[str, object]:
@@ -190,6 +203,7 @@ def replayed_document(replayed: Replayed) -> dict[str, object]:
             {"name": check.name, "subject": check.subject, "margin": check.margin, "unit": check.unit, "at": check.at}
             for check in failures
         ],
+        "between_steps": [_between(each) for each in certificate.between] if certificate else [],
     }
 
 
@@ -229,6 +243,17 @@ def _judgement(judgement: Judgement) -> dict[str, object]:
         "robustness": robustness,
         "step": judgement.step,
         "agents": list(judgement.agents),
+    }
+
+
+def _between(between: Between) -> dict[str, object]:
+    return {
+        "requirement": between.requirement,
+        "verdict": between.verdict.value,
+        "at": between.at,
+        "until": between.until,
+        "agents": list(between.agents),
+        "detail": between.detail,
     }
 
 

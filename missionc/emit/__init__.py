@@ -1,6 +1,6 @@
 """Plan to files: everything of the output folder, as bytes; nothing here writes but ``folder``.
 
-in   Mission, Plan, the Certificate of it, the names of exports
+in   Mission, its kernel, Plan, the Certificate of it, the names of exports
 out  Output: the files by name, and the certificate with what was verified on the polynomials too
 says MC703, and what exports say
 """
@@ -20,6 +20,7 @@ from missionc.file_names import file_names
 from missionc.ir import Mission
 from missionc.kernel.nodes import Kernel
 from missionc.plan import Plan
+from missionc.verify import verify_between
 from missionc.verify.certificate import Certificate
 
 MISSION = "mission"
@@ -57,7 +58,7 @@ def emit(
     flyable = crazyflie(mission, kernel, plan.trace)
     if isinstance(flyable, Diagnostic):
         return flyable
-    whole = certificate.joined(flyable.certificate)
+    whole = certificate.joined(flyable.certificate).joined(verify_between(mission, kernel, plan.trace, flyable.files))
     files = {
         "plan.json": plan_json(mission, plan).encode(),
         "trajectories.csv": trajectories(mission, plan.trace).encode(),

@@ -6,7 +6,7 @@ import math
 from dataclasses import asdict
 
 from missionc.emit.text import compact
-from missionc.verify.certificate import Certificate, Check, Figure
+from missionc.verify.certificate import Between, Certificate, Check, Figure
 
 
 def certificate_json(certificate: Certificate, plan_sha256: str) -> str:
@@ -21,12 +21,18 @@ def certificate_json(certificate: Certificate, plan_sha256: str) -> str:
     for key, entries in (("checks", certificate.checks), ("figures", certificate.figures)):
         rows = ",\n".join(f"    {compact(_entry(entry))}" for entry in entries)
         lines.append(f'  "{key}": [\n{rows}\n  ]' if rows else f'  "{key}": []')
+    between = ",\n".join(f"    {compact(_between(each))}" for each in certificate.between)
+    lines.append(f'  "between_steps": [\n{between}\n  ]' if between else '  "between_steps": []')
     lines.append(f'  "warnings": {compact(list(certificate.warnings))}')
     return "{\n" + ",\n".join(lines) + "\n}\n"
 
 
 def _entry(entry: Check | Figure) -> dict[str, object]:
     return {key: _plain(key, value) for key, value in asdict(entry).items()}
+
+
+def _between(each: Between) -> dict[str, object]:
+    return {key: value.value if key == "verdict" else _plain(key, value) for key, value in asdict(each).items()}
 
 
 def _plain(key: str, value: object) -> object:

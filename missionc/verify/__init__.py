@@ -14,6 +14,7 @@ from missionc.kernel.nodes import Kernel
 from missionc.plan import Trace
 from missionc.verify.certificate import Certificate, Check, Figure
 from missionc.verify.connectivity import connectivity
+from missionc.verify.continuous import verify_between
 from missionc.verify.curves import motion
 from missionc.verify.obstacles import check_obstacles
 from missionc.verify.places import check_places, check_world
@@ -22,7 +23,7 @@ from missionc.verify.requirements import check_requirements
 from missionc.verify.separation import check_separation
 from missionc.verify.steps import check_dynamics, check_shape
 
-__all__ = ["Certificate", "Check", "Figure", "verify", "verify_polynomials"]
+__all__ = ["Certificate", "Check", "Figure", "verify", "verify_between", "verify_polynomials"]
 
 
 def verify(mission: Mission, kernel: Kernel, trace: Trace) -> Certificate:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from enum import Enum
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,6 +39,34 @@ class Figure:
     agents: tuple[str, ...] = ()
 
 
+class Verdict(Enum):
+    """Of a requirement that is true at the steps, at every moment between them."""
+
+    HOLDS = "holds throughout"
+    FAILS = "fails between"
+    UNDECIDED = "not decided"
+
+
+@dataclass(frozen=True, slots=True)
+class Between:
+    """What becomes of a requirement between the steps.
+
+    Where it does not hold throughout, ``at`` and ``until`` (seconds) are the first moments that decide it, ``agents``
+    whom they are about, and ``detail`` is a sentence.
+    """
+
+    requirement: str
+    verdict: Verdict
+    at: float | None = None
+    until: float | None = None
+    agents: tuple[str, ...] = ()
+    detail: str = ""
+
+    @property
+    def holds(self) -> bool:
+        return self.verdict is Verdict.HOLDS
+
+
 @dataclass(frozen=True, slots=True)
 class Certificate:
     """Everything that was checked on one plan."""
@@ -46,6 +75,7 @@ class Certificate:
     checks: tuple[Check, ...]
     figures: tuple[Figure, ...] = ()
     warnings: tuple[str, ...] = ()
+    between: tuple[Between, ...] = ()
 
     @property
     def passed(self) -> bool:
@@ -62,6 +92,7 @@ class Certificate:
             checks=self.checks + other.checks,
             figures=self.figures + other.figures,
             warnings=self.warnings + other.warnings,
+            between=self.between + other.between,
         )
 
 
