@@ -16,11 +16,14 @@ from missionc.passes.tighten import missed, roomy, tightened
 from missionc.units import Metres
 
 SHARE = 0.25
-"""Of the time there is, for a plan that has the margin."""
+"""Of the time that is left, for a plan that has a margin."""
+
+PARTS = (1.0, 0.5)
+"""Of the margin: where all of it is too much, half of it is better than none."""
 
 
 def seek(backend: Backend, mission: Mission, kernel: Kernel, options: Options, budget: Budget) -> Outcome:
-    """A plan that keeps every requirement by the margin where one is found in a share of the time, else any.
+    """A plan that keeps every requirement by the margin, or by a part of it, where one is found in its time; else any.
 
     Only a refusal of the mission itself is one: that of the tightened mission
     says nothing. What is kept of the run, to be taken up again, is of the last
@@ -28,15 +31,18 @@ def seek(backend: Backend, mission: Mission, kernel: Kernel, options: Options, b
     """
     wanted = roomy(mission)
     margin = missed(mission) if options.margin is None else Metres(options.margin)
-    if margin <= 0:
-        return backend.plan(wanted, kernel, options, budget)
-    now = time.monotonic()
-    short = replace(budget, deadline=now + SHARE * (budget.deadline - now), keep=forget, resume=None)
-    found = backend.plan(*tightened(wanted, kernel, margin), options, short)
-    if isinstance(found, Planned):
-        return found
+    for part in PARTS if margin > 0 else ():
+        now = time.monotonic()
+        short = replace(budget, deadline=now + SHARE * (budget.deadline - now), keep=forget, resume=None)
+        found = backend.plan(*tightened(wanted, kernel, Metres(part * margin)), options, short)
+        if isinstance(found, Planned):
+            return (
+                found if part == 1.0 else _noted(found, margin, f"; this one keeps them by {part * margin * 100:g} cm")
+            )
     found = backend.plan(wanted, kernel, options, budget)
-    if not isinstance(found, Planned):
-        return found
-    note = f"no plan was found that keeps the requirements by {margin * 100:g} cm, the margin a flight may miss it by"
+    return _noted(found, margin, "") if isinstance(found, Planned) and margin > 0 else found
+
+
+def _noted(found: Planned, margin: Metres, instead: str) -> Planned:
+    note = f"no plan was found that keeps the requirements by {margin * 100:g} cm, the margin a flight may miss it by{instead}"
     return replace(found, report=replace(found.report, notes=(*found.report.notes, note)))
