@@ -30,7 +30,7 @@ from missionc.results import Checked
 from missionc.source import Source
 from missionc.traces import read_trace
 
-MANIFEST, PLAN, MISSION = "manifest.json", "plan.json", "mission"
+MANIFEST, PLAN, CERTIFICATE, MISSION = "manifest.json", "plan.json", "certificate.json", "mission"
 MOST_FILES = 100_000
 
 

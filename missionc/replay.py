@@ -7,15 +7,17 @@ says MC709
 
 from __future__ import annotations
 
+import hashlib
 from dataclasses import dataclass
 from pathlib import Path
 
 from missionc.diagnostics.code import FOLDER_REFUSED
 from missionc.diagnostics.model import Diagnostic
 from missionc.limits import Limits
-from missionc.reopen import Reopened, reopen
+from missionc.reopen import CERTIFICATE, PLAN, Reopened, reopen
 from missionc.verify import verify, verify_between, verify_polynomials
 from missionc.verify.certificate import Certificate, Check
+from missionc.verify.stated import check_stated
 
 MOST_REASONS = 8
 """Failed checks that a message names; the first of them are the ones to look at."""
@@ -44,10 +46,11 @@ def replay(folder: Path, limits: Limits | None = None) -> Replayed:
     planned = verify(mission, reopened.kernel, trace)
     certificate = Certificate(mission.name, _files(reopened)).joined(planned)
     if planned.passed:
-        flown = verify_polynomials(mission, reopened.kernel, trace, reopened.flights)
-        certificate = certificate.joined(flown)
+        flown = planned.joined(verify_polynomials(mission, reopened.kernel, trace, reopened.flights))
         if flown.passed:
-            certificate = certificate.joined(verify_between(mission, reopened.kernel, trace, reopened.flights))
+            flown = flown.joined(verify_between(mission, reopened.kernel, trace, reopened.flights))
+            flown = flown.joined(Certificate(mission.name, _stated(reopened, flown)))
+        certificate = Certificate(mission.name, _files(reopened)).joined(flown)
     findings = () if certificate.passed else (_refused(folder, certificate),)
     return Replayed(folder, findings, reopened, certificate)
 
@@ -59,6 +62,12 @@ def _files(reopened: Reopened) -> tuple[Check, ...]:
         Check("manifest", name, 0.0, "", 0.0, name not in reopened.differing, detail=detail)
         for name in sorted(reopened.files)
     )
+
+
+def _stated(reopened: Reopened, flown: Certificate) -> tuple[Check, ...]:
+    """That the folder's certificate states what its files come to."""
+    text = reopened.files.get(CERTIFICATE, b"").decode("utf-8", errors="replace")
+    return tuple(check_stated(text, hashlib.sha256(reopened.files[PLAN]).hexdigest(), flown))
 
 
 def _refused(folder: Path, certificate: Certificate) -> Diagnostic:
@@ -77,6 +86,8 @@ def _reason(check: Check) -> str:
     """One failed check in words: what, of whom, by how much and when."""
     if check.name == "manifest":
         return f"file `{check.subject}`: its content is not the one that was written"
+    if check.name == "certificate":
+        return f"file `{CERTIFICATE}`: {check.detail}"
     amount = f" by {-check.margin:.3g} {check.unit}" if check.margin < 0 else ""
     when = f" at {check.at:.2f} s" if check.at is not None else ""
     who = f" ({', '.join(check.agents)})" if check.agents and check.agents != (check.subject,) else ""

@@ -6,13 +6,15 @@ import math
 from dataclasses import asdict
 
 from missionc.emit.text import compact
+from missionc.verify.boxes import Boxes
 from missionc.verify.certificate import Between, Certificate, Check, Figure
+from missionc.verify.stated import SCHEMA
 
 
 def certificate_json(certificate: Certificate, plan_sha256: str) -> str:
     """The text of ``certificate.json``; ``plan_sha256`` says of which ``plan.json`` it speaks."""
     head = {
-        "schema": "missionc.certificate/1",
+        "schema": SCHEMA,
         "mission": certificate.mission,
         "plan_sha256": plan_sha256,
         "passed": certificate.passed,
@@ -23,6 +25,8 @@ def certificate_json(certificate: Certificate, plan_sha256: str) -> str:
         lines.append(f'  "{key}": [\n{rows}\n  ]' if rows else f'  "{key}": []')
     between = ",\n".join(f"    {compact(_between(each))}" for each in certificate.between)
     lines.append(f'  "between_steps": [\n{between}\n  ]' if between else '  "between_steps": []')
+    rows = ",\n".join(f"    {compact(_boxes(boxes))}" for boxes in certificate.boxes)
+    lines.append(f'  "boxes": [\n{rows}\n  ]' if rows else '  "boxes": []')
     lines.append(f'  "warnings": {compact(list(certificate.warnings))}')
     return "{\n" + ",\n".join(lines) + "\n}\n"
 
@@ -33,6 +37,23 @@ def _entry(entry: Check | Figure) -> dict[str, object]:
 
 def _between(each: Between) -> dict[str, object]:
     return {key: value.value if key == "verdict" else _plain(key, value) for key, value in asdict(each).items()}
+
+
+def _boxes(boxes: Boxes) -> dict[str, object]:
+    claim = boxes.claim
+    return {
+        "check": claim.name,
+        "of": claim.subject,
+        "unit": claim.unit,
+        "times": claim.times.tolist(),
+        "agents": claim.agents.tolist(),
+        "ends": [[_short(end) for end in ends] for ends in boxes.ends],
+        "bounds": boxes.bounds,
+    }
+
+
+def _short(number: float) -> float | int:
+    return int(number) if number.is_integer() else number
 
 
 def _plain(key: str, value: object) -> object:

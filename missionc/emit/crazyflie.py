@@ -27,14 +27,15 @@ from missionc.diagnostics.code import NOT_FLYABLE
 from missionc.diagnostics.model import Diagnostic, Label
 from missionc.emit.conflicts import Held, Near, conflicts, held_apart
 from missionc.emit.fit import Course, Fitted, NoFit, Plane, fit
-from missionc.ir import DoubleIntegrator, Mission
+from missionc.ir import PLAIN, DoubleIntegrator, Mission
 from missionc.kernel.nodes import Kernel
 from missionc.plan import Array, Trace
 from missionc.verify.certificate import Certificate, Check
 from missionc.verify.columns import Pieces, written
 from missionc.verify.curves import Curves, Indices, motion, refined, values
-from missionc.verify.polynomials import MEMORY_BYTES, PIECE_BYTES, verify_polynomials
+from missionc.verify.polynomials import MEMORY_BYTES, verify_polynomials
 from missionc.verify.tolerances import TUBE
+from missionc.verify.vehicles import PIECE_BYTES
 
 ROUNDS = 12
 """Refits with more planes before steps get more pieces."""
@@ -80,10 +81,12 @@ class _Tight:
 def crazyflie(mission: Mission, kernel: Kernel, trace: Trace) -> Flyable | Diagnostic:
     """Polynomials that keep what the plan keeps, or why there are none."""
     chords = _chords(mission, trace)
+    few: list[_Tight | _Stuck] = []
     for count in _mergers(mission, chords):
         merged = _attempt(mission, kernel, trace, chords, count)
         if isinstance(merged, Flyable):
             return merged
+        few.append(merged)
     pieces = np.maximum(chords, 2 if chords.size == 1 else 1)
     attempts: list[_Tight | _Stuck] = []
     generous = _generous(pieces)
@@ -103,7 +106,7 @@ def crazyflie(mission: Mission, kernel: Kernel, trace: Trace) -> Flyable | Diagn
     tight = [attempt for attempt in attempts if isinstance(attempt, _Tight)]
     if tight:
         return min(tight, key=lambda attempt: attempt.short).flyable
-    return _not_flyable(mission, [attempt for attempt in attempts if isinstance(attempt, _Stuck)])
+    return _not_flyable(mission, [attempt for attempt in (*few, *attempts) if isinstance(attempt, _Stuck)])
 
 
 def _chords(mission: Mission, trace: Trace) -> Indices:
@@ -173,7 +176,7 @@ def _attempt(
     files = _texts(mission, coefficients, np.diff(knots))
     certificate = verify_polynomials(mission, kernel, trace, files)
     if not certificate.passed:
-        failed = min(certificate.failures, key=lambda check: check.margin)
+        failed = min(certificate.failures, key=lambda check: (check.at is None, check.margin))
         if failed.at is not None:
             steps.add(min(int(failed.at / trace.step), mission.steps - 1))
         return _Stuck(failed, tuple(sorted(steps)))
@@ -298,18 +301,19 @@ def _texts(mission: Mission, coefficients: Array, durations: Array) -> dict[str,
 def _not_flyable(mission: Mission, attempts: list[_Stuck]) -> Diagnostic:
     """Said of the attempt that came nearest."""
     tried = [attempt.failed for attempt in attempts if attempt.failed is not None]
-    failed = max(tried, key=lambda check: check.margin, default=None)
+    failed = max(tried, key=lambda check: (check.at is not None, check.margin), default=None)
+    plain = all(agent.vehicle == PLAIN for agent in mission.agents)
     spans = {agent.name: agent.span for agent in mission.agents}
     names = failed.agents if failed and failed.agents else (mission.agents[0].name,)
     who = " and ".join(f"`{name}`" for name in names)
     message, why = f"no polynomials fly the plan of {who}", "no curve was found that stays near the plan"
     help_ = "give the agents more time for their ways: a larger `step`, or slower `dynamics`"
     match failed:
-        case Check(name="flown obstacle", subject=obstacle, margin=margin, at=float(at)):
+        case Check(name="flown obstacle", subject=obstacle, margin=margin, at=float(at)) if plain:
             message += f" clear of `{obstacle}`: they would touch at {at:.2f} s"
             why = f"the best that was found overlaps by {-margin - mission.clearance:.3g} m there"
             help_ = f"give the plan more room there: a `clearance` above {mission.clearance:g} m, or another start"
-        case Check(name="flown separation", margin=margin, at=float(at)):
+        case Check(name="flown separation", margin=margin, at=float(at)) if plain:
             message += f": they would touch at {at:.2f} s"
             why = f"the best that was found overlaps by {-margin - mission.separation:.3g} m there"
             help_ = f"give the plan more room there: a `separation` above {mission.separation:g} m, or other starts"

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from enum import Enum
 
+from missionc.verify.boxes import Boxes
+
 
 @dataclass(frozen=True, slots=True)
 class Check:
@@ -69,13 +71,14 @@ class Between:
 
 @dataclass(frozen=True, slots=True)
 class Certificate:
-    """Everything that was checked on one plan."""
+    """Everything that was checked on one plan; ``boxes`` prove those checks that are about every moment of a flight."""
 
     mission: str
     checks: tuple[Check, ...]
     figures: tuple[Figure, ...] = ()
     warnings: tuple[str, ...] = ()
     between: tuple[Between, ...] = ()
+    boxes: tuple[Boxes, ...] = ()
 
     @property
     def passed(self) -> bool:
@@ -93,6 +96,7 @@ class Certificate:
             figures=self.figures + other.figures,
             warnings=self.warnings + other.warnings,
             between=self.between + other.between,
+            boxes=self.boxes + other.boxes,
         )
 
 

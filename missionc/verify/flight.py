@@ -2,7 +2,7 @@
 
 A jump at a joint, or motion where there should be rest, is measured by how far
 a control point would have to move to explain it: one scale, metres, for every
-derivative and every length of piece.
+derivative and every length of piece. What rounding may hide counts against it.
 """
 
 from __future__ import annotations
@@ -14,32 +14,51 @@ import numpy as np
 from missionc.ir import Agent, Mission
 from missionc.plan import Array
 from missionc.verify.certificate import Check, judged
+from missionc.verify.claims import Bounds, Claim
 from missionc.verify.columns import Pieces
-from missionc.verify.curves import Curves, control_points, refined, values
+from missionc.verify.curves import Curves, Indices, values
+from missionc.verify.enclosures import GROWN, Enclosed, derivative, from_powers
+from missionc.verify.flown import ALLOWANCE, cut
 from missionc.verify.tolerances import CLOCK, MOTION, TUBE, WAYPOINT
 
 DEGREE = 7
 
 
 def check_flight(mission: Mission, agent: Agent, own: Pieces, planned: Curves) -> list[Check]:
-    """Clock, joints, rest, waypoints and tube (and the altitude, in a plane) of an agent's file."""
-    times = np.concatenate([[0.0], np.cumsum(own.duration)])
-    level = own.coefficients[:, : mission.dimension]
+    """Clock, joints, rest and waypoints (and the altitude, in a plane) of an agent's file."""
+    times = joints(own)
     # The firmware's numbers have 24 bits, wherever the world is.
     exact = MOTION * max(1.0, float(np.abs(own.coefficients[:, :, 0]).max()))
-    clock = CLOCK * max(1.0, mission.step * mission.steps)
     late = abs(float(times[-1]) - mission.step * mission.steps)
     findings = [
-        judged("duration", agent.name, -late, "s", clock, agents=(agent.name,), detail="it lasts as long as the plan"),
+        judged(
+            "duration",
+            agent.name,
+            -late,
+            "s",
+            clock(mission),
+            agents=(agent.name,),
+            detail="it lasts as long as the plan",
+        ),
         _joints(agent, own, times, exact),
         _rest(agent, own, times, exact),
-        _waypoints(agent, level, times, planned),
-        _tube(agent, level, times, planned, clock),
+        _waypoints(agent, own.coefficients[:, : mission.dimension], times, planned),
     ]
     if mission.dimension == 2:
-        height = np.abs(control_points(own.coefficients[:, 2:3], own.duration) - agent.altitude).max(axis=(1, 2))
-        findings.append(_worst(agent, "altitude", -height, times, exact, f"it flies at {agent.altitude:g} m"))
+        height = from_powers(own.coefficients[:, 2:3], own.duration[:, None])
+        off = (np.abs(height.points[:, 0] - agent.altitude).max(axis=-1) + height.radius[:, 0]) * GROWN
+        findings.append(_worst(agent, "altitude", -off, times, exact, f"it flies at {agent.altitude:g} m"))
     return findings
+
+
+def joints(own: Pieces) -> Array:
+    """(pieces + 1,), seconds: when its pieces begin, and when the last ends."""
+    return np.concatenate([[0.0], np.cumsum(own.duration)])
+
+
+def clock(mission: Mission) -> float:
+    """Seconds by which a flight may be longer or shorter than the plan."""
+    return CLOCK * max(1.0, mission.step * mission.steps)
 
 
 def _worst(agent: Agent, name: str, margin: Array, times: Array, tolerance: float, detail: str) -> Check:
@@ -57,28 +76,38 @@ def _worst(agent: Agent, name: str, margin: Array, times: Array, tolerance: floa
     )
 
 
-def _derivative_at(coefficients: Array, local: Array, order: int) -> Array:
-    """(pieces, 4, 8), (pieces,) -> (pieces, 4): over the change that moving one control point by a metre makes."""
-    falling = np.array([math.perm(power, order) for power in range(order, DEGREE + 1)], dtype=np.float64)
-    return values(coefficients[..., order:] * falling, local) / math.perm(DEGREE, order)
+def _change(coefficients: Array, order: int) -> Array:
+    """A derivative as ascending powers: (pieces, 4, 8) to (pieces, 4, 8 - order)."""
+    for _ in range(order):
+        coefficients = derivative(coefficients)
+    return coefficients
+
+
+def _length(offset: Array, radius: Array | float, unit: Array) -> Array:
+    """(pieces,), metres: of vectors (pieces, 4) that may be off by a radius, over what moving a control point makes."""
+    return np.asarray(np.linalg.norm(np.abs(offset) + radius, axis=-1) * unit * GROWN)
 
 
 def _joints(agent: Agent, own: Pieces, times: Array, exact: float) -> Check:
     jumps = np.zeros(own.duration.size - 1)
     shorter = np.minimum(own.duration[:-1], own.duration[1:])
     for order in range(5):
-        before = _derivative_at(own.coefficients[:-1], own.duration[:-1], order)
-        after = _derivative_at(own.coefficients[1:], np.zeros(own.duration.size - 1), order)
-        jumps = np.maximum(jumps, np.linalg.norm(after - before, axis=-1) * shorter**order)
+        change = _change(own.coefficients, order)
+        before = from_powers(change[:-1], own.duration[:-1, None])
+        off = before.points[..., -1] - change[1:, :, 0]
+        jumps = np.maximum(jumps, _length(off, before.radius, shorter**order / math.perm(DEGREE, order)))
     return _worst(agent, "joints", -jumps, times[1:], exact, "from position to snap, nothing jumps between pieces")
 
 
 def _rest(agent: Agent, own: Pieces, times: Array, exact: float) -> Check:
     moving = np.zeros(2)
-    ends = np.array([0.0, own.duration[-1]])
+    ends = own.duration[[0, -1]]
     for order in (1, 2, 3):
-        value = _derivative_at(own.coefficients[[0, -1]], ends, order)
-        moving = np.maximum(moving, np.linalg.norm(value, axis=-1) * own.duration[[0, -1]] ** order)
+        change = _change(own.coefficients[[0, -1]], order)
+        last = from_powers(change, ends[:, None])
+        value = np.stack([change[0, :, 0], last.points[1, :, -1]])
+        radius = np.stack([np.zeros(len(value[0])), last.radius[1]])
+        moving = np.maximum(moving, _length(value, radius, ends**order / math.perm(DEGREE, order)))
     detail = "velocity, acceleration and jerk are zero at both ends"
     return _worst(agent, "rest", -moving, times[[0, -1]], exact, detail)
 
@@ -89,31 +118,42 @@ def _waypoints(agent: Agent, level: Array, times: Array, planned: Curves) -> Che
     start = planned.coefficients[agent.index, :, :, 0]
     end = values(planned.coefficients[agent.index, -1:], planned.durations[-1:])
     error = np.linalg.norm(values(level[piece], local) - np.concatenate([start, end]), axis=-1)
+    error += ALLOWANCE * (1 + values(np.abs(level[piece]), local).sum(axis=-1)) * (1 + times[-1])
     return _worst(agent, "waypoints", -error, planned.times, WAYPOINT, "at every step's time it is where the plan is")
 
 
-def _tube(agent: Agent, level: Array, times: Array, planned: Curves, clock: float) -> Check:
-    """Cut at the steps, every control point near the verified motion of the step that its piece belongs to."""
-    cut = _cut_at_steps(level, times, planned.times, clock)
-    times, level = cut.times, cut.coefficients[0]
+def tube(mission: Mission, agent: Agent, own: Pieces, planned: Curves) -> Claim:
+    """Cut at the steps, every control point is near the verified motion of the step that its piece belongs to."""
+    whole = from_powers(own.coefficients[:, : mission.dimension], own.duration[:, None])[None]
+    times = _with_steps(joints(own), planned.times, clock(mission))
+    level = cut(whole, joints(own), times)[0]
     step = np.searchsorted(planned.times, (times[:-1] + times[1:]) / 2, side="right") - 1
     step = np.clip(step, 0, planned.durations.size - 1)
     low, high = times[:-1] - planned.times[step], times[1:] - planned.times[step]
-    outside = (low < -clock) | (high > planned.durations[step] + clock)
+    outside = (low < -clock(mission)) | (high > planned.durations[step] + clock(mission))
     path = planned.coefficients[agent.index, step]
-    points = np.swapaxes(control_points(level, np.diff(times)), 1, 2)
-    whole = _stray(points, path, np.zeros_like(low), planned.durations[step])
-    part = _stray(points, path, np.maximum(low, 0.0), np.minimum(high, planned.durations[step]))
-    margin = np.where(outside, -np.inf, TUBE - np.minimum(whole, part))
+
+    def judge(item: Indices, curve: Enclosed) -> Bounds:
+        points = np.swapaxes(curve.points, 1, 2)
+        step_long = _stray(points, path[item], np.zeros(item.size), planned.durations[step[item]])
+        begin, end = np.maximum(low[item], 0.0), np.minimum(high[item], planned.durations[step[item]])
+        stray = np.minimum(step_long, _stray(points, path[item], begin, end))
+        off = np.linalg.norm(curve.radius, axis=-1) * GROWN + ALLOWANCE * (1 + np.abs(points).max(axis=(1, 2)))
+        margin = np.where(outside[item], -np.inf, TUBE - stray - off)
+        return margin, margin, np.zeros(item.size)
+
     detail = f"every control point is within {TUBE:g} m of the verified motion of its step"
-    return _worst(agent, "tube", margin, times, MOTION, detail)
+    agents = np.array([[agent.index]], dtype=np.int64)
+    # Its control points are those that count: no piece is halved to have others.
+    return Claim("tube", agent.name, "m", MOTION, detail, agents, times, lambda item: level[item], judge, np.inf)
 
 
-def _cut_at_steps(level: Array, times: Array, steps: Array, clock: float) -> Curves:
-    """Pieces of one step at most; a step within the clock's tolerance of a joint is at the joint."""
-    nearest = np.abs(times[np.clip(np.searchsorted(times, steps), 0, times.size - 1)] - steps)
-    before = np.abs(times[np.clip(np.searchsorted(times, steps) - 1, 0, times.size - 1)] - steps)
-    return refined(Curves(times, level[None]), steps[np.minimum(nearest, before) > clock])
+def _with_steps(times: Array, steps: Array, late: float) -> Array:
+    """The joints and the steps; a step within the clock's tolerance of a joint is at the joint."""
+    place = np.searchsorted(times, steps)
+    nearest = [np.abs(times[np.clip(place - before, 0, times.size - 1)] - steps) for before in (0, 1)]
+    inside = (np.minimum(*nearest) > late) & (steps > times[0]) & (steps < times[-1])
+    return np.union1d(times, steps[inside])
 
 
 def _stray(points: Array, path: Array, low: Array, high: Array) -> Array:

@@ -1,11 +1,10 @@
 """Whether what the Crazyflies will fly is the verified plan: the written text is read back, nothing else is believed.
 
     in   Mission, the verified Trace, the text of each agent's file
-    out  Certificate
+    out  Certificate, with the boxes that prove it
 
 All of it is judged on the float32 values the firmware works with, in
-continuous time. A degree-7 piece stays in the hull of its control points, so
-what holds for those holds for the flight.
+continuous time, and no rounding of the judge's own is overlooked.
 """
 
 from __future__ import annotations
@@ -15,22 +14,26 @@ from dataclasses import replace
 
 import numpy as np
 
-from missionc.ir import Agent, Mission
+from missionc.ir import PLAIN, Agent, Mission
 from missionc.kernel.nodes import Kernel
-from missionc.plan import Array, Trace
-from missionc.verify.advance import least
+from missionc.plan import Trace
+from missionc.verify.bounding import bounded
+from missionc.verify.boxes import Boxes
 from missionc.verify.certificate import Certificate, Check, Figure
+from missionc.verify.claims import Claim, everyone, of_agents
 from missionc.verify.columns import Pieces, read
-from missionc.verify.curves import Curves, Indices, motion, speed_bounds, values
-from missionc.verify.flight import check_flight
-from missionc.verify.obstacles import check_obstacles
-from missionc.verify.places import check_world
+from missionc.verify.curves import motion, values
+from missionc.verify.flight import check_flight, tube
+from missionc.verify.flown import Flight
+from missionc.verify.judges import at_most
+from missionc.verify.proving import prove
 from missionc.verify.requirements import check_requirements
-from missionc.verify.separation import check_separation
+from missionc.verify.together import downwash, obstacles, separation, world
 from missionc.verify.tolerances import ROUNDING
+from missionc.verify.vehicles import PIECE_BYTES, check_memory, limits
 
-MEMORY_BYTES, PIECE_BYTES = 4096, 132
-"""What the firmware has for all trajectories together, and what one piece takes (pptraj.c)."""
+MEMORY_BYTES = PLAIN.memory
+"""What the firmware has for all trajectories together."""
 
 STRONGEST = 12.0
 """m/s²: a Crazyflie whose thrust is 1.58 times its weight keeps its height up to this: g * sqrt(1.58**2 - 1).
@@ -40,6 +43,7 @@ Source:
 """
 
 
+@np.errstate(over="ignore", invalid="ignore")
 def verify_polynomials(mission: Mission, kernel: Kernel, trace: Trace, files: Mapping[str, str]) -> Certificate:
     """Judge the polynomials of every agent, and all of them together; the requirements too, at the steps of the flight.
 
@@ -52,25 +56,25 @@ def verify_polynomials(mission: Mission, kernel: Kernel, trace: Trace, files: Ma
     if len(pieces) < len(found):
         return Certificate(mission.name, tuple(checks))
     planned = motion(mission, trace)
+    boxes: list[Boxes] = []
     for agent, own in zip(mission.agents, pieces, strict=True):
         checks += check_flight(mission, agent, own, planned)
+        _prove(mission, [tube(mission, agent, own, planned)], checks, boxes)
     same = all(np.array_equal(own.duration, pieces[0].duration) for own in pieces)
     checks.append(Check("clock", "polynomials", 0.0, "s", 0.0, same, detail="all files have the same durations"))
     if not same:
-        return Certificate(mission.name, tuple(checks))
-    times = np.concatenate([[0.0], np.cumsum(pieces[0].duration)])
-    flown = Curves(times, np.stack([own.coefficients[:, :3] for own in pieces]))
-    level = Curves(times, flown.coefficients[:, :, : mission.dimension])
-    together, warnings = _together(mission, level)
-    together += _requirements(mission, kernel, trace, level)
-    velocity = flown.derivative()
+        return Certificate(mission.name, tuple(checks), boxes=tuple(boxes))
+    flight = Flight(pieces[0].duration, np.stack([own.coefficients for own in pieces]))
+    _prove(mission, [world(mission, flight)], checks, boxes)
+    warnings = _apart(mission, flight, checks, boxes)
+    _prove(mission, [*downwash(mission, flight), *limits(mission, flight)], checks, boxes)
+    checks += [*check_memory(mission, flight), *_requirements(mission, kernel, trace, flight)]
     figures = (
-        _peak(mission, velocity, "peak speed", "m/s"),
-        _peak(mission, velocity.derivative(), "peak acceleration", "m/s^2"),
+        _peak(mission, flight, 1, "peak speed", "m/s"),
+        _peak(mission, flight, 2, "peak acceleration", "m/s^2"),
     )
-    return Certificate(
-        mission.name, (*checks, *together), figures, (*warnings, *_thrust(figures[1]), *_memory(times.size - 1))
-    )
+    warnings += [*_thrust(figures[1]), *_memory(mission, flight)]
+    return Certificate(mission.name, tuple(checks), figures, tuple(warnings), boxes=tuple(boxes))
 
 
 def _file(agent: Agent, value: Pieces | str) -> Check:
@@ -78,35 +82,60 @@ def _file(agent: Agent, value: Pieces | str) -> Check:
     return Check("file", agent.name, 0.0, "", 0.0, isinstance(value, Pieces), agents=(agent.name,), detail=detail)
 
 
-def _together(mission: Mission, level: Curves) -> tuple[list[Check], list[str]]:
-    """World, obstacles and separation along the flight; and where it keeps less than the plan."""
-    findings, warnings = [check_world(mission, level, ROUNDING)], []
-    for check in (*check_obstacles(mission, level, ROUNDING), *check_separation(mission, level, ROUNDING)):
-        asked = mission.separation if check.name == "separation" else mission.clearance
-        room = check.margin + asked
-        if not check.passed and room >= -check.tolerance:
-            # The bodies stay apart, but closer than the plan's do: said, not hidden.
-            who = " and ".join(f"`{name}`" for name in check.agents)
-            what = "each other" if check.name == "separation" else f"`{check.subject}`"
-            warnings.append(
-                f"the polynomials bring {who} within {room:.3f} m of {what} "
-                f"at {check.at:.2f} s; the mission asks for {asked:g} m"
-            )
-            check = replace(check, margin=room, passed=True, detail="no bodies touch throughout")
-        findings.append(check)
-    return [replace(check, name=f"flown {check.name}") for check in findings], warnings
+def _prove(mission: Mission, claims: list[Claim], checks: list[Check], boxes: list[Boxes]) -> None:
+    for claim in claims:
+        check, proof = prove(mission, claim)
+        checks.append(check)
+        boxes.append(proof)
 
 
-def _requirements(mission: Mission, kernel: Kernel, trace: Trace, level: Curves) -> list[Check]:
+def _apart(mission: Mission, flight: Flight, checks: list[Check], boxes: list[Boxes]) -> list[str]:
+    """Obstacles and separation; where the flight keeps less than the mission asks, what it needs, and a warning."""
+    warnings = []
+    asked, needed = (
+        [*obstacles(mission, flight, asked), *separation(mission, flight, asked)] for asked in (True, False)
+    )
+    for wish, need in zip(asked, needed, strict=True):
+        check, proof = prove(mission, wish)
+        if not check.passed:
+            less, short = prove(mission, need)
+            if less.passed:
+                # The bodies stay apart, but closer than the plan's do: said, not hidden.
+                together = check.name == "flown separation"
+                who = " and ".join(f"`{name}`" for name in check.agents)
+                what = "each other" if together else f"`{check.subject}`"
+                wanted = mission.separation if together else mission.clearance
+                warnings.append(
+                    f"the polynomials bring {who} within {check.margin + wanted:.3f} m of {what} "
+                    f"at {check.at:.2f} s; the mission asks for {wanted:g} m"
+                )
+                check, proof = less, short
+        checks.append(check)
+        boxes.append(proof)
+    return warnings
+
+
+def _thrust(peak: Figure) -> tuple[str, ...]:
+    if peak.value <= STRONGEST:
+        return ()
+    who, at = f"`{peak.subject}`", f"{peak.at:.2f} s"
+    return (
+        f"{who} accelerates at {peak.value:.1f} m/s^2 at {at}; "
+        f"a Crazyflie with its standard motors reaches about {STRONGEST:g} m/s^2",
+    )
+
+
+def _requirements(mission: Mission, kernel: Kernel, trace: Trace, flight: Flight) -> list[Check]:
     """What the mission asks, with each agent where its polynomials have it at the steps.
 
     Velocities and headings are the plan's: those of a flight that comes from rest are others, and the limits of a
     flight are judged as such.
     """
     steps = mission.step * np.arange(mission.steps + 1)
-    piece = np.clip(np.searchsorted(level.times, steps, side="right") - 1, 0, level.durations.size - 1)
-    local = np.clip(steps - level.times[piece], 0.0, level.durations[piece])
-    places = values(level.coefficients[:, piece], np.broadcast_to(local, (len(mission.agents), local.size)))
+    piece = np.clip(np.searchsorted(flight.times, steps, side="right") - 1, 0, flight.durations.size - 1)
+    local = np.clip(steps - flight.times[piece], 0.0, flight.durations[piece])
+    level = flight.coefficients[:, piece, : mission.dimension]
+    places = values(level, np.broadcast_to(local, (len(mission.agents), local.size)))
     required, _ = check_requirements(mission, kernel, replace(trace, position=places))
     return [
         replace(
@@ -120,33 +149,19 @@ def _requirements(mission: Mission, kernel: Kernel, trace: Trace, level: Curves)
     ]
 
 
-def _thrust(peak: Figure) -> tuple[str, ...]:
-    if peak.value <= STRONGEST:
-        return ()
-    who, at = f"`{peak.subject}`", f"{peak.at:.2f} s"
-    return (
-        f"{who} accelerates at {peak.value:.1f} m/s^2 at {at}; "
-        f"a Crazyflie with its standard motors reaches about {STRONGEST:g} m/s^2",
-    )
-
-
-def _memory(pieces: int) -> tuple[str, ...]:
-    most = MEMORY_BYTES // PIECE_BYTES
-    if pieces <= most:
+def _memory(mission: Mission, flight: Flight) -> tuple[str, ...]:
+    pieces, most = flight.durations.size, MEMORY_BYTES // PIECE_BYTES
+    if pieces <= most or all(agent.vehicle != PLAIN for agent in mission.agents):
         return ()
     return (f"each trajectory has {pieces} pieces; a Crazyflie's memory holds {most} at a time",)
 
 
-def _peak(mission: Mission, curves: Curves, name: str, unit: str) -> Figure:
-    """The largest norm over all agents and times, to a hundredth of its unit."""
-    agents, pieces, _, size = curves.coefficients.shape
-    flat = curves.coefficients.reshape(agents * pieces, -1, size)
-
-    def margin(item: Indices, local: Array) -> Array:
-        return np.asarray(-np.linalg.norm(values(flat[item], local), axis=-1))
-
-    found = least(margin, speed_bounds(curves).ravel(), np.tile(curves.durations, agents), 1e-2)
-    item = int(found.upper.argmin())
-    at = float(curves.times[item % pieces] + found.at[item])
-    agent = mission.agents[item // pieces].name
-    return Figure(name, agent, round(-float(found.upper[item]), 3), unit, round(at, 3), (agent,))
+def _peak(mission: Mission, flight: Flight, order: int, name: str, unit: str) -> Figure:
+    """The largest norm of a derivative over all agents and times, to a hundredth of its unit."""
+    agents, pieces = flight.speed.shape
+    curve, judge = of_agents(flight.derived(order)), at_most(np.zeros(agents * pieces))
+    claim = Claim(name, name, unit, 0.0, "", everyone(agents), flight.times, curve, judge, 1e-2)
+    found = bounded(claim)
+    subject, piece = divmod(found.worst, pieces)
+    agent = mission.agents[subject].name
+    return Figure(name, agent, round(-found.least, 3), unit, round(claim.when(piece + found.moment), 3), (agent,))
