@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
+from dataclasses import asdict
 from typing import TYPE_CHECKING, assert_never
 
 from missionc.backends.api import Attempt, Fault, Impossible, NotFound
@@ -17,6 +18,7 @@ from missionc.units import Seconds
 if TYPE_CHECKING:
     from missionc.plan import Judgement
     from missionc.replay import Replayed
+    from missionc.simulate import Simulated
     from missionc.verify.certificate import Between, Certificate, Check
 
 SHOWN = 5e-4
@@ -307,3 +309,87 @@ def _figure(vehicle: Vehicle, name: str) -> dict[str, object]:
 
 def _finite(value: float) -> float | None:
     return value if math.isfinite(value) else None
+
+
+# -------------------------------------------------------------------- flights
+
+
+def simulated_lines(simulated: Simulated) -> list[str]:
+    """One flight in full; of several, how often everything held, and how badly the worst of them went."""
+    trials, reopened = simulated.trials, simulated.reopened
+    if trials is None or reopened is None:
+        return []
+    mission, trial = reopened.mission, trials.trial
+    verdict = "as required" if trials.passed else "not as required"
+    lines = [
+        f"{mission.name}: flown by {trial.engine}, {_many(len(mission.agents), 'agent')}, "
+        f"{_many(trial.flights, 'flight')} of {mission.horizon:g} s, seed {trial.seed}: {verdict}"
+    ]
+    if reopened.differing:
+        lines.append(f"note: {_many(len(reopened.differing), 'file')} changed since the folder was written")
+    first = trials.flights[0]
+    if trial.flights == 1:
+        lines += _compared(simulated.planned, (*first.requirements, *first.preferences), mission.step)
+    else:
+        fractions = trials.fractions()
+        width = max(map(len, fractions))
+        lines += [
+            f"  {name:<{width}}  {each.held} of {each.flights}  {each.share:.3f}, with 95 % confidence "
+            f"{each.low:.3f} to {each.high:.3f}"
+            for name, each in fractions.items()
+        ]
+    lines.append("tracking error: mean, 95 % of the time, at most" + (", of all flights" if trial.flights > 1 else ""))
+    width = max(len(agent.name) for agent in mission.agents)
+    for agent, most in zip(mission.agents, trials.allowed.tolist(), strict=True):
+        error = trials.error(agent.index)
+        excess = "" if error.most <= most else f", more than {most:g} m"
+        figures = f"{error.mean:.3f} m  {error.usual:.3f} m  {error.most:.3f} m at {error.at:.2f} s"
+        lines.append(f"  {agent.name:<{width}}  {figures}{excess}")
+    named = [("each other" if check.name == "separation" else check.subject, check) for check in trials.room()]
+    width = max((len(name) for name, _ in named), default=0)
+    lines += ["least room between bodies"] if named else []
+    return [*lines, *(f"  {name:<{width}}  {_room(check)}" for name, check in named)]
+
+
+def _room(check: Check) -> str:
+    return f"{check.margin:.3f} m at {check.at or 0.0:.2f} s{_by(check.agents)}"
+
+
+def _compared(planned: tuple[Judgement, ...], flown: tuple[Judgement, ...], step: Seconds) -> list[str]:
+    width = max((len(each.name) for each in flown), default=0)
+    return [
+        f"  {after.name:<{width}}  planned {before.robustness:.3f}, flown {_verdict(after, step)}"
+        for before, after in zip(planned, flown, strict=True)
+    ]
+
+
+def simulated_document(simulated: Simulated) -> dict[str, object]:
+    """``passed`` is null where nothing was flown."""
+    trials, reopened = simulated.trials, simulated.reopened
+    if trials is None or reopened is None:
+        return {"passed": None}
+    trial, first = trials.trial, trials.flights[0]
+    return {
+        "passed": trials.passed,
+        "engine": trial.engine,
+        "seed": trial.seed,
+        "flights": trial.flights,
+        "planned": [_judgement(each) for each in simulated.planned[: len(first.requirements)]],
+        "requirements": [_judgement(each) for each in first.requirements],
+        "fractions": {
+            name: {"held": each.held, "of": each.flights, "low": each.low, "high": each.high}
+            for name, each in trials.fractions().items()
+        },
+        "tracking": [
+            {"agent": agent.name, "allowed": most, **asdict(trials.error(agent.index))}
+            for agent, most in zip(reopened.mission.agents, trials.allowed.tolist(), strict=True)
+        ],
+        "room": [
+            {"subject": check.subject, "margin": check.margin, "at": check.at, "agents": list(check.agents)}
+            for check in trials.room()
+        ],
+        "robustness": {
+            each.name: [_judgement(flight.requirements[index])["robustness"] for flight in trials.flights]
+            for index, each in enumerate(first.requirements)
+        },
+    }

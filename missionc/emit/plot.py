@@ -10,6 +10,7 @@ no colours; regions carry their names.
 from __future__ import annotations
 
 import io
+from collections.abc import Callable
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
@@ -73,6 +74,11 @@ def plot(mission: Mission, trace: Trace, backend: str, kind: str) -> bytes | Dia
     absent = missing()
     if absent:
         return absent
+    return rendered(lambda figure: _draw(figure, mission, trace, backend), kind)
+
+
+def rendered(draw: Callable[[Figure], None], kind: str) -> bytes:
+    """A picture's bytes, ``svg`` or ``png``, the same each time; matplotlib is there."""
     import matplotlib
     from matplotlib.figure import Figure
 
@@ -94,7 +100,7 @@ def plot(mission: Mission, trace: Trace, backend: str, kind: str) -> bytes | Dia
         matplotlib.rcdefaults()
         matplotlib.rcParams.update(settings)
         figure = Figure(dpi=160)
-        _draw(figure, mission, trace, backend)
+        draw(figure)
         buffer = io.BytesIO()
         # Neither a date nor a version: the same plan gives the same bytes.
         metadata = {"Date": None, "Creator": "missionc"} if kind == "svg" else {"Software": "missionc"}
@@ -105,7 +111,7 @@ def plot(mission: Mission, trace: Trace, backend: str, kind: str) -> bytes | Dia
 def _draw(figure: Figure, mission: Mission, trace: Trace, backend: str) -> None:
     panels = _panels(figure, mission)
     for axes, view in panels:
-        _draw_view(axes, mission, trace, view)
+        draw_view(axes, mission, trace, view)
         _draw_agents(axes, mission, trace, view)
     top = panels[0][0]
     if len(panels) > 1:
@@ -153,7 +159,7 @@ def _panels(figure: Figure, mission: Mission) -> list[tuple[Axes, View]]:
     return panels
 
 
-def _draw_view(axes: Axes, mission: Mission, trace: Trace, view: View) -> None:
+def draw_view(axes: Axes, mission: Mission, trace: Trace, view: View) -> None:
     low, high = mission.world.low, mission.world.high
     across, up = (low[view.across], high[view.across]), (low[view.up], high[view.up])
     axes.set_facecolor("#F1F1EF")
@@ -235,7 +241,7 @@ def _draw_agents(axes: Axes, mission: Mission, trace: Trace, view: View) -> None
         dots = np.unique(np.round(steps.reshape(-1, 2), 6), axis=0)
         axes.plot(*dots.T, ls="", marker="o", ms=3.2, mfc=INK, mec="white", mew=0.5, zorder=5, clip_on=False)
     for agent in mission.agents:
-        colour, _, dash = _style(agent.index)
+        colour, _, dash = style(agent.index)
         line: dict[str, Any] = {"ls": "-", "lw": 0.9, "alpha": 0.75} if crowd else {"ls": dash, "lw": 1.6}
         joined: dict[str, Any] = {"solid_joinstyle": "round", "clip_on": False}
         axes.plot(*tracks[agent.index].T, color=colour, zorder=4, **joined, **line)
@@ -246,7 +252,7 @@ def _draw_ends(axes: Axes, agent: Agent, steps: Array, size: float) -> None:
     """Its body at both ends: a ring of its mark at the start, around it or alone the filled mark at the finish."""
     from matplotlib.patches import Circle
 
-    colour, mark, _ = _style(agent.index)
+    colour, mark, _ = style(agent.index)
     for place in (steps[0], steps[-1]):
         body = Circle((place[0], place[1]), agent.radius, fc=colour, ec="none", alpha=0.22, zorder=3.9, clip_on=False)
         axes.add_patch(body)
@@ -273,7 +279,7 @@ def _metres_per_point(axes: Axes) -> float:
     return float((axes.get_xlim()[1] - axes.get_xlim()[0]) / (axes.bbox.width / axes.figure.dpi * 72))
 
 
-def _style(index: int) -> tuple[str, str, Any]:
+def style(index: int) -> tuple[str, str, Any]:
     colour = COLOURS[index % len(COLOURS)]
     # A second round of colours comes with other marks and dashes.
     turn = index // len(COLOURS)
@@ -294,7 +300,7 @@ def _legend(axes: Axes, mission: Mission) -> None:
     entries = []
     if len(mission.agents) <= MOST_NAMED:
         for agent in mission.agents:
-            colour, mark, dash = _style(agent.index)
+            colour, mark, dash = style(agent.index)
             entries.append(Line2D([], [], color=colour, ls=dash, lw=1.5, marker=mark, ms=5.5, label=agent.name))
     else:
         teams = [team for team in mission.teams if team.agents]

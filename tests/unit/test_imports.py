@@ -34,6 +34,15 @@ def test_the_cost_graph_is_shown_without_loading_torch() -> None:
     assert "torch" not in loaded_by(code)
 
 
+def test_check_loads_nothing_that_flies() -> None:
+    script = (
+        "import sys\nfrom missionc.cli import main\nassert main(['check', 'missions/wildfire.mission']) == 0\n"
+        "print([name for name in sys.modules if name.startswith(('missionc.simul', 'missionc.commands.simulate'))])"
+    )
+    run = subprocess.run([sys.executable, "-c", script], cwd=ROOT, capture_output=True, text=True, check=True)
+    assert run.stdout.splitlines()[-1] == "[]"
+
+
 def test_importing_the_package_loads_nothing_of_it_but_its_version() -> None:
     script = "import sys, missionc; print([name for name in sys.modules if name.startswith('missionc.')])"
     run = subprocess.run([sys.executable, "-c", script], cwd=ROOT, capture_output=True, text=True, check=True)

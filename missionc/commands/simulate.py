@@ -1,0 +1,136 @@
+"""``missionc simulate FOLDER``: what the written polynomials come to in the air."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import click
+
+from missionc import summary
+from missionc.answers import Status, say
+from missionc.diagnostics.model import Diagnostic
+from missionc.flags import folder, limits_and_form, read_limits
+from missionc.progress import ProgressLine
+
+ENGINES = ("quadrotor", "rotorpy", "crazyflow")
+MOST_FLIGHTS = 100_000
+DRAWN = 20
+"""Flights whose paths are drawn."""
+
+
+def wind(value: str) -> tuple[float, float]:
+    """``MEAN`` or ``MEAN,GUST``, m/s."""
+    words = value.split(",")
+    try:
+        numbers = [float(word) for word in words]
+    except ValueError:
+        numbers = []
+    if not 1 <= len(numbers) <= 2 or not all(0 <= number <= 100 for number in numbers):
+        raise click.UsageError(f"`{value}` is not a wind such as 1 or 1,0.5, in m/s")
+    return numbers[0], numbers[1] if len(numbers) > 1 else 0.0
+
+
+@click.command("simulate")
+@click.argument("path", type=folder, metavar="FOLDER")
+@limits_and_form
+@click.option("--engine", type=click.Choice(ENGINES), default=ENGINES[0], show_default=True)
+@click.option("--trials", type=click.IntRange(1, MOST_FLIGHTS), default=1, show_default=True, metavar="N")
+@click.option("--wind", "air", type=wind, default="0", metavar="MEAN[,GUST]", help="In m/s; level, from anywhere.")
+@click.option(
+    "--mass-error",
+    type=click.FloatRange(0, 50),
+    default=0.0,
+    metavar="PERCENT",
+    help="Each vehicle weighs up to so much more or less than its controller thinks.",
+)
+@click.option(
+    "--start-error",
+    type=click.FloatRange(0, 1),
+    default=0.0,
+    metavar="METRES",
+    help="Each begins up to so far beside its start, along x and along y.",
+)
+@click.option(
+    "--clock-error", type=click.FloatRange(0, 1), default=0.0, metavar="SECONDS", help="Each begins up to so late."
+)
+@click.option("--seed", type=click.IntRange(0, 2**32 - 1), default=0, show_default=True, metavar="N")
+@click.option(
+    "--trace", type=click.Path(path_type=Path, dir_okay=False), help="Write the first flight's path: FILE.csv."
+)
+@click.option("--plot", type=click.Path(path_type=Path, dir_okay=False), help="Draw the flights: FILE.svg or FILE.png.")
+@click.option("--quiet", is_flag=True, help="No progress.")
+def command(
+    path: Path,
+    limits: tuple[tuple[str, str], ...],
+    form: str,
+    engine: str,
+    trials: int,
+    air: tuple[float, float],
+    mass_error: float,
+    start_error: float,
+    clock_error: float,
+    seed: int,
+    trace: Path | None,
+    plot: Path | None,
+    quiet: bool,
+) -> Status:
+    """Fly a compiled folder's polynomials in simulation, and judge the mission on the path flown."""
+    if plot and plot.suffix not in (".svg", ".png"):
+        raise click.BadParameter(f"`{plot}` ends neither in .svg nor in .png", param_hint="--plot")
+    if engine != ENGINES[0] and (trials > 1 or any((*air, mass_error, start_error, clock_error))):
+        raise click.UsageError(f"{engine} flies once and undisturbed; leave `--engine` out for trials and disturbances")
+    if engine == "crazyflow":
+        # It wants to be told before scipy is loaded, which the rest of this does.
+        os.environ.setdefault("SCIPY_ARRAY_API", "1")
+    from missionc.simulate import simulate
+    from missionc.simulation.disturbance import Disturbance
+    from missionc.simulation.trials import Trial
+
+    allowed = read_limits(limits)
+    refused = _refused(trace, plot)
+    if refused:
+        say([refused], [], form, {"passed": None})
+        return Status.MISSION_ERRORS
+    disturbance = Disturbance(*air, mass_error / 100, start_error, clock_error)
+    trial = Trial(engine, trials, disturbance, seed, DRAWN if plot else 1)
+    with _progress(quiet or form == "json", trials) as listen:
+        simulated = simulate(path, trial, allowed, listen)
+    findings = list(simulated.findings)
+    if (trace or plot) and simulated.reopened and simulated.trials:
+        from missionc.emit.flights import draw, table
+        from missionc.emit.folder import write_file
+
+        if trace:
+            findings += filter(None, [write_file(trace, table(simulated.reopened.mission, simulated.trials.flown))])
+        if plot:
+            picture = draw(simulated.reopened.mission, simulated.trials, plot.suffix[1:])
+            findings += filter(None, [write_file(plot, picture)])
+    say(findings, summary.simulated_lines(simulated), form, summary.simulated_document(simulated))
+    if findings:
+        return Status.MISSION_ERRORS
+    return Status.DONE if simulated.passed else Status.VIOLATED
+
+
+def _refused(trace: Path | None, plot: Path | None) -> Diagnostic | None:
+    """What forbids writing, said before anything is flown."""
+    if not (trace or plot):
+        return None
+    from missionc.emit.folder import refuse_file
+    from missionc.emit.plot import missing
+
+    return (plot and (missing() or refuse_file(plot))) or (trace and refuse_file(trace)) or None
+
+
+@contextmanager
+def _progress(silent: bool, trials: int) -> Iterator[Callable[[int], None]]:
+    """Where to say how many flights are over: a line on a terminal, nowhere else."""
+    if silent or not sys.stderr.isatty():
+        yield lambda done: None
+        return
+    with ProgressLine(sys.stderr) as line:
+        line.say("flying")
+        yield lambda done: line.say(f"flying: {done}/{trials} flights")

@@ -1,0 +1,71 @@
+"""A compiled folder flown in simulation, from its files alone.
+
+in   the folder's path, how to fly
+out  Simulated
+says MC404 MC708 MC709
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from missionc.diagnostics.code import FOLDER_REFUSED
+from missionc.diagnostics.model import Diagnostic
+from missionc.limits import Limits
+from missionc.monitoring import monitor
+from missionc.plan import Judgement
+from missionc.reopen import Reopened, reopen
+from missionc.simulation import engines
+from missionc.simulation.trials import Trial, Trials, nobody, run
+from missionc.verify.columns import Pieces, read
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Simulated:
+    """What the flights of a folder came to; ``trials`` is absent where its files could not be flown.
+
+    ``planned`` are the requirements, then the preferences, as the plan keeps them.
+    """
+
+    folder: Path
+    findings: tuple[Diagnostic, ...]
+    reopened: Reopened | None = None
+    planned: tuple[Judgement, ...] = ()
+    trials: Trials | None = None
+
+    @property
+    def passed(self) -> bool:
+        return self.trials is not None and self.trials.passed
+
+
+def simulate(
+    folder: Path, trial: Trial, limits: Limits | None = None, listen: Callable[[int], None] = nobody
+) -> Simulated:
+    """Fly what lies in a folder. It is flown as it is; ``verify`` says whether it may be."""
+    absent = engines.missing(trial.engine)
+    if absent:
+        return Simulated(folder, (absent,))
+    reopened = reopen(folder, limits)
+    if not isinstance(reopened, Reopened):
+        return Simulated(folder, reopened)
+    mission = reopened.mission
+    found = {agent.name: read(reopened.flights[agent.name]) for agent in mission.agents}
+    wrong = {name: why for name, why in found.items() if isinstance(why, str)}
+    if wrong:
+        return Simulated(folder, (_unread(folder, wrong),), reopened)
+    pieces = [own for own in found.values() if isinstance(own, Pieces)]
+    trials = run(mission, reopened.kernel, pieces, trial, listen)
+    return Simulated(folder, (), reopened, monitor(mission, reopened.kernel, reopened.trace), trials)
+
+
+def _unread(folder: Path, wrong: dict[str, str]) -> Diagnostic:
+    name, why = next(iter(wrong.items()))
+    return Diagnostic(
+        FOLDER_REFUSED,
+        f"`{folder}` is not to be flown: the polynomials of `{name}` cannot be read",
+        None,
+        notes=(why,),
+        help="compile the mission again",
+    )

@@ -1,0 +1,56 @@
+"""rotorpy's Crazyflie: its rotors' aerodynamics and motors, its SE(3) controller.
+
+Source:
+    Folk, Paulos and Kumar, "RotorPy: A Python-based Multirotor Simulator with Aerodynamics for Education and
+    Research" (2023).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from rotorpy.controllers.quadrotor_control import SE3Control
+from rotorpy.vehicles.crazyflie_params import quad_params
+from rotorpy.vehicles.multirotor import Multirotor
+
+from missionc.plan import Array
+from missionc.simulation import course
+from missionc.simulation.course import GRAVITY, SETPOINTS_PER_SECOND, setpoints
+from missionc.simulation.fly import Flown, sample_times
+from missionc.verify.columns import Pieces
+
+
+def fly(pieces: Sequence[Pieces], seconds: float) -> Flown:
+    """Each agent alone: the engine knows one vehicle."""
+    times = sample_times(seconds)
+    states = np.stack([_one(setpoints(own, times), times) for own in pieces])
+    x, y, z, w = np.moveaxis(states[..., 6:], -1, 0)
+    heading = np.arctan2(2 * (x * y + w * z), 1 - 2 * (y * y + z * z))
+    return Flown(times, states[None, ..., :3], states[None, ..., 3:6], heading[None])
+
+
+def _one(told: Array, times: Array) -> Array:
+    """(13, samples) -> (samples, 10): position, velocity, attitude (x, y, z, w)."""
+    hover = float(np.sqrt(quad_params["mass"] * GRAVITY / 4 / quad_params["k_eta"]))
+    state = {
+        "x": told[course.POSITION, 0].copy(),
+        "v": np.zeros(3),
+        "q": np.array([0.0, 0.0, np.sin(told[course.YAW, 0] / 2), np.cos(told[course.YAW, 0] / 2)]),
+        "w": np.zeros(3),
+        "wind": np.zeros(3),
+        "rotor_speeds": np.full(4, hover),
+    }
+    vehicle, controller = Multirotor(quad_params, initial_state=state), SE3Control(quad_params)
+    track = np.empty((times.size, 10))
+    for tick, time in enumerate(times.tolist()):
+        track[tick] = np.concatenate([state["x"], state["v"], state["q"]])
+        flat = {
+            "x": told[course.POSITION, tick],
+            "x_dot": told[course.VELOCITY, tick],
+            "x_ddot": told[course.ACCELERATION, tick],
+            "yaw": told[course.YAW, tick],
+            "yaw_dot": told[course.RATES, tick][2],
+        }
+        state = vehicle.step(state, controller.update(time, state, flat), 1 / SETPOINTS_PER_SECOND)
+    return track
