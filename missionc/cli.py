@@ -33,7 +33,7 @@ from missionc.version import __version__
 
 Pairs = tuple[tuple[str, str], ...]
 
-MODULES = ("export", "fmt", "simulate", "vehicles", "verify")
+MODULES = ("export", "fmt", "report", "simulate", "vehicles", "verify")
 """Commands with a module of their own."""
 
 

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+import shutil
+from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
@@ -31,13 +33,18 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Without a GPU the tests that need one are skipped, and listed as such."""
+    """Without a GPU, or a browser, the tests that need one are skipped, and listed as such."""
     needy = [item for item in items if item.get_closest_marker("gpu")]
     if needy:
         torch = pytest.importorskip("torch")
         if not torch.cuda.is_available():
             for item in needy:
                 item.add_marker(pytest.mark.skip(reason="there is no GPU"))
+    absent = "chromium" if not shutil.which("chromium") else "playwright" if not find_spec("playwright") else ""
+    if absent:
+        for item in items:
+            if item.get_closest_marker("browser"):
+                item.add_marker(pytest.mark.skip(reason=f"there is no {absent}"))
 
 
 @pytest.fixture

@@ -20,6 +20,7 @@ from missionc.file_names import file_names
 from missionc.ir import Mission
 from missionc.kernel.nodes import Kernel
 from missionc.plan import Plan
+from missionc.report import Plotted, report
 from missionc.verify import verify_between
 from missionc.verify.certificate import Certificate
 
@@ -78,5 +79,7 @@ def emit(
     for name, content in provenance.inputs:
         files[f"{MISSION}/{name}"] = content
     files["certificate.json"] = certificate_json(whole, sha256(files["plan.json"])).encode()
+    texts = tuple((name, content.decode("utf-8")) for name, content in provenance.inputs)
+    files["report.html"] = report(Plotted(mission, kernel, plan, whole, flyable.files, texts))
     files["manifest.json"] = manifest(plan, provenance, files).encode()
     return Output(tuple(files.items()), whole, tuple(notes), tuple(findings))

@@ -7,10 +7,11 @@ depend on the agent it is asked of. ``span`` is the words the node came from.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import TypeAlias
 
-from missionc.ir import Graph, Predicate
+from missionc.ir import Formula, Graph, Predicate
 from missionc.source import Span
 
 
@@ -166,7 +167,12 @@ class Goal:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Kernel:
-    """The mission's goals in kernel form: requirements in order of the text, then preferences."""
+    """The mission's goals in kernel form: requirements in order of the text, then preferences.
+
+    ``meanings`` is what each formula as meant came to, for who speaks of the author's words; a kernel that was made
+    otherwise has none.
+    """
 
     requirements: tuple[Goal, ...]
     preferences: tuple[Goal, ...]
+    meanings: Mapping[Formula, Node] = field(default_factory=dict)

@@ -31,6 +31,7 @@ def expand(mission: ir.Mission, limits: Limits | None = None) -> tuple[Kernel | 
     return Kernel(
         tuple(Goal(goal.name, nodes[goal.formula], goal.formula.span) for goal in mission.requirements),
         tuple(Goal(goal.name, nodes[goal.formula], goal.formula.span, goal.weight) for goal in mission.preferences),
+        nodes,
     ), []
 
 

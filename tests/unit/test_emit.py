@@ -52,6 +52,7 @@ def test_the_folder_holds_what_the_reference_lists() -> None:
         "crazyflie/drone1.csv",
         "mission/made.mission",
         "certificate.json",
+        "report.html",
         "manifest.json",
     ]
 

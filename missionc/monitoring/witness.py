@@ -1,0 +1,220 @@
+"""Who makes a formula true or false at each step, and along which links.
+
+in   a formula, the truths of all formulas below it
+out  Witness
+
+A true *or* is followed to its first true part, a false *and* to all its false ones; a route is the one of the
+fewest links, or the shortest where it is bounded in metres. Windows are looked through: what is shown at a step
+is how things stand at that step.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from missionc.ir import Compare, DistanceBetween, DistanceTo, Graph, InFormation, Mission, Predicate
+from missionc.kernel.nodes import All, Any, Apart, At, AtLeast, Atom, Nearby, Node, Not, Reach, Route
+from missionc.kernel.walk import children, postorder
+from missionc.margins.links import all_links, pieces
+from missionc.monitoring.evaluate import Evaluation
+from missionc.monitoring.logic import TRUTH, Values
+from missionc.monitoring.table import asked_where, chain
+from missionc.plan import Array, Flags, Trace
+from missionc.world.distance import distance_between
+
+MOST_NODES = 5000
+"""A formula that is larger in kernel form has no witness: to hold all its truths would take too much memory."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Witness:
+    """
+    Args:
+        holds, fails: (agents, steps + 1): the agents a true, or a false, formula rests on.
+        links: of the routes of true formulas: (number, 3), step and the mission indices of both ends.
+        formations: the names of the formations that it speaks of.
+    """
+
+    holds: Flags
+    fails: Flags
+    links: Values
+    formations: tuple[str, ...]
+
+
+class Witnesses:
+    """Of the formulas below some goals."""
+
+    def __init__(self, goals: Iterable[Node], mission: Mission, trace: Trace) -> None:
+        self.mission, self.trace = mission, trace
+        self.shape = trace.position.shape[:2]
+        roots = tuple(goals)
+        self.order = postorder(roots)
+        self.truths: Mapping[Node, Values] = {}
+        self.asked: Mapping[Node, Flags] = {}
+        if len(self.order) <= MOST_NODES:
+            self.truths = Evaluation(TRUTH, mission, trace).values(self.order)
+            self.asked = asked_where(roots, frozenset(self.order), trace)
+        self.linked: dict[Graph, Flags] = {}
+        self.onward: dict[Node, Values] = {}
+
+    def of(self, node: Node, unfolds: bool) -> Witness | None:
+        """The witness of a formula where it is asked; absent where the formulas are too large.
+
+        Args:
+            unfolds: its verdict is of step 0 alone, so that it is looked through to what is asked at each step.
+        """
+        if not self.truths:
+            return None
+        search = _Search(self)
+        search.follow(node, unfolds)
+        links = np.unique(np.concatenate(search.links), axis=0) if search.links else np.zeros((0, 3), dtype=np.int64)
+        return Witness(search.lit[0], search.lit[1], links, tuple(dict.fromkeys(search.formations)))
+
+    def truth(self, node: Node) -> Flags:
+        return np.broadcast_to(self.truths[node], self.shape)
+
+    def links(self, graph: Graph) -> Flags:
+        """(steps + 1, agents, agents)"""
+        if graph not in self.linked:
+            agents, steps = self.shape
+            whole = np.zeros((steps, agents, agents), dtype=np.bool_)
+            members = np.array(graph.agents, dtype=np.int64)
+            for piece in pieces(steps, len(members)) if len(members) else ():
+                whole[np.ix_(np.arange(steps)[piece], members, members)] = (
+                    all_links(graph, self.trace.position[:, piece]) > 0
+                )
+            self.linked[graph] = whole
+        return self.linked[graph]
+
+    def next_hops(self, node: Reach | Route) -> Values:
+        """Where the best route from each agent goes on: (steps + 1, agents), -1 where it ends or there is none."""
+        if node not in self.onward:
+            through, end = self.truth(node.through).T, self.truth(node.end).T
+            links = self.links(node.graph) & through[:, :, None]
+            position = self.trace.position.swapaxes(0, 1)
+            lengths: Array = np.where(links, 1.0, np.inf)
+            if isinstance(node, Route):
+                lengths = np.where(links, distance_between(np, position[:, :, None], position[:, None, :]), np.inf)
+            best = np.where(end, 0.0, np.inf)
+            while True:
+                ways = lengths + best[:, None, :]
+                better = np.minimum(best, ways.min(axis=2))
+                if np.array_equal(better, best):
+                    break
+                best = better
+            self.onward[node] = np.where((best > 0) & np.isfinite(best), ways.argmin(axis=2), -1)
+        return self.onward[node]
+
+
+class _Search:
+    """Masks, (2, agents, steps + 1), handed down from a formula to what decides it: where that is true, where false."""
+
+    def __init__(self, known: Witnesses) -> None:
+        self.known = known
+        self.lit = np.zeros((2, *known.shape), dtype=np.bool_)
+        self.links: list[Values] = []
+        self.formations: list[str] = []
+        self.open: dict[Node, Flags] = {}
+
+    def follow(self, root: Node, unfolds: bool) -> None:
+        looked_through = set(chain((root,))) if unfolds else set()
+        # Of what is looked through: where it stands for itself, and where for its opposite.
+        whole = np.ones(self.known.shape, dtype=np.bool_)
+        self.open[root] = np.stack([whole, np.zeros_like(whole)])
+        entered: set[Node] = set()
+        for node in reversed(postorder((root,))):
+            mask = self.open.pop(node, None)
+            if mask is None:
+                continue
+            if node in looked_through:
+                self.hand_down(node, mask[::-1] if isinstance(node, Not) else mask)
+                entered.update(child for child in children(node) if child not in looked_through)
+                continue
+            if node in entered or node is root:
+                truth = self.known.truth(node)
+                for_it, against = mask & self.known.asked[node]
+                mask = np.stack([(for_it & truth) | (against & ~truth), (for_it & ~truth) | (against & truth)])
+            self.decide(node, mask)
+
+    def hand_down(self, node: Node, mask: Flags) -> None:
+        match node:
+            case At(agent, body):
+                there = np.zeros_like(mask)
+                there[:, agent] = mask.any(axis=1)
+                self.ask(body, there)
+            case _:
+                for child in children(node):
+                    self.ask(child, mask)
+
+    def ask(self, node: Node, mask: Flags) -> None:
+        if mask.any():
+            self.open[node] = self.open[node] | mask if node in self.open else mask
+
+    def decide(self, node: Node, mask: Flags) -> None:
+        truth = self.known.truth(node)
+        match node:
+            case Any(parts):
+                rest = mask & truth
+                for part in parts:
+                    decides = self.known.truth(part)
+                    self.ask(part, (rest & decides) | (mask & ~truth))
+                    rest = rest & ~decides
+            case All(parts) | AtLeast(_, parts):
+                for part in parts:
+                    self.ask(part, mask & (self.known.truth(part) == truth))
+            case Atom(predicate):
+                self.light(mask, _partners(predicate))
+                if isinstance(predicate, InFormation):
+                    self.formations.append(predicate.formation.name)
+                    self.light(mask.any(axis=1, keepdims=True) & np.ones_like(mask), (), predicate.formation.agents)
+            case Nearby(graph, body):
+                self.light(mask)
+                found = self.known.links(graph) & self.known.truth(body).T[:, None, :]
+                self.walk(np.where(found.any(axis=2), found.argmax(axis=2), -1), mask & truth, 1)
+            case Reach() | Route():
+                self.light(mask)
+                self.walk(self.known.next_hops(node), mask & truth, self.known.shape[0])
+            case Apart(_, agent):
+                self.light(mask, (agent,))
+            case _ if children(node):
+                self.hand_down(node, mask)
+            case _:
+                self.light(mask)
+
+    def light(self, mask: Flags, partners: tuple[int, ...] = (), only: tuple[int, ...] | None = None) -> None:
+        """The agents of the mask (of those, ``only`` some), and the partners of each."""
+        chosen = list(range(mask.shape[1]) if only is None else only)
+        self.lit[:, chosen] |= mask[:, chosen]
+        self.lit[:, list(partners)] |= mask.any(axis=1, keepdims=True)
+
+    def walk(self, onward: Values, mask: Flags, most: int) -> None:
+        """Light the way of every agent of the mask. ``onward``: (steps + 1, agents), -1 at the end of a way."""
+        for side in (0, 1):
+            agent, step = np.nonzero(mask[side])
+            for _ in range(most):
+                after = onward[step, agent]
+                agent, after, step = agent[after >= 0], after[after >= 0], step[after >= 0]
+                if not len(agent):
+                    break
+                self.links.append(np.stack([step, np.minimum(agent, after), np.maximum(agent, after)], axis=1))
+                agent = after
+                self.lit[side, agent, step] = True
+
+
+def _partners(predicate: Predicate) -> tuple[int, ...]:
+    """The other agents whose places it compares."""
+    if not isinstance(predicate, Compare):
+        return ()
+    found: list[int] = []
+    for _, feature in predicate.terms:
+        match feature:
+            case DistanceBetween(first, second):
+                found += [first, second]
+            case DistanceTo(int(agent)):
+                found.append(agent)
+            case _:
+                pass
+    return tuple(found)

@@ -1,0 +1,106 @@
+// Time: what moves it on, and the keys.
+const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 5, 10, 25, 100];
+
+function player(model, state, change) {
+  const range = document.getElementById("now");
+  const play = document.getElementById("play");
+  const clock = document.getElementById("clock");
+  const speed = document.getElementById("speed");
+  const { step } = model.data;
+  range.max = model.horizon;
+  for (const each of SPEEDS) speed.append(new Option(`${each}×`, each, false, each === state.speed));
+  const clamp = (time) => Math.min(model.horizon, Math.max(0, time));
+  const stepBy = (steps) => change({ time: clamp((Math.round(state.time / step) + steps) * step), playing: false });
+  const toggle = () => change({ playing: !state.playing, ...(state.playing || state.time < model.horizon - 1e-9 ? {} : { time: 0 }) });
+
+  play.addEventListener("click", toggle);
+  document.getElementById("back").addEventListener("click", () => stepBy(-1));
+  document.getElementById("ahead").addEventListener("click", () => stepBy(1));
+  speed.addEventListener("change", () => change({ speed: Number(speed.value) }));
+  range.addEventListener("input", () => change({ time: Number(range.value), playing: false }));
+  marks(model, change);
+  ticks(model);
+
+  window.addEventListener("keydown", (event) => {
+    if (event.ctrlKey || event.metaKey || event.altKey) return;
+    const tag = event.target.tagName;
+    const many = event.shiftKey ? 10 : 1;
+    const act = {
+      " ": tag === "BUTTON" || tag === "SELECT" || event.target.type === "checkbox" ? null : toggle,
+      ArrowLeft: tag === "SELECT" ? null : () => stepBy(-many),
+      ArrowRight: tag === "SELECT" ? null : () => stepBy(many),
+      Home: tag === "SELECT" ? null : () => change({ time: 0, playing: false }),
+      End: tag === "SELECT" ? null : () => change({ time: model.horizon, playing: false }),
+      t: () => document.getElementById("theme").click(),
+      "<": () => faster(-1),
+      ">": () => faster(1),
+    }[event.key];
+    if (!act) return;
+    event.preventDefault();
+    act();
+  });
+
+  function faster(by) {
+    const at = Math.min(SPEEDS.length - 1, Math.max(0, SPEEDS.indexOf(state.speed) + by));
+    speed.value = SPEEDS[at];
+    change({ speed: SPEEDS[at] });
+  }
+
+  let last = 0;
+  function tick(now) {
+    if (!state.playing) {
+      last = 0;
+      return;
+    }
+    const passed = last ? Math.min(now - last, 100) / 1000 : 0;
+    last = now;
+    const time = clamp(state.time + passed * state.speed);
+    change({ time, playing: time < model.horizon });
+    requestAnimationFrame(tick);
+  }
+
+  let running = false;
+  function update() {
+    range.value = state.time;
+    range.setAttribute("aria-valuetext", `${state.time.toFixed(2)} of ${model.horizon} seconds`);
+    clock.textContent = `${state.time.toFixed(step < 0.1 ? 2 : 1)} s · step ${model.stepAt(state.time)} of ${model.data.steps}`;
+    play.textContent = state.playing ? "❚❚" : "▶";
+    play.setAttribute("aria-label", state.playing ? "Pause" : "Play");
+    if (state.playing && !running) requestAnimationFrame(tick);
+    running = state.playing;
+  }
+
+  return { update };
+}
+
+// Seconds below the bar.
+function ticks(model) {
+  const bar = document.getElementById("ticks");
+  const gap = pleasant(model.horizon, 10);
+  const times = [];
+  for (let time = 0; time < model.horizon - gap / 2; time += gap) times.push(time);
+  for (const time of [...times, model.horizon]) {
+    const tick = document.createElement("span");
+    tick.style.left = `${(time / model.horizon) * 100}%`;
+    tick.textContent = `${Number(time.toFixed(6))} s`;
+    bar.append(tick);
+  }
+}
+
+// Where margins are tight: a mark for each, the tightest larger.
+function marks(model, change) {
+  const bar = document.getElementById("marks");
+  for (const check of model.data.checks) {
+    if (check.at === null || (check.unit !== "m" && check.passed)) continue;
+    const button = document.createElement("button");
+    button.type = "button";
+    button.className = check.passed ? (check.tightest ? "tightest" : "") : "failed";
+    button.style.left = `${Math.min(100, Math.max(0, (check.at / model.horizon) * 100))}%`;
+    const margin = check.margin === null ? "" : `: ${short(check.margin)} ${check.unit}`;
+    button.title = `${check.tightest ? "tightest margin, " : ""}${check.name} ${check.name === "requirement" ? check.subject : ""}${margin} at ${Number(check.at.toFixed(2))} s`;
+    button.setAttribute("aria-label", button.title);
+    button.tabIndex = check.tightest || !check.passed ? 0 : -1;
+    button.addEventListener("click", () => change({ time: check.at, playing: false }));
+    bar.append(button);
+  }
+}

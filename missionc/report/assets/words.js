@@ -1,0 +1,135 @@
+// The mission's text, line by line, and the margins beside it.
+function missionWords(model, choose) {
+  const panel = document.getElementById("words");
+  // Spans count characters, which JavaScript's strings do not where they go beyond 65536.
+  const files = model.data.texts.map(({ name, text }) => ({ name, lines: linesOf(Array.from(text)) }));
+  for (const file of files) {
+    if (files.length > 1) {
+      const heading = document.createElement("h3");
+      heading.textContent = file.name;
+      panel.append(heading);
+    }
+    const list = document.createElement("ol");
+    for (const line of file.lines) {
+      line.element = document.createElement("li");
+      line.element.append(...coloured(line.letters.join("")));
+      line.element.addEventListener("click", () => choose(files.indexOf(file), line.start, line.start + line.letters.length));
+      list.append(line.element);
+    }
+    panel.append(list);
+  }
+  let marked = [];
+
+  function show(place) {
+    for (const line of marked) {
+      line.element.classList.remove("chosen");
+      line.element.replaceChildren(...coloured(line.letters.join("")));
+    }
+    marked = [];
+    if (!place) return;
+    const [file, start, end] = place;
+    for (const line of files[file].lines) {
+      const [from, to] = [Math.max(start - line.start, 0), Math.min(end - line.start, line.letters.length)];
+      if (from >= to) continue;
+      const mark = document.createElement("mark");
+      mark.textContent = line.letters.slice(from, to).join("");
+      line.element.replaceChildren(...coloured(line.letters.slice(0, from).join("")), mark, ...coloured(line.letters.slice(to).join("")));
+      line.element.classList.add("chosen");
+      marked.push(line);
+    }
+    if (marked.length) {
+      const target = marked[0].element;
+      panel.scrollTop = Math.max(0, target.offsetTop - panel.offsetTop - panel.clientHeight / 3);
+    }
+  }
+
+  return { show };
+}
+
+function linesOf(letters) {
+  const lines = [];
+  let start = 0;
+  letters.forEach((letter, index) => {
+    if (letter !== "\n") return;
+    lines.push({ start, letters: letters.slice(start, index) });
+    start = index + 1;
+  });
+  if (start < letters.length) lines.push({ start, letters: letters.slice(start) });
+  return lines;
+}
+
+// A comment, and the word that a statement begins with.
+function coloured(text) {
+  const found = [];
+  const comment = text.indexOf("#");
+  const code = comment < 0 ? text : text.slice(0, comment);
+  const word = /^(\s*)([a-z_]+)(?=[\s:])/.exec(code);
+  if (word) {
+    const bold = document.createElement("b");
+    bold.textContent = word[2];
+    found.push(word[1], bold, code.slice(word[0].length));
+  } else found.push(code);
+  if (comment >= 0) {
+    const dim = document.createElement("i");
+    dim.textContent = text.slice(comment);
+    found.push(dim);
+  }
+  return found;
+}
+
+function margins(model, change) {
+  const { checks, figures, warnings, passed } = model.data;
+  const panel = document.getElementById("margins");
+  const count = checks.reduce((sum, check) => sum + check.count, 0);
+  document.getElementById("checked").textContent = passed ? `all ${count} checks pass; the tightest of each kind` : `${checks.filter((check) => !check.passed).length} kinds of checks fail`;
+  const table = document.createElement("table");
+  const top = table.createTHead().insertRow();
+  for (const text of ["check", "of", "margin", "at"]) {
+    const cell = document.createElement("th");
+    cell.scope = "col";
+    cell.textContent = text;
+    top.append(cell);
+  }
+  const body = table.createTBody();
+  const exact = checks.filter((check) => check.passed && check.margin !== null && Math.abs(check.margin) < 5e-4);
+  for (const check of checks.filter((each) => !exact.includes(each))) {
+    const row = body.insertRow();
+    row.title = check.detail;
+    if (!check.passed) row.className = "failed";
+    if (check.tightest) row.className = "tightest";
+    row.insertCell().textContent = `${check.passed ? "" : "✗ "}${check.name}${check.tightest ? " ◆" : ""}`;
+    const of = check.agents.length && check.name !== "requirement" ? check.agents.join(", ") : check.subject;
+    row.insertCell().textContent = check.name.includes("obstacle") ? `${check.subject}, ${of}` : of;
+    row.insertCell().textContent = check.margin === null ? "any" : `${short(check.margin)} ${check.unit}`;
+    row.insertCell().append(...(check.at === null ? [] : [moment(check.at, change)]));
+  }
+  for (const figure of figures) {
+    const row = body.insertRow();
+    row.className = "figure";
+    row.insertCell().textContent = figure.name;
+    row.insertCell().textContent = figure.subject;
+    row.insertCell().textContent = figure.value === null ? "any" : `${short(figure.value)} ${figure.unit}`;
+    row.insertCell();
+  }
+  panel.append(table);
+  if (exact.length) {
+    const note = document.createElement("p");
+    note.textContent = `Met to rounding: ${exact.map((check) => check.name).join(", ")}.`;
+    panel.append(note);
+  }
+  for (const warning of warnings) {
+    const note = document.createElement("p");
+    note.className = "warning";
+    note.textContent = `⚠ ${warning}`;
+    panel.append(note);
+  }
+}
+
+function moment(time, change) {
+  const button = document.createElement("button");
+  button.type = "button";
+  button.textContent = `${Number(time.toFixed(2))} s`;
+  button.setAttribute("aria-label", `Go to ${button.textContent}`);
+  button.addEventListener("click", () => change({ time, playing: false }));
+  return button;
+}

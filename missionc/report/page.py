@@ -1,0 +1,62 @@
+"""The page's parts put together: one text that refers to nothing outside itself.
+
+What an author wrote reaches the page as JSON in a block that no browser runs, every character
+that means something to HTML escaped; the page's own script is the only one that its policy
+lets run, and nothing may be loaded at all.
+"""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import html
+import json
+from pathlib import Path
+from typing import Any
+
+POLICY = "default-src 'none'; script-src 'sha256-{}'; style-src 'unsafe-inline'; base-uri 'none'; form-action 'none'"
+"""What a browser may do with the page: run the one script, and load nothing."""
+
+ASSETS = Path(__file__).resolve().parent / "assets"
+SCRIPTS = (
+    "unpack.js",
+    "colours.js",
+    "model.js",
+    "shapes.js",
+    "plan_view.js",
+    "volume_view.js",
+    "scene.js",
+    "tracks.js",
+    "timeline.js",
+    "words.js",
+    "player.js",
+    "main.js",
+)
+"""In the order in which they are put together: each uses the names of those before it."""
+
+ESCAPED = {ord(letter): f"\\u{ord(letter):04x}" for letter in "<>&'\u2028\u2029"}
+
+
+def page(title: str, data: dict[str, Any]) -> str:
+    """The page's text."""
+    script = "\n".join(_asset(name) for name in SCRIPTS)
+    digest = base64.b64encode(hashlib.sha256(script.encode("utf-8")).digest()).decode("ascii")
+    parts = {
+        "POLICY": POLICY.format(digest),
+        "TITLE": html.escape(title),
+        "STYLE": _asset("style.css"),
+        "DATA": embedded(data),
+        "SCRIPT": script,
+    }
+    pieces = _asset("page.html").split("%%")
+    return "".join(parts[piece] if number % 2 else piece for number, piece in enumerate(pieces))
+
+
+def embedded(data: object) -> str:
+    """JSON that nothing in it can end before its end."""
+    text = json.dumps(data, ensure_ascii=False, allow_nan=False, separators=(",", ":"), sort_keys=True)
+    return text.translate(ESCAPED)
+
+
+def _asset(name: str) -> str:
+    return (ASSETS / name).read_text(encoding="utf-8")

@@ -1,0 +1,238 @@
+"""The report in a browser: it plays, answers to pointer and keys, and asks the network for nothing."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from missionc.report import report
+from tests.reports import MOTION, RELAY, plotted
+
+pytestmark = pytest.mark.browser
+
+VOLUME = (
+    RELAY.replace("(0, 0) to (10, 10)", "(0, 0, 0) to (10, 10, 3)")
+    .replace("box (0, 0) to (2, 2)", "box (0, 0, 0) to (2, 2, 3)")
+    .replace("box (6, 0) to (10, 2)", "box (6, 0, 0) to (10, 2, 3)")
+)
+
+
+@dataclass
+class Opened:
+    page: Any
+    said: list[str] = field(default_factory=list)
+    asked: list[str] = field(default_factory=list)
+
+    def text(self, selector: str) -> str:
+        return str(self.page.inner_text(selector))
+
+    def settle(self) -> None:
+        """Two frames: what was asked for is drawn."""
+        self.page.evaluate("() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
+
+    def picture(self) -> str:
+        """The map as it is drawn now."""
+        self.settle()
+        return str(self.page.evaluate("() => document.getElementById('map').toDataURL()"))
+
+    def now(self) -> float:
+        self.settle()
+        return float(self.page.evaluate("() => document.getElementById('now').value"))
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Any]:
+    from playwright.sync_api import sync_playwright
+
+    with sync_playwright() as driver:
+        started = driver.chromium.launch(executable_path=shutil.which("chromium"), args=["--no-sandbox"])
+        yield started
+        started.close()
+
+
+def opened(browser: Any, file: Path, content: bytes, **options: Any) -> Opened:
+    file.write_bytes(content)
+    page = browser.new_page(viewport={"width": 1280, "height": 900}, **options)
+    found = Opened(page)
+    page.on("console", lambda message: found.said.append(message.text))
+    page.on("pageerror", lambda error: found.said.append(str(error)))
+    page.on("request", lambda request: found.asked.append(request.url))
+    page.goto(file.as_uri())
+    found.settle()
+    return found
+
+
+@pytest.fixture
+def relay(browser: Any, tmp_path: Path) -> Iterator[Opened]:
+    found = opened(browser, tmp_path / "report.html", report(plotted(RELAY, MOTION)))
+    yield found
+    assert found.said == []
+    assert found.asked == [(tmp_path / "report.html").as_uri()]
+    found.page.close()
+
+
+def test_the_page_opens_without_a_word_on_the_console(relay: Opened) -> None:
+    assert relay.text("#title") == "relay"
+    assert relay.page.locator(".lane[data-lane]").count() == 14
+    assert "require goal" in relay.text("#words")
+
+
+def test_playing_moves_time_and_agents_to_the_end(relay: Opened) -> None:
+    relay.page.select_option("#speed", "10")
+    before = relay.picture()
+    relay.page.click("#play")
+    relay.page.wait_for_function("() => Number(document.getElementById('now').value) > 0.5")
+    assert relay.picture() != before
+    relay.page.wait_for_function("() => Number(document.getElementById('now').value) === 4")
+    assert relay.page.get_attribute("#play", "aria-label") == "Play"
+
+
+def test_agents_move_with_time(relay: Opened) -> None:
+    pictures = []
+    for _ in range(3):
+        pictures.append(relay.picture())
+        relay.page.keyboard.press("ArrowRight")
+    assert len(set(pictures)) == 3
+
+
+def test_a_click_on_a_lane_shows_its_words_in_the_source(relay: Opened) -> None:
+    relay.page.click(".lane[data-lane='5'] code")
+    assert relay.page.locator("mark").all_inner_texts() == ["far implies true reach[hops 0..2 on radio] base"]
+    assert relay.page.locator("#words li.chosen").count() == 1
+    assert relay.page.get_attribute(".lane[data-lane='5']", "aria-selected") == "true"
+    relay.page.click(".lane[data-lane='5'] code")
+    assert relay.page.locator("mark").count() == 0
+
+
+def test_a_click_on_the_source_chooses_its_lane(relay: Opened) -> None:
+    relay.page.click("#words li:has-text('require goal')")
+    assert relay.page.get_attribute(".lane[data-lane='0']", "aria-selected") == "true"
+
+
+def test_pointing_at_a_lane_lights_whom_it_rests_on(relay: Opened) -> None:
+    relay.page.keyboard.press("End")
+    dark = relay.picture()
+    relay.page.hover(".lane[data-lane='5'] code")
+    assert relay.picture() != dark
+    relay.page.hover("#title")
+    assert relay.picture() == dark
+
+
+def test_the_keys_step_play_and_move_between_lanes(relay: Opened) -> None:
+    relay.page.keyboard.press("ArrowRight")
+    assert relay.now() == 1
+    relay.page.keyboard.press("End")
+    assert relay.now() == 4
+    relay.page.keyboard.press("ArrowLeft")
+    assert relay.now() == 3
+    relay.page.keyboard.press("Home")
+    relay.page.keyboard.press("Space")
+    relay.page.wait_for_function("() => Number(document.getElementById('now').value) > 0")
+    relay.page.keyboard.press("Space")
+    still = relay.now()
+    relay.settle()
+    assert relay.now() == still
+    relay.page.focus(".lane[data-lane='0']")
+    relay.page.keyboard.press("ArrowDown")
+    relay.page.keyboard.press("Enter")
+    assert relay.page.locator("mark").all_inner_texts() == ["eventually[0, 3 s] far"]
+
+
+def test_every_control_can_be_reached_by_tab_and_has_a_name(relay: Opened) -> None:
+    reached = set()
+    for _ in range(60):
+        relay.page.keyboard.press("Tab")
+        reached.add(relay.page.evaluate("() => document.activeElement.id || document.activeElement.className"))
+    assert {"theme", "map", "play", "back", "ahead", "speed", "now", "words", "margins", "lane goal"} <= reached
+    nameless = """() => [...document.querySelectorAll('button, input, select')].filter((each) =>
+        !(each.getAttribute('aria-label') || each.innerText || (each.labels && each.labels.length))).length"""
+    assert relay.page.evaluate(nameless) == 0
+
+
+def test_a_mark_goes_to_the_time_of_the_tightest_margin(relay: Opened) -> None:
+    relay.page.keyboard.press("End")
+    relay.page.click("#marks .tightest", force=True)
+    assert relay.now() == pytest.approx(float(relay.text("tr.tightest button").removesuffix(" s")), abs=0.01)
+
+
+def test_one_agent_s_lanes_are_drawn_when_it_is_chosen(relay: Opened) -> None:
+    relay.page.keyboard.press("End")
+    relay.page.click("#agents button[data-agent='2']")
+    relay.settle()
+    assert relay.text(".lane[data-lane='9'] output").startswith("✓")
+    relay.page.click("#agents button[data-agent='0']")
+    relay.settle()
+    assert relay.text(".lane[data-lane='9'] output").startswith("✗")
+
+
+def test_the_page_is_dark_where_the_reader_s_screen_is_and_light_on_paper(browser: Any, tmp_path: Path) -> None:
+    found = opened(browser, tmp_path / "dark.html", report(plotted(RELAY, MOTION)), color_scheme="dark")
+    theme = "() => document.documentElement.dataset.theme"
+    assert found.page.evaluate(theme) == "dark"
+    found.page.click("#theme")
+    found.settle()
+    assert found.page.evaluate(theme) == "light"
+    found.page.click("#theme")
+    found.settle()
+    found.page.evaluate("() => window.dispatchEvent(new Event('beforeprint'))")
+    assert found.page.evaluate(theme) == "light"
+    found.page.evaluate("() => window.dispatchEvent(new Event('afterprint'))")
+    found.settle()
+    assert found.page.evaluate(theme) == "dark"
+    assert found.said == []
+    found.page.close()
+
+
+def test_a_volume_turns(browser: Any, tmp_path: Path) -> None:
+    motion = [[[*place, 1.0] for place in path] for path in MOTION]
+    found = opened(browser, tmp_path / "volume.html", report(plotted(VOLUME, motion)))
+    before = found.picture()
+    box = found.page.locator("#map").bounding_box()
+    found.page.mouse.move(box["x"] + 40, box["y"] + 40)
+    found.page.mouse.down()
+    found.page.mouse.move(box["x"] + 140, box["y"] + 60, steps=3)
+    found.page.mouse.up()
+    after = found.picture()
+    assert after != before
+    found.page.focus("#map")
+    found.page.keyboard.press("a")
+    assert found.picture() != after
+    assert found.said == []
+    found.page.close()
+
+
+def test_text_that_looks_like_markup_is_shown_as_it_is(browser: Any, tmp_path: Path) -> None:
+    hostile = '# </script><img src=x onerror="document.title=1"> \U0001f681 <b>&amp;\n'
+    text = RELAY.replace("require goal", hostile + "require goal")
+    found = opened(browser, tmp_path / "hostile.html", report(plotted(text, MOTION)))
+    assert hostile.strip() in found.text("#words")
+    assert found.page.title() == "relay · missionc report"
+    found.page.click(".lane[data-lane='0'] code")
+    assert found.page.locator("mark").all_inner_texts() == ["some drone: eventually[0, 3 s] far"]
+    assert found.said == []
+    assert len(found.asked) == 1
+    found.page.close()
+
+
+def test_a_hundred_agents_play_smoothly(browser: Any, tmp_path: Path) -> None:
+    text = RELAY.replace("drone[3]", "drone[100]").replace("horizon 4 s", "horizon 50 s").replace("4 s]", "50 s]")
+    time = np.linspace(0, 6, 51)
+    motion = np.stack(
+        [np.stack([5 + 4 * np.sin(time + each), 5 + 4 * np.cos(1.3 * time + each)], axis=-1) for each in range(100)]
+    )
+    found = opened(browser, tmp_path / "many.html", report(plotted(text, motion)))
+    found.page.keyboard.press("Space")
+    frames = """() => new Promise((done) => { let count = 0; const start = performance.now();
+        const next = () => { count++; const passed = performance.now() - start;
+            if (passed > 1000) done(count / passed * 1000); else requestAnimationFrame(next); };
+        requestAnimationFrame(next); })"""
+    # A browser without a graphics card on a machine that others use: a third of what a screen shows.
+    assert found.page.evaluate(frames) > 10
+    assert found.said == []
+    found.page.close()
