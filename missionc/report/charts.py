@@ -1,8 +1,10 @@
-"""How near, how fast and how hard over time, each with what the mission allows."""
+"""How near, how fast and how hard over time, each with what the mission and the vehicles allow."""
 
 from __future__ import annotations
 
-from typing import Any
+import math
+from collections.abc import Callable, Iterable
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -16,42 +18,43 @@ from missionc.verify.solids import solid
 MOST_PAIRS = 1 << 21
 """Distances that are held at once."""
 
+Teams: TypeAlias = dict[str, list[Agent]]
+Limit: TypeAlias = tuple[str, str, float]
+"""Who sets it, the team it is for, and what it is."""
+
 
 def charts(mission: Mission, moving: Flights) -> list[dict[str, Any]]:
     """Charts with a series for each motion (and team), and the limits that hold for it."""
     found = []
     if len(mission.agents) > 1:
         nearest = [(name, "", _separation(mission, each)) for name, each in moving.by_name()]
-        found.append(_chart("separation", "m", nearest, [("", mission.separation)], low=True))
+        found.append(_chart("separation", "m", nearest, [("mission", "", mission.separation)], low=True))
     if mission.obstacles:
         nearest = [(name, "", _clearance(mission, each)) for name, each in moving.by_name()]
-        found.append(_chart("clearance", "m", nearest, [("", mission.clearance)], low=True))
+        found.append(_chart("clearance", "m", nearest, [("mission", "", mission.clearance)], low=True))
     teams = _teams(mission)
-    speeds = [
-        (name, team, _largest(each.velocity[_indices(agents)]))
-        for team, agents in teams.items()
-        for name, each in moving.by_name()
+    planned, flown = "dynamics", "vehicle"
+    dynamics = _limits(teams, planned, lambda agent: top_speed(agent.dynamics))
+    sideways = _limits(teams, flown, lambda agent: agent.vehicle.speed)
+    upwards = _limits(teams, flown, lambda agent: agent.vehicle.vertical_speed)
+    plane = mission.dimension == 2
+    wanted: list[tuple[str, Callable[[Sampled], Array], list[Limit]]] = [
+        ("speed", _velocity, dynamics + sideways if plane else dynamics),
+        ("speed sideways", _sideways, [] if plane else sideways),
+        ("speed up and down", _upwards, [] if plane else upwards),
     ]
-    limits = [(team, max(top_speed(agent.dynamics) for agent in agents)) for team, agents in teams.items()]
-    found.append(_chart("speed", "m/s", speeds, limits, low=False))
-    pushes = [
-        (name, team, _largest(each.acceleration[_indices(agents)]))
-        for team, agents in teams.items()
-        for name, each in moving.by_name()
-        if name == "flown" or any(isinstance(agent.dynamics, DoubleIntegrator) for agent in agents)
-    ]
-    strongest = [
-        (team, max(agent.dynamics.acceleration for agent in agents if isinstance(agent.dynamics, DoubleIntegrator)))
-        for team, agents in teams.items()
-        if any(isinstance(agent.dynamics, DoubleIntegrator) for agent in agents)
-    ]
+    for name, vectors, limits in wanted:
+        if limits:
+            found.append(_chart(name, "m/s", _largest(teams, moving, vectors), limits, low=False))
+    strongest = _limits(teams, planned, _push) + _limits(teams, flown, lambda agent: agent.vehicle.acceleration)
+    pushes = [each for each in _largest(teams, moving, _acceleration) if each[0] == "flown" or each[2].any()]
     if pushes:
         found.append(_chart("acceleration", "m/s²", pushes, strongest, low=False))
     return found
 
 
 def _chart(
-    name: str, unit: str, series: list[tuple[str, str, Array]], limits: list[tuple[str, float]], *, low: bool
+    name: str, unit: str, series: Iterable[tuple[str, str, Array]], limits: list[Limit], *, low: bool
 ) -> dict[str, Any]:
     """``low``: the limits are the least that is allowed, otherwise the most."""
     return {
@@ -61,24 +64,50 @@ def _chart(
         "series": [
             {"motion": motion, "team": team, "values": pack(thousandths(values))} for motion, team, values in series
         ],
-        "limits": [{"team": team, "value": round(value, 6)} for team, value in limits],
+        "limits": [{"by": by, "team": team, "value": round(value, 6)} for by, team, value in limits],
     }
 
 
-def _teams(mission: Mission) -> dict[str, list[Agent]]:
-    found: dict[str, list[Agent]] = {}
+def _teams(mission: Mission) -> Teams:
+    found: Teams = {}
     for agent in mission.agents:
         found.setdefault(agent.team, []).append(agent)
     return found
 
 
-def _indices(agents: list[Agent]) -> list[int]:
-    return [agent.index for agent in agents]
+def _limits(teams: Teams, by: str, of: Callable[[Agent], float]) -> list[Limit]:
+    """The teams that have one, and what their agents may at most; the least of a team counts."""
+    found = [(by, team, min(map(of, agents))) for team, agents in teams.items()]
+    return [each for each in found if math.isfinite(each[2])]
 
 
-def _largest(vectors: Array) -> Array:
-    """(agents, samples, dim) -> (samples,): the largest norm of any agent."""
-    return np.asarray(np.linalg.norm(vectors, axis=-1).max(axis=0))
+def _push(agent: Agent) -> float:
+    return agent.dynamics.acceleration if isinstance(agent.dynamics, DoubleIntegrator) else math.inf
+
+
+def _velocity(each: Sampled) -> Array:
+    return each.velocity
+
+
+def _sideways(each: Sampled) -> Array:
+    return each.velocity[..., :2]
+
+
+def _upwards(each: Sampled) -> Array:
+    return each.velocity[..., 2:]
+
+
+def _acceleration(each: Sampled) -> Array:
+    return each.acceleration
+
+
+def _largest(teams: Teams, moving: Flights, of: Callable[[Sampled], Array]) -> list[tuple[str, str, Array]]:
+    """Of each team and motion the largest norm of any agent's vector: (samples,)."""
+    return [
+        (name, team, np.linalg.norm(of(each)[[agent.index for agent in agents]], axis=-1).max(axis=0))
+        for team, agents in teams.items()
+        for name, each in moving.by_name()
+    ]
 
 
 def _separation(mission: Mission, each: Sampled) -> Array:

@@ -31,6 +31,7 @@ def lanes(
     roots = [goal.formula for goal in kernel.requirements + kernel.preferences]
     rows = table(nodes, roots, mission, trace)
     witnesses = Witnesses(roots, mission, trace)
+    lets = {formula: name for name, formula in mission.lets}
     number = {node: index for index, node in enumerate(nodes)}
     return (
         [_row(node, rows[node], witnesses) for node in nodes],
@@ -40,6 +41,7 @@ def lanes(
                 "depth": depth,
                 "name": name,
                 "weight": weight,
+                "let": lets.get(formula, ""),
                 "words": " ".join(formula.span.text.split()),
                 "place": place(formula.span),
             }

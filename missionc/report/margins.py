@@ -13,7 +13,7 @@ from missionc.monitoring.table import table
 from missionc.plan import Trace
 from missionc.verify.certificate import Certificate, Check
 
-ROOM = frozenset(("requirement", "separation", "obstacle", "flown separation", "flown obstacle"))
+ROOM = frozenset(("requirement", "separation", "obstacle", "flown requirement", "flown separation", "flown obstacle"))
 """Kinds of checks whose margin, in metres, is room that the motion might have had more of."""
 
 
@@ -24,7 +24,7 @@ def checks(certificate: Certificate, mission: Mission, kernel: Kernel, trace: Tr
     for check in certificate.checks:
         # That a folder's files are the written ones is no property of the plan.
         if check.name != "manifest":
-            kinds.setdefault((check.name, check.subject if check.name == "requirement" else ""), []).append(check)
+            kinds.setdefault((check.name, check.subject if _asked(check) else ""), []).append(check)
     rows = [_row(group, times) for group in kinds.values()]
     tight = [row for row in rows if row["at"] is not None and row["name"] in ROOM and row["margin"] is not None]
     tightest = min(tight, key=lambda row: row["margin"], default=None)
@@ -35,7 +35,7 @@ def checks(certificate: Certificate, mission: Mission, kernel: Kernel, trace: Tr
 
 def _row(group: list[Check], times: dict[str, float]) -> dict[str, Any]:
     worst = min(group, key=lambda check: (check.passed, check.margin))
-    at = worst.at if worst.at is not None or worst.name != "requirement" else times.get(worst.subject)
+    at = times.get(worst.subject) if worst.at is None and _asked(worst) else worst.at
     return {
         "name": worst.name,
         "subject": worst.subject,
@@ -47,6 +47,10 @@ def _row(group: list[Check], times: dict[str, float]) -> dict[str, Any]:
         "passed": all(check.passed for check in group),
         "detail": worst.detail,
     }
+
+
+def _asked(check: Check) -> bool:
+    return check.name.endswith("requirement")
 
 
 def _decisive(mission: Mission, kernel: Kernel, trace: Trace) -> dict[str, float]:

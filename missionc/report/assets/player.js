@@ -97,7 +97,7 @@ function marks(model, change) {
     button.className = check.passed ? (check.tightest ? "tightest" : "") : "failed";
     button.style.left = `${Math.min(100, Math.max(0, (check.at / model.horizon) * 100))}%`;
     const margin = check.margin === null ? "" : `: ${short(check.margin)} ${check.unit}`;
-    button.title = `${check.tightest ? "tightest margin, " : ""}${check.name} ${check.name === "requirement" ? check.subject : ""}${margin} at ${Number(check.at.toFixed(2))} s`;
+    button.title = `${check.tightest ? "tightest margin, " : ""}${check.name} ${check.name.endsWith("requirement") ? check.subject : ""}${margin} at ${Number(check.at.toFixed(2))} s`;
     button.setAttribute("aria-label", button.title);
     button.tabIndex = check.tightest || !check.passed ? 0 : -1;
     button.addEventListener("click", () => change({ time: check.at, playing: false }));

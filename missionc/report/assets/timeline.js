@@ -20,6 +20,11 @@ function timeline(model, state, change, words) {
       name.textContent = lane.weight === null ? lane.name : `${lane.name} (preferred)`;
       label.append(name, " ");
     }
+    if (lane.let) {
+      const name = document.createElement("i");
+      name.textContent = lane.let;
+      label.append(name, " ");
+    }
     const text = document.createElement("code");
     text.textContent = lane.words;
     text.title = lane.words;
@@ -60,10 +65,11 @@ function timeline(model, state, change, words) {
     const name = document.createElement("b");
     name.textContent = chart.name;
     const limits = document.createElement("small");
+    const many = new Set(chart.series.map((each) => each.team)).size > 1;
     const most = chart.low ? "at least" : "at most";
     limits.textContent = chart.limits.length
-      ? chart.limits.map((limit) => `${most} ${short(limit.value)} ${chart.unit}${limit.team && chart.limits.length > 1 ? ` (${limit.team})` : ""}`).join(", ")
-      : "no limit of the mission's";
+      ? chart.limits.map((limit) => `${most} ${short(limit.value)} ${chart.unit} (${limit.by}${many && limit.team ? ` of ${limit.team}` : ""})`).join(", ")
+      : "no limit";
     const value = document.createElement("output");
     label.append(name, limits, value);
     const canvas = document.createElement("canvas");
@@ -94,7 +100,7 @@ function timeline(model, state, change, words) {
     if (first) head.style.left = `${first.offsetLeft + (state.time / model.horizon) * first.clientWidth}px`;
     entries.forEach((entry, index) => {
       if (entry.chart) {
-        entry.value.textContent = entry.chart.series.map((each) => `${each.motion}${each.team && entry.chart.limits.length > 1 ? ` ${each.team}` : ""} ${short(each.values[Math.round((state.time / model.horizon) * (each.values.length - 1))])}`).join(" · ");
+        entry.value.textContent = entry.chart.series.map((each) => `${each.motion}${each.team && entry.chart.series.length > 2 ? ` ${each.team}` : ""} ${short(each.values[Math.round((state.time / model.horizon) * (each.values.length - 1))])}`).join(" · ");
         return;
       }
       const said = told(entry.row, step);

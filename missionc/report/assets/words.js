@@ -98,7 +98,7 @@ function margins(model, change) {
     if (!check.passed) row.className = "failed";
     if (check.tightest) row.className = "tightest";
     row.insertCell().textContent = `${check.passed ? "" : "✗ "}${check.name}${check.tightest ? " ◆" : ""}`;
-    const of = check.agents.length && check.name !== "requirement" ? check.agents.join(", ") : check.subject;
+    const of = check.agents.length && !check.name.endsWith("requirement") ? check.agents.join(", ") : check.subject;
     row.insertCell().textContent = check.name.includes("obstacle") ? `${check.subject}, ${of}` : of;
     row.insertCell().textContent = check.margin === null ? "any" : `${short(check.margin)} ${check.unit}`;
     row.insertCell().append(...(check.at === null ? [] : [moment(check.at, change)]));
