@@ -14,7 +14,7 @@ Source:
 
 from __future__ import annotations
 
-from collections.abc import Container, Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -47,7 +47,7 @@ class Row:
 
 
 def table(nodes: Iterable[Node], goals: Iterable[Node], mission: Mission, trace: Trace) -> dict[Node, Row]:
-    """The rows of formulas, each of which is one of the goals or below one."""
+    """The rows of formulas; one that is not below a goal is asked nowhere, as an operand that its operator drops."""
     wanted, roots = tuple(dict.fromkeys(nodes)), tuple(goals)
     verdict = chain(roots)
     known = {*wanted, *roots, *(child for node in verdict for child in children(node))}
@@ -142,14 +142,15 @@ def _until(node: Until, values: Mapping[Node, Values], steps: int, logic: Logic)
     return freed, most
 
 
-def asked_where(roots: Iterable[Node], known: Container[Node], trace: Trace) -> dict[Node, Flags]:
+def asked_where(roots: Iterable[Node], known: Collection[Node], trace: Trace) -> dict[Node, Flags]:
     """At which agents and steps the verdicts of the roots, at step 0, look at each of the known formulas."""
     roots = tuple(roots)
     shape = trace.position.shape[:2]
     at_first = np.zeros(shape, dtype=np.bool_)
     at_first[:, 0] = True
     open_: dict[Node, Flags] = dict.fromkeys(roots, at_first)
-    found: dict[Node, Flags] = {}
+    nowhere = np.zeros(shape, dtype=np.bool_)
+    found: dict[Node, Flags] = dict.fromkeys(known, nowhere)
 
     def ask(node: Node, where: Flags) -> None:
         open_[node] = open_[node] | where if node in open_ else where

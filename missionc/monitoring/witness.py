@@ -25,8 +25,9 @@ from missionc.monitoring.table import asked_where, chain
 from missionc.plan import Array, Flags, Trace
 from missionc.world.distance import distance_between
 
-MOST_NODES = 5000
-"""A formula that is larger in kernel form has no witness: to hold all its truths would take too much memory."""
+MOST_NODES, MOST_LINKS = 5000, 1 << 25
+"""Of formulas in kernel form, and of pairs of agents at all steps: with more there is no witness, which would take too
+much memory."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -54,19 +55,20 @@ class Witnesses:
         self.order = postorder(roots)
         self.truths: Mapping[Node, Values] = {}
         self.asked: Mapping[Node, Flags] = {}
-        if len(self.order) <= MOST_NODES:
+        agents, steps = self.shape
+        if len(self.order) <= MOST_NODES and agents * agents * steps <= MOST_LINKS:
             self.truths = Evaluation(TRUTH, mission, trace).values(self.order)
             self.asked = asked_where(roots, frozenset(self.order), trace)
         self.linked: dict[Graph, Flags] = {}
         self.onward: dict[Node, Values] = {}
 
     def of(self, node: Node, unfolds: bool) -> Witness | None:
-        """The witness of a formula where it is asked; absent where the formulas are too large.
+        """The witness of a formula where it is asked; absent where the formulas are too large, or it is below no goal.
 
         Args:
             unfolds: its verdict is of step 0 alone, so that it is looked through to what is asked at each step.
         """
-        if not self.truths:
+        if node not in self.truths:
             return None
         search = _Search(self)
         search.follow(node, unfolds)

@@ -120,7 +120,7 @@ def _graph(graph: Graph, position: Array) -> dict[str, Any]:
     if len(members):
         linked = np.concatenate([all_links(graph, position[:, piece]) > 0 for piece in pieces(steps, len(members))])
         first, second = np.triu_indices(len(members), 1)
-        there = np.zeros((len(first), steps + 2), dtype=np.int64)
+        there = np.zeros((len(first), steps + 2), dtype=np.int8)
         there[:, 1:-1] = linked[:, first, second].T
         change = np.diff(there, axis=1)
         (pair, begin), (_, end) = np.nonzero(change > 0), np.nonzero(change < 0)

@@ -178,6 +178,7 @@ def test_compile_writes_the_folder_and_says_where(folder: Path, capsys: Captured
         "plan.json",
         "trajectories.csv",
         "certificate.json",
+        "report.html",
         "manifest.json",
         "mission/small.mission",
         "crazyflie/drone0.csv",
