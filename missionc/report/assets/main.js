@@ -66,14 +66,14 @@ function describe() {
   for (const [name, text] of [
     ["holds", "true"],
     ["fails", "false"],
-    ["open", "still open: time can change it"],
+    ["open", "open, time can still change it"],
   ]) {
     const swatch = document.createElement("span");
     swatch.className = `swatch ${name}`;
-    legend.append(swatch, `${text} `);
+    legend.append(swatch, text);
   }
-  legend.append("Height is robustness; pale is asked by no requirement. Places and values are kept to 1 mm. Keys: space plays, ← → step, shift ten, ↑ ↓ between lanes, Enter shows the source, < > speed, T theme.");
-  if (model.dimension === 3) legend.append(" On the map: drag, or A D W S, turns; + − zooms.");
+  legend.append(" · height is robustness, pale is asked by no requirement, values to 1 mm · keys: space plays, ← → step, ↑ ↓ lanes, Enter source, < > speed, T theme");
+  if (model.dimension === 3) legend.append(" · on the map: drag, or A D W S, turns, + − zooms");
 }
 
 const words = missionWords(model, (file, start, end) => {
