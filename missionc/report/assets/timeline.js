@@ -129,7 +129,8 @@ function timeline(model, state, change, words) {
     const all = counts.holds + counts.open + counts.fails;
     if (!all) return { text: "not asked", state: "none" };
     const whole = counts.fails ? "fails" : counts.open ? "open" : "holds";
-    return { text: counts.open ? `${mark("open")} ${counts.open} of ${all}` : `${mark(whole)} ${counts.holds} of ${all}`, state: whole };
+    const good = whole === "open" ? counts.open : all - counts.fails;
+    return { text: `${mark(whole)} ${good} of ${all}`, state: whole };
   }
 
   return { draw, update, select };

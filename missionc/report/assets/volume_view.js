@@ -6,7 +6,7 @@ function volumeView(model) {
 
   function lens(width, height) {
     const reach = Math.hypot(...high.map((value, axis) => value - low[axis]));
-    const scale = (camera.zoom * Math.min(width * 1.15, height * 1.25)) / reach;
+    const scale = (camera.zoom * Math.min(width * 1.1, height * 1.18)) / reach;
     const [sine, cosine] = [Math.sin(camera.turn), Math.cos(camera.turn)];
     const [rise, flat] = [Math.sin(camera.tilt), Math.cos(camera.tilt)];
     const project = (x, y, z) => {

@@ -95,8 +95,7 @@ function margins(model, change) {
   for (const check of checks.filter((each) => !exact.includes(each))) {
     const row = body.insertRow();
     row.title = check.detail;
-    if (!check.passed) row.className = "failed";
-    if (check.tightest) row.className = "tightest";
+    row.className = [!check.passed && "failed", check.tightest && "tightest"].filter(Boolean).join(" ");
     row.insertCell().textContent = `${check.passed ? "" : "✗ "}${check.name}${check.tightest ? " ◆" : ""}`;
     const of = check.agents.length && !check.name.endsWith("requirement") ? check.agents.join(", ") : check.subject;
     row.insertCell().textContent = check.name.includes("obstacle") ? `${check.subject}, ${of}` : of;
