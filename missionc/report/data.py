@@ -75,6 +75,10 @@ def data(plotted: Plotted) -> dict[str, Any]:
             {"name": figure.name, "subject": figure.subject, "value": _number(figure.value), "unit": figure.unit}
             for figure in plotted.certificate.figures
         ],
+        "between": [
+            {"requirement": each.requirement, "verdict": each.verdict.value, "at": each.at, "detail": each.detail}
+            for each in plotted.certificate.between
+        ],
         "passed": plotted.certificate.passed,
         "warnings": list(plotted.certificate.warnings),
     }

@@ -55,7 +55,7 @@ function player(model, state, change) {
     const passed = last ? Math.min(now - last, 100) / 1000 : 0;
     last = now;
     const time = clamp(state.time + passed * state.speed);
-    change({ time, playing: time < model.horizon });
+    change({ time, playing: time < model.horizon - 1e-9 });
     requestAnimationFrame(tick);
   }
 
@@ -90,7 +90,9 @@ function ticks(model) {
 // Where margins are tight: a mark for each, the tightest larger.
 function marks(model, change) {
   const bar = document.getElementById("marks");
-  for (const check of model.data.checks) {
+  const broken = model.data.between.filter((each) => each.verdict === "fails between");
+  const between = broken.map((each) => ({ name: "between steps, requirement", subject: each.requirement, at: each.at, margin: null, unit: "m", passed: false }));
+  for (const check of [...model.data.checks, ...between]) {
     if (check.at === null || (check.unit !== "m" && check.passed)) continue;
     const button = document.createElement("button");
     button.type = "button";

@@ -78,7 +78,7 @@ function coloured(text) {
 }
 
 function margins(model, change) {
-  const { checks, figures, warnings, passed } = model.data;
+  const { checks, between, figures, warnings, passed } = model.data;
   const panel = document.getElementById("margins");
   const count = checks.reduce((sum, check) => sum + check.count, 0);
   document.getElementById("checked").textContent = passed ? `all ${count} checks pass; the tightest of each kind` : `${checks.filter((check) => !check.passed).length} kinds of checks fail`;
@@ -102,6 +102,15 @@ function margins(model, change) {
     row.insertCell().textContent = check.margin === null ? "any" : `${short(check.margin)} ${check.unit}`;
     row.insertCell().append(...(check.at === null ? [] : [moment(check.at, change)]));
   }
+  for (const each of between) {
+    const row = body.insertRow();
+    row.title = each.detail;
+    row.className = each.verdict === "fails between" ? "failed" : "figure";
+    row.insertCell().textContent = "between steps";
+    row.insertCell().textContent = each.requirement;
+    row.insertCell().textContent = each.verdict;
+    row.insertCell().append(...(each.at === null ? [] : [moment(each.at, change)]));
+  }
   for (const figure of figures) {
     const row = body.insertRow();
     row.className = "figure";
@@ -116,7 +125,8 @@ function margins(model, change) {
     note.textContent = `Met to rounding: ${exact.map((check) => check.name).join(", ")}.`;
     panel.append(note);
   }
-  for (const warning of warnings) {
+  const broken = between.filter((each) => each.verdict === "fails between").map((each) => each.detail);
+  for (const warning of [...broken, ...warnings]) {
     const note = document.createElement("p");
     note.className = "warning";
     note.textContent = `⚠ ${warning}`;
