@@ -16,14 +16,16 @@ from missionc.verify.certificate import Certificate, Check
 ROOM = frozenset(("requirement", "separation", "obstacle", "flown requirement", "flown separation", "flown obstacle"))
 """Kinds of checks whose margin, in metres, is room that the motion might have had more of."""
 
+OF_FILES = frozenset(("manifest", "certificate"))
+"""Kinds of checks about a folder's files and not about the plan: shown where they fail."""
+
 
 def checks(certificate: Certificate, mission: Mission, kernel: Kernel, trace: Trace) -> list[dict[str, Any]]:
     """A row for each requirement and for each other kind of check; failed ones first, then by their order there."""
     times = _decisive(mission, kernel, trace)
     kinds: dict[tuple[str, str], list[Check]] = {}
     for check in certificate.checks:
-        # That a folder's files are the written ones is no property of the plan.
-        if check.name != "manifest":
+        if not (check.name in OF_FILES and check.passed):
             kinds.setdefault((check.name, check.subject if _asked(check) else ""), []).append(check)
     rows = [_row(group, times) for group in kinds.values()]
     tight = [row for row in rows if row["at"] is not None and row["name"] in ROOM and row["margin"] is not None]
@@ -34,14 +36,17 @@ def checks(certificate: Certificate, mission: Mission, kernel: Kernel, trace: Tr
 
 
 def _row(group: list[Check], times: dict[str, float]) -> dict[str, Any]:
-    worst = min(group, key=lambda check: (check.passed, check.margin))
+    # Ties to rounding go to the first, whoever made the certificate.
+    worst = min(
+        group, key=lambda check: (check.passed, round(check.margin, 6) if math.isfinite(check.margin) else check.margin)
+    )
     at = times.get(worst.subject) if worst.at is None and _asked(worst) else worst.at
     return {
         "name": worst.name,
         "subject": worst.subject,
         "agents": list(worst.agents),
         "count": len(group),
-        "margin": round(worst.margin, 6) if math.isfinite(worst.margin) else None,
+        "margin": round(worst.margin, 6) + 0.0 if math.isfinite(worst.margin) else None,
         "unit": worst.unit,
         "at": None if at is None else round(at, 6),
         "passed": all(check.passed for check in group),

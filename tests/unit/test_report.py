@@ -277,7 +277,8 @@ def test_a_folder_that_fails_is_drawn_with_what_fails(folder: Path, tmp_path: Pa
     shown = embedded((tmp_path / "out.html").read_text())
     assert not shown["passed"]
     assert [(each["name"], each["subject"]) for each in shown["checks"] if not each["passed"]] == [
-        ("requirement", "corner")
+        ("manifest", "mission/a.mission"),
+        ("requirement", "corner"),
     ]
 
 
