@@ -12,37 +12,41 @@ from dataclasses import replace
 from missionc.backends.api import Backend, Budget, Options, Outcome, Planned, forget
 from missionc.ir import Mission
 from missionc.kernel.nodes import Kernel
-from missionc.passes.tighten import missed, roomy, tightened
+from missionc.passes.tighten import missed, roomy, slowed, tightened
 from missionc.units import Metres
 
 SHARE = 0.25
 """Of the time that is left, for a plan that has a margin."""
 
-PARTS = (1.0, 0.5)
+PARTS = (1.0, 0.5, 0.0)
 """Of the margin: where all of it is too much, half of it is better than none."""
 
 
 def seek(backend: Backend, mission: Mission, kernel: Kernel, options: Options, budget: Budget) -> Outcome:
-    """A plan that keeps every requirement by the margin, or by a part of it, where one is found in its time; else any.
+    """A plan that its vehicles can fly and that keeps every requirement by the margin, or by a part of it; else any.
 
     Only a refusal of the mission itself is one: that of the tightened mission
     says nothing. What is kept of the run, to be taken up again, is of the last
     try.
     """
     wanted = roomy(mission)
+    slow = slowed(wanted)
     margin = missed(mission) if options.margin is None else Metres(options.margin)
-    for part in PARTS if margin > 0 else ():
+    for part in PARTS:
+        if (margin <= 0 or part == 0.0) and slow is wanted:
+            break
         now = time.monotonic()
         short = replace(budget, deadline=now + SHARE * (budget.deadline - now), keep=forget, resume=None)
-        found = backend.plan(*tightened(wanted, kernel, Metres(part * margin)), options, short)
+        found = backend.plan(*tightened(slow, kernel, Metres(part * margin)), options, short)
         if isinstance(found, Planned):
-            return (
-                found if part == 1.0 else _noted(found, margin, f"; this one keeps them by {part * margin * 100:g} cm")
-            )
+            return found if part == 1.0 or margin <= 0 else _noted(found, margin, part)
     found = backend.plan(wanted, kernel, options, budget)
-    return _noted(found, margin, "") if isinstance(found, Planned) and margin > 0 else found
+    if not isinstance(found, Planned):
+        return found
+    return _noted(found, margin, 0.0) if margin > 0 else found
 
 
-def _noted(found: Planned, margin: Metres, instead: str) -> Planned:
-    note = f"no plan was found that keeps the requirements by {margin * 100:g} cm, the margin a flight may miss it by{instead}"
+def _noted(found: Planned, margin: Metres, part: float) -> Planned:
+    kept = f"; this one keeps them by {part * margin * 100:g} cm" if part else ""
+    note = f"no plan was found that keeps the requirements by {margin * 100:g} cm, the margin of a flight{kept}"
     return replace(found, report=replace(found.report, notes=(*found.report.notes, note)))

@@ -7,7 +7,8 @@ Requirements are tightened by their sense: where a region has to be entered it
 is smaller, where it has to be kept out of it is larger; likewise the radius of
 a graph and the tolerance of a formation, which two agents may each miss. No
 region, radius or tolerance loses more than half of what it has. Vehicles want
-room beside that: between each other, to obstacles, and inside the world.
+room beside that: between each other, to obstacles, and inside the world; and
+plans no faster than they can fly from rest to rest.
 """
 
 from __future__ import annotations
@@ -29,6 +30,8 @@ from missionc.ir import (
     Disc,
     DistanceBetween,
     DistanceTo,
+    DoubleIntegrator,
+    Dynamics,
     Feature,
     Formation,
     Graph,
@@ -42,10 +45,14 @@ from missionc.ir import (
     Proximity,
     Region,
     Shape,
+    SingleIntegrator,
     Speed,
     Touches,
+    Unicycle,
     Union,
     Vector,
+    Vehicle,
+    top_speed,
 )
 from missionc.kernel.nodes import (
     All,
@@ -72,6 +79,11 @@ from missionc.units import Metres
 MITRE = 2.0
 """How far, in margins, the corner of a polygon may move when it grows."""
 
+PEAK, START = 1.5, 4.6
+"""Measured on straight starts from rest: of the plan's speed, and of its speed over a step's duration."""
+SPARE = 0.8
+"""Of a vehicle's limits, for plans that come to speed by themselves: what rounding their corners takes is left."""
+
 Both: TypeAlias = tuple[Node, Node]
 """A node that asks for more than another one, and a node that asks for less."""
 
@@ -84,15 +96,8 @@ def missed(mission: Mission) -> Metres:
 def roomy(mission: Mission) -> Mission:
     """The mission with the room its vehicles want: the same object where none wants any."""
     agents = range(len(mission.agents))
-    extra = max(
-        (
-            float(mission.spacing(one, other)) - mission.agents[one].radius - mission.agents[other].radius
-            for one in agents
-            for other in range(one)
-        ),
-        default=0.0,
-    )
-    rooms = [mission.room(agent) for agent in agents]
+    extra = max((_beyond(mission, one, other) for one in agents for other in range(one)), default=0.0)
+    rooms = [_room(mission, agent) for agent in agents]
     # Where vehicles differ, the widest room: a narrower one is judged on the flight.
     low = tuple(min(axis) for axis in zip(*(room[0] for room in rooms), strict=True))
     high = tuple(max(axis) for axis in zip(*(room[1] for room in rooms), strict=True))
@@ -104,6 +109,49 @@ def roomy(mission: Mission) -> Mission:
     )
     before = mission.world, mission.separation, mission.clearance
     return mission if (wanted.world, wanted.separation, wanted.clearance) == before else wanted
+
+
+def _beyond(mission: Mission, one: int, other: int) -> float:
+    """What two agents keep between their bodies, metres: one of them may be off by the skew of their starts."""
+    first, second = mission.agents[one], mission.agents[other]
+    skew = max(first.vehicle.start_skew, second.vehicle.start_skew)
+    drift = skew * sum(min(each.vehicle.speed, PEAK * top_speed(each.dynamics)) for each in (first, second))
+    return float(mission.spacing(one, other)) - first.radius - second.radius + drift
+
+
+def _room(mission: Mission, agent: int) -> tuple[Vector, Vector]:
+    """Opposite corners of where an agent may be planned: its vehicle's room, less what it may miss."""
+    low, high = mission.room(agent)
+    tracking = mission.agents[agent].vehicle.tracking
+    return tuple(value + tracking for value in low), tuple(value - tracking for value in high)
+
+
+def slowed(mission: Mission) -> Mission:
+    """The mission with speeds at which its vehicles can fly a plan smoothly: the same object where all are.
+
+    A plan of first order is at full speed at once, and its flight comes from rest: in a step of duration d that covers
+    v d it gets up to ``PEAK`` v, at an acceleration of up to ``START`` v / d.
+    """
+    agents = tuple(
+        replace(agent, dynamics=_slower(agent.dynamics, agent.vehicle, float(mission.step))) for agent in mission.agents
+    )
+    same = all(slow.dynamics == agent.dynamics for slow, agent in zip(agents, mission.agents, strict=True))
+    return mission if same else replace(mission, agents=agents)
+
+
+def _slower(dynamics: Dynamics, vehicle: Vehicle, step: float) -> Dynamics:
+    speed = min(vehicle.speed / PEAK, vehicle.acceleration * step / START)
+    match dynamics:
+        case SingleIntegrator(fastest):
+            return replace(dynamics, speed=min(fastest, speed))
+        case Unicycle(slowest, fastest):
+            # One that cannot fly so slowly is planned as it is.
+            return replace(dynamics, fastest=min(fastest, speed)) if slowest < speed else dynamics
+        case DoubleIntegrator(fastest, acceleration):
+            limits = min(fastest, SPARE * vehicle.speed), min(acceleration, SPARE * vehicle.acceleration)
+            return DoubleIntegrator(*limits)
+        case _:
+            assert_never(dynamics)
 
 
 def tightened(mission: Mission, kernel: Kernel, margin: Metres) -> tuple[Mission, Kernel]:

@@ -8,13 +8,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from missionc import driver, ir
+from missionc.emit.crazyflie import Flyable, crazyflie
 from missionc.kernel.nodes import Kernel
 from missionc.monitoring import monitor
-from missionc.passes.tighten import missed, moved, roomy, tightened
+from missionc.passes.tighten import missed, moved, roomy, slowed, tightened
 from missionc.plan import Trace
 from missionc.source import Source
 from missionc.units import Metres, Seconds
 from missionc.world.distance import signed_distance
+from tests.plans import NOTHING, mission_of, straight
 
 HEAD = """\
 mission made
@@ -126,6 +128,7 @@ def test_a_region_keeps_at_least_half_of_what_it_has() -> None:
 def test_plain_teams_are_planned_as_they_were() -> None:
     mission, kernel = made(REQUIREMENTS[0])
     assert roomy(mission) is mission
+    assert slowed(mission) is mission
     assert missed(mission) == 0.0
     assert tightened(mission, kernel, missed(mission)) == (mission, kernel)
 
@@ -136,7 +139,23 @@ def test_vehicles_get_the_room_they_want() -> None:
     assert found.mission is not None, found.findings
     vehicle = found.mission.agents[0].vehicle
     wanted = roomy(found.mission)
-    assert wanted.separation + 0.1 == pytest.approx(float(found.mission.spacing(0, 1)))
+    drift = vehicle.start_skew * 2 * vehicle.speed
+    assert wanted.separation + 0.1 == pytest.approx(float(found.mission.spacing(0, 1)) + drift)
     assert wanted.clearance == pytest.approx(vehicle.tracking)
-    assert wanted.world.low == pytest.approx((vehicle.fence_inset,) * 2)
+    assert wanted.world.low == pytest.approx((vehicle.fence_inset + vehicle.tracking,) * 2)
     assert missed(found.mission) == vehicle.tracking
+
+
+def test_plans_are_no_faster_than_a_vehicle_flies_from_rest() -> None:
+    text = HEAD.replace("radius 0.1 m", "radius 0.05 m  vehicle crazyflie21  altitude 1 m")
+    found = driver.check(Source("a.mission", text + "require up: some drone: eventually[0, 4 s] pond\n"), backend="any")
+    assert found.mission is not None
+    vehicle = found.mission.agents[0].vehicle
+    slow = slowed(found.mission).agents[0].dynamics
+    assert ir.top_speed(slow) <= vehicle.speed / 1.5
+    path = np.array([[1.0, 1.0], [1.0 + ir.top_speed(slow), 1.0], [1.0 + 2 * ir.top_speed(slow), 1.0]])
+    flown = crazyflie(mission_of([[1.0, 1.0]], 2), NOTHING, straight(path[None]))
+    assert isinstance(flown, Flyable)
+    peaks = {figure.name: figure.value for figure in flown.certificate.figures}
+    assert peaks["peak speed"] <= vehicle.speed
+    assert peaks["peak acceleration"] <= vehicle.acceleration
