@@ -105,13 +105,15 @@ class Mission:
         return Metres(max(bodies, apart + missed))
 
     def room(self, agent: int) -> tuple[Vector, Vector]:
-        """Opposite corners of where an agent's vehicle may fly: the world less its fence inset, in its band of heights.
+        """Opposite corners of where a plan may have an agent: the world less its vehicle's fence inset and what it may
+        miss, in its band of heights.
 
         The first corner is beyond the second where there is no room.
         """
         vehicle = self.agents[agent].vehicle
-        low = [value + vehicle.fence_inset for value in self.world.low]
-        high = [value - vehicle.fence_inset for value in self.world.high]
+        inset = vehicle.fence_inset + vehicle.tracking
+        low = [value + inset for value in self.world.low]
+        high = [value - inset for value in self.world.high]
         if self.dimension == 3:
             low[2], high[2] = max(low[2], vehicle.height.low), min(high[2], vehicle.height.high)
         return tuple(low), tuple(high)

@@ -148,7 +148,7 @@ def _beyond_the_fence(mission: Mission, verb: str, there: list[tuple[Agent, Plac
 
 def _kept(mission: Mission, agent: Agent) -> str:
     vehicle = agent.vehicle
-    text = f"`{vehicle.name}` keeps {metres(vehicle.fence_inset)} from the borders of the world"
+    text = f"`{vehicle.name}` keeps {metres(vehicle.fence_inset + vehicle.tracking)} from the borders of the world"
     if mission.dimension == 2 or math.isinf(vehicle.height.high):
         return text
     return f"{text}, and between {metres(vehicle.height.low)} and {metres(vehicle.height.high)} of height"

@@ -97,7 +97,7 @@ def roomy(mission: Mission) -> Mission:
     """The mission with the room its vehicles want: the same object where none wants any."""
     agents = range(len(mission.agents))
     extra = max((_beyond(mission, one, other) for one in agents for other in range(one)), default=0.0)
-    rooms = [_room(mission, agent) for agent in agents]
+    rooms = [mission.room(agent) for agent in agents]
     # Where vehicles differ, the widest room: a narrower one is judged on the flight.
     low = tuple(min(axis) for axis in zip(*(room[0] for room in rooms), strict=True))
     high = tuple(max(axis) for axis in zip(*(room[1] for room in rooms), strict=True))
@@ -117,13 +117,6 @@ def _beyond(mission: Mission, one: int, other: int) -> float:
     skew = max(first.vehicle.start_skew, second.vehicle.start_skew)
     drift = skew * sum(min(each.vehicle.speed, PEAK * top_speed(each.dynamics)) for each in (first, second))
     return float(mission.spacing(one, other)) - first.radius - second.radius + drift
-
-
-def _room(mission: Mission, agent: int) -> tuple[Vector, Vector]:
-    """Opposite corners of where an agent may be planned: its vehicle's room, less what it may miss."""
-    low, high = mission.room(agent)
-    tracking = mission.agents[agent].vehicle.tracking
-    return tuple(value + tracking for value in low), tuple(value - tracking for value in high)
 
 
 def slowed(mission: Mission) -> Mission:

@@ -76,9 +76,9 @@ def test_an_altitude_outside_the_band_is_refused() -> None:
 def test_a_start_beyond_the_fence_is_refused() -> None:
     finding = only(text(HOME, agents=drones("start at (1, 1), (9.9, 1)")), OUTSIDE_FLYING_ROOM)
     assert finding.message == (
-        "`drone[1]` starts at (9.9, 1), outside the room of its vehicle, (0.2, 0.2) to (9.8, 9.8)"
+        "`drone[1]` starts at (9.9, 1), outside the room of its vehicle, (0.25, 0.25) to (9.75, 9.75)"
     )
-    assert quiet(text(HOME, agents=drones("start at (1, 1), (9.8, 1)")))
+    assert quiet(text(HOME, agents=drones("start at (1, 1), (9.75, 1)")))
 
 
 def test_a_start_on_the_ground_is_refused_for_all_at_once() -> None:
