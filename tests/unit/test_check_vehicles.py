@@ -55,7 +55,7 @@ def test_a_fence_that_leaves_no_room_is_refused() -> None:
     mission = text(HOME, agents=drones("start in base", vehicle="crazyflie21 { fence_inset 6 m }"))
     finding = only(mission, NO_FLYING_ROOM)
     assert finding.message == "the world leaves `drone` no room to fly"
-    assert finding.notes == ("`crazyflie21` keeps 6 m from the borders of the world",)
+    assert finding.notes == ("`crazyflie21` keeps 6.05 m from the borders of the world",)
 
 
 def test_a_band_above_the_world_is_refused() -> None:
