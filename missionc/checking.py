@@ -52,6 +52,7 @@ def check(
     overrides: Mapping[str, str] | None = None,
     backend: str = "auto",
     limits: Limits | None = None,
+    stretch: float = 1.0,
 ) -> Checked:
     """Every finding that needs no solving, and the mission as meant where there is no error.
 
@@ -60,6 +61,7 @@ def check(
         overrides: texts for parameters, ``{"T": "30 s"}``.
         backend: ``auto``, or the one to hold the mission against.
         limits: of the sizes a mission may have.
+        stretch: how many times as long as written the mission lasts, in whole steps; its windows stay as they are.
     """
     limits = limits or Limits()
     name = file.name if isinstance(file, Source) else str(file)
@@ -90,7 +92,7 @@ def check(
     if program is None or has_errors(findings):
         return so_far(findings)
     with watch.stage("resolve"):
-        mission, more = resolve(program, dict(overrides or {}), limits)
+        mission, more = resolve(program, dict(overrides or {}), limits, stretch)
     findings = [*findings, *more]
     if mission is None or has_errors(findings):
         return replace(so_far(findings), program=program)

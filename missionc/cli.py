@@ -125,6 +125,14 @@ def check(missions: tuple[Path, ...], overrides: Pairs, limits: Pairs, form: str
     metavar="N",
     help="Child processes of clot and hybrid; the plan is the same.",
 )
+@click.option(
+    "--stretch",
+    type=click.FloatRange(1, 1000),
+    default=1.0,
+    show_default=True,
+    metavar="TIMES",
+    help="Fly the plan so many times slower than it was planned.",
+)
 @click.option("--seed", type=click.IntRange(0, 2**32 - 1), default=0, show_default=True, metavar="N")
 @click.option(
     "--time-limit",
@@ -184,6 +192,7 @@ def compile(
     device: str,
     margin: float | None,
     processes: int,
+    stretch: float,
     seed: int,
     time_limit: float,
     memory_limit: int,
@@ -214,16 +223,8 @@ def compile(
             compiled = Compiled(checked, Refused(), checked.findings, checked.seconds)
             answer = Answer(compiled, Status.DONE if checked.ok else Status.MISSION_ERRORS)
         else:
-            options = Options(
-                solver,
-                certify,
-                frozenset(wanted) & frozenset(stages.BY_A_BACKEND),
-                preset,
-                samples,
-                device,
-                margin,
-                processes,
-            )
+            captures = frozenset(wanted) & frozenset(stages.BY_A_BACKEND)
+            options = Options(solver, certify, captures, preset, samples, device, margin, processes, stretch)
             budget = Budget(deadline, memory_limit, seed, allowed, listen)
             folder = None if wanted and not output else output or _default_folder(checked)
             exports = tuple(name for group in exported for name in group)

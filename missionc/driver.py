@@ -157,17 +157,31 @@ def plan(
     from missionc.monitoring import monitor as judge
     from missionc.verify import verify
 
+    if options.stretch != 1:
+        slower = _slower(checked, options, budget)
+        if slower.mission is None or slower.kernel is None or not slower.ok:
+            return ended(Refused(), *(each for each in slower.findings if not each.code.warning))
+        checked, mission, kernel = slower, slower.mission, slower.kernel
+        from missionc.world.slowed import slowed
+
+        trace = slowed(mission, trace)
     budget.listen(Progress("verify"))
     with watch.stage("verify"):
         certificate = verify(mission, kernel, trace)
         judgements = judge(mission, kernel, trace)[: len(kernel.requirements)]
+    if not certificate.passed and options.stretch != 1:
+        from missionc.emit.refusals import not_slower
+
+        return ended(Refused(), not_slower(mission, certificate, judgements, options.stretch))
     if not certificate.passed:
         return ended(Unverified(certificate, report), _not_verified(certificate))
     verified = Plan(mission.name, choice.backend, budget.seed, trace, judgements)
     budget.listen(Progress("emit"))
     with watch.stage("emit"):
         cut_short = report.cut_short.value if report.cut_short else ""
-        provenance = Provenance(inputs(checked), (*given(checked, options), *asked_for(exports)), cut_short)
+        provenance = Provenance(
+            inputs(checked), (*given(checked, options), *asked_for(exports)), cut_short, options.stretch
+        )
         output = emit(mission, kernel, verified, certificate, provenance, exports)
     if isinstance(output, Diagnostic):
         return ended(Refused(), output)
@@ -176,6 +190,18 @@ def plan(
     if not_between:
         return ended(Refused(), *not_between)
     return ended(Verified(verified, output.certificate, report, output.files), *output.findings)
+
+
+def _slower(checked: Checked, options: Options, budget: Budget) -> Checked:
+    """The same mission with a horizon as much later as the plan is to be slower, for the same backend."""
+    longer = check(
+        checked.sources[0],
+        overrides=checked.overrides,
+        backend=ANY_BACKEND,
+        limits=budget.limits,
+        stretch=options.stretch,
+    )
+    return replace(longer, choice=checked.choice, seconds=checked.seconds)
 
 
 def monitor(

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
@@ -31,6 +32,7 @@ from missionc.source import Source
 from missionc.traces import read_trace
 
 MANIFEST, PLAN, CERTIFICATE, MISSION = "manifest.json", "plan.json", "certificate.json", "mission"
+STRETCH = "stretch"
 MOST_FILES = 100_000
 
 
@@ -77,8 +79,15 @@ def reopen(folder: Path, limits: Limits | None = None) -> Reopened | tuple[Diagn
         if isinstance(content, Diagnostic):
             return (content,)
         files[name] = content
+    stretch = _stretch(manifest)
+    if stretch is None:
+        return (_unusable(folder, f"the `{STRETCH}` in its `{MANIFEST}` is no number from 1 on"),)
     checked = check(
-        folder / MISSION / next(iter(inputs)), overrides=_overrides(manifest), backend=ANY_BACKEND, limits=limits
+        folder / MISSION / next(iter(inputs)),
+        overrides=_overrides(manifest),
+        backend=ANY_BACKEND,
+        limits=limits,
+        stretch=stretch,
     )
     if checked.mission is None or checked.kernel is None or not checked.ok:
         return checked.findings
@@ -132,6 +141,17 @@ def _names(listed: object) -> dict[str, str]:
 def _inside(name: str) -> bool:
     path = PurePosixPath(name)
     return bool(name) and not path.is_absolute() and ".." not in path.parts and "\0" not in name
+
+
+def _stretch(manifest: Mapping[str, object]) -> float | None:
+    """How much slower than planned the plan is; None where something else stands there."""
+    options = manifest.get("options")
+    text = options.get(STRETCH, "1") if isinstance(options, dict) else "1"
+    try:
+        stretch = float(text)
+    except (TypeError, ValueError):
+        return None
+    return stretch if 1 <= stretch < math.inf else None
 
 
 def _overrides(manifest: Mapping[str, object]) -> dict[str, str]:

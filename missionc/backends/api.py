@@ -106,7 +106,7 @@ DEVICES = ("cpu", "cuda")
 
 @dataclass(frozen=True, slots=True)
 class Options:
-    """Choices of the command line that only a backend understands."""
+    """Choices of the command line that change what becomes of a mission, most of them of one backend."""
 
     solver: str = "z3"
     certify: bool = False
@@ -120,6 +120,8 @@ class Options:
     """Metres by which requirements are to hold where that is possible; None leaves it to the mission's vehicles."""
     processes: int = 1
     """Child processes for what can be done at once, at least 1; the plan is the same."""
+    stretch: float = 1.0
+    """How many times as long as planned a flight takes; no backend hears of it."""
 
 
 @dataclass(frozen=True, slots=True)

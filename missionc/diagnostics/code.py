@@ -109,6 +109,7 @@ CHECKPOINT_MISMATCH = Code("MC707", "the checkpoint is of another run")
 FOLDER_UNREADABLE = Code("MC708", "the folder cannot be read")
 FOLDER_REFUSED = Code("MC709", "the folder does not hold what was verified")
 NOT_BETWEEN = Code("MC710", "a requirement does not hold between the steps")
+NEEDS_MORE_TIME = Code("MC711", "the vehicle needs more time")
 NOT_EXPORTED = Code("MC712", "the flight does not fit the form of an export")
 
 # 9xx: our own

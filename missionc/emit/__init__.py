@@ -2,7 +2,7 @@
 
 in   Mission, its kernel, Plan, the Certificate of it, the names of exports
 out  Output: the files by name, and the certificate with what was verified on the polynomials too
-says MC703, and what exports say
+says MC703 MC711, and what exports say
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ def emit(
     Args:
         exports: names of forms that the flight is to be written in as well.
     """
-    flyable = crazyflie(mission, kernel, plan.trace)
+    flyable = crazyflie(mission, kernel, plan.trace, provenance.stretch)
     if isinstance(flyable, Diagnostic):
         return flyable
     whole = certificate.joined(flyable.certificate).joined(verify_between(mission, kernel, plan.trace, flyable.files))

@@ -2,7 +2,7 @@
 
     in   Mission, the verified Trace
     out  the files, and the certificate of what is in them
-    says MC703
+    says MC703 MC711
 
 A fit of each agent alone is tried first, with two pieces for each step if they
 fit into the memory, else with one; and where there are more steps than the
@@ -14,6 +14,10 @@ them. With two pieces for each step there is always a solution on straight
 motion beside what stands still: to rest at each step, all agents in the same
 rhythm. Beside a moving obstacle the flight has to keep time with the plan,
 which takes more pieces, and more room the later it comes to speed.
+
+Where a flight exceeds what its vehicle may do, it is fitted again with cuts. If
+no flight in the plan's time keeps to that, the one that exceeds it least says
+how much longer it would have to take.
 """
 
 from __future__ import annotations
@@ -23,30 +27,34 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from missionc.diagnostics.code import NOT_FLYABLE
-from missionc.diagnostics.model import Diagnostic, Label
+from missionc.diagnostics.model import Diagnostic
 from missionc.emit.conflicts import Held, Near, conflicts, held_apart
-from missionc.emit.fit import Course, Fitted, NoFit, Plane, fit
-from missionc.ir import PLAIN, DoubleIntegrator, Mission
+from missionc.emit.fit import Course, Cut, Fitted, Plane, fit
+from missionc.emit.limits import Limit, Peak, cuts, limits_of, peaks
+from missionc.emit.program import NoFit
+from missionc.emit.refusals import not_flyable, too_fast
+from missionc.ir import DoubleIntegrator, Mission
 from missionc.kernel.nodes import Kernel
 from missionc.plan import Array, Trace
 from missionc.verify.certificate import Certificate, Check
 from missionc.verify.columns import Pieces, written
 from missionc.verify.curves import Curves, Indices, motion, refined, values
-from missionc.verify.polynomials import MEMORY_BYTES, verify_polynomials
+from missionc.verify.polynomials import verify_polynomials
 from missionc.verify.tolerances import TUBE
 from missionc.verify.vehicles import PIECE_BYTES
 
 ROUNDS = 12
 """Refits with more planes before steps get more pieces."""
+CUTTING = 8
+"""Refits with more cuts before the limits of a vehicle are taken to leave no room."""
 NARROWEST = 1e-3
 """Metres: a tube is not halved below this."""
 NEGLIGIBLE = 1e-9
 """Metres: a parabola that leaves its chord by less is straight."""
 EXCESS = 1e-6
 """Metres: a bound of the fit that is exceeded by more is not kept."""
-COMPRESSED = {2: 131, 3: 90}
-"""Pieces that the memory holds in the firmware's compressed format, by the mission's dimension."""
+COMPRESSED, COMPRESSED_ENDS = {2: 31, 3: 45}, 11
+"""Bytes of a piece in the firmware's compressed format, by the mission's dimension; and those of its two ends."""
 SLACK = 5e-3
 """Metres: how far from a step's position a piece of several steps may pass."""
 HALVINGS, SHORTEST = 3, 0.1
@@ -69,6 +77,17 @@ class _Stuck:
     steps: tuple[int, ...]
 
 
+@dataclass(frozen=True, slots=True)
+class _Beyond:
+    """Polynomials that exceed what some vehicles may do: by the agent's name, and how."""
+
+    peaks: tuple[tuple[str, Peak], ...]
+
+    @property
+    def stretch(self) -> float:
+        return max(peak.stretch for _, peak in self.peaks)
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class _Tight:
     """Polynomials on which no bodies touch, but ``short`` metres closer than asked: taken if there are no better."""
@@ -78,35 +97,47 @@ class _Tight:
     steps: tuple[int, ...]
 
 
-def crazyflie(mission: Mission, kernel: Kernel, trace: Trace) -> Flyable | Diagnostic:
-    """Polynomials that keep what the plan keeps, or why there are none."""
+def crazyflie(mission: Mission, kernel: Kernel, trace: Trace, stretch: float = 1.0) -> Flyable | Diagnostic:
+    """Polynomials that keep what the plan keeps, or why there are none.
+
+    Args:
+        stretch: how many times slower the plan is flown than it was planned: said, and nothing else.
+    """
     chords = _chords(mission, trace)
+    attempts: list[_Tight | _Beyond | _Stuck] = []
     few: list[_Tight | _Stuck] = []
     for count in _mergers(mission, chords):
         merged = _attempt(mission, kernel, trace, chords, count)
         if isinstance(merged, Flyable):
             return merged
-        few.append(merged)
+        if isinstance(merged, _Beyond):
+            attempts.append(merged)
+        else:
+            few.append(merged)
     pieces = np.maximum(chords, 2 if chords.size == 1 else 1)
-    attempts: list[_Tight | _Stuck] = []
-    generous = _generous(pieces)
+    generous = _generous(mission, pieces)
     if not np.array_equal(generous, pieces):
         found = _attempt(mission, kernel, trace, generous)
         if isinstance(found, Flyable):
             return found
-    while True:
+        attempts += [found] if isinstance(found, _Beyond) else []
+    while not any(isinstance(attempt, _Beyond) for attempt in attempts):
         found = _attempt(mission, kernel, trace, pieces)
         if isinstance(found, Flyable):
             return found
         attempts.append(found)
-        more = _more(pieces, chords, found.steps, trace.step)
+        more = _more(pieces, chords, found.steps, trace.step) if not isinstance(found, _Beyond) else pieces
         if np.array_equal(more, pieces):
             break
         pieces = more
     tight = [attempt for attempt in attempts if isinstance(attempt, _Tight)]
     if tight:
         return min(tight, key=lambda attempt: attempt.short).flyable
-    return _not_flyable(mission, [attempt for attempt in (*few, *attempts) if isinstance(attempt, _Stuck)])
+    beyond = [attempt for attempt in attempts if isinstance(attempt, _Beyond)]
+    if beyond:
+        return too_fast(mission, min(beyond, key=lambda attempt: attempt.stretch).peaks, stretch)
+    stuck = [attempt for attempt in (*few, *attempts) if isinstance(attempt, _Stuck)]
+    return not_flyable(mission, [attempt.failed for attempt in stuck if attempt.failed is not None])
 
 
 def _chords(mission: Mission, trace: Trace) -> Indices:
@@ -117,15 +148,21 @@ def _chords(mission: Mission, trace: Trace) -> Indices:
 
 def _mergers(mission: Mission, chords: Indices) -> list[int]:
     """How many pieces there may be where they are to be fewer than there are legs: as many as a memory holds."""
-    return [count for count in (MEMORY_BYTES // PIECE_BYTES, COMPRESSED[mission.dimension]) if count < chords.sum()]
+    compressed = (_memory(mission) - COMPRESSED_ENDS) // COMPRESSED[mission.dimension]
+    return [count for count in (_memory(mission) // PIECE_BYTES, compressed) if 3 <= count < chords.sum()]
 
 
-def _generous(pieces: Indices) -> Indices:
-    """Two for each step, or for the first and the last, where a Crazyflie's memory holds them: slower and gentler."""
+def _memory(mission: Mission) -> int:
+    """Bytes, of the smallest: all files have the same pieces."""
+    return min(agent.vehicle.memory for agent in mission.agents)
+
+
+def _generous(mission: Mission, pieces: Indices) -> Indices:
+    """Two for each step, or for the first and the last, where every memory holds them: slower and gentler."""
     ends = pieces.copy()
     ends[[0, -1]] = np.maximum(pieces[[0, -1]], 2)
     for more in (np.maximum(pieces, 2), ends):
-        if more.sum() <= MEMORY_BYTES // PIECE_BYTES:
+        if more.sum() <= _memory(mission) // PIECE_BYTES:
             return more
     return pieces
 
@@ -146,24 +183,33 @@ def _more(pieces: Indices, chords: Indices, steps: tuple[int, ...], step: float)
 
 def _attempt(
     mission: Mission, kernel: Kernel, trace: Trace, legs: Indices, count: int = 0
-) -> Flyable | _Tight | _Stuck:
+) -> Flyable | _Tight | _Beyond | _Stuck:
     """With so many legs for each step: each a piece of its own, or in so many pieces if there is a ``count``."""
     course = _course(mission, trace, legs, count)
     step_of = np.repeat(np.arange(legs.size), legs)
     knots = course.times[course.knot]
     coefficients = np.zeros((len(mission.agents), knots.size - 1, mission.dimension, 8))
     excess = np.zeros((len(mission.agents), step_of.size))
+    limits = {agent.index: limits_of(agent.vehicle) for agent in mission.agents}
     held: Held = {}
+    kept: list[Cut] = []
     stale = {agent.index for agent in mission.agents}
     found: list[Near] = []
     for _ in range(ROUNDS):
         planes = [plane for each in held.values() for plane in each]
         for group in _groups(planes, stale):
-            fitted = _fit(mission, course, planes, group)
+            fitted = _within_limits(mission, course, planes, group, limits, kept)
             if isinstance(fitted, NoFit):
                 return _Stuck(None, ())
             coefficients[group] = _rounded(fitted.points, np.diff(knots))
             excess[group] = fitted.excess
+        beyond = [
+            (mission.agents[index].name, peak)
+            for index in sorted(stale)
+            for peak in peaks(limits[index], Curves(knots, coefficients[[index]]))
+        ]
+        if beyond:
+            return _Beyond(tuple(beyond))
         level = refined(Curves(knots, coefficients), course.times)
         found = conflicts(mission, level, held)
         radius = _narrowed(course.radius, [near for near in found if near in held and not near.moving])
@@ -257,14 +303,58 @@ def _groups(planes: list[Plane], stale: set[int]) -> list[list[int]]:
     return [group for group in groups.values() if stale.intersection(group)]
 
 
-def _fit(mission: Mission, course: Course, planes: list[Plane], group: list[int]) -> Fitted | NoFit:
+def _within_limits(
+    mission: Mission,
+    course: Course,
+    planes: list[Plane],
+    group: list[int],
+    limits: dict[int, list[Limit]],
+    kept: list[Cut],
+) -> Fitted | NoFit:
+    """Fitted again with more cuts, which are ``kept``, while a flight of the group exceeds a limit; the gentlest."""
+    knots = course.times[course.knot]
+    durations = np.diff(knots)
+    best, least = None, math.inf
+    for _ in range(CUTTING):
+        fitted = _fit(mission, course, planes, group, kept)
+        if isinstance(fitted, NoFit):
+            return best or fitted
+        flown = _rounded(fitted.points, durations)
+        found = [peaks(limits[index], Curves(knots, flown[[place]])) for place, index in enumerate(group)]
+        worst = max((peak.stretch for own in found for peak in own), default=0.0)
+        if worst < least:
+            best, least = fitted, worst
+        if worst == 0.0:
+            break
+        for own, index, points in zip(found, group, fitted.points, strict=True):
+            kept += cuts([peak.limit for peak in own], index, points, durations)
+    return best or fitted
+
+
+def _fit(mission: Mission, course: Course, planes: list[Plane], group: list[int], kept: list[Cut]) -> Fitted | NoFit:
     place = {index: position for position, index in enumerate(group)}
     start, end, radius = course.start[group], course.end[group], course.radius[group]
     own = replace(course, joint=course.joint[group], start=start, end=end, radius=radius)
     held = [
         replace(plane, first=place[plane.first], second=place[plane.second]) for plane in planes if plane.first in place
     ]
-    return fit(own, held, np.array(mission.world.low), np.array(mission.world.high))
+    cut = [replace(each, agent=place[each.agent]) for each in kept if each.agent in place]
+    return fit(own, held, *_room(mission, own, group), cut)
+
+
+def _room(mission: Mission, course: Course, group: list[int]) -> tuple[Array, Array]:
+    """Opposite corners of each leg's room, (agents, legs, dim): what its vehicle has, less what it may miss.
+
+    Where the plan itself is beyond that, the flight goes no further than the plan; never out of the world.
+    """
+    corners = np.array([mission.room(index) for index in group])
+    missed = np.array([mission.agents[index].vehicle.tracking for index in group])[:, None]
+    low, high = (corners[:, side] + sign * missed for side, sign in ((0, 1), (1, -1)))
+    least, most = np.minimum(course.start, course.end), np.maximum(course.start, course.end)
+    return (
+        np.maximum(np.minimum(low[:, None], least), mission.world.low),
+        np.minimum(np.maximum(high[:, None], most), mission.world.high),
+    )
 
 
 def _narrowed(radius: Array, again: list[Near]) -> Array:
@@ -296,36 +386,3 @@ def _texts(mission: Mission, coefficients: Array, durations: Array) -> dict[str,
             rows[:, 2, 0] = np.float32(agent.altitude)
         files[agent.name] = written(Pieces(durations, rows))
     return files
-
-
-def _not_flyable(mission: Mission, attempts: list[_Stuck]) -> Diagnostic:
-    """Said of the attempt that came nearest."""
-    tried = [attempt.failed for attempt in attempts if attempt.failed is not None]
-    failed = max(tried, key=lambda check: (check.at is not None, check.margin), default=None)
-    plain = all(agent.vehicle == PLAIN for agent in mission.agents)
-    spans = {agent.name: agent.span for agent in mission.agents}
-    names = failed.agents if failed and failed.agents else (mission.agents[0].name,)
-    who = " and ".join(f"`{name}`" for name in names)
-    message, why = f"no polynomials fly the plan of {who}", "no curve was found that stays near the plan"
-    help_ = "give the agents more time for their ways: a larger `step`, or slower `dynamics`"
-    match failed:
-        case Check(name="flown obstacle", subject=obstacle, margin=margin, at=float(at)) if plain:
-            message += f" clear of `{obstacle}`: they would touch at {at:.2f} s"
-            why = f"the best that was found overlaps by {-margin - mission.clearance:.3g} m there"
-            help_ = f"give the plan more room there: a `clearance` above {mission.clearance:g} m, or another start"
-        case Check(name="flown separation", margin=margin, at=float(at)) if plain:
-            message += f": they would touch at {at:.2f} s"
-            why = f"the best that was found overlaps by {-margin - mission.separation:.3g} m there"
-            help_ = f"give the plan more room there: a `separation` above {mission.separation:g} m, or other starts"
-        case Check(name=name, margin=margin, unit=unit, at=float(at)):
-            message += f" at {at:.2f} s"
-            why = f"in the best that was found `{name}` fails by {-margin:.3g} {unit}"
-        case _:
-            pass
-    return Diagnostic(
-        NOT_FLYABLE,
-        message,
-        Label(spans[names[0]]),
-        notes=(why, f"they start and end at rest, and stay within {TUBE:g} m of the verified motion"),
-        help=help_,
-    )

@@ -14,16 +14,16 @@ Source:
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import sqrt
 
 import numpy as np
-import piqp
-from scipy.sparse import block_array, block_diag, coo_array, csc_matrix, csr_array, eye_array, hstack, kron
+from scipy.sparse import block_diag, coo_array, csr_array, eye_array, kron
 
+from missionc.emit.program import NoFit, Program, Rows
 from missionc.emit.splines import DEGREE, control_points_of, effort, part_of
 from missionc.plan import Array, Flags
-from missionc.verify.curves import Indices
 
 SAFE = 1e-5
 """Metres kept back from every bound: more than rounding to float32 takes."""
@@ -32,8 +32,6 @@ REST = 4
 ROUNDING_OFF = 0.02
 """Weight of the squared jerk beside the squared acceleration, in steps: least jerk alone takes longer to come to speed
 and is faster then."""
-PENALTY = 1e5
-"""Of a metre beyond a bound, where not all bounds can be kept, in units of effort."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -86,6 +84,18 @@ class Plane:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class Cut:
+    """``weight``, (dim, 8), times the control points of an agent's piece is at most 1.
+
+    Each axis of ``weight`` sums up to 0: a cut is about a derivative, wherever the piece is.
+    """
+
+    agent: int
+    piece: int
+    weight: Array
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Fitted:
     """Each piece's control points (agents, pieces, dim, 8) in metres; by how much a leg exceeds a bound: (legs,)."""
 
@@ -93,70 +103,12 @@ class Fitted:
     excess: Array
 
 
-@dataclass(frozen=True, slots=True)
-class NoFit:
-    """The solver found no solution."""
-
-    status: str
-
-
-class _Rows:
-    """Bounds on weighted sums of control points, in the order they come; each belongs to a leg."""
-
-    def __init__(self, columns: int) -> None:
-        self.columns = columns
-        self.count = 0
-        self.row: list[Array] = []
-        self.column: list[Array] = []
-        self.value: list[Array] = []
-        self.low: list[Array] = []
-        self.high: list[Array] = []
-        self.leg: list[Indices] = []
-
-    def add(self, column: Array, value: Array, low: Array, high: Array, leg: Indices) -> None:
-        """(rows, entries) twice, (rows,) three times."""
-        rows = column.shape[0]
-        self.row.append(np.repeat(np.arange(self.count, self.count + rows), column.shape[1]))
-        self.column.append(column.ravel())
-        self.value.append(np.broadcast_to(value, column.shape).ravel())
-        self.low.append(np.broadcast_to(low, rows))
-        self.high.append(np.broadcast_to(high, rows))
-        self.leg.append(np.broadcast_to(leg, rows))
-        self.count += rows
-
-    def matrix(self) -> csr_array:
-        if not self.count:
-            return csr_array((0, self.columns))
-        index = (np.concatenate(self.row), np.concatenate(self.column))
-        return csr_array(coo_array((np.concatenate(self.value), index), shape=(self.count, self.columns)))
-
-    def over(self, spread: csr_array, resting: Array) -> _Bounds:
-        """The same of the free coefficients; rows that are free of them are left out."""
-        if not self.count:
-            return _Bounds(csr_array((0, spread.shape[1])), np.zeros(0), np.zeros(0), np.zeros(0, dtype=np.int64))
-        matrix = self.matrix()
-        weight, here = csr_array(matrix @ spread), matrix @ resting
-        free = np.diff(weight.indptr) > 0
-        low, high = np.concatenate(self.low) - here, np.concatenate(self.high) - here
-        return _Bounds(weight[free], low[free], high[free], np.concatenate(self.leg)[free])
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Bounds:
-    """``low <= weight @ numbers <= high``; each row belongs to a ``leg``."""
-
-    weight: csr_array
-    low: Array
-    high: Array
-    leg: Indices
-
-
-def fit(course: Course, planes: list[Plane], low: Array, high: Array) -> Fitted | NoFit:
-    """The least effort within all bounds; where there is none, what exceeds the planes least, then the tubes.
+def fit(course: Course, planes: list[Plane], low: Array, high: Array, cuts: Sequence[Cut] = ()) -> Fitted | NoFit:
+    """The least effort within all bounds; where there is none, what exceeds the cuts least, then the planes, the tubes.
 
     Args:
-        planes: agents by their index in ``course``.
-        low, high: (dim,): the world, which holds every control point.
+        planes: agents by their index in ``course``; ``cuts`` likewise.
+        low, high: (dim,) or (agents, legs, dim): the room that holds every control point.
     """
     agents, legs, dim = course.start.shape
     points = np.arange(agents * dim * legs * (DEGREE + 1)).reshape(agents, dim, legs, DEGREE + 1)
@@ -174,17 +126,23 @@ def fit(course: Course, planes: list[Plane], low: Array, high: Array) -> Fitted 
     free, rest = whole.free, whole.rest
     quadratic = csr_array(kron(many, cost[free, free]))
     linear: Array = np.outer(last, cost[free, rest].sum(axis=1)).ravel()
-    near, held = _Rows(index.size), _Rows(index.size)
+    near, held, kept = Rows(index.size), Rows(index.size), Rows(whole.matrix.shape[0])
     _world(near, index, course, origin, low, high)
     _tubes(near, index, course, origin)
     _waypoints(near, index, course, origin)
     for plane in planes:
         _hold(held, index, plane, course.pinned, origin)
+    for cut in cuts:
+        _keep(kept, cut, course)
     inner = np.flatnonzero(course.pinned[1:-1]) + 1
     pins = index[..., 0][:, inner].ravel()
     target = (course.joint[:, inner] - origin[:, None]).ravel() - along.resting[pins]
-    bounds = near.over(along.matrix, along.resting), held.over(along.matrix, along.resting)
-    solved = _Program(quadratic, linear, along.matrix[pins], target, *bounds).within(legs)
+    bounds = (
+        near.over(along.matrix, along.resting),
+        held.over(along.matrix, along.resting),
+        kept.over(whole.matrix, whole.resting),
+    )
+    solved = Program(quadratic, linear, along.matrix[pins], target, bounds).within(legs)
     if isinstance(solved, NoFit):
         return solved
     numbers, excess = solved
@@ -225,68 +183,10 @@ def _legs(course: Course) -> csr_array:
     return csr_array(coo_array((np.stack(blocks).ravel(), (row.ravel(), column.ravel())), shape=shape))
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Program:
-    """``numbers @ quadratic @ numbers / 2 + linear @ numbers``, to be least where ``pins @ numbers == target``."""
-
-    quadratic: csr_array
-    linear: Array
-    pins: csr_array
-    target: Array
-    near: _Bounds
-    held: _Bounds
-
-    def within(self, legs: int) -> tuple[Array, Array] | NoFit:
-        """The solution, and by how much it exceeds its bounds: (legs,)."""
-        none = NoFit("")
-        for loose in ((), (self.held,), (self.held, self.near)):
-            if loose and not sum(bounds.low.size for bounds in loose):
-                continue
-            solved = self._solved(
-                [bounds for bounds in (self.near, self.held) if bounds not in loose], list(loose), legs
-            )
-            if not isinstance(solved, NoFit):
-                return solved
-            none = solved
-        return none
-
-    def _solved(self, strict: list[_Bounds], loose: list[_Bounds], legs: int) -> tuple[Array, Array] | NoFit:
-        """``loose`` bounds may be exceeded, each leg's by an excess of its own that is dear."""
-        count, extra = self.linear.size, legs if loose else 0
-        weight, low, high = [bounds.weight for bounds in strict], [b.low for b in strict], [b.high for b in strict]
-        blocks = [[part, csr_array((part.shape[0], extra))] for part in weight]
-        for bounds in loose:
-            for sign, border in ((1.0, bounds.low), (-1.0, bounds.high)):
-                finite = np.flatnonzero(np.isfinite(border))
-                where = (np.arange(finite.size), bounds.leg[finite])
-                unit = coo_array((np.ones(finite.size), where), shape=(finite.size, extra))
-                blocks += [[bounds.weight[finite] * sign, csr_array(unit)]]
-                low += [sign * border[finite]]
-                high += [np.full(finite.size, np.inf)]
-        solver = piqp.SparseSolver()
-        solver.settings.eps_abs = solver.settings.eps_rel = 1e-9
-        solver.settings.max_iter = 200
-        solver.setup(
-            csc_matrix(block_diag([self.quadratic, csr_array((extra, extra))])),
-            np.concatenate([self.linear, np.full(extra, PENALTY)]),
-            csc_matrix(hstack([self.pins, csr_array((self.pins.shape[0], extra))])),
-            self.target,
-            csc_matrix(block_array(blocks)),
-            np.concatenate(low),
-            np.concatenate(high),
-            np.concatenate([np.full(count, -np.inf), np.zeros(extra)]),
-            np.full(count + extra, np.inf),
-        )
-        status = solver.solve()
-        if status != piqp.PIQP_SOLVED:
-            return NoFit(str(status))
-        found = np.array(solver.result.x)
-        return found[:count], found[count:] if loose else np.zeros(legs)
-
-
-def _world(rows: _Rows, index: Array, course: Course, origin: Array, low: Array, high: Array) -> None:
+def _world(rows: Rows, index: Array, course: Course, origin: Array, low: Array, high: Array) -> None:
     """Where a tube reaches beyond the world, its control points do not."""
     reach = course.radius[..., None]
+    low, high = (np.broadcast_to(side, course.start.shape) for side in (low, high))
     beyond = (np.minimum(course.start, course.end) - reach < low) | (
         np.maximum(course.start, course.end) + reach > high
     )
@@ -296,13 +196,13 @@ def _world(rows: _Rows, index: Array, course: Course, origin: Array, low: Array,
     rows.add(
         index[agent, leg, axis, point][:, None],
         np.ones(1),
-        (low - SAFE / 10)[axis] - origin[agent, axis],
-        (high + SAFE / 10)[axis] - origin[agent, axis],
+        (low - SAFE / 10)[agent, leg, axis] - origin[agent, axis],
+        (high + SAFE / 10)[agent, leg, axis] - origin[agent, axis],
         leg,
     )
 
 
-def _tubes(rows: _Rows, index: Array, course: Course, origin: Array) -> None:
+def _tubes(rows: Rows, index: Array, course: Course, origin: Array) -> None:
     """Each leg's control points in a box, in the frame of its segment, that the tube holds."""
     dim = origin.shape[-1]
     along = course.end - course.start
@@ -326,7 +226,7 @@ def _tubes(rows: _Rows, index: Array, course: Course, origin: Array) -> None:
         )
 
 
-def _waypoints(rows: _Rows, index: Array, course: Course, origin: Array) -> None:
+def _waypoints(rows: Rows, index: Array, course: Course, origin: Array) -> None:
     """Where the flight need not pass through the steps' positions, it is near them at their times."""
     dim = origin.shape[-1]
     inner = np.flatnonzero(course.fixed & ~course.pinned)
@@ -342,6 +242,15 @@ def _waypoints(rows: _Rows, index: Array, course: Course, origin: Array) -> None
         (target + spare).ravel(),
         leg.ravel(),
     )
+
+
+def _keep(rows: Rows, cut: Cut, course: Course) -> None:
+    """All cuts share the excess of the first leg: where they cannot be kept, the largest is the least."""
+    dim, size = cut.weight.shape
+    pieces = int(course.knot.sum()) - 1
+    first = ((cut.agent * dim + np.arange(dim)[:, None]) * pieces + cut.piece) * size + np.arange(size)
+    none = np.full(1, -np.inf)
+    rows.add(first.reshape(1, -1), cut.weight.reshape(1, -1), none, np.ones(1), np.zeros(1, dtype=np.int64))
 
 
 def _loose(pinned: Flags) -> Flags:
@@ -367,7 +276,7 @@ def _frames(along: Array, length: Array) -> Array:
     return np.stack([first, second, np.cross(first, second)], axis=-2)
 
 
-def _hold(rows: _Rows, index: Array, plane: Plane, pinned: Flags, origin: Array) -> None:
+def _hold(rows: Rows, index: Array, plane: Plane, pinned: Flags, origin: Array) -> None:
     """The control points of the plane's part of the leg, but those at a step that is passed through."""
     offset = plane.offset - plane.normal @ origin[plane.first]
     columns, weight = [index[plane.first, plane.leg]], [plane.normal]

@@ -26,11 +26,13 @@ class Provenance:
         inputs: the mission's files, the mission first: names relative to its folder, and contents.
         options: choices that change the plan, by their name on the command line.
         cut_short: what ended the search before it was done, in two words; empty where nothing did.
+        stretch: how many times as long as the plan's the mission is.
     """
 
     inputs: tuple[tuple[str, bytes], ...]
     options: tuple[tuple[str, Option], ...] = ()
     cut_short: str = ""
+    stretch: float = 1.0
 
 
 def manifest(plan: Plan, provenance: Provenance, files: Mapping[str, bytes]) -> str:

@@ -56,7 +56,7 @@ PLAIN = Vehicle("plain")
 class Figure:
     """How a figure of a vehicle is written: ``<=`` a limit, ``..`` a band, empty a value; and what it is.
 
-    ``above``: it is more than 0, not only at least 0. ``whole``: it has no fraction.
+    ``above``: it is more than 0, not only at least 0. ``whole``: it has no fraction. ``around``: a band holds 1.
     """
 
     dimension: Dimension
@@ -64,6 +64,7 @@ class Figure:
     says: str
     above: bool = False
     whole: bool = False
+    around: bool = False
 
 
 FIGURES: dict[str, Figure] = {
@@ -73,7 +74,7 @@ FIGURES: dict[str, Figure] = {
     "acceleration": Figure(Dimension.ACCELERATION, "<=", "in any direction", above=True),
     "jerk": Figure(Dimension.JERK, "<=", "change of the acceleration", above=True),
     "tilt": Figure(Dimension.ANGLE, "<=", "of the thrust from straight up", above=True),
-    "thrust": Figure(Dimension.NUMBER, "..", "in multiples of the weight"),
+    "thrust": Figure(Dimension.NUMBER, "..", "in multiples of the weight", around=True),
     "yaw_rate": Figure(Dimension.TURN, "<=", "of the nose about the vertical", above=True),
     "height": Figure(Dimension.LENGTH, "..", "band of heights to fly in"),
     "downwash_radius": Figure(Dimension.LENGTH, "", "half axis of the downwash ellipsoid, sideways"),

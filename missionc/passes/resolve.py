@@ -41,9 +41,9 @@ from missionc.units import Dimension, Metres, Seconds, Steps
 
 
 def resolve(
-    program: ast.Program, overrides: dict[str, str], limits: Limits
+    program: ast.Program, overrides: dict[str, str], limits: Limits, stretch: float = 1.0
 ) -> tuple[ir.Mission | None, list[Diagnostic]]:
-    """The mission as meant, and all that there is to say about it."""
+    """The mission as meant, and all that there is to say about it; lasting ``stretch`` times as long as written."""
     findings: list[Diagnostic] = []
     context = Context(collect(program, findings), limits, findings)
     resolve_parameters(context, overrides)
@@ -51,7 +51,7 @@ def resolve(
     time = _only(context, program, ast.Time, "the time", "add `time step 1 s, horizon 20 s`")
     world = _only(context, program, ast.World, "the world", "add `world (0, 0) to (10, 10)`")
     if time is not None:
-        resolve_time(context, time)
+        resolve_time(context, time, stretch)
     if world is not None:
         resolve_world(context, world)
     _resolve_things(context, program)

@@ -25,21 +25,25 @@ def as_whole(value: float) -> float:
     return nearest if abs(value - nearest) <= ROUNDING * max(1.0, abs(value)) else value
 
 
-def resolve_time(context: Context, time: ast.Time) -> None:
-    """Sets the step, seconds, and the number of steps; the step stays NaN where either is wrong."""
+def resolve_time(context: Context, time: ast.Time, stretch: float = 1.0) -> None:
+    """Sets the step, seconds, and the number of steps; the step stays NaN where either is wrong.
+
+    ``stretch`` times as many as written, of which the last may be cut short.
+    """
     step = number(context, time.step, Dimension.TIME, "the step", above=0)
     horizon = number(context, time.horizon, Dimension.TIME, "the horizon", above=0)
     if math.isnan(step) or math.isnan(horizon):
         return
     steps = as_whole(horizon / step)
-    if steps > context.limits.steps:
-        _too_many(context, time, steps)
+    longer = steps if stretch == 1 else math.ceil(as_whole(steps * stretch))
+    if longer > context.limits.steps:
+        _too_many(context, time, longer)
         return
     if steps != math.floor(steps):
         _horizon_not_whole(context, time, step, horizon, steps)
         return
     context.step = step
-    context.steps = int(steps)
+    context.steps = int(longer)
 
 
 def resolve_window(context: Context, window: ast.Window) -> ir.Window:

@@ -65,4 +65,11 @@ def _band(context: Context, figure: ir.Figure, setting: ast.Setting, what: str) 
             setting.span,
             help="write the lower end first",
         )
+    elif figure.around and (low >= 1 or high <= 1):
+        context.report(
+            code.VALUE_OUT_OF_RANGE,
+            f"{what} runs from {shown(low)} to {shown(high)}, and at 1 a vehicle hovers",
+            setting.span,
+            help="write a band with 1 in it",
+        )
     return ir.Band(low, high)

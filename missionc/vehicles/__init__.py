@@ -64,6 +64,8 @@ def _value(name: str, key: str, text: object) -> float | int | Band:
         low = float(match["low"]) * factor
         if low >= high:
             raise ValueError(f"{name}.toml: `{key}` runs backwards: {text}")
+        if figure.around and not low < 1 < high:
+            raise ValueError(f"{name}.toml: `{key}` does not hold 1: {text}")
         return Band(low, high)
     if (figure.above and high == 0) or (figure.whole and high % 1):
         raise ValueError(f"{name}.toml: `{key}` is out of range: {text}")
@@ -77,4 +79,5 @@ def _dimension(unit: str | None) -> Dimension | None:
 def example(figure: Figure) -> str:
     """How such a figure is written."""
     unit = next((f" {unit}" for unit, known in UNITS.items() if known == (figure.dimension, 1.0)), "")
-    return ("1..2" if figure.relation == ".." else "1") + unit
+    low = "0" if figure.around else "1"
+    return (f"{low}..2" if figure.relation == ".." else "1") + unit

@@ -81,6 +81,7 @@ def test_every_figure_in_a_file_has_its_source_above_it(path: Path) -> None:
         ({"height": "1 m"}, '"1..2 m"'),
         ({"height": "2..1 m"}, "backwards"),
         ({"memory": "40.5"}, "out of range"),
+        ({"thrust": "1..2"}, "does not hold 1"),
         ({"like": "crazyflie"}, "no profile `crazyflie`"),
     ],
 )
@@ -93,7 +94,7 @@ def test_a_file_that_says_something_else_is_refused(figures: dict[str, object], 
 def test_the_example_of_a_figure_is_read(name: str) -> None:
     figure = ir.FIGURES[name]
     value = getattr(read_profile("mine", {name: example(figure)}, {"plain": ir.PLAIN}), name)
-    assert value == (ir.Band(1.0, 2.0) if figure.relation == ".." else 1.0)
+    assert value == (ir.Band(0.0, 2.0) if figure.around else ir.Band(1.0, 2.0) if figure.relation == ".." else 1.0)
 
 
 # ---------------------------------------------------------------- in a mission
@@ -117,7 +118,9 @@ def test_every_figure_can_be_the_missions_own(name: str) -> None:
     figure = ir.FIGURES[name]
     written = f"{name} {figure.relation if figure.relation == '<=' else ''} {example(figure)}"
     vehicle = flown(f"vehicle crazyflie21 {{ {written} }}")
-    assert getattr(vehicle, name) == (ir.Band(1.0, 2.0) if figure.relation == ".." else 1.0)
+    assert getattr(vehicle, name) == (
+        ir.Band(0.0, 2.0) if figure.around else ir.Band(1.0, 2.0) if figure.relation == ".." else 1.0
+    )
     others = [other for other in ir.FIGURES if other != name]
     assert [getattr(vehicle, other) for other in others] == [
         getattr(profiles()["crazyflie21"], other) for other in others
