@@ -126,12 +126,7 @@ def check(missions: tuple[Path, ...], overrides: Pairs, limits: Pairs, form: str
     help="Child processes of clot and hybrid; the plan is the same.",
 )
 @click.option(
-    "--stretch",
-    type=click.FloatRange(1, 1000),
-    default=1.0,
-    show_default=True,
-    metavar="TIMES",
-    help="Fly the plan so many times slower than it was planned.",
+    "--stretch", type=click.FloatRange(1, 1000), default=1.0, metavar="S", help="Fly the plan S times slower."
 )
 @click.option("--seed", type=click.IntRange(0, 2**32 - 1), default=0, show_default=True, metavar="N")
 @click.option(

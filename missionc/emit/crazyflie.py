@@ -33,7 +33,9 @@ from missionc.emit.fit import Course, Cut, Fitted, Plane, fit
 from missionc.emit.limits import Limit, Peak, cuts, limits_of, peaks
 from missionc.emit.program import NoFit
 from missionc.emit.refusals import not_flyable, too_fast
-from missionc.ir import DoubleIntegrator, Mission
+from missionc.emit.splines import rounded
+from missionc.emit.yaw import pointing
+from missionc.ir import AlongPath, DoubleIntegrator, Mission
 from missionc.kernel.nodes import Kernel
 from missionc.plan import Array, Trace
 from missionc.verify.certificate import Certificate, Check
@@ -53,8 +55,8 @@ NEGLIGIBLE = 1e-9
 """Metres: a parabola that leaves its chord by less is straight."""
 EXCESS = 1e-6
 """Metres: a bound of the fit that is exceeded by more is not kept."""
-COMPRESSED, COMPRESSED_ENDS = {2: 31, 3: 45}, 11
-"""Bytes of a piece in the firmware's compressed format, by the mission's dimension; and those of its two ends."""
+COMPRESSED, COMPRESSED_YAW, COMPRESSED_ENDS = {2: 31, 3: 45}, 14, 11
+"""Bytes of a piece in the firmware's compressed format, by the mission's dimension; of its yaw; of the two ends."""
 SLACK = 5e-3
 """Metres: how far from a step's position a piece of several steps may pass."""
 HALVINGS, SHORTEST = 3, 0.1
@@ -148,7 +150,8 @@ def _chords(mission: Mission, trace: Trace) -> Indices:
 
 def _mergers(mission: Mission, chords: Indices) -> list[int]:
     """How many pieces there may be where they are to be fewer than there are legs: as many as a memory holds."""
-    compressed = (_memory(mission) - COMPRESSED_ENDS) // COMPRESSED[mission.dimension]
+    turning = any(isinstance(agent.yaw, AlongPath) for agent in mission.agents)
+    compressed = (_memory(mission) - COMPRESSED_ENDS) // (COMPRESSED[mission.dimension] + turning * COMPRESSED_YAW)
     return [count for count in (_memory(mission) // PIECE_BYTES, compressed) if 3 <= count < chords.sum()]
 
 
@@ -201,7 +204,7 @@ def _attempt(
             fitted = _within_limits(mission, course, planes, group, limits, kept)
             if isinstance(fitted, NoFit):
                 return _Stuck(None, ())
-            coefficients[group] = _rounded(fitted.points, np.diff(knots))
+            coefficients[group] = rounded(fitted.points, np.diff(knots))
             excess[group] = fitted.excess
         beyond = [
             (mission.agents[index].name, peak)
@@ -219,7 +222,10 @@ def _attempt(
         held, course = more, replace(course, radius=radius)
         stale = {agent for near in found for agent in near.agents}
     steps = {*step_of[excess.max(axis=0) > EXCESS].tolist(), *(int(step_of[near.leg]) for near in found)}
-    files = _texts(mission, coefficients, np.diff(knots))
+    yaw = [
+        pointing(each.yaw, each.vehicle.yaw_rate, Curves(knots, coefficients[[each.index]])) for each in mission.agents
+    ]
+    files = _texts(mission, coefficients, np.stack(yaw), np.diff(knots))
     certificate = verify_polynomials(mission, kernel, trace, files)
     if not certificate.passed:
         failed = min(certificate.failures, key=lambda check: (check.at is None, check.margin))
@@ -319,7 +325,7 @@ def _within_limits(
         fitted = _fit(mission, course, planes, group, kept)
         if isinstance(fitted, NoFit):
             return best or fitted
-        flown = _rounded(fitted.points, durations)
+        flown = rounded(fitted.points, durations)
         found = [peaks(limits[index], Curves(knots, flown[[place]])) for place, index in enumerate(group)]
         worst = max((peak.stretch for own in found for peak in own), default=0.0)
         if worst < least:
@@ -367,21 +373,12 @@ def _narrowed(radius: Array, again: list[Near]) -> Array:
     return radius
 
 
-def _rounded(points: Array, durations: Array) -> Array:
-    """Control points to coefficients in float32: (agents, pieces, dim, 8) to the same, ascending powers of seconds."""
-    difference = points
-    columns = []
-    for power in range(8):
-        columns.append(difference[..., 0] * math.comb(7, power) / (durations**power)[:, None])
-        difference = np.diff(difference, axis=-1)
-    return np.stack(columns, axis=-1).astype(np.float32).astype(np.float64)
-
-
-def _texts(mission: Mission, coefficients: Array, durations: Array) -> dict[str, str]:
+def _texts(mission: Mission, coefficients: Array, yaw: Array, durations: Array) -> dict[str, str]:
     files = {}
     for agent in mission.agents:
         rows = np.zeros((durations.size, 4, 8))
         rows[:, : mission.dimension] = coefficients[agent.index]
+        rows[:, 3] = yaw[agent.index]
         if mission.dimension == 2:
             rows[:, 2, 0] = np.float32(agent.altitude)
         files[agent.name] = written(Pieces(durations, rows))

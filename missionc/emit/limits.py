@@ -195,7 +195,7 @@ def cuts(limits: list[Limit], agent: int, points: Array, durations: Array) -> li
     dim = points.shape[1]
     found = []
     for limit in limits:
-        form = _derived(limit.order)
+        form = in_parts(limit.order)
         scale = durations ** -float(limit.order)
         hull = _in_space(np.swapaxes(points @ form.T, 1, 2) * scale[:, None, None])
         for piece, which in np.argwhere(limit.gauge(hull) > SHARE).tolist():
@@ -204,7 +204,7 @@ def cuts(limits: list[Limit], agent: int, points: Array, durations: Array) -> li
     return found
 
 
-def _derived(order: int) -> Array:
+def in_parts(order: int) -> Array:
     """(PARTS * (8 - order), 8): a piece's control points to those of a derivative in all parts; times in pieces."""
     difference = np.diff(np.eye(DEGREE + 1), n=order, axis=0) * math.perm(DEGREE, order)
     borders = [(part / PARTS, (part + 1) / PARTS) for part in range(PARTS)]

@@ -39,11 +39,10 @@ def control_points_of(times: Array) -> csr_array:
     )
     # A piece is known by its values at eight places in it.
     share = (1 - np.cos((2 * np.arange(DEGREE + 1) + 1) * np.pi / (2 * DEGREE + 2))) / 2
-    bernstein = np.array([[_bernstein(i, u) for i in range(DEGREE + 1)] for u in share.tolist()])
     pieces = times.size - 1
     where = (times[:-1, None] + share * np.diff(times)[:, None]).ravel()
     sampled = BSpline.design_matrix(where, knots, DEGREE).data.reshape(pieces, DEGREE + 1, DEGREE + 1)
-    points = np.linalg.solve(bernstein, sampled)
+    points = np.linalg.solve(bernstein(share), sampled)
     # They are not negative: what is, is rounding.
     points[points < 1e-13] = 0.0
     points /= points.sum(axis=-1, keepdims=True)
@@ -77,9 +76,20 @@ def part_of(low: float, high: float) -> Array:
     return np.asarray(before @ after)
 
 
+def bernstein(share: Array) -> Array:
+    """(shares, 8): from a piece's control points to its values at shares of its duration."""
+    return np.array([[_split(DEGREE, i, u) for i in range(DEGREE + 1)] for u in share.tolist()])
+
+
+def rounded(points: Array, durations: Array) -> Array:
+    """Control points to coefficients in float32: (..., pieces, dim, 8) to the same, ascending powers of seconds."""
+    difference = points
+    columns = []
+    for power in range(DEGREE + 1):
+        columns.append(difference[..., 0] * comb(7, power) / (durations**power)[:, None])
+        difference = np.diff(difference, axis=-1)
+    return np.stack(columns, axis=-1).astype(np.float32).astype(np.float64)
+
+
 def _split(degree: int, index: int, share: float) -> float:
     return comb(degree, index) * share**index * (1 - share) ** (degree - index) if 0 <= index <= degree else 0.0
-
-
-def _bernstein(index: int, share: float) -> float:
-    return _split(DEGREE, index, share)
