@@ -37,6 +37,7 @@ from missionc.emit.splines import rounded
 from missionc.emit.yaw import pointing
 from missionc.ir import AlongPath, DoubleIntegrator, Mission
 from missionc.kernel.nodes import Kernel
+from missionc.passes.tighten import roomy
 from missionc.plan import Array, Trace
 from missionc.verify.certificate import Certificate, Check
 from missionc.verify.columns import Pieces, written
@@ -189,6 +190,7 @@ def _attempt(
 ) -> Flyable | _Tight | _Beyond | _Stuck:
     """With so many legs for each step: each a piece of its own, or in so many pieces if there is a ``count``."""
     course = _course(mission, trace, legs, count)
+    apart = roomy(mission)
     step_of = np.repeat(np.arange(legs.size), legs)
     knots = course.times[course.knot]
     coefficients = np.zeros((len(mission.agents), knots.size - 1, mission.dimension, 8))
@@ -214,9 +216,9 @@ def _attempt(
         if beyond:
             return _Beyond(tuple(beyond))
         level = refined(Curves(knots, coefficients), course.times)
-        found = conflicts(mission, level, held)
+        found = conflicts(apart, level, held)
         radius = _narrowed(course.radius, [near for near in found if near in held and not near.moving])
-        more = held_apart(mission, course, held, found, level)
+        more = held_apart(apart, course, held, found, level)
         if more == held and np.array_equal(radius, course.radius):
             break
         held, course = more, replace(course, radius=radius)
@@ -349,13 +351,12 @@ def _fit(mission: Mission, course: Course, planes: list[Plane], group: list[int]
 
 
 def _room(mission: Mission, course: Course, group: list[int]) -> tuple[Array, Array]:
-    """Opposite corners of each leg's room, (agents, legs, dim): what its vehicle has, less what it may miss.
+    """Opposite corners of each leg's room, (agents, legs, dim).
 
     Where the plan itself is beyond that, the flight goes no further than the plan; never out of the world.
     """
     corners = np.array([mission.room(index) for index in group])
-    missed = np.array([mission.agents[index].vehicle.tracking for index in group])[:, None]
-    low, high = (corners[:, side] + sign * missed for side, sign in ((0, 1), (1, -1)))
+    low, high = corners[:, 0], corners[:, 1]
     least, most = np.minimum(course.start, course.end), np.maximum(course.start, course.end)
     return (
         np.maximum(np.minimum(low[:, None], least), mission.world.low),
