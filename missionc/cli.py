@@ -21,19 +21,17 @@ import click
 from missionc import driver, stages, summary
 from missionc.answers import Status, say
 from missionc.backends.api import DEVICES, PRESETS, Budget, Impossible, NotFound, Options, Progress, ignore
-from missionc.diagnostics.code import CODES, INTERNAL
-from missionc.diagnostics.explain import explain as explanation
+from missionc.diagnostics.code import INTERNAL
 from missionc.diagnostics.model import Diagnostic, has_errors
 from missionc.flags import existing, export_names, files, memory, of_mission, read_limits, stage_names
 from missionc.keeping import KeptRun
-from missionc.nearest import nearest
 from missionc.progress import ProgressLine
 from missionc.results import Checked, Compiled, Refused, Unverified, Verified
 from missionc.version import __version__
 
 Pairs = tuple[tuple[str, str], ...]
 
-MODULES = ("export", "fmt", "report", "simulate", "vehicles", "verify")
+MODULES = ("explain", "export", "fmt", "report", "simulate", "vehicles", "verify")
 """Commands with a module of their own."""
 
 
@@ -340,23 +338,6 @@ def monitor(file: Path, trace: Path, overrides: Pairs, limits: Pairs, form: str,
     if not judged.ok:
         return Status.MISSION_ERRORS
     return Status.DONE if judged.satisfied else Status.VIOLATED
-
-
-@commands.command()
-@click.argument("code", required=False)
-def explain(code: str | None) -> Status:
-    """Print the page of a code such as MC301; without one, list all codes."""
-    if code is None:
-        for known in CODES.values():
-            click.echo(f"{known.name}  {known.title}")
-        return Status.DONE
-    name = f"MC{code}" if code.isdigit() else code.upper()
-    if name not in CODES:
-        near = nearest(name, CODES)
-        hint = f"did you mean {near}?" if isinstance(near, str) else "`missionc explain` lists them"
-        raise click.UsageError(f"there is no code `{code}`; {hint}")
-    click.echo(explanation(CODES[name]), nl=False)
-    return Status.DONE
 
 
 @contextmanager

@@ -67,6 +67,13 @@ class Operator:
 
     ``spatial`` operators look along a graph, so their operands are about one
     agent and so is the whole; the others keep whom their operands are about.
+
+    ``says`` is the meaning in a few words. ``reads`` is a sentence with places to
+    fill: ``{body}``, or ``{left}`` and ``{right}``, or ``{parts}`` of a chain, are the
+    operands; ``{each}``, ``{some}``, ``{before}`` and ``{earlier}`` say the window;
+    ``{route}``, ``{far}``, ``{graph}``, ``{here}``, ``{perhaps}``, ``{included}`` and
+    ``{number}`` what a spatial operator looks at. Its operands are verbs: ``that
+    {right}``, or with a noun ``{left:agent on it}``, "every agent on it is …".
     """
 
     name: str
@@ -76,6 +83,7 @@ class Operator:
     spatial: bool
     expand: Callable[[Use], Node | TooLarge]
     says: str
+    reads: str
     example: str
 
     @property

@@ -9,7 +9,7 @@ Tables of names only: nothing here loads a solver.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from enum import Enum
 from types import MappingProxyType
@@ -109,8 +109,17 @@ def choose_backend(mission: Mission, forced: str | None) -> tuple[Choice | None,
 
 def needs(mission: Mission) -> tuple[Need, ...]:
     """Each feature the mission uses, once, at the first words that need it."""
+    return _once((*_of_world(mission), *_of_goals(mission), *_of_objective(mission)))
+
+
+def needs_of(formula: Formula) -> tuple[Need, ...]:
+    """Each feature that one formula uses, once, at the first words that need it."""
+    return _once(_of_formulas((formula,)))
+
+
+def _once(required: Iterable[Need]) -> tuple[Need, ...]:
     first: dict[Feature, Need] = {}
-    for need in (*_of_world(mission), *_of_goals(mission), *_of_objective(mission)):
+    for need in required:
         first.setdefault(need.feature, need)
     return tuple(sorted(first.values(), key=lambda need: need.span.start))
 
@@ -129,11 +138,14 @@ def _of_world(mission: Mission) -> Iterator[Need]:
 
 
 def _of_goals(mission: Mission) -> Iterator[Need]:
-    formulas = bottom_up(goal.formula for goal in goals(mission))
-    for formula in sorted(formulas, key=lambda formula: formula.span.start):
-        yield from _of_formula(formula)
+    yield from _of_formulas(goal.formula for goal in goals(mission))
     for preference in mission.preferences:
         yield Need(Feature.PREFER, preference.span)
+
+
+def _of_formulas(roots: Iterable[Formula]) -> Iterator[Need]:
+    for formula in sorted(bottom_up(roots), key=lambda formula: formula.span.start):
+        yield from _of_formula(formula)
 
 
 def _of_formula(formula: Formula) -> Iterator[Need]:

@@ -28,6 +28,12 @@ def test_check_loads_no_solver_and_no_large_library() -> None:
     assert loaded_by(code) & HEAVY == set()
 
 
+def test_explain_loads_no_solver_and_no_large_library() -> None:
+    asked = ["explain", "missions/wildfire.mission", "--format", "json"]
+    code = f"from missionc.cli import main\nassert main({asked}) == 0"
+    assert loaded_by(code) & HEAVY == set()
+
+
 def test_the_cost_graph_is_shown_without_loading_torch() -> None:
     asked = ["compile", "missions/clot_star.mission", "--emit", "cost-graph"]
     code = f"from missionc.cli import main\nassert main({asked}) == 0"

@@ -19,5 +19,6 @@ OPERATOR = Operator(
     spatial=False,
     expand=expand,
     says="at every step of the window",
+    reads="{each}, {body}",
     example="always[0, 20 s] not fire",
 )

@@ -18,5 +18,6 @@ OPERATOR = Operator(
     spatial=False,
     expand=expand,
     says="both hold",
+    reads="all of these hold: {parts}",
     example="base and speed <= 1",
 )

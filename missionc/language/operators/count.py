@@ -48,5 +48,7 @@ OPERATOR = Operator(
     spatial=True,
     expand=expand,
     says="so many agents where it holds are as far away as the bounds say",
+    reads="of the agents whose shortest way from {here} on {graph} is {far}{included}, there are {number} "
+    "of which each {body}",
     example="count[hops 1..1 on radio] field >= 2",
 )

@@ -36,5 +36,7 @@ OPERATOR = Operator(
     spatial=True,
     expand=expand,
     says="a route over agents where it holds, to an agent that is as far away as the bounds say",
+    reads="a route on {graph} leads from {here} to an agent{perhaps} whose shortest way from {here} is "
+    "{far}, and {body:agent on it, both ends included,}",
     example="escape[hops 2.. on radio] not threat",
 )

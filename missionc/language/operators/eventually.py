@@ -19,5 +19,6 @@ OPERATOR = Operator(
     spatial=False,
     expand=expand,
     says="at some step of the window",
+    reads="{some}, {body}",
     example="eventually[0, 12 s] survivor",
 )

@@ -22,5 +22,6 @@ OPERATOR = Operator(
     spatial=True,
     expand=expand,
     says="every route within the bounds ends at an agent where it holds",
+    reads="{body:agent to which {route} leads from {here}{included}}",
     example="everywhere[hops 0..1 on radio] not fire",
 )

@@ -20,5 +20,6 @@ OPERATOR = Operator(
     spatial=False,
     expand=expand,
     says="both hold, or neither",
+    reads="{left}, exactly when {right}",
     example="field iff drone[0]",
 )

@@ -19,5 +19,6 @@ OPERATOR = Operator(
     spatial=False,
     expand=expand,
     says="the right one wherever the left one",
+    reads="if {left}, then {right}",
     example="field implies safe",
 )

@@ -19,5 +19,6 @@ OPERATOR = Operator(
     spatial=False,
     expand=expand,
     says="one step from now",
+    reads="{some}, {body}",
     example="next base",
 )

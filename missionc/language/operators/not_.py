@@ -19,5 +19,6 @@ OPERATOR = Operator(
     spatial=False,
     expand=expand,
     says="its operand does not hold",
+    reads="it is not true that {body}",
     example="not fire",
 )

@@ -18,5 +18,6 @@ OPERATOR = Operator(
     spatial=False,
     expand=expand,
     says="one holds, or both",
+    reads="at least one of these holds: {parts}",
     example="base or field",
 )

@@ -91,5 +91,6 @@ OPERATOR = Operator(
     spatial=True,
     expand=expand,
     says="a route within the bounds, over agents of the left one, ends at an agent of the right one",
+    reads="{route} leads from {here} to an agent{perhaps} that {right}, and {left:agent on it but the last}",
     example="safe reach[hops 0..2 on radio] base",
 )

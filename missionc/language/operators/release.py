@@ -21,5 +21,6 @@ OPERATOR = Operator(
     spatial=False,
     expand=expand,
     says="the right one at every step of the window, or up to and with a step where the left one held before",
+    reads="{each}, {right}, unless {earlier}, {left}",
     example="charged release[0, 10 s] base",
 )

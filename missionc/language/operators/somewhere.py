@@ -21,5 +21,6 @@ OPERATOR = Operator(
     spatial=True,
     expand=expand,
     says="some route within the bounds ends at an agent where it holds",
+    reads="{route} leads from {here} to an agent{perhaps} that {body}",
     example="somewhere[hops 1..2 on radio] base",
 )

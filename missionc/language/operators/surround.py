@@ -55,5 +55,7 @@ OPERATOR = Operator(
     spatial=True,
     expand=expand,
     says="the left one holds here, and its routes lead out only to agents of the right one, within the bounds",
+    reads="{here} {left}, and the part of {graph} around it, of agents of which each {left}, "
+    "ends on every side after {far}, at agents of which each {right}",
     example="base surround[hops 0..3 on radio] field",
 )

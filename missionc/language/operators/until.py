@@ -22,5 +22,6 @@ OPERATOR = Operator(
     spatial=False,
     expand=expand,
     says="the right one at some step of the window, the left one at every step before it",
+    reads="{some}, {right}; and {before}, {left}",
     example="safe until[0, 10 s] base",
 )
