@@ -17,26 +17,45 @@ if TYPE_CHECKING:
     from missionc.diagnostics.model import Diagnostic, Severity
     from missionc.driver import check, compile, monitor
     from missionc.limits import Limits
-    from missionc.results import Checked, Compiled, Monitored, Refused, Unverified, Verified
+    from missionc.results import (
+        Blame,
+        Change,
+        Checked,
+        Compiled,
+        Explained,
+        Monitored,
+        NearMiss,
+        Refused,
+        Relaxation,
+        Trial,
+        Unverified,
+        Verified,
+    )
     from missionc.source import Source
 
 __all__ = [
     "Attempt",
+    "Blame",
+    "Change",
     "Checked",
     "Compiled",
     "CutShort",
     "Diagnostic",
+    "Explained",
     "Fault",
     "Impossible",
     "Limits",
     "Monitored",
+    "NearMiss",
     "NotFound",
     "Options",
     "Progress",
     "Reason",
     "Refused",
+    "Relaxation",
     "Severity",
     "Source",
+    "Trial",
     "Unverified",
     "Verified",
     "__version__",
@@ -59,7 +78,20 @@ HOMES = {
     "missionc.diagnostics.model": ("Diagnostic", "Severity"),
     "missionc.driver": ("check", "compile", "monitor"),
     "missionc.limits": ("Limits",),
-    "missionc.results": ("Checked", "Compiled", "Monitored", "Refused", "Unverified", "Verified"),
+    "missionc.results": (
+        "Blame",
+        "Change",
+        "Checked",
+        "Compiled",
+        "Explained",
+        "Monitored",
+        "NearMiss",
+        "Refused",
+        "Relaxation",
+        "Trial",
+        "Unverified",
+        "Verified",
+    ),
     "missionc.source": ("Source",),
 }
 """Where each public name lives: loaded when it is first used, so that a child process loads only its own module."""

@@ -18,15 +18,16 @@ from typing import assert_never
 
 import click
 
-from missionc import driver, stages, summary
+from missionc import driver, flags, stages, summary
 from missionc.answers import Status, say
 from missionc.backends.api import DEVICES, PRESETS, Budget, Impossible, NotFound, Options, Progress, ignore
 from missionc.diagnostics.code import INTERNAL
 from missionc.diagnostics.model import Diagnostic, has_errors
-from missionc.flags import existing, export_names, files, memory, of_mission, read_limits, stage_names
+from missionc.flags import existing, export_names, files, of_mission, read_limits, stage_names
 from missionc.keeping import KeptRun
 from missionc.progress import ProgressLine
 from missionc.results import Checked, Compiled, Refused, Unverified, Verified
+from missionc.units import Seconds
 from missionc.version import __version__
 
 Pairs = tuple[tuple[str, str], ...]
@@ -135,14 +136,7 @@ def check(missions: tuple[Path, ...], overrides: Pairs, limits: Pairs, form: str
     metavar="SECONDS",
     help="End the search after so long, with the best plan so far.",
 )
-@click.option(
-    "--memory-limit",
-    type=memory,
-    metavar="SIZE",
-    default="8GB",
-    show_default=True,
-    help="Of the solver; 512 is 512 MB.",
-)
+@flags.memory_limit
 @click.option(
     "--checkpoint",
     type=click.Path(path_type=Path, dir_okay=False),
@@ -170,6 +164,7 @@ def check(missions: tuple[Path, ...], overrides: Pairs, limits: Pairs, form: str
 @click.option("--plot", type=click.Path(path_type=Path, dir_okay=False), help="Draw the plan: FILE.svg or FILE.png.")
 @click.option("--certify", is_flag=True, help="Leave the CNF and a DRAT proof beside an `impossible`.")
 @click.option("--continuous", is_flag=True, help="Refuse a plan whose requirements fail between the steps.")
+@flags.explain_limit
 @click.option("--quiet", is_flag=True, help="No summary and no progress.")
 def compile(
     file: Path,
@@ -197,6 +192,7 @@ def compile(
     plot: Path | None,
     certify: bool,
     continuous: bool,
+    explain_limit: float,
     quiet: bool,
 ) -> Status:
     """Turn a mission into a verified plan and its files."""
@@ -221,9 +217,9 @@ def compile(
             budget = Budget(deadline, memory_limit, seed, allowed, listen)
             folder = None if wanted and not output else output or _default_folder(checked)
             exports = tuple(name for group in exported for name in group)
-            answer = _plan(
-                checked, options, budget, folder, force, plot, exports, KeptRun(checkpoint, resume), continuous
-            )
+            kept = KeptRun(checkpoint, resume)
+            limit = Seconds(explain_limit)
+            answer = _plan(checked, options, budget, folder, force, plot, exports, kept, continuous, limit)
     compiled = answer.compiled
     lines = [] if quiet or wanted else summary.compiled_lines(compiled, answer.output)
     lines += summary.timing_lines(compiled.seconds) if timings else []
@@ -252,6 +248,7 @@ def _plan(
     exports: tuple[str, ...],
     kept: KeptRun,
     continuous: bool,
+    explain_limit: Seconds,
 ) -> Answer:
     """Plan and write. What can be known to forbid writing is said before any planning."""
     from missionc.emit.folder import refuse
@@ -265,7 +262,7 @@ def _plan(
     checkpoints = kept.checkpoints(budget.limits)
     if isinstance(checkpoints, Diagnostic):
         return _refused(Compiled(checked, Refused(), checked.findings, checked.seconds), checkpoints)
-    compiled = driver.plan(checked, options, budget, checkpoints, exports, continuous)
+    compiled = driver.plan(checked, options, budget, checkpoints, exports, continuous, explain_limit)
     answer = _answer(compiled, folder, force, plot)
     if kept.wrong:
         findings = (*answer.compiled.findings, kept.wrong)
@@ -282,11 +279,11 @@ def _answer(compiled: Compiled, folder: Path | None, force: bool, plot: Path | N
             return Answer(compiled, Status.NOT_VERIFIED)
         case NotFound():
             return Answer(compiled, Status.UNDECIDED)
-        case Impossible(report=report):
-            return _write(compiled, Status.IMPOSSIBLE, folder, report.files, force, None)
-        case Verified(files=output):
+        case Impossible():
+            return _write(compiled, Status.IMPOSSIBLE, folder, force, None)
+        case Verified():
             status = Status.MISSION_ERRORS if has_errors(list(compiled.findings)) else Status.DONE
-            return _write(compiled, status, folder, output, force, plot)
+            return _write(compiled, status, folder, force, plot)
         case _:
             assert_never(compiled.outcome)
 
@@ -295,7 +292,6 @@ def _write(
     compiled: Compiled,
     status: Status,
     folder: Path | None,
-    output: tuple[tuple[str, bytes], ...],
     force: bool,
     plot: Path | None,
 ) -> Answer:
@@ -310,8 +306,8 @@ def _write(
         picture = draw(mission, plan.trace, plan.backend, plot.suffix[1:])
     if isinstance(picture, Diagnostic):
         return _refused(compiled, picture)
-    written = folder if output else None
-    wrong = write_folder(written, output, force) if written else None
+    written = folder if compiled.files else None
+    wrong = write_folder(written, compiled.files, force) if written else None
     if wrong:
         return _refused(compiled, wrong)
     wrong = write_file(plot, picture) if plot and picture else None

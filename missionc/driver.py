@@ -51,7 +51,17 @@ from missionc.limits import Limits
 from missionc.plan import Plan
 from missionc.provenance import asked_for, given, inputs
 from missionc.reading import read_text
-from missionc.results import Checked, Compiled, CompileOutcome, Monitored, Refused, Unverified, Verified
+from missionc.results import (
+    Checked,
+    Compiled,
+    CompileOutcome,
+    Explained,
+    Monitored,
+    Refused,
+    Trial,
+    Unverified,
+    Verified,
+)
 from missionc.seeking import seek
 from missionc.signals import hold
 from missionc.source import Source
@@ -63,6 +73,7 @@ if TYPE_CHECKING:
 
 DEFAULT_TIME_LIMIT = Seconds(600.0)
 DEFAULT_MEMORY_LIMIT = 8 << 30
+NO_EXPLANATION = Seconds(0.0)
 
 __all__ = ["ANY_BACKEND", "DEFAULT_MEMORY_LIMIT", "DEFAULT_TIME_LIMIT", "check", "compile", "monitor", "plan"]
 
@@ -82,6 +93,7 @@ def compile(
     resume: bytes | None = None,
     exports: tuple[str, ...] = (),
     continuous: bool = False,
+    explain_limit: Seconds = NO_EXPLANATION,
 ) -> Compiled:
     """``check``; then, where there is no error, ``plan``.
 
@@ -96,10 +108,11 @@ def compile(
         resume: those of an interrupted run of the same mission, seed and options; it ends as that would have ended.
         exports: names of ``missionc.export.FORMATS``, to be written as well.
         continuous: as for ``plan``.
+        explain_limit: seconds of the time limit that may go into what would make an impossible mission possible.
     """
     budget = Budget(time.monotonic() + time_limit, memory_limit, seed, limits or Limits(), listen)
     checked = check(file, overrides=overrides, backend=backend, limits=limits)
-    return plan(checked, options or Options(), budget, Checkpoints(keep, resume), exports, continuous)
+    return plan(checked, options or Options(), budget, Checkpoints(keep, resume), exports, continuous, explain_limit)
 
 
 def plan(
@@ -109,6 +122,7 @@ def plan(
     checkpoints: Checkpoints | None = None,
     exports: tuple[str, ...] = (),
     continuous: bool = False,
+    explain_limit: Seconds = NO_EXPLANATION,
 ) -> Compiled:
     """A verified plan of a checked mission, or what stands in its way.
 
@@ -119,6 +133,7 @@ def plan(
         checkpoints: of the run, and of the one that it takes up again.
         exports: names of forms that the flight is written in as well; one that cannot hold it is among the findings.
         continuous: whether a requirement must hold between the steps too.
+        explain_limit: seconds for ``Compiled.explained``; 0 leaves that out.
     """
     mission, kernel, choice = checked.mission, checked.kernel, checked.choice
     watch = Stopwatch(list(checked.seconds))
@@ -145,7 +160,14 @@ def plan(
     watch.seconds.extend(found.report.seconds)
     match found:
         case Impossible():
-            return ended(found, _impossible(mission, found))
+            explained = None
+            if explain_limit > 0:
+                hold()
+                from missionc.relaxing.run import explain
+
+                with watch.stage("explain"):
+                    explained = explain(checked, found, backend, options, budget, explain_limit)
+            return replace(ended(found, _impossible(mission, found, explained)), explained=explained)
         case NotFound():
             return ended(found, _not_found(found))
         case Planned(trace, report):
@@ -244,15 +266,16 @@ def monitor(
 # ------------------------------------------------------------------ messages
 
 
-def _impossible(mission: Mission, found: Impossible) -> Diagnostic:
+def _impossible(mission: Mission, found: Impossible, explained: Explained | None) -> Diagnostic:
     """The requirements in conflict, each at its place."""
     spans = [(each.name, each.span) for each in mission.requirements if each.name in found.conflict]
+    notes = (found.statement, *(_blamed(explained) if explained else ()), *found.report.notes)
     if not spans:
         return Diagnostic(
             IMPOSSIBLE,
             "no plan exists on the roadmap, whatever the requirements",
             Label(mission.time_span or mission.span, "in this time"),
-            notes=(found.statement, *found.report.notes),
+            notes=notes,
             help="give the agents more time or more room, or look at their starts and finishes",
         )
     names = ", ".join(f"`{name}`" for name, _ in spans)
@@ -262,9 +285,32 @@ def _impossible(mission: Mission, found: Impossible) -> Diagnostic:
         f"{conflict} on the roadmap",
         Label(spans[0][1], "this" if len(spans) > 1 else ""),
         tuple(Label(span, "and this") for _, span in spans[1:]),
-        (found.statement, *found.report.notes),
-        "relax one of them, give the agents more time, or a finer roadmap: `solve with smt { nodes = 400 }`",
+        notes,
+        f"the smallest change that was tried and has a plan: {explained.relaxations[0].says}"
+        if explained and explained.relaxations
+        else "relax one of them, give the agents more time, or a finer roadmap: `solve with smt { nodes = 400 }`",
     )
+
+
+def _blamed(explained: Explained) -> tuple[str, ...]:
+    """Who is to blame, and by which trials that is known."""
+    who = {
+        "REQUIREMENTS": "the requirements are to blame",
+        "HORIZON": "the horizon is to blame",
+        "ROADMAP": "only these roadmaps are to blame",
+        "UNKNOWN": "what is to blame is open",
+    }[explained.blame.name]
+    says = {"planned": "there is a plan", "impossible": "there is none", "undecided": "none was found in time"}
+    trials = [
+        f"{words} {' or '.join(_variant(trial) for trial in explained.trials if trial.outcome == outcome)}"
+        for outcome, words in says.items()
+        if any(trial.outcome == outcome for trial in explained.trials)
+    ]
+    return ("; ".join([f"{who}: {trials[0]}", *trials[1:]]) if trials else who,)
+
+
+def _variant(trial: Trial) -> str:
+    return trial.says if trial.says.startswith("without ") else f"with {trial.says}"
 
 
 def _not_found(found: NotFound) -> Diagnostic:

@@ -116,6 +116,25 @@ form_flag = click.option(
 )
 
 
+memory_limit = click.option(
+    "--memory-limit",
+    type=memory,
+    metavar="SIZE",
+    default="8GB",
+    show_default=True,
+    help="Of the solver; 512 is 512 MB.",
+)
+
+explain_limit = click.option(
+    "--explain-limit",
+    type=click.FloatRange(min=0, max=1e9),
+    default=20.0,
+    show_default=True,
+    metavar="SECONDS",
+    help="Of the time limit, so much for what would make an `impossible` possible; 0 for none.",
+)
+
+
 def of_mission(command: Command) -> Command:
     """The flags of every command that reads a mission."""
     define = click.option(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -51,6 +52,23 @@ class Judgement:
     robustness: float
     step: int | None = None
     agents: tuple[str, ...] = ()
+
+    def as_record(self) -> dict[str, object]:
+        """For JSON, which has no word for the robustness of what is true, or false, whatever happens: null."""
+        return {
+            "name": self.name,
+            "satisfied": self.satisfied,
+            "robustness": self.robustness if math.isfinite(self.robustness) else None,
+            "step": self.step,
+            "agents": list(self.agents),
+        }
+
+    def violation(self, step: Seconds) -> str:
+        """``violates relay, robustness -1.803, at 2 s by drone[0]``; ``step`` is the mission's, seconds."""
+        much = f", robustness {self.robustness:.3f}," if math.isfinite(self.robustness) else ""
+        when = "" if self.step is None else f" at {self.step * step:g} s"
+        by = f" by {', '.join(self.agents)}" if self.agents else ""
+        return f"violates {self.name}{much}{when}{by}"
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from enum import Enum
 from typing import TYPE_CHECKING, TypeAlias
 
 from missionc import ir
@@ -72,6 +73,73 @@ class Unverified:
     report: Report
 
 
+@dataclass(frozen=True, slots=True)
+class Change:
+    """Lines of a mission's file, from ``line`` on, as they are and as they would be; without line ends.
+
+    A value given on the command line is in no file, and on line 0.
+    """
+
+    file: str
+    line: int
+    before: str
+    after: str
+
+
+@dataclass(frozen=True, slots=True)
+class Relaxation:
+    """A change with which the mission, compiled from its text on, has a plan that passed ``verify``.
+
+    ``smallest``: the next smaller change of its kind was refused on the roadmap; where it is False, less may do.
+    """
+
+    says: str
+    changes: tuple[Change, ...]
+    size: float
+    """Of the change, relative to what it changes; infinite where something is left out."""
+    smallest: bool
+
+
+class Blame(Enum):
+    """What an infeasible mission owes its refusal to, as far as trials tell."""
+
+    REQUIREMENTS = "requirements"
+    HORIZON = "horizon"
+    ROADMAP = "roadmap"
+    UNKNOWN = "unknown"
+
+
+@dataclass(frozen=True, slots=True)
+class Trial:
+    """A variant, solved to know who is to blame; ``outcome`` is ``planned``, ``impossible`` or ``undecided``."""
+
+    says: str
+    outcome: str
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class NearMiss:
+    """A motion that breaks one requirement and keeps everything else. It is no plan."""
+
+    broken: Judgement
+    planned_for: str
+    """The change of the mission with which the motion is a plan."""
+    files: tuple[tuple[str, bytes], ...]
+    """What shows it: relative path and content."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Explained:
+    """Why a mission is infeasible, and what would help. ``relaxations`` have the smallest change first."""
+
+    blame: Blame
+    trials: tuple[Trial, ...] = ()
+    relaxations: tuple[Relaxation, ...] = ()
+    near_miss: NearMiss | None = None
+    cut_short: bool = False
+    """Time was up before everything had been tried."""
+
+
 CompileOutcome: TypeAlias = Refused | Verified | Unverified | Impossible | NotFound
 
 
@@ -83,6 +151,20 @@ class Compiled:
     outcome: CompileOutcome
     findings: tuple[Diagnostic, ...]
     seconds: tuple[tuple[str, Seconds], ...]
+    explained: Explained | None = None
+    """Of an impossible mission, where that was asked for."""
+
+    @property
+    def files(self) -> tuple[tuple[str, bytes], ...]:
+        """What belongs into the output folder: of a plan everything, of a refusal its proof and the nearest miss."""
+        match self.outcome:
+            case Verified(files=files):
+                return files
+            case Impossible(report=report):
+                missed = self.explained.near_miss if self.explained else None
+                return report.files + (missed.files if missed else ())
+            case _:
+                return ()
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -12,6 +12,7 @@ from missionc.diagnostics.model import Diagnostic, Severity, has_errors
 from missionc.ir import FIGURES, Band, Vehicle
 from missionc.passes.resolve_quantities import SI
 from missionc.passes.show_vehicle import figures_of
+from missionc.relaxing.says import explained_document, explained_lines
 from missionc.results import Checked, Compiled, Monitored, Refused, Unverified, Verified
 from missionc.units import Seconds
 
@@ -59,8 +60,11 @@ def compiled_lines(compiled: Compiled, output: str) -> list[str]:
     mission = compiled.checked.mission
     if isinstance(compiled.outcome, NotFound) and compiled.outcome.best and mission:
         return attempt_lines(mission.name, compiled.outcome.best, mission.step)
+    if isinstance(compiled.outcome, Impossible):
+        written = [f"written to {output}", *file_lines(compiled.files)] if output else []
+        return [*explained_lines(compiled), *written]
     if not isinstance(compiled.outcome, Verified) or mission is None:
-        return [f"proof written to {output}"] if output else []
+        return []
     plan, certificate = compiled.outcome.plan, compiled.outcome.certificate
     lines = [
         f"{plan.mission}: planned by {plan.backend}, {_many(len(mission.agents), 'agent')}, "
@@ -155,7 +159,7 @@ def compiled_document(compiled: Compiled, output: str, texts: list[tuple[str, st
         "timings": _sums(compiled.seconds),
     }
     if isinstance(outcome, Verified):
-        document["requirements"] = [_judgement(each) for each in outcome.plan.judgements]
+        document["requirements"] = [each.as_record() for each in outcome.plan.judgements]
         document["notes"] = list(outcome.report.notes)
         document["cut_short"] = outcome.report.cut_short.value if outcome.report.cut_short else None
         document["between_steps"] = [_between(each) for each in outcome.certificate.between]
@@ -164,6 +168,7 @@ def compiled_document(compiled: Compiled, output: str, texts: list[tuple[str, st
         document["best_attempt"] = _attempt(outcome.best)
     if isinstance(outcome, Impossible):
         document["conflict"] = list(outcome.conflict)
+        document |= explained_document(compiled.explained)
     if texts:
         document["emit"] = dict(texts)
     return document
@@ -172,8 +177,8 @@ def compiled_document(compiled: Compiled, output: str, texts: list[tuple[str, st
 def monitored_document(monitored: Monitored) -> dict[str, object]:
     return {
         "satisfied": monitored.satisfied if monitored.ok else None,
-        "requirements": [_judgement(each) for each in monitored.requirements],
-        "preferences": [_judgement(each) for each in monitored.preferences],
+        "requirements": [each.as_record() for each in monitored.requirements],
+        "preferences": [each.as_record() for each in monitored.preferences],
         "between_steps": [_between(each) for each in monitored.between],
     }
 
@@ -236,18 +241,6 @@ def _by(agents: tuple[str, ...]) -> str:
     return f" by {', '.join(agents)}" if agents else ""
 
 
-def _judgement(judgement: Judgement) -> dict[str, object]:
-    """JSON has no word for the robustness of what is true, or false, whatever happens: null."""
-    robustness = judgement.robustness if math.isfinite(judgement.robustness) else None
-    return {
-        "name": judgement.name,
-        "satisfied": judgement.satisfied,
-        "robustness": robustness,
-        "step": judgement.step,
-        "agents": list(judgement.agents),
-    }
-
-
 def _between(between: Between) -> dict[str, object]:
     return {
         "requirement": between.requirement,
@@ -266,7 +259,7 @@ def _attempt(best: Attempt | None) -> dict[str, object] | None:
         {"what": fault.what, "margin": fault.margin, "step": fault.step, "agents": list(fault.agents)}
         for fault in best.worst_faults()
     ]
-    return {"requirements": [_judgement(each) for each in best.requirements], "faults": faults}
+    return {"requirements": [each.as_record() for each in best.requirements], "faults": faults}
 
 
 def _sums(seconds: tuple[tuple[str, Seconds], ...]) -> dict[str, float]:
@@ -374,8 +367,8 @@ def simulated_document(simulated: Simulated) -> dict[str, object]:
         "engine": trial.engine,
         "seed": trial.seed,
         "flights": trial.flights,
-        "planned": [_judgement(each) for each in simulated.planned[: len(first.requirements)]],
-        "requirements": [_judgement(each) for each in first.requirements],
+        "planned": [each.as_record() for each in simulated.planned[: len(first.requirements)]],
+        "requirements": [each.as_record() for each in first.requirements],
         "fractions": {
             name: {"held": each.held, "of": each.flights, "low": each.low, "high": each.high}
             for name, each in trials.fractions().items()
@@ -389,7 +382,7 @@ def simulated_document(simulated: Simulated) -> dict[str, object]:
             for check in trials.room()
         ],
         "robustness": {
-            each.name: [_judgement(flight.requirements[index])["robustness"] for flight in trials.flights]
+            each.name: [flight.requirements[index].as_record()["robustness"] for flight in trials.flights]
             for index, each in enumerate(first.requirements)
         },
     }

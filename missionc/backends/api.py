@@ -122,6 +122,8 @@ class Options:
     """Child processes for what can be done at once, at least 1; the plan is the same."""
     stretch: float = 1.0
     """How many times as long as planned a flight takes; no backend hears of it."""
+    brief: bool = False
+    """Asked by the way: the smt backend tries its first roadmap alone, and looks for no smaller conflict."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -22,7 +22,7 @@ from missionc.emit.lanes import lanes
 from missionc.emit.name_places import name_place
 from missionc.emit.silhouette import View, draw_shape, inner_point
 from missionc.ir import Agent, Mission, Obstacle, Path, Still
-from missionc.plan import Array, Trace
+from missionc.plan import Array, Judgement, Trace
 from missionc.verify.curves import motion, values
 
 if TYPE_CHECKING:
@@ -39,7 +39,7 @@ MARKS = ("o", "s", "^", "D", "v", "P", "X", "h")
 DASHES: tuple[Any, ...] = ("-", (0, (5, 1.4)), (0, (1.2, 1.0)), (0, (6, 1.4, 1.2, 1.4)))
 PALE = ("#CFE3F1", "#F8DDCB", "#D5EBDD", "#EAD9E7", "#F7EBC3", "#E3E1F2", "#DDE9C6", "#E8E3D3")
 OUTLINE = ("#7FAFCF", "#DDA17E", "#84BF9C", "#BE93B5", "#D3BC62", "#A5A0CF", "#A5BF74", "#B3A988")
-OBSTACLE, INK, GREY = "#5B6066", "#222222", "#8A8A8A"
+OBSTACLE, INK, GREY, BROKEN = "#5B6066", "#222222", "#8A8A8A", "#B00020"
 MOST_NAMED = 16
 """More agents than these are not named one by one in the legend."""
 MOST_DOTS = 101
@@ -64,17 +64,20 @@ def missing() -> Diagnostic | None:
     return Diagnostic(EXTRA_MISSING, message, None, help="install it with `pip install 'missionc[viz]'`")
 
 
-def plot(mission: Mission, trace: Trace, backend: str, kind: str) -> bytes | Diagnostic:
+def plot(
+    mission: Mission, trace: Trace, backend: str, kind: str, broken: Judgement | None = None
+) -> bytes | Diagnostic:
     """The map as a file's bytes, the same each time.
 
     Args:
         backend: who planned it, for the title; empty where nobody did.
         kind: ``svg`` or ``png``.
+        broken: the requirement that the motion breaks, where it is no plan: said in the title, and ringed.
     """
     absent = missing()
     if absent:
         return absent
-    return rendered(lambda figure: _draw(figure, mission, trace, backend), kind)
+    return rendered(lambda figure: _draw(figure, mission, trace, backend, broken), kind)
 
 
 def rendered(draw: Callable[[Figure], None], kind: str) -> bytes:
@@ -108,11 +111,13 @@ def rendered(draw: Callable[[Figure], None], kind: str) -> bytes:
     return buffer.getvalue()
 
 
-def _draw(figure: Figure, mission: Mission, trace: Trace, backend: str) -> None:
+def _draw(figure: Figure, mission: Mission, trace: Trace, backend: str, broken: Judgement | None) -> None:
     panels = _panels(figure, mission)
     for axes, view in panels:
         draw_view(axes, mission, trace, view)
         _draw_agents(axes, mission, trace, view)
+        if broken is not None:
+            _ring(axes, mission, trace, view, broken)
     top = panels[0][0]
     if len(panels) > 1:
         for (axes, _), name in zip(panels, ("from above", "from the side"), strict=True):
@@ -121,13 +126,24 @@ def _draw(figure: Figure, mission: Mission, trace: Trace, backend: str) -> None:
     about = [
         f"{count} agent" + ("s" if count > 1 else ""),
         f"{mission.step * mission.steps:g} s in steps of {mission.step:g} s",
-        *([f"planned by {backend}"] if backend else []),
+        *([f"planned by {backend}"] if backend and broken is None else []),
     ]
     top.set_title(mission.name, loc="left", fontsize=12, fontweight="bold", pad=20)
     top.annotate(
         ", ".join(about), (0, 1), (0, 6), xycoords="axes fraction", textcoords="offset points", fontsize=8.5, color=GREY
     )
+    if broken is not None:
+        says: dict[str, Any] = {"xycoords": "axes fraction", "textcoords": "offset points", "fontsize": 8.5}
+        top.annotate(f"no plan: {broken.violation(mission.step)}", (1, 1), (0, 6), ha="right", color=BROKEN, **says)
     _legend(top, mission)
+
+
+def _ring(axes: Axes, mission: Mission, trace: Trace, view: View, broken: Judgement) -> None:
+    """A ring where the requirement first fails: around each agent that it fails because of."""
+    for agent in mission.agents:
+        if agent.name in broken.agents and broken.step is not None:
+            x, y = trace.position[agent.index, broken.step, (view.across, view.up)]
+            axes.plot([x], [y], marker="o", ms=17, mfc="none", mec=BROKEN, mew=1.8, ls="", zorder=10, clip_on=False)
 
 
 def _panels(figure: Figure, mission: Mission) -> list[tuple[Axes, View]]:

@@ -206,11 +206,12 @@ def test_the_same_seed_gives_the_same_bytes(folder: Path) -> None:
 
 
 def test_an_impossible_mission_ends_with_3_and_names_the_conflict(folder: Path, capsys: Captured) -> None:
-    assert main(["compile", write("a.mission", CONFLICT), "--format", "json"]) == 3
+    assert main(["compile", write("a.mission", CONFLICT), "--format", "json", "--explain-limit", "0"]) == 3
     document = json.loads(capsys.readouterr().out)
     assert document["outcome"] == "impossible"
     assert document["conflict"] == ["visit", "guard", "link"]
     assert document["diagnostics"][0]["code"] == "MC601"
+    assert (document["blame"], document["relaxations"], document["near_miss"]) == (None, [], None)
     assert not Path("build").exists()
 
 
@@ -331,7 +332,10 @@ def test_a_plot_that_cannot_be_drawn_is_refused_before_planning(
 
 def test_a_proof_is_left_beside_an_impossible(folder: Path) -> None:
     pytest.importorskip("pysat")
-    assert main(["compile", write("a.mission", CONFLICT), "-o", "out", "--certify", "--quiet"]) == 3
+    assert (
+        main(["compile", write("a.mission", CONFLICT), "-o", "out", "--certify", "--explain-limit", "0", "--quiet"])
+        == 3
+    )
     assert {path.suffix for path in Path("out").iterdir()} >= {".cnf", ".drat"}
 
 

@@ -11,6 +11,9 @@ from missionc.backends.smt.solve import Unsatisfiable
 SHARE = 0.2
 """Of the time that is left, so much may go into a smaller core."""
 
+AGAIN, LEAST = 2.0, 5.0
+"""So many times as long as the solver took so far, and no less than so many seconds."""
+
 
 def minimise(core: tuple[int, ...], search: Search) -> tuple[int, ...]:
     """The core without what it can do without: first all that the solver does not name, then each of the rest in turn.
@@ -19,7 +22,8 @@ def minimise(core: tuple[int, ...], search: Search) -> tuple[int, ...]:
     certain, and what is possible then stays in.
     """
     now = time.monotonic()
-    until = now + SHARE * (search.solvers.deadline - now)
+    again = AGAIN * search.account.seconds.get("solve", 0.0)
+    until = now + min(SHARE * (search.solvers.deadline - now), max(LEAST, again))
     tried = effort(search.clauses)
     for left_out in (None, *core):
         fewer = tuple(other for other in core if other != left_out)

@@ -105,7 +105,7 @@ class Run:
         solve = self.mission.solve
         refused: NoPlan | None = None
         missing = ""
-        for attempt in range(ROADMAPS):
+        for attempt in range(1 if self.options.brief else ROADMAPS):
             nodes = round(solve.option("nodes", NODES) * FINER**attempt)
             with self.solvers() as solvers:
                 self.budget.listen(Progress("roadmap", attempt + 1, f"{nodes} nodes"))
@@ -186,7 +186,7 @@ class Run:
                 account.cut()
         elif isinstance(result, Unsatisfiable) and not lowered.shortened:
             with account.stage("core"):
-                core = minimise(result.core, search)
+                core = result.core if self.options.brief else minimise(result.core, search)
         self.record(problem, search.rounds, solvers)
         match result:
             case Found(states):

@@ -1,0 +1,191 @@
+"""Why a mission is infeasible, from the refusal on: variants of it are solved until the time for that is over.
+
+    in   Checked, the backend's Impossible, a budget
+    out  Explained
+
+First what tells who is to blame: the requirements in conflict left out, a longer
+horizon, a finer roadmap. Then every number that these requirements touch, one
+try after the other, in the order of the text. Each variant is checked from its
+text on, planned and verified; what is not is no relaxation.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterable
+from dataclasses import dataclass, field, replace
+
+from missionc.backends.api import Backend, Budget, Impossible, Options, Planned, Progress, forget, ignore
+from missionc.checking import check
+from missionc.ir import Mission
+from missionc.kernel.nodes import Kernel
+from missionc.plan import Trace
+from missionc.relaxing import of_formulas, of_time, of_world
+from missionc.relaxing.edits import Edit, changes, edited
+from missionc.relaxing.knobs import Knob
+from missionc.relaxing.near_miss import near_miss
+from missionc.relaxing.touched import touched
+from missionc.relaxing.trying import Trying
+from missionc.results import Blame, Checked, Explained, Relaxation, Trial
+from missionc.seeking import seek
+from missionc.signals import asked
+from missionc.units import Seconds
+from missionc.verify import verify
+
+SHARE = 0.25
+"""Of all the time, so much may go into one variant."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Tried:
+    """How a variant came out: ``planned`` with a verified motion, ``impossible``, ``undecided``, or ``wrong``."""
+
+    outcome: str
+    trace: Trace | None = None
+
+
+@dataclass(slots=True, eq=False)
+class Explaining:
+    """One explanation as it goes on; ``tried`` are the knobs in the order in which they are tried."""
+
+    checked: Checked
+    mission: Mission
+    kernel: Kernel
+    backend: Backend
+    options: Options
+    budget: Budget
+    begin: float = field(default_factory=time.monotonic)
+    count: int = 0
+    found: dict[int, Tried] = field(default_factory=dict)
+    """The motion of each knob's smallest change that does."""
+    tried: list[Trying] = field(default_factory=list)
+
+    @property
+    def over(self) -> bool:
+        return asked() or time.monotonic() >= self.budget.deadline
+
+    def step(self, trying: Trying) -> str:
+        """Tries the knob's next change, and says how that came out; empty where there is none."""
+        while (notches := trying.next()) is not None:
+            edit = trying.knob.edit(notches)
+            came = Tried("wrong") if edit is None else self.solve(edit)
+            does = came.outcome == "planned"
+            trying.learn(notches, does=does, proven=came.outcome == "impossible")
+            if does:
+                self.found[id(trying)] = came
+            if came.outcome != "wrong":
+                return came.outcome
+        return ""
+
+    def solve(self, edit: Edit) -> Tried:
+        """The variant checked from its text on, planned, and verified."""
+        self.count += 1
+        self.budget.listen(Progress("explain", self.count, edit.says))
+        source, overrides = edited(self.checked, edit)
+        checked = check(source, overrides=overrides, backend=self.backend.name, limits=self.budget.limits)
+        mission, kernel = checked.mission, checked.kernel
+        if not checked.ok or mission is None or kernel is None:
+            return Tried("wrong")
+        try:
+            return self.planned(mission, kernel)
+        except MemoryError:
+            return Tried("undecided")
+
+    def planned(self, mission: Mission, kernel: Kernel) -> Tried:
+        now = time.monotonic()
+        until = min(self.budget.deadline, now + SHARE * (self.budget.deadline - self.begin))
+        budget = replace(self.budget, deadline=until, listen=ignore, keep=forget, resume=None)
+        came = seek(self.backend, mission, kernel, self.options, budget)
+        if isinstance(came, Impossible):
+            return Tried("impossible")
+        if isinstance(came, Planned) and verify(mission, kernel, came.trace).passed:
+            return Tried("planned", came.trace)
+        return Tried("undecided")
+
+    def trial(self, knobs: Iterable[Knob]) -> list[Trial]:
+        """The first change of each knob, tried; their others come later."""
+        trials = []
+        for knob in knobs:
+            trying = Trying(knob)
+            self.tried.append(trying)
+            edit = knob.edit(knob.first)
+            outcome = "" if self.over else self.step(trying)
+            if outcome and edit is not None:
+                trials.append(Trial(edit.says, outcome))
+        return trials
+
+    def refine(self, knobs: Iterable[Knob]) -> None:
+        """One change of each knob after the other, until there is nothing left to try or no time."""
+        self.tried += map(Trying, knobs)
+        going = True
+        while going:
+            going = False
+            for trying in self.tried:
+                if self.over:
+                    return
+                going = bool(self.step(trying)) or going
+
+    def relaxations(self) -> list[tuple[Relaxation, Trace]]:
+        """What does, the smallest change first; what is as large in the order in which it was tried."""
+        found = []
+        for trying in self.tried:
+            edit = None if trying.best is None else trying.knob.edit(trying.best)
+            came = self.found.get(id(trying))
+            if edit is None or came is None or came.trace is None or trying.best is None:
+                continue
+            size = trying.best * trying.knob.size
+            lines = changes(edit, self.checked.overrides)
+            found.append((Relaxation(edit.says, lines, size, trying.smallest), came.trace))
+        return sorted(found, key=lambda each: each[0].size)
+
+
+def explain(
+    checked: Checked, refusal: Impossible, backend: Backend, options: Options, budget: Budget, limit: Seconds
+) -> Explained:
+    """Who is to blame and what helps, as far as can be told within ``limit``, seconds, and the budget's deadline."""
+    mission, kernel = checked.mission, checked.kernel
+    assert mission is not None
+    assert kernel is not None
+    now = time.monotonic()
+    short = replace(budget, deadline=min(budget.deadline, now + limit))
+    quick = replace(options, certify=False, captures=frozenset(), margin=0.0, brief=True)
+    run = Explaining(checked, mission, kernel, backend, quick, short, now)
+    conflict = refusal.conflict
+    without = run.trial(of_formulas.without(checked, mission, conflict))
+    if len(conflict) > 1 and not any(trial.outcome == "planned" for trial in without):
+        without += run.trial(of_formulas.without_all(checked, mission, conflict))
+    longer = run.trial(of_time.horizon(checked, mission))
+    finer = run.trial(of_world.roadmap(checked, dict(refusal.report.sizes).get("nodes", 0)))
+    run.refine(_knobs(checked, mission, kernel, conflict))
+    found = run.relaxations()
+    return Explained(
+        _blame(without, longer, finer),
+        (*without, *longer, *finer),
+        tuple(relaxation for relaxation, _ in found),
+        near_miss(mission, kernel, backend.name, found),
+        run.over,
+    )
+
+
+def _knobs(checked: Checked, mission: Mission, kernel: Kernel, conflict: tuple[str, ...]) -> list[Knob]:
+    """Every number that the requirements in conflict touch, and what every plan has to keep."""
+    asks = touched(goal.formula for goal in kernel.requirements if goal.name in conflict)
+    return [
+        *of_time.windows(checked, mission, asks),
+        *of_formulas.lengths(checked, mission, asks),
+        *of_formulas.counts(checked, asks),
+        *of_formulas.comparisons(checked, asks),
+        *of_world.graphs(checked, asks),
+        *of_world.formations(checked, asks),
+        *of_world.regions(checked, mission, asks),
+        *of_world.margins(checked),
+        *of_world.teams(checked),
+    ]
+
+
+def _blame(without: list[Trial], longer: list[Trial], finer: list[Trial]) -> Blame:
+    """The least that does: a finer roadmap, more time, fewer requirements."""
+    for blame, trials in ((Blame.ROADMAP, finer), (Blame.HORIZON, longer), (Blame.REQUIREMENTS, without)):
+        if any(trial.outcome == "planned" for trial in trials):
+            return blame
+    return Blame.UNKNOWN
