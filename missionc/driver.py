@@ -302,7 +302,7 @@ def _blamed(explained: Explained) -> tuple[str, ...]:
     }[explained.blame.name]
     says = {"planned": "there is a plan", "impossible": "there is none", "undecided": "none was found in time"}
     trials = [
-        f"{words} {' or '.join(_variant(trial) for trial in explained.trials if trial.outcome == outcome)}"
+        f"{words} {', or '.join(_variant(trial) for trial in explained.trials if trial.outcome == outcome)}"
         for outcome, words in says.items()
         if any(trial.outcome == outcome for trial in explained.trials)
     ]

@@ -10,6 +10,7 @@ from missionc.relaxing.edits import Edit, Spot, declared, mine, spot
 from missionc.relaxing.knobs import Knob
 from missionc.relaxing.touched import Touched, Way
 from missionc.results import Checked
+from missionc.source import Span
 from missionc.syntax import ast
 
 LONGER = 4
@@ -17,21 +18,44 @@ LONGER = 4
 
 
 def horizon(checked: Checked, mission: Mission) -> list[Knob]:
-    """The horizon, longer by whole steps; windows that are written with its parameter or with ``end`` follow."""
+    """The horizon, longer by whole steps; every window that ends with the mission follows, however it is written."""
     found = _horizon(checked)
     if found is None:
         return []
+    ends = [end for end in _ends(checked, mission) if end != found]
 
     def edit(notches: int) -> Edit:
-        return _lasting(found, mission, mission.steps + notches)
+        steps = mission.steps + notches
+        whole = _lasting(found, mission, steps)
+        fixes = [fix for end in ends for fix in _at(end, mission, steps, "").fixes]
+        says = f"{whole.says}, with the windows that end with it" if fixes else whole.says
+        return Edit(says, (*whole.fixes, *fixes), whole.overrides)
 
     return [Knob(edit, 1 / mission.steps, mission.steps, (LONGER - 1) * mission.steps)]
+
+
+def _ends(checked: Checked, mission: Mission) -> list[Spot]:
+    """Where the mission's last step is written as the end of a window, each place once."""
+    meant = _meant(mission)
+    found = []
+    for node in nodes(checked.program):
+        if isinstance(node, ast.Apply) and isinstance(node.bounds, ast.Window) and node.span in meant:
+            bounds, end = meant[node.span].bounds, spot(checked, node.bounds.high)
+            if isinstance(bounds, Window) and bounds.high == mission.steps and end is not None and end not in found:
+                found.append(end)
+    return found
+
+
+def _meant(mission: Mission) -> dict[Span, Apply]:
+    """What each use of an operator, by its words, was resolved to."""
+    formulas = bottom_up(goal.formula for goal in goals(mission))
+    return {each.span: each for each in formulas if isinstance(each, Apply)}
 
 
 def windows(checked: Checked, mission: Mission, touched: Touched) -> list[Knob]:
     """The last steps of windows: later where something is to happen, sooner where something is to last."""
     written = {node.span: node.bounds for node in nodes(checked.program) if isinstance(node, ast.Apply)}
-    meant = {each.span: each for each in bottom_up(goal.formula for goal in goals(mission)) if isinstance(each, Apply)}
+    meant = _meant(mission)
     knobs = []
     for span, way in touched.windows.items():
         window, formula = written.get(span), meant.get(span)

@@ -98,12 +98,14 @@ def test_the_requirements_are_to_blame_where_more_time_and_a_finer_roadmap_do_no
         ("without `visit`", "planned"),
         ("without `guard`", "planned"),
         ("without `link`", "planned"),
-        ("horizon 12 s instead of 6 s", "impossible"),
+        ("horizon 12 s instead of 6 s, with the windows that end with it", "impossible"),
         ("a finer roadmap, of 197 nodes", "impossible"),
     ]
     note = conflict.findings[-1].notes[1]
-    assert note.startswith("the requirements are to blame: there is a plan without `visit` or without `guard`")
-    assert note.endswith("there is none with horizon 12 s instead of 6 s or with a finer roadmap, of 197 nodes")
+    assert note.startswith("the requirements are to blame: there is a plan without `visit`, or without `guard`")
+    assert note.endswith(
+        "there is none with horizon 12 s instead of 6 s, with the windows that end with it, or with a finer roadmap, of 197 nodes"
+    )
 
 
 def test_the_nearest_miss_breaks_one_requirement_and_says_where(conflict: Compiled, tmp_path: Path) -> None:
@@ -152,7 +154,7 @@ def test_the_shortest_horizon_is_found_and_to_blame() -> None:
     found = explained(SMALL, backend)
     assert found.blame is Blame.HORIZON
     horizon = next(each for each in found.relaxations if each.says.startswith("horizon"))
-    assert horizon.says == "horizon 9 s instead of 6 s"
+    assert horizon.says == "horizon 9 s instead of 6 s, with the windows that end with it"
     assert horizon.smallest
     assert found.near_miss is None, "a motion that lasts longer is none of this mission"
 
@@ -160,7 +162,9 @@ def test_the_shortest_horizon_is_found_and_to_blame() -> None:
 def test_where_the_motion_alone_is_in_conflict_no_requirement_is_left_out_or_moved() -> None:
     found = explained(SMALL + "separation 0.2 m\n", Picky("steps", 8), conflict=())
     assert [trial.says.split()[0] for trial in found.trials] == ["horizon", "a"]
-    assert [relaxation.says for relaxation in found.relaxations] == ["horizon 8 s instead of 6 s"]
+    assert [relaxation.says for relaxation in found.relaxations] == [
+        "horizon 8 s instead of 6 s, with the windows that end with it"
+    ]
 
 
 def test_memory_that_runs_out_leaves_a_variant_open() -> None:

@@ -152,6 +152,25 @@ def test_windows_that_are_written_with_the_horizons_parameter_follow_it() -> Non
     assert lines(found, horizon.edit(14)) == ["param T = 26 s"]
 
 
+def test_windows_that_end_with_the_mission_follow_its_horizon_however_they_are_written() -> None:
+    text = RICH.replace("horizon T", "horizon 12 s").replace("param T = 12 s\n", "param LATE = 12 s\n")
+    found = checked(
+        f"{text}require one: every drone: always[0, 12 s] x <= 9 m\n"
+        "require two: some drone: (eventually[0, LATE] mast and eventually[0, 5 s] base)\n"
+        "require three: some drone: eventually[0, LATE] fire\n"
+    )
+    assert found.mission is not None
+    (horizon,) = of_time.horizon(found, found.mission)
+    edit = horizon.edit(3)
+    assert edit is not None
+    assert edit.says == "horizon 15 s instead of 12 s, with the windows that end with it"
+    assert lines(found, edit) == [
+        "param LATE = 15 s",
+        "time step 1 s, horizon 15 s",
+        "require one: every drone: always[0, 15 s] x <= 9 m",
+    ]
+
+
 def test_a_parameter_given_on_the_command_line_is_changed_there() -> None:
     found = checked(RICH + HEARD, T="13s", R="2 m")
     assert found.mission is not None
