@@ -64,8 +64,8 @@ class Explaining:
     def over(self) -> bool:
         return asked() or time.monotonic() >= self.budget.deadline
 
-    def step(self, trying: Trying) -> str:
-        """Tries the knob's next change, and says how that came out; empty where there is none."""
+    def step(self, trying: Trying) -> Trial | None:
+        """Tries the knob's next change that is a mission at all; None where there is none."""
         while (notches := trying.next()) is not None:
             edit = trying.knob.edit(notches)
             came = Tried("wrong") if edit is None else self.solve(edit)
@@ -73,9 +73,9 @@ class Explaining:
             trying.learn(notches, does=does, proven=came.outcome == "impossible")
             if does:
                 self.found[id(trying)] = came
-            if came.outcome != "wrong":
-                return came.outcome
-        return ""
+            if edit is not None and came.outcome != "wrong":
+                return Trial(edit.says, came.outcome)
+        return None
 
     def solve(self, edit: Edit) -> Tried:
         """The variant checked from its text on, planned, and verified."""
@@ -104,14 +104,12 @@ class Explaining:
 
     def trial(self, knobs: Iterable[Knob]) -> list[Trial]:
         """The first change of each knob, tried; their others come later."""
-        trials = []
+        trials: list[Trial] = []
         for knob in knobs:
             trying = Trying(knob)
             self.tried.append(trying)
-            edit = knob.edit(knob.first)
-            outcome = "" if self.over else self.step(trying)
-            if outcome and edit is not None:
-                trials.append(Trial(edit.says, outcome))
+            came = None if self.over else self.step(trying)
+            trials += [came] if came is not None else []
         return trials
 
     def refine(self, knobs: Iterable[Knob]) -> None:
@@ -123,7 +121,7 @@ class Explaining:
             for trying in self.tried:
                 if self.over:
                     return
-                going = bool(self.step(trying)) or going
+                going = self.step(trying) is not None or going
 
     def relaxations(self) -> list[tuple[Relaxation, Trace]]:
         """What does, the smallest change first; what is as large in the order in which it was tried."""
