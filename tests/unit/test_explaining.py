@@ -4,13 +4,25 @@ from __future__ import annotations
 
 import json
 import time
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from missionc import driver
-from missionc.backends.api import Budget, Impossible, NotFound, Options, Outcome, Planned, Reason, Report
+from missionc.backends.api import (
+    Budget,
+    Impossible,
+    NotFound,
+    Options,
+    Outcome,
+    Planned,
+    Progress,
+    Reason,
+    Report,
+    ignore,
+)
 from missionc.backends.smt.plan import BACKEND as SMT
 from missionc.cli import main
 from missionc.emit.folder import refuse
@@ -49,9 +61,15 @@ def checked(text: str) -> Checked:
     return driver.check(Source("a.mission", text))
 
 
-def explained(text: str, backend: Picky, limit: float = ENOUGH, conflict: tuple[str, ...] = ("visit",)) -> Explained:
+def explained(
+    text: str,
+    backend: Picky,
+    limit: float = ENOUGH,
+    conflict: tuple[str, ...] = ("visit",),
+    listen: Callable[[Progress], None] = ignore,
+) -> Explained:
     refusal = Impossible(conflict, "on 40 nodes", Report(sizes=(("nodes", 40),)))
-    budget = Budget(time.monotonic() + 600)
+    budget = Budget(time.monotonic() + 600, listen=listen)
     return run.explain(checked(text), refusal, backend, Options(), budget, Seconds(limit))
 
 
@@ -175,6 +193,14 @@ def test_what_is_no_mission_is_not_said_to_have_been_tried() -> None:
     found = run.explain(checked, refusal, backend, Options(), budget, ENOUGH)
     assert max(backend.asked) <= 8
     assert not any(trial.says.startswith("horizon") for trial in found.trials)
+
+
+def test_whoever_watches_is_told_which_variant_is_tried() -> None:
+    said: list[Progress] = []
+    found = explained(SMALL, Picky("steps", 9), listen=said.append)
+    assert {progress.stage for progress in said} == {"explain"}
+    assert [progress.round for progress in said] == list(range(1, len(said) + 1))
+    assert [progress.detail for progress in said][: len(found.trials)] == [trial.says for trial in found.trials]
 
 
 def test_memory_that_runs_out_leaves_a_variant_open() -> None:
