@@ -10,13 +10,15 @@ import time
 from dataclasses import replace
 
 from missionc.backends.api import Backend, Budget, Options, Outcome, Planned, forget
+from missionc.diagnostics.model import has_errors
 from missionc.ir import Mission
 from missionc.kernel.nodes import Kernel
+from missionc.passes.check_world import check_world
 from missionc.passes.tighten import missed, roomy, slowed, tightened
 from missionc.units import Metres
 
-SHARE = 0.25
-"""Of the time that is left, for a plan that has a margin."""
+SHARE, LONGEST = 0.25, 20.0
+"""Of the time that is left, for a plan that has a margin: a share, and at most so many seconds."""
 
 PARTS = (1.0, 0.5, 0.0)
 """Of the margin: where all of it is too much, half of it is better than none."""
@@ -31,12 +33,14 @@ def seek(backend: Backend, mission: Mission, kernel: Kernel, options: Options, b
     """
     wanted = roomy(mission)
     slow = slowed(wanted)
+    if has_errors(check_world(slow)):  # too slow to be anywhere in time
+        slow = wanted
     margin = missed(mission) if options.margin is None else Metres(options.margin)
     for part in PARTS:
         if (margin <= 0 or part == 0.0) and slow is wanted:
             break
         now = time.monotonic()
-        short = replace(budget, deadline=now + SHARE * (budget.deadline - now), keep=forget, resume=None)
+        short = replace(budget, deadline=now + min(LONGEST, SHARE * (budget.deadline - now)), keep=forget, resume=None)
         found = backend.plan(*tightened(slow, kernel, Metres(part * margin)), options, short)
         if isinstance(found, Planned):
             return found if part == 1.0 or margin <= 0 else _noted(found, margin, part)

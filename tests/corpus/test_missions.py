@@ -27,7 +27,10 @@ FILES = sorted((ROOT / "missions").glob("*.mission"))
 PLANNED_BY_CLOT = ("clot_visit", "clot_star", "clot_dynamic", "crazyflie_corridor")
 """The quick ones; the others are slow."""
 
-PLANNED_BY_SMT = ("wildfire", "strel_deliver", "strel_threat", "strel_escape", "strel_goal", "strel_avoid")
+WHOLE = ("wildfire", "wildfire_flight")
+"""Without a number of agents to choose."""
+
+PLANNED_BY_SMT = (*WHOLE, "strel_deliver", "strel_threat", "strel_escape", "strel_goal", "strel_avoid")
 
 
 def title(path: Path) -> str:
@@ -67,7 +70,7 @@ def test_a_mission_for_transport_chooses_clot(path: Path) -> None:
 
 @pytest.mark.parametrize("name", PLANNED_BY_SMT)
 def test_a_mission_plans_verifies_and_reads_back_for_three_agents(name: str) -> None:
-    compiled_and_read_back(ROOT / "missions" / f"{name}.mission", {} if name == "wildfire" else {"N": "3"})
+    compiled_and_read_back(ROOT / "missions" / f"{name}.mission", {} if name in WHOLE else {"N": "3"})
 
 
 @pytest.mark.parametrize("name", PLANNED_BY_CLOT)
@@ -96,7 +99,7 @@ def test_a_mission_for_transport_plans_for_several_seeds(path: Path, seed: int) 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("agents", [5, 8, 10])
-@pytest.mark.parametrize("name", PLANNED_BY_SMT[1:])
+@pytest.mark.parametrize("name", PLANNED_BY_SMT[len(WHOLE) :])
 def test_a_mission_plans_verifies_and_reads_back_for_more_agents(name: str, agents: int) -> None:
     compiled_and_read_back(ROOT / "missions" / f"{name}.mission", {"N": str(agents)})
 

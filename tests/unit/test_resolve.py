@@ -23,12 +23,14 @@ SHIPPED = {
     "clot_star": (5, 47, 2, 3, (4, 4), 3),
     "clot_visit": (5, 47, 4, 3, (), 3),
     "crazyflie_corridor": (3, 150, 0, 2, (2,), 2),
+    "crazyflie_corridor_flight": (3, 150, 0, 2, (2,), 2),
     "strel_avoid": (5, 10, 7, 2, (), 2),
     "strel_deliver": (5, 10, 4, 2, (), 1),
     "strel_escape": (5, 13, 4, 2, (), 1),
     "strel_goal": (5, 10, 4, 2, (), 1),
     "strel_threat": (5, 13, 4, 2, (), 1),
     "wildfire": (5, 20, 3, 2, (), 4),
+    "wildfire_flight": (5, 20, 3, 2, (), 4),
 }
 
 
