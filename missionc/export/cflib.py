@@ -17,7 +17,7 @@ from missionc.export.crazyswarm2 import uri
 from missionc.export.flight import Flight, Part
 from missionc.export.format import Exported, Format, refused
 from missionc.export.memory import raw
-from missionc.export.standing import GO, LANDED, RISE, SETTLE, SINK, shared_column
+from missionc.export.standing import PHASES, shared_column
 from missionc.export.templates import render
 from missionc.verify import verify_polynomials
 from missionc.verify.columns import written
@@ -66,11 +66,7 @@ def write(flight: Flight) -> Exported | Diagnostic:
             for each, within in zip(flight.parts, packed.within, strict=True)
         ],
         "duration": flight.duration,
-        "rise": RISE,
-        "settle": SETTLE,
-        "go": GO,
-        "sink": SINK,
-        "landed": LANDED,
+        **PHASES,
     }
     files = {f"{each.file}.bin": blob for each, blob in zip(flight.parts, packed.blobs, strict=True)}
     for name in ("fly.py", "README.md"):

@@ -51,7 +51,7 @@ def compress(own: Pieces) -> Compressed | str:
     if own.coefficients[:, 3].any():
         return "it turns, and firmware before 2026.08 reads compressed yaw wrongly"
     raw = control_points(own.coefficients[:, :3], own.duration)
-    times = np.concatenate([[0.0], np.cumsum(own.duration)])
+    times = own.times
     # The times are rounded, not the durations, whose errors would add up.
     clock = np.rint(times * 1000).astype(np.int64)
     lasting = np.diff(clock)

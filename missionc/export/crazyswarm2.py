@@ -10,7 +10,7 @@ from missionc.diagnostics.model import Diagnostic
 from missionc.export.flight import Flight
 from missionc.export.format import Exported, Format, refused
 from missionc.export.memory import raw
-from missionc.export.standing import GO, GROUND, LANDED, RISE, SETTLE, SINK, shared_column
+from missionc.export.standing import GROUND, PHASES, shared_column
 from missionc.export.templates import render
 
 NAME = "crazyswarm2"
@@ -50,11 +50,7 @@ def write(flight: Flight) -> Exported | Diagnostic:
             for each in flight.parts
         ],
         "duration": flight.duration,
-        "rise": RISE,
-        "settle": SETTLE,
-        "go": GO,
-        "sink": SINK,
-        "landed": LANDED,
+        **PHASES,
     }
     files = {f"trajectories/{each.file}.csv": each.text.encode() for each in flight.parts}
     for name in ("crazyflies.yaml", "fly.py", "README.md"):

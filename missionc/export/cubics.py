@@ -15,7 +15,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from missionc.export.samples import at
 from missionc.plan import Array
 from missionc.verify.curves import Curves, Indices, control_points, refined
 
@@ -62,13 +61,13 @@ def _held(curve: Curves) -> Curves:
     if end <= curve.times[-1]:
         return curve
     hold = np.zeros((1, 1, 3, 8))
-    hold[..., 0] = at(curve, curve.times[-1:])
+    hold[..., 0] = curve.at(curve.times[-1:])
     return Curves(np.append(curve.times, end), np.concatenate([curve.coefficients, hold], axis=1))
 
 
 def _through(curve: Curves, times: Array) -> Array:
     """(cubics, 3, 4): control points of the cubics between these times."""
-    place, velocity = at(curve, times)[0], at(curve.derivative(), times)[0]
+    place, velocity = curve.at(times)[0], curve.derivative().at(times)[0]
     third = np.diff(times)[:, None] / 3
     points = np.stack(
         [place[:-1], place[:-1] + velocity[:-1] * third, place[1:] - velocity[1:] * third, place[1:]], axis=-1

@@ -6,13 +6,11 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-import numpy as np
-
 from missionc.file_names import file_names
 from missionc.ir import Agent, Mission
 from missionc.kernel.nodes import Kernel
 from missionc.plan import Array, Trace
-from missionc.verify.columns import Pieces, read
+from missionc.verify.columns import Pieces, curves_of, read
 from missionc.verify.curves import Curves, values
 
 
@@ -63,7 +61,7 @@ class Flight:
     @property
     def times(self) -> Array:
         """(pieces + 1,), seconds: the joints."""
-        return np.concatenate([[0.0], np.cumsum(self.parts[0].pieces.duration)])
+        return self.parts[0].pieces.times
 
     @property
     def duration(self) -> float:
@@ -72,12 +70,12 @@ class Flight:
     @property
     def curves(self) -> Curves:
         """Where everybody is: x, y and z, of plane missions too."""
-        return Curves(self.times, np.stack([each.pieces.coefficients[:, :3] for each in self.parts]))
+        return curves_of([each.pieces for each in self.parts], slice(0, 3))
 
     @property
     def yaws(self) -> Curves:
         """Likewise, the one coordinate yaw, radians."""
-        return Curves(self.times, np.stack([each.pieces.coefficients[:, 3:] for each in self.parts]))
+        return curves_of([each.pieces for each in self.parts], slice(3, 4))
 
 
 def flight(mission: Mission, kernel: Kernel, trace: Trace, texts: Mapping[str, str]) -> Flight:

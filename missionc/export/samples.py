@@ -9,7 +9,6 @@ import numpy as np
 
 from missionc.export.flight import Flight
 from missionc.plan import Array
-from missionc.verify.curves import Curves, values
 
 RATE = 20
 """Samples in a second."""
@@ -41,20 +40,12 @@ def sampled(flight: Flight) -> Samples:
     velocity, rate = place.derivative(), turn.derivative()
     return Samples(
         times,
-        at(place, times),
-        at(velocity, times),
-        at(velocity.derivative(), times),
-        at(turn, times)[..., 0],
-        at(rate, times)[..., 0],
+        place.at(times),
+        velocity.at(times),
+        velocity.derivative().at(times),
+        turn.at(times)[..., 0],
+        rate.at(times)[..., 0],
     )
-
-
-def at(curves: Curves, times: Array) -> Array:
-    """The curves at some times: (samples,) -> (agents, samples, dim)."""
-    last = curves.times.size - 2
-    piece = np.clip(np.searchsorted(curves.times, times, side="right") - 1, 0, last)
-    local = np.clip(times - curves.times[piece], 0.0, curves.durations[piece])
-    return values(curves.coefficients[:, piece], np.broadcast_to(local, (len(curves.coefficients), times.size)))
 
 
 def fixed(number: float) -> str:

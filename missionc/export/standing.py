@@ -20,6 +20,8 @@ RISE, SETTLE, GO, SINK = 3.0, 2.0, 4.0, 4.0
 """Seconds: to take off, to hover quietly, to go to the first point, to land."""
 LANDED = 0.04
 """Metres: the height to which they sink before their motors stop."""
+PHASES = {"rise": RISE, "settle": SETTLE, "go": GO, "sink": SINK, "landed": LANDED}
+"""As templates know them."""
 
 
 def shared_column(name: str, flight: Flight) -> Diagnostic | None:

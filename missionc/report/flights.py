@@ -9,8 +9,8 @@ import numpy as np
 
 from missionc.ir import DoubleIntegrator, Mission
 from missionc.plan import Array, Trace
-from missionc.verify.columns import Pieces, read
-from missionc.verify.curves import Curves, Indices, motion, values
+from missionc.verify.columns import Pieces, curves_of, read
+from missionc.verify.curves import Curves, motion
 
 MOST_NUMBERS = 60_000
 """Of the positions of one motion: a finer grid than this allows is not taken."""
@@ -56,23 +56,10 @@ def flights(mission: Mission, trace: Trace, files: Mapping[str, str]) -> Flights
     whole = [own for own in pieces if isinstance(own, Pieces)]
     if len(whole) < len(pieces) or any(not np.array_equal(own.duration, whole[0].duration) for own in whole):
         return Flights(planned, None)
-    times = np.concatenate([[0.0], np.cumsum(whole[0].duration)])
-    curves = Curves(times, np.stack([own.coefficients[:, : mission.dimension] for own in whole]))
-    return Flights(planned, _sampled(curves, mission, rate))
+    return Flights(planned, _sampled(curves_of(whole, slice(mission.dimension)), mission, rate))
 
 
 def _sampled(curves: Curves, mission: Mission, rate: int) -> Sampled:
-    times = np.arange(rate * mission.steps + 1) * (mission.step / rate)
-    piece = np.clip(np.searchsorted(curves.times, times, side="right") - 1, 0, curves.times.size - 2)
-    local = np.minimum(times, curves.times[-1]) - curves.times[piece]
+    times = np.asarray(np.arange(rate * mission.steps + 1) * (mission.step / rate), dtype=np.float64)
     velocity = curves.derivative()
-    position, speed, push = (_at(each, piece, local) for each in (curves, velocity, velocity.derivative()))
-    return Sampled(rate, np.asarray(times, dtype=np.float64), position, speed, push)
-
-
-def _at(curves: Curves, piece: Indices, local: Array) -> Array:
-    """(agents, samples, dim)"""
-    chosen = curves.coefficients[:, piece]
-    if not chosen.shape[-1]:
-        return np.zeros(chosen.shape[:-1])
-    return np.asarray(values(chosen, np.broadcast_to(local, chosen.shape[:2])), dtype=np.float64)
+    return Sampled(rate, times, curves.at(times), velocity.at(times), velocity.derivative().at(times))

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from missionc.ir import PLAIN, Mission
+from missionc.ir import Mission
 from missionc.kernel.nodes import Kernel
 from missionc.monitoring import monitor
 from missionc.plan import Array, Judgement, Trace
@@ -114,6 +114,5 @@ def room(mission: Mission, times: Array, position: Array) -> Iterable[Check]:
     level = position[..., : mission.dimension]
     slope = np.diff(level, axis=1) / np.diff(times)[:, None]
     curves = Curves(times, np.stack([level[:, :-1], slope], axis=-1))
-    plain = tuple(replace(agent, vehicle=PLAIN) for agent in mission.agents)
-    bare = replace(mission, agents=plain, separation=Metres(0.0), clearance=Metres(0.0))
+    bare = replace(mission, separation=Metres(0.0), clearance=Metres(0.0))
     return (*check_separation(bare, curves), *check_obstacles(bare, curves))

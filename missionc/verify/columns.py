@@ -7,11 +7,13 @@ the seconds since the piece began.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from missionc.plan import Array
+from missionc.verify.curves import Curves
 
 COLUMNS = ("duration", *(f"{axis}^{power}" for axis in ("x", "y", "z", "yaw") for power in range(8)))
 
@@ -22,6 +24,16 @@ class Pieces:
 
     duration: Array
     coefficients: Array
+
+    @property
+    def times(self) -> Array:
+        """(pieces + 1,), seconds: the joints."""
+        return np.concatenate([[0.0], np.cumsum(self.duration)])
+
+
+def curves_of(files: Sequence[Pieces], rows: slice) -> Curves:
+    """The joint motion that files with the same durations hold; ``rows`` are those wanted of x, y, z and yaw."""
+    return Curves(files[0].times, np.stack([own.coefficients[:, rows] for own in files]))
 
 
 def read(text: str) -> Pieces | str:

@@ -42,13 +42,21 @@ class Curves:
         power = np.arange(1, self.coefficients.shape[-1])
         return Curves(self.times, self.coefficients[..., 1:] * power)
 
+    def at(self, times: Array) -> Array:
+        """Where everybody is, (samples,) -> (agents, samples, dim); times in seconds, outside all pieces their ends."""
+        piece = np.clip(np.searchsorted(self.times, times, side="right") - 1, 0, self.durations.size - 1)
+        local = np.clip(times - self.times[piece], 0.0, self.durations[piece])
+        return values(self.coefficients[:, piece], np.broadcast_to(local, (len(self.coefficients), local.size)))
+
     def between(self, first: Indices, second: Indices) -> Curves:
         """The difference ``first - second`` of pairs of agents, as if each pair were an agent."""
         return Curves(self.times, self.coefficients[first] - self.coefficients[second])
 
 
 def values(coefficients: Array, local: Array) -> Array:
-    """Polynomials at local times: (..., dim, degree + 1), (...) -> (..., dim)."""
+    """Polynomials at local times: (..., dim, degree + 1), (...) -> (..., dim); 0 where they have no power at all."""
+    if not coefficients.shape[-1]:
+        return np.zeros(coefficients.shape[:-1])
     result = coefficients[..., -1]
     for power in range(coefficients.shape[-1] - 2, -1, -1):
         result = result * local[..., None] + coefficients[..., power]

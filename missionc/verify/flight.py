@@ -26,7 +26,7 @@ DEGREE = 7
 
 def check_flight(mission: Mission, agent: Agent, own: Pieces, planned: Curves) -> list[Check]:
     """Clock, joints, rest and waypoints (and the altitude, in a plane) of an agent's file."""
-    times = joints(own)
+    times = own.times
     # The firmware's numbers have 24 bits, wherever the world is.
     exact = MOTION * max(1.0, float(np.abs(own.coefficients[:, :, 0]).max()))
     late = abs(float(times[-1]) - mission.step * mission.steps)
@@ -49,11 +49,6 @@ def check_flight(mission: Mission, agent: Agent, own: Pieces, planned: Curves) -
         off = (np.abs(height.points[:, 0] - agent.altitude).max(axis=-1) + height.radius[:, 0]) * GROWN
         findings.append(_worst(agent, "altitude", -off, times, exact, f"it flies at {agent.altitude:g} m"))
     return findings
-
-
-def joints(own: Pieces) -> Array:
-    """(pieces + 1,), seconds: when its pieces begin, and when the last ends."""
-    return np.concatenate([[0.0], np.cumsum(own.duration)])
 
 
 def clock(mission: Mission) -> float:
@@ -125,8 +120,8 @@ def _waypoints(agent: Agent, level: Array, times: Array, planned: Curves) -> Che
 def tube(mission: Mission, agent: Agent, own: Pieces, planned: Curves) -> Claim:
     """Cut at the steps, every control point is near the verified motion of the step that its piece belongs to."""
     whole = from_powers(own.coefficients[:, : mission.dimension], own.duration[:, None])[None]
-    times = _with_steps(joints(own), planned.times, clock(mission))
-    level = cut(whole, joints(own), times)[0]
+    times = _with_steps(own.times, planned.times, clock(mission))
+    level = cut(whole, own.times, times)[0]
     step = np.searchsorted(planned.times, (times[:-1] + times[1:]) / 2, side="right") - 1
     step = np.clip(step, 0, planned.durations.size - 1)
     low, high = times[:-1] - planned.times[step], times[1:] - planned.times[step]

@@ -22,7 +22,7 @@ from missionc.verify.boxes import Boxes
 from missionc.verify.certificate import Certificate, Check, Figure
 from missionc.verify.claims import Claim, everyone, of_agents
 from missionc.verify.columns import Pieces, read
-from missionc.verify.curves import motion, values
+from missionc.verify.curves import Curves, motion
 from missionc.verify.flight import check_flight, tube
 from missionc.verify.flown import Flight
 from missionc.verify.judges import at_most
@@ -131,12 +131,9 @@ def _requirements(mission: Mission, kernel: Kernel, trace: Trace, flight: Flight
     Velocities and headings are the plan's: those of a flight that comes from rest are others, and the limits of a
     flight are judged as such.
     """
-    steps = mission.step * np.arange(mission.steps + 1)
-    piece = np.clip(np.searchsorted(flight.times, steps, side="right") - 1, 0, flight.durations.size - 1)
-    local = np.clip(steps - flight.times[piece], 0.0, flight.durations[piece])
-    level = flight.coefficients[:, piece, : mission.dimension]
-    places = values(level, np.broadcast_to(local, (len(mission.agents), local.size)))
-    required, _ = check_requirements(mission, kernel, replace(trace, position=places))
+    steps = np.asarray(mission.step * np.arange(mission.steps + 1), dtype=np.float64)
+    level = Curves(flight.times, flight.coefficients[:, :, : mission.dimension])
+    required, _ = check_requirements(mission, kernel, replace(trace, position=level.at(steps)))
     return [
         replace(
             check,

@@ -11,15 +11,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-import numpy as np
-
 from missionc.ir import Mission
 from missionc.kernel.nodes import Goal, Kernel
 from missionc.kernel.walk import postorder
 from missionc.monitoring import truths
 from missionc.plan import Trace
 from missionc.verify.certificate import Between, Certificate, Verdict
-from missionc.verify.columns import Pieces, read
+from missionc.verify.columns import Pieces, curves_of, read
 from missionc.verify.continuous.blame import Search
 from missionc.verify.continuous.evaluate import Evaluation
 from missionc.verify.continuous.motion import Motion
@@ -39,8 +37,7 @@ def verify_between(mission: Mission, kernel: Kernel, trace: Trace, files: Mappin
     pieces = [own for own in found if isinstance(own, Pieces)]
     if not pieces or len(pieces) < len(found):
         return Certificate(mission.name, ())
-    times = np.concatenate([[0.0], np.cumsum(pieces[0].duration)])
-    flown = Curves(times, np.stack([own.coefficients[:, : mission.dimension] for own in pieces]))
+    flown = curves_of(pieces, slice(mission.dimension))
     return Certificate(mission.name, (), between=between_steps(mission, kernel, trace, flown))
 
 

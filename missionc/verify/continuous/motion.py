@@ -92,10 +92,7 @@ class Motion:
 
     @cached_property
     def _velocity(self) -> Curves:
-        velocity = self.curves.derivative()
-        if velocity.coefficients.shape[-1] > 0:
-            return velocity
-        return Curves(self.curves.times, np.zeros((*velocity.coefficients.shape[:-1], 1)))
+        return self.curves.derivative()
 
 
 def _size(curves: Curves) -> float:
