@@ -14,7 +14,7 @@ from missionc.diagnostics.model import has_errors
 from missionc.ir import Mission
 from missionc.kernel.nodes import Kernel
 from missionc.passes.check_world import check_world
-from missionc.passes.tighten import missed, roomy, slowed, tightened
+from missionc.passes.tighten import missed, paced, roomy, tightened
 from missionc.units import Metres
 
 SHARE, LONGEST = 0.25, 20.0
@@ -32,8 +32,8 @@ def seek(backend: Backend, mission: Mission, kernel: Kernel, options: Options, b
     try.
     """
     wanted = roomy(mission)
-    slow = slowed(wanted)
-    if has_errors(check_world(slow)):  # too slow to be anywhere in time
+    slow = paced(wanted)
+    if slow is not wanted and has_errors(check_world(slow)):  # too slow to be anywhere in time
         slow = wanted
     margin = missed(mission) if options.margin is None else Metres(options.margin)
     for part in PARTS:

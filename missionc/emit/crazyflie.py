@@ -106,11 +106,11 @@ def crazyflie(mission: Mission, kernel: Kernel, trace: Trace, stretch: float = 1
     Args:
         stretch: how many times slower the plan is flown than it was planned: said, and nothing else.
     """
-    chords = _chords(mission, trace)
+    chords, apart = _chords(mission, trace), roomy(mission)
     attempts: list[_Tight | _Beyond | _Stuck] = []
     few: list[_Tight | _Stuck] = []
     for count in _mergers(mission, chords):
-        merged = _attempt(mission, kernel, trace, chords, count)
+        merged = _attempt(mission, apart, kernel, trace, chords, count)
         if isinstance(merged, Flyable):
             return merged
         if isinstance(merged, _Beyond):
@@ -120,12 +120,12 @@ def crazyflie(mission: Mission, kernel: Kernel, trace: Trace, stretch: float = 1
     pieces = np.maximum(chords, 2 if chords.size == 1 else 1)
     generous = _generous(mission, pieces)
     if not np.array_equal(generous, pieces):
-        found = _attempt(mission, kernel, trace, generous)
+        found = _attempt(mission, apart, kernel, trace, generous)
         if isinstance(found, Flyable):
             return found
         attempts += [found] if isinstance(found, _Beyond) else []
     while not any(isinstance(attempt, _Beyond) for attempt in attempts):
-        found = _attempt(mission, kernel, trace, pieces)
+        found = _attempt(mission, apart, kernel, trace, pieces)
         if isinstance(found, Flyable):
             return found
         attempts.append(found)
@@ -186,11 +186,13 @@ def _more(pieces: Indices, chords: Indices, steps: tuple[int, ...], step: float)
 
 
 def _attempt(
-    mission: Mission, kernel: Kernel, trace: Trace, legs: Indices, count: int = 0
+    mission: Mission, apart: Mission, kernel: Kernel, trace: Trace, legs: Indices, count: int = 0
 ) -> Flyable | _Tight | _Beyond | _Stuck:
-    """With so many legs for each step: each a piece of its own, or in so many pieces if there is a ``count``."""
+    """With so many legs for each step: each a piece of its own, or in so many pieces if there is a ``count``.
+
+    Agents are held apart as ``apart`` has it, the mission with the room that its vehicles want.
+    """
     course = _course(mission, trace, legs, count)
-    apart = roomy(mission)
     step_of = np.repeat(np.arange(legs.size), legs)
     knots = course.times[course.knot]
     coefficients = np.zeros((len(mission.agents), knots.size - 1, mission.dimension, 8))

@@ -14,6 +14,7 @@ plans no faster than they can fly from rest to rest.
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import combinations
 from typing import TypeAlias, assert_never
 
 from shapely import Polygon as Outline
@@ -95,9 +96,9 @@ def missed(mission: Mission) -> Metres:
 
 def roomy(mission: Mission) -> Mission:
     """The mission with the room its vehicles want: the same object where none wants any."""
-    agents = range(len(mission.agents))
-    extra = max((_beyond(mission, one, other) for one in agents for other in range(one)), default=0.0)
-    rooms = [mission.room(agent) for agent in agents]
+    few = _few_of_each_kind(mission)
+    extra = max((_beyond(mission, *pair) for pair in combinations(few, 2)), default=0.0)
+    rooms = [mission.room(agent) for agent in few]
     # Where vehicles differ, the widest room: a narrower one is judged on the flight.
     low = tuple(min(axis) for axis in zip(*(room[0] for room in rooms), strict=True))
     high = tuple(max(axis) for axis in zip(*(room[1] for room in rooms), strict=True))
@@ -111,6 +112,14 @@ def roomy(mission: Mission) -> Mission:
     return mission if (wanted.world, wanted.separation, wanted.clearance) == before else wanted
 
 
+def _few_of_each_kind(mission: Mission) -> list[int]:
+    """Two agents, or the only one, of each radius, vehicle and dynamics: what any two of all keep, two of these do."""
+    kinds: dict[object, list[int]] = {}
+    for agent in mission.agents:
+        kinds.setdefault((agent.radius, agent.vehicle, agent.dynamics), []).append(agent.index)
+    return [index for alike in kinds.values() for index in alike[:2]]
+
+
 def _beyond(mission: Mission, one: int, other: int) -> float:
     """What two agents keep between their bodies, metres: one of them may be off by the skew of their starts."""
     first, second = mission.agents[one], mission.agents[other]
@@ -119,7 +128,7 @@ def _beyond(mission: Mission, one: int, other: int) -> float:
     return float(mission.spacing(one, other)) - first.radius - second.radius + drift
 
 
-def slowed(mission: Mission) -> Mission:
+def paced(mission: Mission) -> Mission:
     """The mission with speeds at which its vehicles can fly a plan smoothly: the same object where all are.
 
     A plan of first order is at full speed at once, and its flight comes from rest: in a step of duration d that covers

@@ -11,7 +11,7 @@ from missionc import driver, ir
 from missionc.emit.crazyflie import Flyable, crazyflie
 from missionc.kernel.nodes import Kernel
 from missionc.monitoring import monitor
-from missionc.passes.tighten import missed, moved, roomy, slowed, tightened
+from missionc.passes.tighten import missed, moved, paced, roomy, tightened
 from missionc.plan import Trace
 from missionc.source import Source
 from missionc.units import Metres, Seconds
@@ -128,7 +128,7 @@ def test_a_region_keeps_at_least_half_of_what_it_has() -> None:
 def test_plain_teams_are_planned_as_they_were() -> None:
     mission, kernel = made(REQUIREMENTS[0])
     assert roomy(mission) is mission
-    assert slowed(mission) is mission
+    assert paced(mission) is mission
     assert missed(mission) == 0.0
     assert tightened(mission, kernel, missed(mission)) == (mission, kernel)
 
@@ -151,7 +151,7 @@ def test_plans_are_no_faster_than_a_vehicle_flies_from_rest() -> None:
     found = driver.check(Source("a.mission", text + "require up: some drone: eventually[0, 4 s] pond\n"), backend="any")
     assert found.mission is not None
     vehicle = found.mission.agents[0].vehicle
-    slow = slowed(found.mission).agents[0].dynamics
+    slow = paced(found.mission).agents[0].dynamics
     assert ir.top_speed(slow) <= vehicle.speed / 1.5
     path = np.array([[1.0, 1.0], [1.0 + ir.top_speed(slow), 1.0], [1.0 + 2 * ir.top_speed(slow), 1.0]])
     flown = crazyflie(mission_of([[1.0, 1.0]], 2), NOTHING, straight(path[None]))
@@ -159,3 +159,29 @@ def test_plans_are_no_faster_than_a_vehicle_flies_from_rest() -> None:
     peaks = {figure.name: figure.value for figure in flown.certificate.figures}
     assert peaks["peak speed"] <= vehicle.speed
     assert peaks["peak acceleration"] <= vehicle.acceleration
+
+
+def test_what_a_few_of_each_kind_want_all_of_them_want() -> None:
+    text = HEAD.replace(
+        "team drone[3] { radius 0.1 m", "team drone[3] { radius 0.1 m  vehicle crazyflie21  altitude 1 m"
+    )
+    text += (
+        "team wide[2] { radius 0.4 m  dynamics single_integrator(speed <= 1 m/s)  start in left }\n"
+        "agent quick { radius 0.2 m  vehicle crazyflie21 { pair_distance 0.9 m }  altitude 1 m"
+        "  dynamics single_integrator(speed <= 2 m/s)  start in left }\n"
+    )
+    found = driver.check(Source("a.mission", text + "require up: some drone: eventually[0, 4 s] pond\n"), backend="any")
+    mission = found.mission
+    assert mission is not None, found.findings
+
+    def drift(one: ir.Agent, other: ir.Agent) -> float:
+        speeds = [min(each.vehicle.speed, 1.5 * ir.top_speed(each.dynamics)) for each in (one, other)]
+        return max(one.vehicle.start_skew, other.vehicle.start_skew) * sum(speeds)
+
+    every = [
+        float(mission.spacing(one.index, other.index)) - one.radius - other.radius + drift(one, other)
+        for one in mission.agents
+        for other in mission.agents
+        if one.index != other.index
+    ]
+    assert roomy(mission).separation == pytest.approx(max(every))
