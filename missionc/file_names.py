@@ -1,10 +1,18 @@
-"""File names of agents: the bracket dropped, no two alike."""
+"""Names in the output folder: what writes it and what reads it back agree on them here."""
 
 from __future__ import annotations
 
 from collections import Counter
 
 from missionc.ir import Agent
+
+MISSION = "mission"
+"""Where the mission's own files lie, so that the folder can be judged from what is in it."""
+
+
+def polynomials_file(file: str) -> str:
+    """Where an agent's polynomials lie, by the name that ``file_names`` gives it."""
+    return f"crazyflie/{file}.csv"
 
 
 def file_names(agents: tuple[Agent, ...]) -> dict[str, str]:

@@ -53,15 +53,17 @@ class Judgement:
     step: int | None = None
     agents: tuple[str, ...] = ()
 
-    def as_record(self) -> dict[str, object]:
+    def as_verdict(self) -> dict[str, object]:
         """For JSON, which has no word for the robustness of what is true, or false, whatever happens: null."""
         return {
             "name": self.name,
             "satisfied": self.satisfied,
             "robustness": self.robustness if math.isfinite(self.robustness) else None,
-            "step": self.step,
-            "agents": list(self.agents),
         }
+
+    def as_record(self) -> dict[str, object]:
+        """The verdict, and where it first fails."""
+        return {**self.as_verdict(), "step": self.step, "agents": list(self.agents)}
 
     def violation(self, step: Seconds) -> str:
         """``violates relay, robustness -1.803, at 2 s by drone[0]``; ``step`` is the mission's, seconds."""

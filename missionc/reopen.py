@@ -21,7 +21,7 @@ from pathlib import Path, PurePosixPath
 from missionc.checking import ANY_BACKEND, check
 from missionc.diagnostics.code import FOLDER_UNREADABLE
 from missionc.diagnostics.model import Diagnostic
-from missionc.file_names import file_names
+from missionc.file_names import MISSION, file_names, polynomials_file
 from missionc.ir import Mission
 from missionc.kernel.nodes import Kernel
 from missionc.limits import Limits
@@ -31,7 +31,7 @@ from missionc.results import Checked
 from missionc.source import Source
 from missionc.traces import read_trace
 
-MANIFEST, PLAN, CERTIFICATE, MISSION = "manifest.json", "plan.json", "certificate.json", "mission"
+MANIFEST, PLAN, CERTIFICATE = "manifest.json", "plan.json", "certificate.json"
 STRETCH = "stretch"
 MOST_FILES = 100_000
 
@@ -106,7 +106,7 @@ def reopen(folder: Path, limits: Limits | None = None) -> Reopened | tuple[Diagn
         kernel=checked.kernel,
         trace=trace,
         flights={
-            agent.name: files.get(f"crazyflie/{names[agent.name]}.csv", b"").decode("utf-8", errors="replace")
+            agent.name: files.get(polynomials_file(names[agent.name]), b"").decode("utf-8", errors="replace")
             for agent in checked.mission.agents
         },
     )

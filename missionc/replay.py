@@ -43,14 +43,13 @@ def replay(folder: Path, limits: Limits | None = None) -> Replayed:
     if not isinstance(reopened, Reopened):
         return Replayed(folder, reopened)
     mission, trace = reopened.mission, reopened.trace
-    planned = verify(mission, reopened.kernel, trace)
-    certificate = Certificate(mission.name, _files(reopened)).joined(planned)
-    if planned.passed:
-        flown = planned.joined(verify_polynomials(mission, reopened.kernel, trace, reopened.flights))
-        if flown.passed:
-            flown = flown.joined(verify_between(mission, reopened.kernel, trace, reopened.flights))
-            flown = flown.joined(Certificate(mission.name, _stated(reopened, flown)))
-        certificate = Certificate(mission.name, _files(reopened)).joined(flown)
+    judged = verify(mission, reopened.kernel, trace)
+    if judged.passed:
+        judged = judged.joined(verify_polynomials(mission, reopened.kernel, trace, reopened.flights))
+        if judged.passed:
+            judged = judged.joined(verify_between(mission, reopened.kernel, trace, reopened.flights))
+            judged = judged.joined(Certificate(mission.name, _stated(reopened, judged)))
+    certificate = Certificate(mission.name, _files(reopened)).joined(judged)
     findings = () if certificate.passed else (_refused(folder, certificate),)
     return Replayed(folder, findings, reopened, certificate)
 

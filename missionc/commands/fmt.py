@@ -46,20 +46,19 @@ def command(
     lines: list[str] = []
     changed: list[str] = []
     for path in missions:
-        source = _source(path, allowed)
-        text = source if isinstance(source, Diagnostic) else _formatted(source, allowed)
-        if isinstance(source, Diagnostic) or isinstance(text, list):
-            findings += [source] if isinstance(source, Diagnostic) else text if isinstance(text, list) else []
+        read = _read(path, allowed)
+        if isinstance(read, list):
+            findings += read
             continue
-        assert isinstance(text, str)
+        before, text = read
         if path == STANDARD_INPUT and not (check or diff):
             click.echo(text, nl=False)
             continue
-        if text == source.text:
+        if text == before:
             continue
         changed.append(str(path))
         if diff:
-            lines += _difference(str(path), source.text, text)
+            lines += _difference(str(path), before, text)
         elif not check and (wrong := write_file(path, text.encode("utf-8"))):
             findings.append(wrong)
     verb = "would change" if check or diff else "changed"
@@ -68,16 +67,16 @@ def command(
     return Status.MISSION_ERRORS if findings or (check and changed) else Status.DONE
 
 
-def _source(path: Path, limits: Limits) -> Source | Diagnostic:
+def _read(path: Path, limits: Limits) -> tuple[str, str] | list[Diagnostic]:
+    """A file's text, and in the one layout; what it includes is not looked at: each file has its own."""
     if path == STANDARD_INPUT:
-        return Source("<stdin>", sys.stdin.read())
-    return read_source(path, str(path), limits)
-
-
-def _formatted(source: Source, limits: Limits) -> str | list[Diagnostic]:
-    """What the file includes is not looked at: each file has its own layout."""
+        source: Source | Diagnostic = Source("<stdin>", sys.stdin.read())
+    else:
+        source = read_source(path, str(path), limits)
+    if isinstance(source, Diagnostic):
+        return [source]
     program, findings = parse(source, limits, lambda written, span: Source(written, ""))
-    return findings if program is None else format_mission(source, program, limits)
+    return findings if program is None else (source.text, format_mission(source, program, limits))
 
 
 def _difference(name: str, before: str, after: str) -> list[str]:

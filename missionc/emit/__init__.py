@@ -16,16 +16,13 @@ from missionc.emit.manifest import Option, Provenance, manifest, sha256
 from missionc.emit.plan_json import plan_json
 from missionc.emit.trajectories import trajectories
 from missionc.export import FORMATS, flight
-from missionc.file_names import file_names
+from missionc.file_names import MISSION, file_names, polynomials_file
 from missionc.ir import Mission
 from missionc.kernel.nodes import Kernel
 from missionc.plan import Plan
 from missionc.report import Plotted, report
 from missionc.verify import verify_between
 from missionc.verify.certificate import Certificate
-
-MISSION = "mission"
-"""Where in the folder the mission's own files lie, so that the folder can be judged from what is in it."""
 
 __all__ = ["Option", "Output", "Provenance", "emit", "plan_json"]
 
@@ -66,7 +63,7 @@ def emit(
     }
     names = file_names(mission.agents)
     for agent in mission.agents:
-        files[f"crazyflie/{names[agent.name]}.csv"] = flyable.files[agent.name].encode()
+        files[polynomials_file(names[agent.name])] = flyable.files[agent.name].encode()
     notes: list[str] = []
     findings: list[Diagnostic] = []
     for name in dict.fromkeys(exports):

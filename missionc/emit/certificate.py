@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import asdict
 
-from missionc.emit.text import compact
+from missionc.emit.text import compact, listed
 from missionc.verify.boxes import Boxes
 from missionc.verify.certificate import Between, Certificate, Check, Figure
 from missionc.verify.stated import SCHEMA
@@ -20,13 +20,10 @@ def certificate_json(certificate: Certificate, plan_sha256: str) -> str:
         "passed": certificate.passed,
     }
     lines = [f"  {compact(key)}: {compact(value)}" for key, value in head.items()]
-    for key, entries in (("checks", certificate.checks), ("figures", certificate.figures)):
-        rows = ",\n".join(f"    {compact(_entry(entry))}" for entry in entries)
-        lines.append(f'  "{key}": [\n{rows}\n  ]' if rows else f'  "{key}": []')
-    between = ",\n".join(f"    {compact(_between(each))}" for each in certificate.between)
-    lines.append(f'  "between_steps": [\n{between}\n  ]' if between else '  "between_steps": []')
-    rows = ",\n".join(f"    {compact(_boxes(boxes))}" for boxes in certificate.boxes)
-    lines.append(f'  "boxes": [\n{rows}\n  ]' if rows else '  "boxes": []')
+    lines.append(listed("checks", (compact(_entry(entry)) for entry in certificate.checks)))
+    lines.append(listed("figures", (compact(_entry(entry)) for entry in certificate.figures)))
+    lines.append(listed("between_steps", (compact(_between(each)) for each in certificate.between)))
+    lines.append(listed("boxes", (compact(_boxes(boxes)) for boxes in certificate.boxes)))
     lines.append(f'  "warnings": {compact(list(certificate.warnings))}')
     return "{\n" + ",\n".join(lines) + "\n}\n"
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from missionc.emit.text import compact, record
+from missionc.emit.text import compact, listed, record
 from missionc.ir import Mission
 from missionc.plan import Judgement, Trace
 
@@ -36,11 +36,7 @@ def near_miss_json(
         )
         for agent in mission.agents
     ]
-    asked = [
-        {name: value for name, value in each.as_record().items() if name in ("name", "satisfied", "robustness")}
-        for each in judgements
-    ]
     lines = [f"  {compact(key)}: {compact(value)}" for key, value in head.items()]
-    lines.append('  "agents": [\n' + ",\n".join(f"    {agent}" for agent in agents) + "\n  ]")
-    lines.append('  "requirements": [\n' + ",\n".join(f"    {compact(entry)}" for entry in asked) + "\n  ]")
+    lines.append(listed("agents", agents))
+    lines.append(listed("requirements", [compact(each.as_verdict()) for each in judgements]))
     return "{\n" + ",\n".join(lines) + "\n}\n"

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
-from missionc.emit.text import compact, record
+from missionc.emit.text import compact, listed, record
 from missionc.ir import Graph, Mission
 from missionc.margins.links import all_links, pieces
 from missionc.plan import Plan, Trace
@@ -31,15 +29,6 @@ def plan_json(mission: Mission, plan: Plan) -> str:
         for agent in mission.agents
     ]
     graphs = {graph.name: _edges(graph, trace) for graph in mission.graphs}
-    judgements = [
-        {
-            "name": judgement.name,
-            "satisfied": judgement.satisfied,
-            # Nothing bounds the robustness of a formula that is true whatever happens: JSON has no word for that.
-            "robustness": judgement.robustness if math.isfinite(judgement.robustness) else None,
-        }
-        for judgement in plan.judgements
-    ]
     head = {
         "schema": "missionc.plan/1",
         "mission": plan.mission,
@@ -50,9 +39,9 @@ def plan_json(mission: Mission, plan: Plan) -> str:
         "times": [round(mission.step * step, 9) for step in range(states)],
     }
     lines = [f"  {compact(key)}: {compact(value)}" for key, value in head.items()]
-    lines.append('  "agents": [\n' + ",\n".join(f"    {agent}" for agent in agents) + "\n  ]")
+    lines.append(listed("agents", agents))
     lines.append(f'  "graphs": {record(graphs, depth=1)}')
-    lines.append('  "requirements": [\n' + ",\n".join(f"    {compact(entry)}" for entry in judgements) + "\n  ]")
+    lines.append(listed("requirements", [compact(judgement.as_verdict()) for judgement in plan.judgements]))
     return "{\n" + ",\n".join(lines) + "\n}\n"
 
 

@@ -3,12 +3,18 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 
 
 def compact(value: object) -> str:
     """On one line; doubles in the shortest form that reads back the same."""
     return json.dumps(value, ensure_ascii=False, allow_nan=False)
+
+
+def listed(key: str, entries: Iterable[str]) -> str:
+    """An entry of the outermost record whose value is a list, a line for each; ``entries`` are JSON already."""
+    rows = ",\n".join(f"    {entry}" for entry in entries)
+    return f"  {compact(key)}: [\n{rows}\n  ]" if rows else f"  {compact(key)}: []"
 
 
 def record(entries: Mapping[str, object], depth: int) -> str:

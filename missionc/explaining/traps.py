@@ -84,20 +84,6 @@ def _of_space(part: Apply, length: Length) -> Iterator[Trap]:
             return
 
 
-def small_mission(example: Example) -> str:
-    """The mission that a run is of, with the formula asked and its other reading as requirements."""
-    steps = max(len(example.places[0]) - 1, 1)
-    starts = ", ".join(f"({x:g}, {y:g})" for (x, y), *_ in example.places)
-    return f"""mission example
-time step 1 s, horizon {steps} s
-world (0, 0) to (4, 4)
-team a[{len(example.places)}] {{ radius 0.1 m  dynamics single_integrator(speed <= 4 m/s)  start at {starts} }}
-{example.declarations.strip()}
-require asked: {example.asked}
-require otherwise: {example.otherwise}
-"""
-
-
 def table(example: Example) -> list[str]:
     """The run, a line for each formula, a column for each step or agent; then the two readings of it."""
     count = len(example.places) if example.agents else len(example.places[0])

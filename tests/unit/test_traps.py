@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from missionc import ir
-from missionc.explaining.examples import TRAPS, Trap
-from missionc.explaining.traps import linked, small_mission, table, traps_of
+from missionc.explaining.examples import TRAPS, Example, Trap
+from missionc.explaining.traps import linked, table, traps_of
 from missionc.kernel.nodes import At, Is, Nearby
 from missionc.limits import Limits
 from missionc.monitoring import monitor, truth
@@ -16,6 +16,20 @@ from missionc.plan import Trace
 from missionc.units import Seconds
 from tests.resolving import mission
 from tests.runs import SPAN
+
+
+def small_mission(example: Example) -> str:
+    """The mission that a run is of, with the formula asked and its other reading as requirements."""
+    steps = max(len(example.places[0]) - 1, 1)
+    starts = ", ".join(f"({x:g}, {y:g})" for (x, y), *_ in example.places)
+    return f"""mission example
+time step 1 s, horizon {steps} s
+world (0, 0) to (4, 4)
+team a[{len(example.places)}] {{ radius 0.1 m  dynamics single_integrator(speed <= 4 m/s)  start at {starts} }}
+{example.declarations.strip()}
+require asked: {example.asked}
+require otherwise: {example.otherwise}
+"""
 
 
 def run_of(trap: Trap, text: str) -> tuple[ir.Mission, Trace]:
