@@ -278,7 +278,7 @@ def _answer(compiled: Compiled, folder: Path | None, force: bool, plot: Path | N
         case Unverified():
             return Answer(compiled, Status.NOT_VERIFIED)
         case NotFound():
-            return Answer(compiled, Status.UNDECIDED)
+            return _write(compiled, Status.UNDECIDED, folder, force, None)
         case Impossible():
             return _write(compiled, Status.IMPOSSIBLE, folder, force, None)
         case Verified():

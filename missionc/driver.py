@@ -74,6 +74,8 @@ if TYPE_CHECKING:
 DEFAULT_TIME_LIMIT = Seconds(600.0)
 DEFAULT_MEMORY_LIMIT = 8 << 30
 NO_EXPLANATION = Seconds(0.0)
+KEPT_BACK = 0.25
+"""Of a search that refuses nothing, and so may take all the time there is: for why it found no plan."""
 
 __all__ = ["ANY_BACKEND", "DEFAULT_MEMORY_LIMIT", "DEFAULT_TIME_LIMIT", "check", "compile", "monitor", "plan"]
 
@@ -150,7 +152,8 @@ def plan(
     kept = with_checkpoints(checked, options, budget, checkpoints)
     if isinstance(kept, Diagnostic):
         return ended(Refused(), kept)
-    budget = kept
+    whole = kept
+    budget = whole if backend.refutes else replace(whole, deadline=_to_search(whole.deadline, explain_limit))
     try:
         found = seek(backend, mission, kernel, options, budget)
     except UnusableSnapshot as wrong:
@@ -159,17 +162,20 @@ def plan(
         found = NotFound(Reason.MEMORY, "the compiler itself ran out of memory", Report())
     watch.seconds.extend(found.report.seconds)
     match found:
-        case Impossible():
+        case Impossible() | NotFound():
             explained = None
-            if explain_limit > 0:
+            if explain_limit > 0 and (isinstance(found, Impossible) or found.best is not None):
                 hold()
                 from missionc.relaxing.run import explain
 
                 with watch.stage("explain"):
-                    explained = explain(checked, found, backend, options, budget, explain_limit)
-            return replace(ended(found, _impossible(mission, found, explained)), explained=explained)
-        case NotFound():
-            return ended(found, _not_found(found))
+                    explained = explain(checked, found, backend, options, whole, explain_limit)
+            why = (
+                _impossible(mission, found, explained)
+                if isinstance(found, Impossible)
+                else _not_found(found, explained)
+            )
+            return replace(ended(found, why), explained=explained)
         case Planned(trace, report):
             hold()
         case _:
@@ -212,6 +218,11 @@ def plan(
     if not_between:
         return ended(Refused(), *not_between)
     return ended(Verified(verified, output.certificate, report, output.files), *output.findings)
+
+
+def _to_search(deadline: float, explain_limit: Seconds) -> float:
+    """Until when a search goes on that nothing but a plan or the deadline ends: some time is left to explain it."""
+    return deadline - min(explain_limit, KEPT_BACK * max(0.0, deadline - time.monotonic()))
 
 
 def _slower(checked: Checked, options: Options, budget: Budget) -> Checked:
@@ -286,10 +297,14 @@ def _impossible(mission: Mission, found: Impossible, explained: Explained | None
         Label(spans[0][1], "this" if len(spans) > 1 else ""),
         tuple(Label(span, "and this") for _, span in spans[1:]),
         notes,
-        f"the smallest change that was tried and has a plan: {explained.relaxations[0].says}"
+        _smallest(explained)
         if explained and explained.relaxations
         else "relax one of them, give the agents more time, or a finer roadmap: `solve with smt { nodes = 400 }`",
     )
+
+
+def _smallest(explained: Explained) -> str:
+    return f"the smallest change that was tried and has a plan: {explained.relaxations[0].says}"
 
 
 def _blamed(explained: Explained) -> tuple[str, ...]:
@@ -313,7 +328,7 @@ def _variant(trial: Trial) -> str:
     return trial.says if trial.says.startswith("without ") else f"with {trial.says}"
 
 
-def _not_found(found: NotFound) -> Diagnostic:
+def _not_found(found: NotFound, explained: Explained | None) -> Diagnostic:
     code, help_ = {
         "TIME": (OUT_OF_TIME, "allow more with `--time-limit`"),
         "MEMORY": (OUT_OF_MEMORY, "allow more with `--memory-limit`"),
@@ -327,7 +342,7 @@ def _not_found(found: NotFound) -> Diagnostic:
         f"undecided: {found.reason.value}",
         None,
         notes=(*said, "this says nothing about whether a plan exists"),
-        help=help_,
+        help=f"{help_}; {_smallest(explained)}" if explained and explained.relaxations else help_,
     )
 
 

@@ -8,10 +8,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import Enum
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, TypeAlias, assert_never
 
 from missionc import ir
-from missionc.backends.api import Impossible, NotFound, Report
+from missionc.backends.api import Attempt, Impossible, NotFound, Report
 from missionc.diagnostics.model import Diagnostic, has_errors
 from missionc.kernel.nodes import Kernel
 from missionc.passes.choose_backend import Choice
@@ -119,20 +119,25 @@ class Trial:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class NearMiss:
-    """A motion that breaks one requirement and keeps everything else. It is no plan."""
+    """A motion that comes nearest to being a plan. It is none.
 
-    broken: Judgement
+    Of an infeasible mission it breaks one requirement and keeps everything else. Of a mission for which no plan was
+    found it may be the best candidate, which may break more.
+    """
+
+    attempt: Attempt
     planned_for: str
-    """The change of the mission with which the motion is a plan."""
+    """The change of the mission with which the motion is a plan; empty of a best candidate."""
     files: tuple[tuple[str, bytes], ...]
     """What shows it: relative path and content."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Explained:
-    """Why a mission is infeasible, and what would help. ``relaxations`` have the smallest change first."""
+    """Why a mission has no plan, and what would help. ``relaxations`` have the smallest change first."""
 
     blame: Blame
+    """Of a mission that is not known to be infeasible, unknown."""
     trials: tuple[Trial, ...] = ()
     relaxations: tuple[Relaxation, ...] = ()
     near_miss: NearMiss | None = None
@@ -152,19 +157,21 @@ class Compiled:
     findings: tuple[Diagnostic, ...]
     seconds: tuple[tuple[str, Seconds], ...]
     explained: Explained | None = None
-    """Of an impossible mission, where that was asked for."""
+    """Of a mission that is impossible, or has a best candidate at least, where that was asked for."""
 
     @property
     def files(self) -> tuple[tuple[str, bytes], ...]:
-        """What belongs into the output folder: of a plan everything, of a refusal its proof and the nearest miss."""
+        """What belongs into the output folder: of a plan everything, else a refusal's proof and the nearest miss."""
+        missed = self.explained.near_miss if self.explained else None
         match self.outcome:
             case Verified(files=files):
                 return files
-            case Impossible(report=report):
-                missed = self.explained.near_miss if self.explained else None
+            case Impossible(report=report) | NotFound(report=report):
                 return report.files + (missed.files if missed else ())
-            case _:
+            case Refused() | Unverified():
                 return ()
+            case _:
+                assert_never(self.outcome)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -58,11 +58,11 @@ def outcome_word(compiled: Compiled) -> str | None:
 def compiled_lines(compiled: Compiled, output: str) -> list[str]:
     """The summary of a compilation; ``output`` is the folder written, or empty."""
     mission = compiled.checked.mission
-    if isinstance(compiled.outcome, NotFound) and compiled.outcome.best and mission:
-        return attempt_lines(mission.name, compiled.outcome.best, mission.step)
-    if isinstance(compiled.outcome, Impossible):
+    if isinstance(compiled.outcome, Impossible | NotFound) and mission:
+        best = compiled.outcome.best if isinstance(compiled.outcome, NotFound) else None
+        candidate = attempt_lines(mission.name, best, mission.step) if best else []
         written = [f"written to {output}", *file_lines(compiled.files)] if output else []
-        return [*explained_lines(compiled), *written]
+        return [*candidate, *explained_lines(compiled), *written]
     if not isinstance(compiled.outcome, Verified) or mission is None:
         return []
     plan, certificate = compiled.outcome.plan, compiled.outcome.certificate
@@ -166,6 +166,7 @@ def compiled_document(compiled: Compiled, output: str, texts: list[tuple[str, st
         document["certificate"] = {"checks": len(outcome.certificate.checks), "passed": outcome.certificate.passed}
     if isinstance(outcome, NotFound):
         document["best_attempt"] = _attempt(outcome.best)
+        document |= explained_document(compiled.explained)
     if isinstance(outcome, Impossible):
         document["conflict"] = list(outcome.conflict)
         document |= explained_document(compiled.explained)
@@ -255,10 +256,7 @@ def _between(between: Between) -> dict[str, object]:
 def _attempt(best: Attempt | None) -> dict[str, object] | None:
     if best is None:
         return None
-    faults = [
-        {"what": fault.what, "margin": fault.margin, "step": fault.step, "agents": list(fault.agents)}
-        for fault in best.worst_faults()
-    ]
+    faults = [each.as_record() for each in best.worst_faults()]
     return {"requirements": [each.as_record() for each in best.requirements], "faults": faults}
 
 

@@ -167,22 +167,47 @@ class Fault:
     step: int = 0
     margin: float = 0.0
 
+    def as_record(self) -> dict[str, object]:
+        return {"what": self.what, "margin": self.margin, "step": self.step, "agents": list(self.agents)}
 
-@dataclass(frozen=True, slots=True)
+    def violation(self, step: Seconds) -> str:
+        """``breaks separation by 0.2 m at 3 s by drone[0], drone[1]``; ``step`` is the mission's, seconds."""
+        much = f" by {-self.margin:.3g} m" if self.margin < 0 else ""
+        who = f" by {', '.join(self.agents)}" if self.agents else ""
+        return f"breaks {self.what}{much} at {self.step * step:g} s{who}"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Attempt:
     """A motion and what it comes to: each requirement with its robustness, and everything else that it breaks."""
 
     requirements: tuple[Judgement, ...]
     faults: tuple[Fault, ...]
+    trace: Trace
 
     @property
     def is_plan(self) -> bool:
         return not self.faults and all(each.satisfied for each in self.requirements)
 
     @property
+    def violated(self) -> tuple[Judgement, ...]:
+        return tuple(each for each in self.requirements if not each.satisfied)
+
+    @property
+    def shown(self) -> tuple[Judgement | Fault, ...]:
+        """Everything that is wrong, and of each kind of fault the worst."""
+        return (*self.violated, *self.worst_faults())
+
+    @property
     def wrong(self) -> int:
         """How many things are."""
-        return len(self.faults) + sum(not each.satisfied for each in self.requirements)
+        return len(self.faults) + len(self.violated)
+
+    def violation(self, step: Seconds) -> str:
+        """The first thing that is wrong, in words, and how many more there are; ``step`` is the mission's, seconds."""
+        wrong = self.shown
+        more = f", and {len(wrong) - 1} more" if len(wrong) > 1 else ""
+        return f"{wrong[0].violation(step)}{more}" if wrong else "violates nothing"
 
     def worst_faults(self) -> tuple[Fault, ...]:
         """Of each kind the one that is worst."""
@@ -207,8 +232,12 @@ Outcome: TypeAlias = Planned | Impossible | NotFound
 
 
 class Backend(Protocol):
-    """One way to plan. What it offers is ``passes.choose_backend.OFFERS``, a table that loads no solver."""
+    """One way to plan. What it offers is ``passes.choose_backend.OFFERS``, a table that loads no solver.
+
+    ``refutes``: it may find a mission impossible; else it searches until it has a plan, or its time is up.
+    """
 
     name: str
+    refutes: bool
 
     def plan(self, mission: Mission, kernel: Kernel, options: Options, budget: Budget) -> Outcome: ...

@@ -1,28 +1,27 @@
-"""A motion that breaks a requirement, as JSON, ``missionc.near_miss/1``: no plan, but a trace that can be judged."""
+"""A motion that breaks a requirement, as JSON, ``missionc.near_miss/2``: no plan, but a trace that can be judged."""
 
 from __future__ import annotations
 
+from missionc.backends.api import Attempt
 from missionc.emit.text import compact, listed, record
 from missionc.ir import Mission
-from missionc.plan import Judgement, Trace
 
 
-def near_miss_json(
-    mission: Mission, trace: Trace, judgements: tuple[Judgement, ...], broken: Judgement, planned_for: str
-) -> str:
+def near_miss_json(mission: Mission, attempt: Attempt, planned_for: str) -> str:
     """The text of ``near_miss.json``, one line for each list of positions.
 
     Args:
-        broken: the requirement that does not hold.
-        planned_for: the change of the mission with which the motion is a plan.
+        planned_for: the change of the mission with which the motion is a plan; empty where none is known.
     """
+    position = attempt.trace.position
     head = {
-        "schema": "missionc.near_miss/1",
+        "schema": "missionc.near_miss/2",
         "mission": mission.name,
         "plan": False,
-        "violates": broken.as_record(),
-        "planned_for": planned_for,
-        "times": [round(mission.step * each, 9) for each in range(trace.position.shape[1])],
+        "violates": [each.as_record() for each in attempt.violated],
+        "faults": [each.as_record() for each in attempt.worst_faults()],
+        "planned_for": planned_for or None,
+        "times": [round(mission.step * each, 9) for each in range(position.shape[1])],
     }
     agents = [
         record(
@@ -30,7 +29,7 @@ def near_miss_json(
                 "name": agent.name,
                 "team": agent.team,
                 "radius": float(agent.radius),
-                "position": trace.position[agent.index].tolist(),
+                "position": position[agent.index].tolist(),
             },
             depth=2,
         )
@@ -38,5 +37,5 @@ def near_miss_json(
     ]
     lines = [f"  {compact(key)}: {compact(value)}" for key, value in head.items()]
     lines.append(listed("agents", agents))
-    lines.append(listed("requirements", [compact(each.as_verdict()) for each in judgements]))
+    lines.append(listed("requirements", [compact(each.as_verdict()) for each in attempt.requirements]))
     return "{\n" + ",\n".join(lines) + "\n}\n"

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from missionc.backends.api import Attempt, Fault
 from missionc.diagnostics.code import EXTRA_MISSING
 from missionc.diagnostics.model import Diagnostic
 from missionc.emit.lanes import lanes
@@ -64,20 +65,18 @@ def missing() -> Diagnostic | None:
     return Diagnostic(EXTRA_MISSING, message, None, help="install it with `pip install 'missionc[viz]'`")
 
 
-def plot(
-    mission: Mission, trace: Trace, backend: str, kind: str, broken: Judgement | None = None
-) -> bytes | Diagnostic:
+def plot(mission: Mission, trace: Trace, backend: str, kind: str, miss: Attempt | None = None) -> bytes | Diagnostic:
     """The map as a file's bytes, the same each time.
 
     Args:
         backend: who planned it, for the title; empty where nobody did.
         kind: ``svg`` or ``png``.
-        broken: the requirement that the motion breaks, where it is no plan: said in the title, and ringed.
+        miss: what the motion comes to, where it is no plan: said in the title, and ringed.
     """
     absent = missing()
     if absent:
         return absent
-    return rendered(lambda figure: _draw(figure, mission, trace, backend, broken), kind)
+    return rendered(lambda figure: _draw(figure, mission, trace, backend, miss), kind)
 
 
 def rendered(draw: Callable[[Figure], None], kind: str) -> bytes:
@@ -111,13 +110,13 @@ def rendered(draw: Callable[[Figure], None], kind: str) -> bytes:
     return buffer.getvalue()
 
 
-def _draw(figure: Figure, mission: Mission, trace: Trace, backend: str, broken: Judgement | None) -> None:
+def _draw(figure: Figure, mission: Mission, trace: Trace, backend: str, miss: Attempt | None) -> None:
     panels = _panels(figure, mission)
     for axes, view in panels:
         draw_view(axes, mission, trace, view)
         _draw_agents(axes, mission, trace, view)
-        if broken is not None:
-            _ring(axes, mission, trace, view, broken)
+        for wrong in miss.shown if miss else ():
+            _ring(axes, mission, trace, view, wrong)
     top = panels[0][0]
     if len(panels) > 1:
         for (axes, _), name in zip(panels, ("from above", "from the side"), strict=True):
@@ -126,23 +125,23 @@ def _draw(figure: Figure, mission: Mission, trace: Trace, backend: str, broken: 
     about = [
         f"{count} agent" + ("s" if count > 1 else ""),
         f"{mission.step * mission.steps:g} s in steps of {mission.step:g} s",
-        *([f"planned by {backend}"] if backend and broken is None else []),
+        *([f"planned by {backend}"] if backend and miss is None else []),
     ]
     top.set_title(mission.name, loc="left", fontsize=12, fontweight="bold", pad=20)
     top.annotate(
         ", ".join(about), (0, 1), (0, 6), xycoords="axes fraction", textcoords="offset points", fontsize=8.5, color=GREY
     )
-    if broken is not None:
+    if miss is not None:
         says: dict[str, Any] = {"xycoords": "axes fraction", "textcoords": "offset points", "fontsize": 8.5}
-        top.annotate(f"no plan: {broken.violation(mission.step)}", (1, 1), (0, 6), ha="right", color=BROKEN, **says)
+        top.annotate(f"no plan: {miss.violation(mission.step)}", (1, 1), (0, 6), ha="right", color=BROKEN, **says)
     _legend(top, mission)
 
 
-def _ring(axes: Axes, mission: Mission, trace: Trace, view: View, broken: Judgement) -> None:
-    """A ring where the requirement first fails: around each agent that it fails because of."""
+def _ring(axes: Axes, mission: Mission, trace: Trace, view: View, wrong: Judgement | Fault) -> None:
+    """A ring where something first fails: around each agent that it fails because of."""
     for agent in mission.agents:
-        if agent.name in broken.agents and broken.step is not None:
-            x, y = trace.position[agent.index, broken.step, (view.across, view.up)]
+        if agent.name in wrong.agents and wrong.step is not None:
+            x, y = trace.position[agent.index, wrong.step, (view.across, view.up)]
             axes.plot([x], [y], marker="o", ms=17, mfc="none", mec=BROKEN, mew=1.8, ls="", zorder=10, clip_on=False)
 
 

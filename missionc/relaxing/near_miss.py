@@ -1,7 +1,7 @@
-"""The nearest miss: of the motions found for relaxed missions, the one that breaks one requirement the least.
+"""The nearest miss: of the motions at hand, the one that comes nearest to being a plan of the mission as written.
 
-in   Mission as written, its kernel, motions that are plans of relaxed missions
-out  NearMiss, where one of them breaks nothing but one requirement
+in   Mission as written, its kernel, motions that are plans of relaxed missions, a search's best candidate
+out  NearMiss, where one of them breaks nothing but one requirement, or there is a candidate
 """
 
 from __future__ import annotations
@@ -9,46 +9,75 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 
+from missionc.backends.api import Attempt
 from missionc.diagnostics.model import Diagnostic
 from missionc.emit.near_miss import near_miss_json
 from missionc.emit.plot import plot
 from missionc.ir import Mission
 from missionc.kernel.nodes import Kernel
 from missionc.monitoring import monitor
-from missionc.plan import Judgement, Trace
-from missionc.results import NearMiss, Relaxation
+from missionc.plan import Plan, Trace
+from missionc.provenance import inputs
+from missionc.report import Plotted, report
+from missionc.results import Checked, NearMiss, Relaxation
 from missionc.verify import verify
 
 
 def near_miss(
-    mission: Mission, kernel: Kernel, backend: str, found: Iterable[tuple[Relaxation, Trace]]
+    checked: Checked,
+    backend: str,
+    seed: int,
+    found: Iterable[tuple[Relaxation, Trace]],
+    best: Attempt | None = None,
 ) -> NearMiss | None:
-    """With its files: ``near_miss.json``, and ``near_miss.svg`` where maps can be drawn."""
-    best: tuple[Judgement, Trace, str] | None = None
-    for relaxation, trace in found:
-        broken = _broken(mission, kernel, trace)
-        if broken is not None and (best is None or _by(broken) > _by(best[0])):
-            best = broken, trace, relaxation.says
-    if best is None:
+    """With its files: ``near_miss.json``, ``near_miss.html``, and ``near_miss.svg`` where maps can be drawn.
+
+    Args:
+        backend, seed: what planned the motions, and with which seed.
+        best: the candidate of a search that found no plan.
+    """
+    mission, kernel = checked.mission, checked.kernel
+    assert mission is not None
+    assert kernel is not None
+    motions = [(each.says, trace) for each, trace in found] + ([("", best.trace)] if best else [])
+    misses = [(_miss(mission, kernel, trace), says) for says, trace in motions]
+    near = [(miss, says) for miss, says in misses if miss is not None]
+    if near:
+        miss, says = max(near, key=lambda each: _by(each[0]))
+    elif best is not None:
+        miss, says = best, ""
+    else:
         return None
-    broken, trace, says = best
-    files = [("near_miss.json", near_miss_json(mission, trace, monitor(mission, kernel, trace), broken, says).encode())]
-    picture = plot(mission, trace, backend, "svg", broken)
+    files = [
+        ("near_miss.json", near_miss_json(mission, miss, says).encode()),
+        (
+            "near_miss.html",
+            _page(checked, mission, kernel, Plan(mission.name, backend, seed, miss.trace, miss.requirements), miss),
+        ),
+    ]
+    picture = plot(mission, miss.trace, backend, "svg", miss)
     if not isinstance(picture, Diagnostic):
         files.append(("near_miss.svg", picture))
-    return NearMiss(broken, says, tuple(files))
+    return NearMiss(miss, says, tuple(files))
 
 
-def _broken(mission: Mission, kernel: Kernel, trace: Trace) -> Judgement | None:
-    """The one requirement that the motion breaks, where it is a motion of this mission and breaks nothing else."""
+def _miss(mission: Mission, kernel: Kernel, trace: Trace) -> Attempt | None:
+    """What a motion of this mission comes to that breaks one requirement, and nothing else."""
     if trace.position.shape[:2] != (len(mission.agents), mission.steps + 1):
         return None
-    failures = verify(mission, kernel, trace).failures
-    if [failure.name for failure in failures] != ["requirement"]:
+    if [failure.name for failure in verify(mission, kernel, trace).failures] != ["requirement"]:
         return None
-    judged = monitor(mission, kernel, trace)[: len(kernel.requirements)]
-    return next((each for each in judged if each.name == failures[0].subject and not each.satisfied), None)
+    miss = Attempt(monitor(mission, kernel, trace)[: len(kernel.requirements)], (), trace)
+    return miss if len(miss.violated) == 1 else None
 
 
-def _by(broken: Judgement) -> float:
-    return broken.robustness if math.isfinite(broken.robustness) else -math.inf
+def _by(miss: Attempt) -> float:
+    robustness = miss.violated[0].robustness
+    return robustness if math.isfinite(robustness) else -math.inf
+
+
+def _page(checked: Checked, mission: Mission, kernel: Kernel, motion: Plan, miss: Attempt) -> bytes:
+    """The report of a motion that is no plan: it has no polynomials, and says what is wrong with it."""
+    texts = tuple((name, content.decode("utf-8")) for name, content in inputs(checked))
+    certificate = verify(mission, kernel, motion.trace)
+    return report(Plotted(mission, kernel, motion, certificate, {}, texts, miss.violation(mission.step)))

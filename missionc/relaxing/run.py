@@ -1,12 +1,13 @@
-"""Why a mission is infeasible, from the refusal on: variants of it are solved until the time for that is over.
+"""Why a mission has no plan, from the refusal on: variants of it are solved until the time for that is over.
 
-    in   Checked, the backend's Impossible, a budget
+    in   Checked, the backend's Impossible, or a NotFound with its best candidate; a budget
     out  Explained
 
 First what tells who is to blame: the requirements in conflict left out, a longer
 horizon, a finer roadmap. Then every number that these requirements touch, one
 try after the other, in the order of the text. Each variant is checked from its
-text on, planned and verified; what is not is no relaxation.
+text on, planned and verified; what is not is no relaxation. A search that found nothing has refused
+nothing: its candidate's requirements stand for those in conflict, and nobody is to blame.
 """
 
 from __future__ import annotations
@@ -15,7 +16,18 @@ import time
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 
-from missionc.backends.api import Backend, Budget, Impossible, Options, Planned, Progress, forget, ignore
+from missionc.backends.api import (
+    Attempt,
+    Backend,
+    Budget,
+    Impossible,
+    NotFound,
+    Options,
+    Planned,
+    Progress,
+    forget,
+    ignore,
+)
 from missionc.checking import check
 from missionc.ir import Mission
 from missionc.kernel.nodes import Kernel
@@ -32,8 +44,8 @@ from missionc.signals import asked
 from missionc.units import Seconds
 from missionc.verify import verify
 
-SHARE = 0.25
-"""Of all the time, so much may go into one variant."""
+SHARE, SEARCHED = 0.25, 0.1
+"""Of all the time, so much may go into one variant; the second, where none is ever refused and each would take it."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -54,6 +66,7 @@ class Explaining:
     backend: Backend
     options: Options
     budget: Budget
+    share: float
     begin: float = field(default_factory=time.monotonic)
     count: int = 0
     found: dict[int, Tried] = field(default_factory=dict)
@@ -93,7 +106,7 @@ class Explaining:
 
     def planned(self, mission: Mission, kernel: Kernel) -> Tried:
         now = time.monotonic()
-        until = min(self.budget.deadline, now + SHARE * (self.budget.deadline - self.begin))
+        until = min(self.budget.deadline, now + self.share * (self.budget.deadline - self.begin))
         budget = replace(self.budget, deadline=until, listen=ignore, keep=forget, resume=None)
         came = seek(self.backend, mission, kernel, self.options, budget)
         if isinstance(came, Impossible):
@@ -138,7 +151,7 @@ class Explaining:
 
 
 def explain(
-    checked: Checked, refusal: Impossible, backend: Backend, options: Options, budget: Budget, limit: Seconds
+    checked: Checked, refusal: Impossible | NotFound, backend: Backend, options: Options, budget: Budget, limit: Seconds
 ) -> Explained:
     """Who is to blame and what helps, as far as can be told within ``limit``, seconds, and the budget's deadline."""
     mission, kernel = checked.mission, checked.kernel
@@ -147,8 +160,9 @@ def explain(
     now = time.monotonic()
     short = replace(budget, deadline=min(budget.deadline, now + limit))
     quick = replace(options, certify=False, captures=frozenset(), margin=0.0, brief=True)
-    run = Explaining(checked, mission, kernel, backend, quick, short, now)
-    conflict = refusal.conflict
+    best = refusal.best if isinstance(refusal, NotFound) else None
+    run = Explaining(checked, mission, kernel, backend, quick, short, SEARCHED if best else SHARE, now)
+    conflict = refusal.conflict if isinstance(refusal, Impossible) else _violated(best)
     without = run.trial(of_formulas.without(checked, mission, conflict))
     if len(conflict) > 1 and not any(trial.outcome == "planned" for trial in without):
         without += run.trial(of_formulas.without_all(checked, mission, conflict))
@@ -157,12 +171,16 @@ def explain(
     run.refine(_knobs(checked, mission, kernel, conflict))
     found = run.relaxations()
     return Explained(
-        _blame(without, longer, finer),
+        _blame(without, longer, finer) if isinstance(refusal, Impossible) else Blame.UNKNOWN,
         (*without, *longer, *finer),
         tuple(relaxation for relaxation, _ in found),
-        near_miss(mission, kernel, backend.name, found),
+        near_miss(checked, backend.name, budget.seed, found, best),
         run.over,
     )
+
+
+def _violated(best: Attempt | None) -> tuple[str, ...]:
+    return tuple(each.name for each in best.violated) if best else ()
 
 
 def _knobs(checked: Checked, mission: Mission, kernel: Kernel, conflict: tuple[str, ...]) -> list[Knob]:

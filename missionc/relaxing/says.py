@@ -6,7 +6,7 @@ from missionc.results import Compiled, Explained, Relaxation
 
 
 def explained_lines(compiled: Compiled) -> list[str]:
-    """What would make the mission possible, smallest change first, each as lines before and after; the nearest miss."""
+    """What would give the mission a plan, smallest change first, each as lines before and after; the nearest miss."""
     explained, mission = compiled.explained, compiled.checked.mission
     if explained is None or mission is None:
         return []
@@ -24,7 +24,7 @@ def explained_lines(compiled: Compiled) -> list[str]:
             lines += [f"{place}+ {line}" for line in change.after.splitlines() if line.strip()]
     missed = explained.near_miss
     if missed is not None:
-        lines.append(f"{name}: the nearest miss, which is no plan, {missed.broken.violation(mission.step)}")
+        lines.append(f"{name}: the nearest miss, which is no plan, {missed.attempt.violation(mission.step)}")
     return lines
 
 
@@ -40,7 +40,12 @@ def explained_document(explained: Explained | None) -> dict[str, object]:
             "cut_short": explained.cut_short,
         },
         "relaxations": [_relaxation(relaxation) for relaxation in explained.relaxations],
-        "near_miss": missed and {"planned_for": missed.planned_for, "violates": missed.broken.as_record()},
+        "near_miss": missed
+        and {
+            "planned_for": missed.planned_for or None,
+            "violates": [each.as_record() for each in missed.attempt.violated],
+            "faults": [each.as_record() for each in missed.attempt.worst_faults()],
+        },
     }
 
 

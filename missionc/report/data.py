@@ -36,6 +36,7 @@ class Plotted:
         kernel: with the ``meanings`` of the mission's formulas, or no formula has a lane.
         flights: the text of each agent's polynomials, by the agent's name; what cannot be read is not drawn.
         texts: the mission's files, the mission first: names relative to its folder, and contents.
+        miss: what is wrong with a motion that is no plan, in words; empty of a plan.
     """
 
     mission: Mission
@@ -44,6 +45,7 @@ class Plotted:
     certificate: Certificate
     flights: Mapping[str, str]
     texts: tuple[tuple[str, str], ...]
+    miss: str = ""
 
 
 def data(plotted: Plotted) -> dict[str, Any]:
@@ -80,6 +82,7 @@ def data(plotted: Plotted) -> dict[str, Any]:
             for each in plotted.certificate.between
         ],
         "passed": plotted.certificate.passed,
+        "miss": plotted.miss,
         "warnings": list(plotted.certificate.warnings),
     }
 

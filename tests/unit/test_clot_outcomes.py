@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import time
 
 import numpy as np
@@ -10,11 +11,14 @@ import pytest
 pytest.importorskip("torch")
 
 from missionc import driver
-from missionc.backends.api import NotFound, Options, Planned, Progress, Reason
+from missionc.backends.api import Budget, NotFound, Options, Planned, Progress, Reason, Report
 from missionc.backends.clot import plan
 from missionc.backends.clot.accept import attempt
+from missionc.ir import Mission
+from missionc.kernel.nodes import Kernel
 from missionc.plan import Trace
-from missionc.results import Compiled, Verified
+from missionc.relaxing.near_miss import near_miss
+from missionc.results import Blame, Compiled, Verified
 from missionc.source import Source
 from missionc.summary import attempt_lines, compiled_document, compiled_lines
 from missionc.units import Seconds
@@ -146,6 +150,63 @@ def test_the_best_candidate_is_told_requirement_by_requirement(monkeypatch: pyte
             for each in best.worst_faults()
         ],
     }
+
+
+def test_what_would_do_is_tried_for_the_best_candidate_and_nobody_is_blamed(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(plan, "ATTEMPTS", 1)
+    text = TOGETHER + "require never: always[0, 4 s] (not row or distance(drone[0], drone[1]) >= 2)\n"
+    found = driver.compile(Source("a.mission", text), backend="clot", explain_limit=Seconds(30))
+    assert isinstance(found.outcome, NotFound)
+    assert found.outcome.best is not None
+    assert found.explained is not None
+    assert found.explained.blame is Blame.UNKNOWN
+    said = [relaxation.says for relaxation in found.explained.relaxations]
+    assert set(said) & {"without `never`", "without `row`"}
+    assert f"the smallest change that was tried and has a plan: {said[0]}" in str(found.findings[-1].help)
+    assert not any("impossible" in line for line in compiled_lines(found, ""))
+    missed = found.explained.near_miss
+    assert missed is not None
+    assert not missed.attempt.is_plan
+    assert dict(found.files).keys() >= {"near_miss.json", "near_miss.html"}
+    document = compiled_document(found, "", [])
+    assert [each["change"] for each in document["relaxations"]] == said  # type: ignore[attr-defined]
+    assert document["near_miss"]["violates"]  # type: ignore[index]
+
+
+def test_a_candidate_that_breaks_much_is_drawn_where_no_motion_breaks_one_requirement_alone() -> None:
+    checked = driver.check(Source("a.mission", TOGETHER), backend="clot")
+    mission, kernel = checked.mission, checked.kernel
+    assert mission is not None
+    assert kernel is not None
+    shape = 3, mission.steps + 1
+    still = Trace(mission.step, np.full((*shape, 2), (3.8, 2.8)), np.zeros((*shape, 2)), np.zeros(shape))
+    best = attempt(mission, kernel, still)
+    missed = near_miss(checked, "clot", 0, [], best)
+    assert missed is not None
+    assert missed.attempt is best
+    document = json.loads(dict(missed.files)["near_miss.json"])
+    assert document["planned_for"] is None
+    assert [each["name"] for each in document["violates"]] == [each.name for each in best.violated]
+    assert {each["what"] for each in document["faults"]} == {"its start", "an obstacle", "separation"}
+    assert f"and {len(best.shown) - 1} more".encode() in dict(missed.files)["near_miss.svg"]
+    assert near_miss(checked, "clot", 0, []) is None
+
+
+def test_a_search_leaves_time_to_explain_what_it_did_not_find(monkeypatch: pytest.MonkeyPatch) -> None:
+    told: list[float] = []
+
+    def hurried(self: plan.ClotBackend, mission: Mission, kernel: Kernel, options: Options, budget: Budget) -> NotFound:
+        told.append(budget.deadline - time.monotonic())
+        return NotFound(Reason.TIME, "the time limit came first", Report())
+
+    monkeypatch.setattr(plan.ClotBackend, "plan", hurried)
+    for limit in (0.0, 10.0, 1000.0):
+        driver.compile(
+            Source("a.mission", TOGETHER), backend="clot", time_limit=Seconds(100), explain_limit=Seconds(limit)
+        )
+    whole, less, least = told
+    assert 8 < whole - less < 12
+    assert 23 < whole - least < 27
 
 
 def test_what_else_a_candidate_breaks_is_told_once_for_each_kind() -> None:

@@ -129,15 +129,18 @@ def test_the_nearest_miss_breaks_one_requirement_and_says_where(conflict: Compil
     missed = why(conflict).near_miss
     assert missed is not None
     files = dict(missed.files)
-    assert set(files) == {"near_miss.json", "near_miss.svg"}
+    assert set(files) == {"near_miss.json", "near_miss.html", "near_miss.svg"}
+    (broken,) = missed.attempt.violated
     document = json.loads(files["near_miss.json"])
-    assert (document["schema"], document["plan"]) == ("missionc.near_miss/1", False)
-    assert document["violates"]["name"] == missed.broken.name
-    assert f"no plan: violates {missed.broken.name}, robustness".encode() in files["near_miss.svg"]
+    assert (document["schema"], document["plan"]) == ("missionc.near_miss/2", False)
+    assert [each["name"] for each in document["violates"]] == [broken.name]
+    assert document["faults"] == []
+    assert f"no plan: violates {broken.name}, robustness".encode() in files["near_miss.svg"]
+    assert f'"miss":"violates {broken.name}, robustness'.encode() in files["near_miss.html"]
     (tmp_path / "a.mission").write_text(CONFLICT)
     (tmp_path / "near_miss.json").write_bytes(files["near_miss.json"])
     monitored = driver.monitor(tmp_path / "a.mission", tmp_path / "near_miss.json")
-    assert [each for each in monitored.requirements if not each.satisfied] == [missed.broken]
+    assert [each for each in monitored.requirements if not each.satisfied] == [broken]
 
 
 def test_the_nearest_miss_is_the_one_that_fails_by_least(conflict: Compiled) -> None:
@@ -155,7 +158,7 @@ def test_the_nearest_miss_is_the_one_that_fails_by_least(conflict: Compiled) -> 
     missed = why(conflict).near_miss
     assert missed is not None
     assert len(fails) > 1
-    assert missed.broken.robustness == max(fails) < 0
+    assert missed.attempt.violated[0].robustness == max(fails) < 0
 
 
 def test_the_same_mission_gives_the_same_answer(conflict: Compiled) -> None:
@@ -265,9 +268,11 @@ def test_the_command_writes_the_nearest_miss_and_says_what_would_do(
     document = json.loads(capsys.readouterr().out)
     assert document["blame"]["on"] == "requirements"
     assert document["output"] == "build/small"
-    assert {path.name for path in Path("build/small").iterdir()} == {"near_miss.json", "near_miss.svg"}
+    assert {path.name for path in Path("build/small").iterdir()} == {
+        f"near_miss.{form}" for form in ("json", "html", "svg")
+    }
     first = document["relaxations"][0]
     assert set(first) == {"change", "file", "line", "before", "after", "also", "smallest", "verified"}
     assert first["before"] == CONFLICT.splitlines()[first["line"] - 1]
-    assert document["near_miss"]["violates"]["name"] in document["conflict"]
+    assert document["near_miss"]["violates"][0]["name"] in document["conflict"]
     assert refuse(Path("build/small"), force=True) is None, "what is there was written by the compiler"

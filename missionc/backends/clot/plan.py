@@ -93,6 +93,7 @@ class ClotBackend:
     """Transport and joint polish of smooth motions; never says that there is no plan."""
 
     name: str = "clot"
+    refutes: bool = False
 
     def plan(self, mission: Mission, kernel: Kernel, options: Options, budget: Budget) -> Outcome:
         """A joint motion that satisfies every requirement."""
@@ -355,11 +356,7 @@ class Run:
             return "no candidate was finished"
         come_to = self.best.attempt
         wrong = [
-            *(
-                Fault(f"`{each.name}`", each.agents, each.step or 0, each.robustness)
-                for each in come_to.requirements
-                if not each.satisfied
-            ),
+            *(Fault(f"`{each.name}`", each.agents, each.step or 0, each.robustness) for each in come_to.violated),
             *come_to.worst_faults(),
         ]
         return f"the best candidate fails {'; '.join(map(self.told, wrong))}"

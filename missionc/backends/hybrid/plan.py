@@ -48,6 +48,7 @@ class HybridBackend:
     """Z3 for what is counted, transport and polish for what is measured."""
 
     name: str = "hybrid"
+    refutes: bool = False
 
     def plan(self, mission: Mission, kernel: Kernel, options: Options, budget: Budget) -> Outcome:
         """A joint motion that satisfies every requirement."""

@@ -66,6 +66,7 @@ class SmtBackend:
     """Z3 or CaDiCaL on one list of clauses; its plans are checked for collisions until they have none."""
 
     name: str = "smt"
+    refutes: bool = True
 
     def plan(self, mission: Mission, kernel: Kernel, options: Options, budget: Budget) -> Outcome:
         """A joint motion on roadmaps that satisfies every requirement."""

@@ -55,10 +55,10 @@ function paintAgents() {
 function describe() {
   document.getElementById("title").textContent = data.mission;
   const many = (count, noun) => `${count} ${noun}${count === 1 ? "" : "s"}`;
-  const about = [many(model.agents, "agent"), `${many(data.steps, "step")} of ${data.step} s`, data.backend && `planned by ${data.backend}`, `seed ${data.seed}`];
+  const about = [many(model.agents, "agent"), `${many(data.steps, "step")} of ${data.step} s`, data.backend && (data.miss ? `a motion of ${data.backend}` : `planned by ${data.backend}`), `seed ${data.seed}`];
   document.getElementById("about").textContent = about.filter(Boolean).join(" · ");
   const verdict = document.getElementById("verdict");
-  verdict.textContent = data.passed ? "✓ verified" : "✗ not verified";
+  verdict.textContent = data.miss ? `✗ no plan: ${data.miss}` : data.passed ? "✓ verified" : "✗ not verified";
   verdict.className = data.passed ? "holds" : "fails";
   document.getElementById("map").setAttribute("aria-label", `The world of ${data.mission} with ${many(model.agents, "agent")} in motion`);
   const legend = document.getElementById("legend");

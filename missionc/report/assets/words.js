@@ -81,7 +81,8 @@ function margins(model, change) {
   const { checks, between, figures, warnings, passed } = model.data;
   const panel = document.getElementById("margins");
   const count = checks.reduce((sum, check) => sum + check.count, 0);
-  document.getElementById("checked").textContent = passed ? `all ${count} checks pass; the tightest of each kind` : `${checks.filter((check) => !check.passed).length} kinds of checks fail`;
+  const failed = checks.filter((check) => !check.passed).length;
+  document.getElementById("checked").textContent = passed ? `all ${count} checks pass; the tightest of each kind` : `${failed} ${failed === 1 ? "kind of check fails" : "kinds of checks fail"}`;
   const table = document.createElement("table");
   const top = table.createTHead().insertRow();
   for (const text of ["check", "of", "margin", "at"]) {
