@@ -1,0 +1,352 @@
+"""The TextMate grammar of the mission language, made from the compiler's own words, operators, predicates and units.
+
+    python -m editors.textmate
+
+writes it into the VS Code extension. Words that are reserved are keywords
+anywhere; each other word only where its declaration asks for it, so that a
+region may be called `path`. Every word is matched from its first letter to its
+last, as the lexer does it: no pattern starts within one.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from missionc.language.operator import Bounds
+from missionc.language.operators import by_name
+from missionc.language.predicates import PREDICATES
+from missionc.syntax.tokens import DECLARATIONS, STATES, WORDS, Word
+from missionc.units import UNITS
+
+FILE = Path(__file__).parent / "vscode" / "syntaxes" / "mission.tmLanguage.json"
+
+Rule = dict[str, Any]
+"""A rule of the grammar, as its JSON."""
+
+SAYS = {
+    "a declaration": "keyword.declaration",
+    "a shape": "support.type.shape",
+    "a quantifier": "keyword.control.quantifier",
+    "a formula": "constant.language",
+    "the mission's last step": "constant.language",
+    "a measure": "keyword.other.measure",
+    "a motion": "keyword.other.motion",
+    "a preposition": "keyword.other.preposition",
+    "a part of `time`": "keyword.other.part",
+    "a part of a team": "keyword.other.part",
+    "a part of a formation": "keyword.other.part",
+    "a part of `prefer`": "keyword.other.part",
+    "a way to turn": "keyword.other.part",
+    "a kind of graph": "keyword.other.kind",
+}
+"""The scope of a word, by what it says it is; an operator's is that of its bounds."""
+
+SIGNS = {
+    "keyword.operator.logical": ("<->", "->", "!", "&", "|"),
+    "keyword.operator.comparison": ("<=", ">=", "<", ">"),
+    "keyword.operator.range": ("..",),
+    "keyword.operator.arithmetic": ("+", "-", "*", "/"),
+    "keyword.operator.assignment": ("=",),
+    "punctuation.separator": (",", ":"),
+    "punctuation.section": ("(", ")", "[", "]", "{", "}"),
+}
+"""Longer signs before those they begin with."""
+
+_NAME = r"[^\W\d]\w*(?!\w)"
+_NUMBER = r"(?:[0-9]+(?:\.[0-9]+)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
+_AMOUNT_FOLLOWS = r"(?=\s*(?:$|#|[-\w.(]))"
+_UNIT = rf"(?:{'|'.join(re.escape(unit) for unit in sorted(UNITS, key=len, reverse=True))})(?!\w)"
+
+
+def _any(words: Iterable[str]) -> str:
+    return rf"(?:{'|'.join(words)})(?!\w)"
+
+
+_RESERVED = [word.text for word in WORDS if word.reserved]
+_FREE = rf"(?!{_any(_RESERVED)}){_NAME}"
+"""What may be a name."""
+
+_NEXT_DECLARATION = f"(?={_any(word.text for word in WORDS if word.text in DECLARATIONS)})"
+
+
+# ------------------------------------------------------------------ kinds of rules
+
+
+def _scope(scope: str) -> str:
+    return f"{scope}.mission"
+
+
+def _match(pattern: str, scope: str) -> Rule:
+    return {"match": pattern, "name": _scope(scope)}
+
+
+def _after(begin: str, scope: str, then: str, gets: str, *between: Rule) -> Rule:
+    """``begin``, and what follows it if that is ``then``, blanks, comments and ``between`` aside."""
+    rule = {
+        "begin": begin,
+        "end": rf"({then})|(?=\S)",
+        "applyEndPatternLast": True,
+        "endCaptures": {"1": {"name": _scope(gets)}},
+        "patterns": [_COMMENT, *between],
+    }
+    return rule | ({"beginCaptures": {"0": {"name": _scope(scope)}}} if scope else {})
+
+
+def _bracketed(begin: str, end: str, scope: str, *patterns: Rule) -> Rule:
+    """From one bracket to the other, or to where a declaration begins because the other is not written yet."""
+    return {
+        "name": _scope(scope),
+        "begin": begin,
+        "end": f"{end}|{_NEXT_DECLARATION}",
+        "beginCaptures": {"0": {"name": _scope("punctuation.section")}},
+        "endCaptures": {"0": {"name": _scope("punctuation.section")}},
+        "patterns": list(patterns),
+    }
+
+
+def _include(name: str) -> Rule:
+    return {"include": f"#{name}"}
+
+
+_COMMENT = _include("comment")
+_COMMON = _include("common")
+
+
+# ------------------------------------------------------------------ words that are keywords anywhere
+
+
+def _reserved() -> list[Rule]:
+    """Reserved words that are no operator, those of one scope together."""
+    scopes: dict[str, list[str]] = {}
+    for word in WORDS:
+        if word.says != "an operator" and word.reserved:
+            scopes.setdefault(SAYS[word.says], []).append(word.text)
+    return [_match(_any(words), scope) for scope, words in scopes.items()]
+
+
+def _bounded(bounds: Bounds, family: str, infix_letter: str, window: Rule) -> Rule:
+    """Operators that stand before a window, and the window.
+
+    ``infix_letter`` is what tells the letter of an infix operator from an agent
+    of a team that is called like it: both stand before ``[``.
+    """
+    words = _operators(bounds)
+    spelled = [word.text for word in words] + [word.letter for word in words if word.token.endswith("PREFIX")]
+    between = [word.letter for word in words if word.token.endswith("INFIX")]
+    return {
+        "begin": f"{_any(filter(None, spelled))}|{_any(filter(None, between))}{infix_letter}",
+        "beginCaptures": {"0": {"name": _scope(f"keyword.control.{family}")}},
+        "end": r"(?=\S)",
+        "applyEndPatternLast": True,
+        "patterns": [_COMMENT, window],
+    }
+
+
+def _operators(bounds: Bounds) -> list[Word]:
+    return [word for word in WORDS if word.says == "an operator" and by_name[word.text].bounds is bounds]
+
+
+def _operator_rules() -> list[Rule]:
+    within_length = _after(r"\G", "", _any(("hops", "distance")), "keyword.other.measure")
+    return [
+        _bounded(
+            Bounds.TIME,
+            "temporal",
+            r"(?=\s*\[[^\]]*,)",
+            _bracketed(r"\[", r"\]", "meta.window.temporal", _COMMON),
+        ),
+        _bounded(
+            Bounds.LENGTH,
+            "spatial",
+            r"(?=\s*\[\s*(?:hops|distance)(?!\w))",
+            _bracketed(r"\[", r"\]", "meta.window.spatial", within_length, _COMMON),
+        ),
+        _match(_any(word.text for word in _operators(Bounds.NONE)), "keyword.operator.wordlike.logical"),
+    ]
+
+
+def _common() -> list[Rule]:
+    """What may stand in every declaration; the rule for names is the last, and takes what no other took."""
+    return [
+        _COMMENT,
+        _match(r'"[^"\n]*"?', "string.quoted.double"),
+        _after(_NUMBER, "constant.numeric", _UNIT, "keyword.other.unit"),
+        _after(r"\)", "punctuation.section", _UNIT, "keyword.other.unit"),
+        *_operator_rules(),
+        *_reserved(),
+        *(_match("|".join(map(re.escape, signs)), scope) for scope, signs in SIGNS.items()),
+        _match(_NAME, "variable.other"),
+    ]
+
+
+# ------------------------------------------------------------------ declarations
+
+
+def _value_after(begin: str, scope: str) -> Rule:
+    return _after(begin, scope, _FREE, "variable.other")
+
+
+def _operands() -> list[Rule]:
+    """After these signs stands an operand: a word that may be a name is one."""
+    kinds = ("range", "comparison", "arithmetic", "assignment")
+    scopes = [f"keyword.operator.{kind}" for kind in kinds]
+    return [_value_after("|".join(map(re.escape, SIGNS[scope])), scope) for scope in scopes]
+
+
+def _shape() -> list[Rule]:
+    return [
+        _value_after(_any(("radius", "height")) + _AMOUNT_FOLLOWS, "keyword.other.measure"),
+        _value_after(r"\(", "punctuation.section"),
+        _value_after(",|:", "punctuation.separator"),
+        *_operands(),
+    ]
+
+
+def _settings() -> list[Rule]:
+    """`NAME amount`, `NAME <= amount`, `NAME = amount`; the amount may be a name."""
+    return [
+        *_operands(),
+        _value_after(_any(("of",)), "keyword.other.preposition"),
+        _value_after(rf"{_FREE}(?=\s*(?:<=|=|-|[\w.(]))", "variable.other.property"),
+    ]
+
+
+def _items() -> Rule:
+    """What a team says in its braces."""
+    part = "keyword.other.part"
+    along = _match(_any(("along",)), "keyword.other.motion")
+    items = _any(word.text for word in WORDS if word.says == "a part of a team" and not word.reserved)
+    return _bracketed(
+        r"\{",
+        r"\}",
+        "meta.block",
+        # A coordinate may be called like an item.
+        _after(r"\(", "punctuation.section", items, "variable.other"),
+        _after(",", "punctuation.separator", items, "variable.other"),
+        _after(_any(("dynamics",)), part, _FREE, "support.type.dynamics"),
+        _after(_any(("vehicle",)), part, _FREE, "support.type.vehicle"),
+        _after(_any(("start", "finish")), part, _FREE, "support.type.placement"),
+        _after(_any(("yaw",)), part, _any(("path",)), part, along),
+        _value_after(_any(("in",)), "keyword.other.preposition"),
+        _bracketed(r"\{", r"\}", "meta.block", _include("settings"), _COMMON),
+        _include("settings"),
+        _COMMON,
+    )
+
+
+def _formula() -> list[Rule]:
+    least = _match(_any(("least",)), "keyword.control.quantifier")
+    called = sorted(predicate.name for predicate in PREDICATES if predicate.called)
+    return [
+        # A number of agents has no unit: in `at least 2 m: …`, the team is called `m`.
+        _after(_any(("at",)), "keyword.other.preposition", _NUMBER, "constant.numeric", least),
+        _match(_any(called) + r"(?=\s*\()", "support.function.predicate"),
+        _match(_any(sorted(STATES)), "variable.language.state"),
+    ]
+
+
+_LABEL = rf"{_NAME}(?=\s*:)"
+_MOTION = _match(_any(("moving", "along")) + r"(?=\s*(?:$|#|\())", "keyword.other.motion")
+
+
+@dataclass(frozen=True, slots=True)
+class Declared:
+    """What stands right after a declaration's word, with its scope, and what more its body may hold."""
+
+    scope: str = ""
+    first: str = _FREE
+    body: tuple[Rule, ...] = ()
+
+
+_DECLARED = {
+    "mission": Declared("entity.name.namespace"),
+    "param": Declared("entity.name.variable.param"),
+    "include": Declared(),
+    "time": Declared(
+        "keyword.other.part",
+        _any(("step",)),
+        (_after(",", "punctuation.separator", _any(("horizon",)), "keyword.other.part"),),
+    ),
+    "world": Declared(),
+    "region": Declared("entity.name.type.region", body=(_include("shape"),)),
+    "obstacle": Declared("entity.name.type.obstacle", body=(_include("shape"), _MOTION)),
+    "beacon": Declared("entity.name.type.beacon"),
+    "team": Declared("entity.name.type.team", body=(_include("items"),)),
+    "agent": Declared("entity.name.type.agent", body=(_include("items"),)),
+    "group": Declared("entity.name.type.group"),
+    "graph": Declared(
+        "entity.name.type.graph",
+        body=(_after("=", "keyword.operator.assignment", _any(("proximity", "beacons")), "keyword.other.kind"),),
+    ),
+    "formation": Declared(
+        "entity.name.type.formation",
+        body=(
+            _after("=", "keyword.operator.assignment", _FREE, "support.type.formation"),
+            _match(_any(("total",)) + rf"(?=\s+{_NAME})", "keyword.other.part"),
+            _include("settings"),
+        ),
+    ),
+    "separation": Declared(),
+    "clearance": Declared(),
+    "let": Declared("entity.name.function.let", body=(_include("formula"),)),
+    "require": Declared("entity.name.function.requirement", _LABEL, (_include("formula"),)),
+    "prefer": Declared(
+        "entity.name.function.preference",
+        _LABEL,
+        (_value_after(_any(("weight",)) + _AMOUNT_FOLLOWS, "keyword.other.part"), _include("formula")),
+    ),
+    "minimize": Declared("support.constant.goal"),
+    "solve": Declared(
+        body=(
+            _after(_any(("with",)), "keyword.other.preposition", _FREE, "support.constant.backend"),
+            _include("settings"),
+        )
+    ),
+}
+
+
+def _declaration(word: str) -> Rule:
+    """From a declaration's word to the next one's."""
+    declared = _DECLARED[word]
+    first = [_after(r"\G", "", declared.first, declared.scope)] if declared.scope else []
+    return {
+        "name": _scope(f"meta.declaration.{word}"),
+        "begin": _any((word,)),
+        "beginCaptures": {"0": {"name": _scope(SAYS["a declaration"])}},
+        "end": _NEXT_DECLARATION,
+        "patterns": [*first, *declared.body, _COMMON],
+    }
+
+
+def grammar() -> Rule:
+    """The whole grammar."""
+    return {
+        "information_for_contributors": ["Made by `python -m editors.textmate`; a test compares."],
+        "name": "Mission",
+        "scopeName": "source.mission",
+        "fileTypes": ["mission"],
+        "patterns": [*(_include(word.text) for word in WORDS if word.text in DECLARATIONS), _COMMON],
+        "repository": {
+            "comment": _match(r"#.*$", "comment.line.number-sign"),
+            "common": {"patterns": _common()},
+            "formula": {"patterns": _formula()},
+            "items": _items(),
+            "settings": {"patterns": _settings()},
+            "shape": {"patterns": _shape()},
+            **{word.text: _declaration(word.text) for word in WORDS if word.text in DECLARATIONS},
+        },
+    }
+
+
+def text() -> str:
+    """The file's text."""
+    return json.dumps(grammar(), indent=2, ensure_ascii=False) + "\n"
+
+
+if __name__ == "__main__":
+    FILE.write_text(text(), encoding="utf-8")
