@@ -5,7 +5,7 @@ WORKERS ?= 2
 BIN := $(VENV)/bin
 
 .DEFAULT_GOAL := help
-.PHONY: help venv test check format slow fuzz bench clean
+.PHONY: help venv test check format slow fuzz bench vscode clean
 
 help: ## list the commands
 	@awk -F ':.*## ' '/^[a-z]+:.*## /{printf "make %-8s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -40,5 +40,8 @@ fuzz: ## mutated missions through `check`, 100 times as many as in `make check`
 bench: ## the measurements of docs/performance.md
 	for program in bench/*.py; do $(BIN)/python $$program || exit; done
 
+vscode: ## the extension for VS Code, as editors/vscode/dist/missionc.vsix; takes Node.js
+	cd editors/vscode && npm ci && npm run package
+
 clean: ## remove what was built
-	rm -rf build dist .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache
+	rm -rf build dist .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache editors/vscode/dist editors/vscode/node_modules

@@ -33,7 +33,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Without a GPU, or a browser, the tests that need one are skipped, and listed as such."""
+    """Without a GPU, a browser, or Node.js, the tests that need one are skipped, and listed as such."""
     needy = [item for item in items if item.get_closest_marker("gpu")]
     if needy:
         torch = pytest.importorskip("torch")
@@ -45,6 +45,10 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
         for item in items:
             if item.get_closest_marker("browser"):
                 item.add_marker(pytest.mark.skip(reason=f"there is no {absent}"))
+    if not (shutil.which("node") and shutil.which("npm")):
+        for item in items:
+            if item.get_closest_marker("node"):
+                item.add_marker(pytest.mark.skip(reason="there is no Node.js with npm"))
 
 
 @pytest.fixture

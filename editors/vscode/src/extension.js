@@ -1,0 +1,146 @@
+// The extension: the language server's client, and three commands.
+"use strict";
+
+const fs = require("node:fs");
+const os = require("node:os");
+const path = require("node:path");
+const vscode = require("vscode");
+const { CloseAction, LanguageClient } = require("vscode-languageclient/node");
+const { INSTALL, compileArguments, missionName, programPath, serverArguments, whyNot } = require("./missionc");
+
+/** @type {LanguageClient | undefined} */
+let client;
+/** @type {vscode.LogOutputChannel} */
+let output;
+
+/** @param {vscode.ExtensionContext} context */
+async function activate(context) {
+  output = vscode.window.createOutputChannel("missionc", { log: true });
+  context.subscriptions.push(
+    output,
+    vscode.commands.registerCommand("missionc.restart", restart),
+    vscode.commands.registerCommand("missionc.compile", compile),
+    vscode.commands.registerCommand("missionc.showReport", showReport),
+    vscode.workspace.onDidChangeConfiguration((change) => {
+      if (change.affectsConfiguration("missionc.path")) return restart();
+    }),
+  );
+  await start();
+}
+
+async function deactivate() {
+  const stopped = client;
+  client = undefined;
+  await stopped?.stop();
+}
+
+/** A client that leaves what went wrong before the first answer to whoever started it. */
+class Client extends LanguageClient {
+  answered = false;
+
+  /** @type {LanguageClient["error"]} */
+  error(message, data, notify) {
+    super.error(message, data, this.answered && notify);
+  }
+}
+
+async function start() {
+  const program = programOf();
+  /** @type {Client} */
+  const starting = new Client(
+    "missionc",
+    "missionc",
+    { command: program, args: serverArguments() },
+    {
+      documentSelector: [{ language: "mission" }],
+      outputChannel: output,
+      initializationFailedHandler: () => false,
+      errorHandler: {
+        error: (error, message, count) => usually.error(error, message, count),
+        // A server that ends before it answered would end again.
+        closed: () => (starting.answered ? usually.closed() : { action: CloseAction.DoNotRestart, handled: true }),
+      },
+    },
+  );
+  const usually = starting.createDefaultErrorHandler();
+  try {
+    await starting.start();
+    starting.answered = true;
+    client = starting;
+  } catch (error) {
+    await tellWhyNot(program, error);
+  }
+}
+
+async function restart() {
+  await deactivate();
+  await start();
+}
+
+/** @param {string} program @param {unknown} error */
+async function tellWhyNot(program, error) {
+  const [copy, settings, log] = ["Copy the command", "Open settings", "Show output"];
+  output.error(String(error));
+  const chosen = await vscode.window.showErrorMessage(whyNot(program), copy, settings, log);
+  if (chosen === copy) await vscode.env.clipboard.writeText(INSTALL);
+  if (chosen === settings) await vscode.commands.executeCommand("workbench.action.openSettings", "missionc.path");
+  if (chosen === log) output.show();
+}
+
+/** Runs in a terminal, without a shell between: no character of a file's name means anything there. */
+async function compile() {
+  const document = await savedMission();
+  if (!document) return;
+  const cwd = folderOf(document.uri);
+  const execution = new vscode.ProcessExecution(programOf(document.uri), compileArguments(document.uri.fsPath), { cwd });
+  const task = new vscode.Task(
+    { type: "process" },
+    vscode.workspace.getWorkspaceFolder(document.uri) ?? vscode.TaskScope.Workspace,
+    `compile ${path.basename(document.uri.fsPath)}`,
+    "missionc",
+    execution,
+  );
+  await vscode.tasks.executeTask(task);
+}
+
+async function showReport() {
+  const document = await savedMission();
+  if (!document) return;
+  const name = missionName(document.getText());
+  if (!name) {
+    await vscode.window.showWarningMessage("No `mission NAME` stands in this file, and a report is called after it.");
+    return;
+  }
+  const report = path.join(folderOf(document.uri), "build", name, "report.html");
+  if (fs.existsSync(report)) {
+    await vscode.env.openExternal(vscode.Uri.file(report));
+    return;
+  }
+  const compileNow = "Compile this mission";
+  const chosen = await vscode.window.showWarningMessage(`There is no ${report} yet.`, compileNow);
+  if (chosen === compileNow) await compile();
+}
+
+/** The mission in the active editor, as it is on disk; asks for one where there is none. */
+async function savedMission() {
+  const document = vscode.window.activeTextEditor?.document;
+  if (document?.languageId !== "mission" || document.uri.scheme !== "file") {
+    await vscode.window.showWarningMessage("Open a mission first: a file that ends in .mission.");
+    return undefined;
+  }
+  return (await document.save()) ? document : undefined;
+}
+
+/** Where commands run, and build/ is: the workspace folder, or the file's own. @param {vscode.Uri} uri */
+function folderOf(uri) {
+  return vscode.workspace.getWorkspaceFolder(uri)?.uri.fsPath ?? path.dirname(uri.fsPath);
+}
+
+/** @param {vscode.Uri} [uri] */
+function programOf(uri) {
+  const folder = (uri && vscode.workspace.getWorkspaceFolder(uri)) ?? vscode.workspace.workspaceFolders?.[0];
+  const setting = vscode.workspace.getConfiguration("missionc", uri).get("path", "missionc");
+  return programPath(setting, folder?.uri.fsPath, os.homedir());
+}
+
+module.exports = { activate, deactivate };

@@ -1,0 +1,150 @@
+// The bundled extension: it starts its server, says why where it cannot, and its commands do what they say.
+"use strict";
+
+const assert = require("node:assert/strict");
+const { spawnSync } = require("node:child_process");
+const fs = require("node:fs");
+const os = require("node:os");
+const path = require("node:path");
+const { afterEach, beforeEach, describe, it } = require("node:test");
+const { FOLDER } = require("./scopes");
+const { extensionIn, fakeVscode } = require("./fake-vscode");
+
+const ROOT = process.env.MISSIONC_ROOT ?? path.join(FOLDER, "..", "..");
+const PYTHON = process.env.PYTHON ?? "python3";
+const BUNDLE = path.join(FOLDER, "dist", "extension.js");
+const STUB = path.join(__dirname, "server-stub.js");
+
+describe("the extension", () => {
+  let folder, notes, extension;
+
+  beforeEach(() => {
+    folder = fs.mkdtempSync(path.join(os.tmpdir(), "mission-"));
+    notes = path.join(folder, "notes");
+    process.env.STUB_NOTES = notes;
+  });
+
+  afterEach(async () => {
+    await extension?.deactivate();
+    delete process.env.STUB_FAILS;
+    fs.rmSync(folder, { recursive: true });
+  });
+
+  async function activated(options) {
+    const found = fakeVscode(options);
+    extension = extensionIn(found.fake, BUNDLE);
+    await extension.activate({ subscriptions: [] });
+    return found;
+  }
+
+  const noted = () => fs.readFileSync(notes, "utf8").trim().split("\n");
+
+  async function eventually(line) {
+    for (let tries = 0; tries < 200; tries++) {
+      if (fs.existsSync(notes) && noted().includes(line)) return;
+      await new Promise((later) => setTimeout(later, 25));
+    }
+    assert.fail(`no \`${line}\` in: ${fs.existsSync(notes) ? noted().join(", ") : "nothing"}`);
+  }
+
+  function open(found, name, text, { saved = true } = {}) {
+    const file = path.join(folder, name);
+    fs.writeFileSync(file, text);
+    found.fake.window.activeTextEditor = {
+      document: { languageId: "mission", uri: found.uri(file), getText: () => text, save: async () => saved },
+    };
+    return file;
+  }
+
+  it("starts `missionc lsp` over standard input and output, and shakes hands", async () => {
+    const { done } = await activated({ path: STUB });
+    await eventually("initialized");
+    assert.ok(noted().includes("lsp"));
+    assert.deepEqual(done.errors, []);
+    assert.deepEqual([...done.commands.keys()].sort(), contributed());
+  });
+
+  it("shakes hands with missionc itself", { skip: noServer() }, async () => {
+    const program = path.join(folder, "missionc");
+    fs.writeFileSync(program, `#!/bin/sh\ncd "${ROOT}" && exec "${PYTHON}" -m missionc "$@"\n`, { mode: 0o755 });
+    const { done } = await activated({ path: program });
+    assert.deepEqual(done.errors, [], done.log.join("\n"));
+  });
+
+  it("ends the server when it is deactivated", async () => {
+    await activated({ path: STUB });
+    await extension.deactivate();
+    await eventually("exit");
+  });
+
+  it("starts the server anew on command, and when its path changes", async () => {
+    const { done } = await activated({ path: STUB });
+    await done.commands.get("missionc.restart")();
+    assert.equal(noted().filter((line) => line === "lsp").length, 2);
+    for (const listener of done.changed) await listener({ affectsConfiguration: (name) => name === "missionc.path" });
+    assert.equal(noted().filter((line) => line === "lsp").length, 3);
+  });
+
+  it("says once how to install a missionc that is not there, and copies the command", async () => {
+    const { done } = await activated({ path: path.join(folder, "nowhere"), answer: "Copy the command" });
+    assert.equal(done.errors.length, 1);
+    assert.match(done.errors[0], /nowhere lsp` did not start.*pip install 'missionc\[lsp\]'.*missionc\.path/);
+    assert.deepEqual(done.copied, ["pip install 'missionc[lsp]'"]);
+  });
+
+  it("says once that a server ended before it answered, and keeps what it said", async () => {
+    process.env.STUB_FAILS = "pygls is not installed";
+    const { done } = await activated({ path: STUB });
+    assert.equal(done.errors.length, 1);
+    assert.match(done.errors[0], /did not start.*pip install 'missionc\[lsp\]'/);
+    assert.ok(done.log.some((line) => line.includes("pygls is not installed")), done.log.join("\n"));
+  });
+
+  it("compiles the mission in a terminal, whatever its file is called", async () => {
+    const found = await activated({ path: STUB });
+    const file = open(found, "a $(touch owned) 'b'.mission", "mission relay");
+    await found.done.commands.get("missionc.compile")();
+    const [{ execution, name }] = found.done.tasks;
+    assert.deepEqual([execution.program, ...execution.words], [STUB, "compile", file, "--force"]);
+    assert.equal(execution.options.cwd, folder);
+    assert.equal(name, "compile a $(touch owned) 'b'.mission");
+  });
+
+  it("compiles nothing where no mission is open, or it could not be saved", async () => {
+    const found = await activated({ path: STUB });
+    await found.done.commands.get("missionc.compile")();
+    assert.match(found.done.warnings[0], /Open a mission first/);
+    open(found, "relay.mission", "mission relay", { saved: false });
+    await found.done.commands.get("missionc.compile")();
+    assert.deepEqual(found.done.tasks, []);
+  });
+
+  it("shows the report of the mission, which lies under its name", async () => {
+    const found = await activated({ path: STUB });
+    open(found, "other.mission", "# mission no\nmission relay\n");
+    const report = path.join(folder, "build", "relay", "report.html");
+    fs.mkdirSync(path.dirname(report), { recursive: true });
+    fs.writeFileSync(report, "");
+    await found.done.commands.get("missionc.showReport")();
+    assert.deepEqual(found.done.opened, [report]);
+  });
+
+  it("offers to compile a mission that has no report yet", async () => {
+    const found = await activated({ path: STUB, answer: "Compile this mission" });
+    open(found, "relay.mission", "mission relay");
+    await found.done.commands.get("missionc.showReport")();
+    assert.match(found.done.warnings[0], /There is no .*report\.html yet/);
+    assert.equal(found.done.tasks.length, 1);
+  });
+});
+
+/** Why the language server itself cannot be asked; false where it can. */
+function noServer() {
+  const asked = spawnSync(PYTHON, ["-m", "missionc", "lsp"], { cwd: ROOT, input: "", encoding: "utf8", timeout: 60_000 });
+  return asked.status === 0 ? false : `missionc lsp: ${asked.stderr.trim().split("\n").pop()}`;
+}
+
+function contributed() {
+  const { contributes } = JSON.parse(fs.readFileSync(path.join(FOLDER, "package.json"), "utf8"));
+  return contributes.commands.map(({ command }) => command).sort();
+}

@@ -1,0 +1,74 @@
+// As much of VS Code as the extension and its language client touch, so that both run here as they are shipped.
+// What a test asks about is written out; whatever else is called, constructed or read gives something like it.
+"use strict";
+
+const Module = require("node:module");
+
+/** A thing that may be called, constructed, read and disposed of. */
+function anything() {
+  const own = new Map();
+  const thing = new Proxy(class {}, {
+    construct: (target, words, made) => (made === thing ? anything() : Reflect.construct(target, words, made)),
+    get: (target, key) => {
+      if (key === "prototype") return target.prototype;
+      if (key === "then" || typeof key === "symbol") return undefined;
+      if (!own.has(key)) own.set(key, anything());
+      return own.get(key);
+    },
+    set: (_, key, value) => own.set(key, value) && true,
+    apply: () => anything(),
+  });
+  return thing;
+}
+
+/** A fake, and what was done to it. */
+function fakeVscode({ path, answer }) {
+  const done = { commands: new Map(), errors: [], warnings: [], log: [], copied: [], opened: [], tasks: [], changed: [] };
+  const fake = anything();
+  const log = (...words) => done.log.push(words.join(" "));
+  const uri = (file) => ({ fsPath: file, scheme: "file", toString: () => `file://${file}` });
+
+  fake.version = "1.140.0";
+  fake.env = { language: "en", appName: "test", clipboard: { writeText: async (text) => done.copied.push(text) } };
+  fake.env.openExternal = async (target) => done.opened.push(target.fsPath);
+  fake.Uri = { file: uri, parse: (text) => uri(text.replace(/^file:\/\//, "")) };
+  fake.commands = {
+    registerCommand: (name, run) => (done.commands.set(name, run), { dispose: () => done.commands.delete(name) }),
+    executeCommand: async (...words) => done.opened.push(words.join(" ")),
+  };
+  fake.window.createOutputChannel = () =>
+    Object.assign(anything(), { error: log, warn: log, info: log, append: log, appendLine: log });
+  fake.window.showErrorMessage = async (text) => (done.errors.push(text), answer);
+  fake.window.showWarningMessage = async (text) => (done.warnings.push(text), answer);
+  fake.window.activeTextEditor = undefined;
+  fake.window.visibleTextEditors = [];
+  fake.window.tabGroups = { all: [], onDidChangeTabs: () => anything(), onDidChangeTabGroups: () => anything() };
+  fake.workspace.getConfiguration = () => ({ get: (key, initial) => (key === "path" ? path : initial) });
+  fake.workspace.onDidChangeConfiguration = (listener) => (done.changed.push(listener), anything());
+  fake.workspace.getWorkspaceFolder = () => undefined;
+  fake.workspace.workspaceFolders = undefined;
+  fake.workspace.textDocuments = [];
+  fake.workspace.notebookDocuments = [];
+  fake.ProcessExecution = function (program, words, options) {
+    Object.assign(this, { program, words, options });
+  };
+  fake.Task = function (_, scope, name, source, execution) {
+    Object.assign(this, { scope, name, source, execution });
+  };
+  fake.tasks = { executeTask: async (task) => done.tasks.push(task) };
+  return { fake, done, uri };
+}
+
+/** The extension as it is shipped, with this in the place of VS Code. */
+function extensionIn(fake, file) {
+  const load = Module._load;
+  Module._load = (name, ...rest) => (name === "vscode" ? fake : load(name, ...rest));
+  try {
+    delete require.cache[require.resolve(file)];
+    return require(file);
+  } finally {
+    Module._load = load;
+  }
+}
+
+module.exports = { fakeVscode, extensionIn };
