@@ -29,6 +29,11 @@ class Status(IntEnum):
 
 def say(findings: Iterable[Diagnostic], lines: Iterable[str], form: str, document: dict[str, object]) -> None:
     """Findings to standard error and results to standard output, or one document with both."""
+    if form == "sarif":
+        from missionc.diagnostics.sarif import render_sarif  # few ask for it
+
+        click.echo(json.dumps(render_sarif(list(findings)), indent=2))
+        return
     if form == "json":
         whole = {**document, "diagnostics": render_json(list(findings))}
         click.echo(json.dumps(whole, indent=2, ensure_ascii=False, allow_nan=False))

@@ -111,9 +111,17 @@ def read_limits(pairs: tuple[tuple[str, str], ...]) -> Limits:
     return limits
 
 
-form_flag = click.option(
-    "--format", "form", type=click.Choice(["text", "json"]), default="text", help="Words, or one JSON document."
-)
+FORMS = ("text", "json")
+"""How every command can answer."""
+
+
+def form_of(forms: tuple[str, ...]) -> Callable[[Command], Command]:
+    """The flag that says which of these forms the answer has."""
+    words = "Words, or one document for programs."
+    return click.option("--format", "form", type=click.Choice(forms), default="text", help=words)
+
+
+form_flag = form_of(FORMS)
 
 
 memory_limit = click.option(
@@ -125,6 +133,8 @@ memory_limit = click.option(
     help="Of the solver; 512 is 512 MB.",
 )
 
+no_open = click.option("--no-open", is_flag=True, help="Say where the page is, and open no browser.")
+
 explain_limit = click.option(
     "--explain-limit",
     type=click.FloatRange(min=0, max=1e9),
@@ -135,17 +145,17 @@ explain_limit = click.option(
 )
 
 
-def of_mission(command: Command) -> Command:
-    """The flags of every command that reads a mission."""
+def of_mission(command: Command, forms: tuple[str, ...] = FORMS) -> Command:
+    """The flags of every command that reads a mission; ``forms`` are how it can answer."""
     define = click.option(
         "-D", "overrides", type=pair, multiple=True, metavar="NAME=VALUE", help="Give a parameter another value."
     )
-    return define(limits_and_form(command))
+    return define(limits_and_form(command, forms))
 
 
-def limits_and_form(command: Command) -> Command:
+def limits_and_form(command: Command, forms: tuple[str, ...] = FORMS) -> Command:
     """The flags of every command that reads files."""
     limit = click.option(
         "--limit", "limits", type=pair, multiple=True, metavar="NAME=VALUE", help="Raise or lower a limit of size."
     )
-    return limit(form_flag(command))
+    return limit(form_of(forms)(command))

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import sys
 import threading
 import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from shutil import get_terminal_size
 from typing import TYPE_CHECKING, TextIO
 
@@ -57,3 +60,13 @@ class ProgressLine:
             # A line that wraps would not be erased whole.
             self._stream.write("\r\x1b[K" + line[: get_terminal_size().columns - 1])
             self._stream.flush()
+
+
+@contextmanager
+def shown(silent: bool, deadline: float) -> Iterator[Callable[[Progress], None]]:
+    """Where to say how far things are: a line on a terminal, nowhere else."""
+    if silent or not sys.stderr.isatty():
+        yield lambda progress: None
+        return
+    with ProgressLine(sys.stderr, deadline) as line:
+        yield line.listen

@@ -4,11 +4,8 @@ from __future__ import annotations
 
 import itertools
 import json
-import os
 import re
 import shutil
-import subprocess
-import sys
 import zipfile
 from pathlib import Path
 from typing import Any
@@ -19,12 +16,9 @@ from missionc import checking
 from missionc.diagnostics.model import Severity
 from missionc.source import Source
 from missionc.version import __version__
+from tests.npm import ROOT, fetch, npm
 
-ROOT = Path(__file__).resolve().parents[2]
 FOLDER = ROOT / "editors" / "vscode"
-UNREACHABLE = ("ENOTFOUND", "EAI_AGAIN", "ECONNREFUSED", "ECONNRESET", "ETIMEDOUT", "ENETUNREACH")
-"""What npm says where there is no way to a registry."""
-
 GROUND = """mission ground
 time  step 1 s, horizon 20 s
 world (0, 0) to (10, 10)
@@ -140,18 +134,8 @@ def installed(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A copy of the extension with all it needs, so that nothing is left behind in the tree."""
     copy = tmp_path_factory.mktemp("vscode") / "vscode"
     shutil.copytree(FOLDER, copy, ignore=shutil.ignore_patterns("node_modules", "dist"))
-    fetched = npm(copy, "ci", "--prefer-offline")
-    if fetched.returncode and any(f"code {word}" in fetched.stderr for word in UNREACHABLE):
-        pytest.skip("npm has no way to a registry")
-    assert fetched.returncode == 0, fetched.stderr
+    fetch(copy, "ci", "--prefer-offline")
     return copy
-
-
-def npm(folder: Path, *words: str) -> subprocess.CompletedProcess[str]:
-    program = shutil.which("npm")
-    assert program
-    environment = os.environ | {"PYTHON": sys.executable, "MISSIONC_ROOT": str(ROOT)}
-    return subprocess.run([program, *words], cwd=folder, env=environment, capture_output=True, text=True)
 
 
 @pytest.mark.node

@@ -1,0 +1,157 @@
+"""``missionc compile FILE``: a verified plan, in a folder."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from missionc import driver, flags, stages
+from missionc.answers import Status
+from missionc.backends.api import DEVICES, PRESETS, Options
+from missionc.flags import existing, export_names, files, of_mission, read_limits, stage_names
+from missionc.orders import Order, fulfil
+from missionc.units import Seconds
+
+Pairs = tuple[tuple[str, str], ...]
+
+
+@click.command("compile")
+@click.argument("file", type=existing, shell_complete=files)
+@of_mission
+@click.option("-o", "--output", type=click.Path(path_type=Path), help="The folder to write; build/MISSION if left out.")
+@click.option("--force", is_flag=True, help="Replace the folder if it exists.")
+@click.option("--backend", type=click.Choice(["auto", "smt", "clot", "hybrid"]), default="auto", show_default=True)
+@click.option("--solver", type=click.Choice(["z3", "cadical", "race"]), default="z3", show_default=True)
+@click.option("--preset", type=click.Choice(PRESETS), default=PRESETS[0], show_default=True, help="How clot plans.")
+@click.option(
+    "--samples",
+    type=click.IntRange(1, 100_000),
+    metavar="N",
+    help="Trajectories that presets but `sketch` optimise at once.",
+)
+@click.option(
+    "--device",
+    type=click.Choice(DEVICES),
+    default=DEVICES[0],
+    show_default=True,
+    help="Where presets but `sketch` optimise their trajectories.",
+)
+@click.option(
+    "--margin",
+    type=click.FloatRange(min=0, max=1e3),
+    metavar="METRES",
+    help="Keep every requirement by so much where that is possible; its vehicles' tracking margin if left out.",
+)
+@click.option(
+    "--processes",
+    type=click.IntRange(1, 256),
+    default=1,
+    show_default=True,
+    metavar="N",
+    help="Child processes of clot and hybrid; the plan is the same.",
+)
+@click.option(
+    "--stretch", type=click.FloatRange(1, 1000), default=1.0, metavar="S", help="Fly the plan S times slower."
+)
+@click.option("--seed", type=click.IntRange(0, 2**32 - 1), default=0, show_default=True, metavar="N")
+@click.option(
+    "--time-limit",
+    type=click.FloatRange(min=0, min_open=True, max=1e9),
+    default=float(driver.DEFAULT_TIME_LIMIT),
+    show_default=True,
+    metavar="SECONDS",
+    help="End the search after so long, with the best plan so far.",
+)
+@flags.memory_limit
+@click.option(
+    "--checkpoint",
+    type=click.Path(path_type=Path, dir_okay=False),
+    metavar="FILE",
+    help="Keep what the search knows in a file, as it goes on.",
+)
+@click.option("--resume", type=existing, metavar="FILE", help="Go on from what an interrupted run kept.")
+@click.option(
+    "--emit",
+    "asked",
+    type=stage_names,
+    multiple=True,
+    metavar="STAGE[,STAGE...]",
+    help=f"Print stages and go no further: {', '.join(stages.ALL)}. With -o the folder is written all the same.",
+)
+@click.option(
+    "--export",
+    "exported",
+    type=export_names,
+    multiple=True,
+    metavar="NAME[,NAME...]",
+    help="Write the flight in other forms as well; `missionc export --list` names them.",
+)
+@click.option("--timings", is_flag=True, help="Say how long each stage took.")
+@click.option("--plot", type=click.Path(path_type=Path, dir_okay=False), help="Draw the plan: FILE.svg or FILE.png.")
+@click.option("--certify", is_flag=True, help="Leave the CNF and a DRAT proof beside an `impossible`.")
+@click.option("--continuous", is_flag=True, help="Refuse a plan whose requirements fail between the steps.")
+@flags.explain_limit
+@click.option("--quiet", is_flag=True, help="No summary and no progress.")
+def command(
+    file: Path,
+    overrides: Pairs,
+    limits: Pairs,
+    form: str,
+    output: Path | None,
+    force: bool,
+    backend: str,
+    solver: str,
+    preset: str,
+    samples: int | None,
+    device: str,
+    margin: float | None,
+    processes: int,
+    stretch: float,
+    seed: int,
+    time_limit: float,
+    memory_limit: int,
+    checkpoint: Path | None,
+    resume: Path | None,
+    asked: tuple[tuple[str, ...], ...],
+    exported: tuple[tuple[str, ...], ...],
+    timings: bool,
+    plot: Path | None,
+    certify: bool,
+    continuous: bool,
+    explain_limit: float,
+    quiet: bool,
+) -> Status:
+    """Turn a mission into a verified plan and its files."""
+    if plot and plot.suffix not in (".svg", ".png"):
+        raise click.BadParameter(f"`{plot}` ends neither in .svg nor in .png", param_hint="--plot")
+    if samples is not None and preset == PRESETS[0]:
+        raise click.UsageError(
+            f"`--samples` is for presets that transport trajectories, and `{preset}` does not; "
+            f"add `--preset` with one of {', '.join(PRESETS[1:])}"
+        )
+    wanted = stages.in_order(stage for group in asked for stage in group)
+    captures = frozenset(wanted) & frozenset(stages.BY_A_BACKEND)
+    order = Order(
+        file,
+        overrides,
+        read_limits(limits),
+        backend,
+        Options(solver, certify, captures, preset, samples, device, margin, processes, stretch),
+        seed,
+        Seconds(time_limit),
+        memory_limit,
+        Seconds(explain_limit),
+        continuous,
+        tuple(name for group in exported for name in group),
+        checkpoint,
+        resume,
+        wanted,
+        output,
+        force,
+        plot,
+        form,
+        quiet,
+        timings,
+    )
+    return fulfil(order).status

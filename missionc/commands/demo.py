@@ -1,0 +1,45 @@
+"""``missionc demo``: the mission that comes with the compiler, planned, and its report in the browser."""
+
+from __future__ import annotations
+
+from itertools import chain, count
+from pathlib import Path
+
+import click
+
+from missionc import flags
+from missionc.answers import Status
+from missionc.opening import said
+from missionc.orders import Order, fulfil
+from missionc.resources import folder
+
+MISSION = "wildfire"
+
+# Where the user is, and not in the system's folder for temporary files: browsers in a sandbox cannot read there.
+FOLDER = "missionc-demo"
+
+
+@click.command("demo")
+@click.option(
+    "-o",
+    "--output",
+    type=click.Path(path_type=Path),
+    metavar="FOLDER",
+    help=f"The folder to write; {FOLDER} if left out, with a number where that exists.",
+)
+@flags.no_open
+def command(output: Path | None, no_open: bool) -> Status:
+    """Plan a mission that comes with the compiler, and open its report in the browser."""
+    answer = fulfil(Order(folder("missions") / f"{MISSION}.mission", output=output or _fresh()))
+    if answer.output:
+        written = Path(answer.output)
+        page = written / "report.html"
+        click.echo(said(page.absolute().as_uri(), no_open, str(page)))
+        click.echo(f"its mission, to copy and change: {written / 'mission' / f'{MISSION}.mission'}")
+    return answer.status
+
+
+def _fresh() -> Path:
+    """The first of the demo's folders that is not there yet."""
+    names = chain([FOLDER], (f"{FOLDER}-{number}" for number in count(2)))
+    return next(path for path in map(Path, names) if not path.exists() and not path.is_symlink())
