@@ -7,9 +7,11 @@ import os
 import sys
 from collections.abc import Iterable
 from enum import IntEnum
+from pathlib import Path
 
 import click
 
+from missionc.diagnostics.code import INTERNAL
 from missionc.diagnostics.model import Diagnostic
 from missionc.diagnostics.render import render_json, render_text
 
@@ -43,6 +45,21 @@ def say(findings: Iterable[Diagnostic], lines: Iterable[str], form: str, documen
         click.echo(text, err=True, color=True)
     for line in lines:
         click.echo(line)
+
+
+def defect(error: Exception) -> Diagnostic:
+    """What is said of an error that nobody foresaw: which, and where."""
+    place = error.__traceback__
+    while place and place.tb_next:
+        place = place.tb_next
+    where = f"{Path(place.tb_frame.f_code.co_filename).name}:{place.tb_lineno}" if place else "nowhere"
+    return Diagnostic(
+        INTERNAL,
+        f"a defect of the compiler: {type(error).__name__} at {where}",
+        None,
+        notes=(str(error)[:200],) if str(error) else (),
+        help="report it with the mission, the command and `missionc --version`; MISSIONC_TRACEBACK=1 shows more",
+    )
 
 
 def _colours(terminal: bool) -> bool:

@@ -12,6 +12,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
+from missionc.diagnostics.code import INCLUDE_NOT_ALLOWED
 from missionc.diagnostics.model import Diagnostic, has_errors
 from missionc.limits import Limits
 from missionc.passes.check_horizons import check_horizons
@@ -70,12 +71,15 @@ def check(
         return Checked(name, (source,))
     watch = Stopwatch()
     sources = [source]
+    unread: list[str] = []
     load = loader(Path(name), name, limits)
 
     def load_and_keep(written: str, span: Span) -> Source | Diagnostic:
         included = load(written, span)
         if isinstance(included, Source):
             sources.append(included)
+        elif included.code is not INCLUDE_NOT_ALLOWED:
+            unread.append(str(Path(span.source.name).parent / written))
         return included
 
     def so_far(findings: list[Diagnostic]) -> Checked:
@@ -83,6 +87,7 @@ def check(
             name,
             no_more_than_are_read(in_file_order(findings, sources)),
             tuple(sources),
+            tuple(unread),
             dict(overrides or {}),
             seconds=tuple(watch.seconds),
         )

@@ -9,13 +9,10 @@ from __future__ import annotations
 import os
 import sys
 from importlib import import_module
-from pathlib import Path
 
 import click
 
-from missionc.answers import Status, say
-from missionc.diagnostics.code import INTERNAL
-from missionc.diagnostics.model import Diagnostic
+from missionc.answers import Status, defect, say
 from missionc.version import __version__
 
 MODULES = (
@@ -47,7 +44,7 @@ def main(arguments: list[str] | None = None) -> int:
     except Exception as error:
         if os.environ.get("MISSIONC_TRACEBACK"):
             raise
-        say([_defect(error)], [], _form(words), {})
+        say([defect(error)], [], _form(words), {})
         return Status.DEFECT
 
 
@@ -78,17 +75,3 @@ def _form(words: list[str]) -> str:
     """The form of answers that a command line asks for, whatever else is wrong with it."""
     named = {word.removeprefix("--format=") for word in words}
     return next((form for form in ("json", "sarif") if form in named), "text")
-
-
-def _defect(error: Exception) -> Diagnostic:
-    place = error.__traceback__
-    while place and place.tb_next:
-        place = place.tb_next
-    where = f"{Path(place.tb_frame.f_code.co_filename).name}:{place.tb_lineno}" if place else "nowhere"
-    return Diagnostic(
-        INTERNAL,
-        f"a defect of the compiler: {type(error).__name__} at {where}",
-        None,
-        notes=(str(error)[:200],) if str(error) else (),
-        help="report it with the mission, the command and `missionc --version`; MISSIONC_TRACEBACK=1 shows more",
-    )

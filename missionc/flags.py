@@ -133,6 +133,8 @@ memory_limit = click.option(
     help="Of the solver; 512 is 512 MB.",
 )
 
+watch = click.option("--watch", is_flag=True, help="Go on, and do it again whenever a file of the mission is saved.")
+
 no_open = click.option("--no-open", is_flag=True, help="Say where the page is, and open no browser.")
 
 explain_limit = click.option(

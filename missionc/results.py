@@ -36,6 +36,8 @@ class Checked:
     file: str
     findings: tuple[Diagnostic, ...]
     sources: tuple[Source, ...] = ()
+    unread: tuple[str, ...] = ()
+    """Files that are included and could not be read, by the names under which they would be sources."""
     overrides: Mapping[str, str] = field(default_factory=dict)
     program: ast.Program | None = None
     mission: ir.Mission | None = None

@@ -68,3 +68,17 @@ def hold() -> None:
 def asked() -> bool:
     """Whether someone has asked to end, and what is there is to be brought home."""
     return _now.seen and _now.held
+
+
+def end_with_parent() -> None:
+    """From now on this process, a child of ``multiprocessing``, ends at once when its parent has ended."""
+    import multiprocessing  # most processes have no children
+
+    parent = multiprocessing.parent_process()
+    assert parent is not None
+
+    def wait() -> None:
+        parent.join()
+        os._exit(1)
+
+    threading.Thread(target=wait, daemon=True).start()

@@ -7,11 +7,11 @@ from pathlib import Path
 
 import click
 
-from missionc import driver, summary
+from missionc import driver, flags, summary
 from missionc.answers import Status, say
 from missionc.diagnostics.model import has_errors
 from missionc.flags import existing, files, of_mission, read_limits
-from missionc.limits import Limits
+from missionc.results import Checked
 
 Pairs = tuple[tuple[str, str], ...]
 
@@ -19,13 +19,24 @@ Pairs = tuple[tuple[str, str], ...]
 @click.command("check")
 @click.argument("missions", nargs=-1, required=True, type=existing, shell_complete=files, metavar="FILE...")
 @partial(of_mission, forms=("text", "json", "sarif"))
-def command(missions: tuple[Path, ...], overrides: Pairs, limits: Pairs, form: str) -> Status:
+@flags.watch
+def command(missions: tuple[Path, ...], overrides: Pairs, limits: Pairs, form: str, watch: bool) -> Status:
     """Report every problem of the missions; solve nothing."""
-    return _answer(missions, dict(overrides), read_limits(limits), form)
+    allowed = read_limits(limits)
+
+    def check() -> list[Checked]:
+        return [driver.check(file, overrides=dict(overrides), limits=allowed) for file in missions]
+
+    if not watch:
+        return _answer(check(), form)
+    if form != "text":
+        raise click.UsageError("`--watch` answers on and on, in words; leave `--format` out")
+    from missionc.watching import missions as watching  # for those who ask for it
+
+    watching.watch(watching.Missions([str(file) for file in missions], check), partial(_answer, form=form))
 
 
-def _answer(missions: tuple[Path, ...], overrides: dict[str, str], limits: Limits, form: str) -> Status:
-    results = [driver.check(file, overrides=overrides, limits=limits) for file in missions]
+def _answer(results: list[Checked], form: str) -> Status:
     findings = [finding for checked in results for finding in checked.findings]
     lines = [f"{checked.file}: {summary.counts(checked.findings)}" for checked in results]
     say(findings, lines, form, summary.checked_document(results))

@@ -93,6 +93,8 @@ Pairs = tuple[tuple[str, str], ...]
 @click.option("--continuous", is_flag=True, help="Refuse a plan whose requirements fail between the steps.")
 @flags.explain_limit
 @click.option("--quiet", is_flag=True, help="No summary and no progress.")
+@flags.watch
+@flags.no_open
 def command(
     file: Path,
     overrides: Pairs,
@@ -121,6 +123,8 @@ def command(
     continuous: bool,
     explain_limit: float,
     quiet: bool,
+    watch: bool,
+    no_open: bool,
 ) -> Status:
     """Turn a mission into a verified plan and its files."""
     if plot and plot.suffix not in (".svg", ".png"):
@@ -130,6 +134,10 @@ def command(
             f"`--samples` is for presets that transport trajectories, and `{preset}` does not; "
             f"add `--preset` with one of {', '.join(PRESETS[1:])}"
         )
+    if watch and (form != "text" or asked or resume):
+        raise click.UsageError("`--watch` goes on and on, in words; leave `--format`, `--emit` and `--resume` out")
+    if no_open and not watch:
+        raise click.UsageError("`--no-open` is for `--watch`, which opens the report")
     wanted = stages.in_order(stage for group in asked for stage in group)
     captures = frozenset(wanted) & frozenset(stages.BY_A_BACKEND)
     order = Order(
@@ -154,4 +162,8 @@ def command(
         quiet,
         timings,
     )
+    if watch:
+        from missionc.watching.loop import watch as again  # for those who ask for it
+
+        return again(order, no_open)
     return fulfil(order).status

@@ -8,9 +8,7 @@ to this process, and ends with it, however it ends.
 from __future__ import annotations
 
 import multiprocessing
-import os
 import signal
-import threading
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from multiprocessing.connection import Connection, wait
@@ -19,7 +17,7 @@ from pathlib import Path
 from typing import Any, Generic, NoReturn, TypeAlias, TypeVar
 
 from missionc.backends.api import Progress
-from missionc.signals import HANDLED
+from missionc.signals import HANDLED, end_with_parent
 
 Piece = TypeVar("Piece")
 Answer = TypeVar("Answer")
@@ -143,7 +141,7 @@ def _serve(pipe: Connection, work: Callable[[Any, Say], Any]) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     signal.pthread_sigmask(signal.SIG_UNBLOCK, HANDLED)
-    threading.Thread(target=_end_with_parent, daemon=True).start()
+    end_with_parent()
 
     def say(progress: Progress) -> None:
         pipe.send(("word", progress))
@@ -161,13 +159,6 @@ def _done(piece: Any, work: Callable[[Any, Say], Any], say: Say) -> tuple[str, A
         return "memory", None
     except Exception as error:
         return "failure", _described(error)
-
-
-def _end_with_parent() -> None:
-    parent = multiprocessing.parent_process()
-    assert parent is not None
-    parent.join()
-    os._exit(1)
 
 
 def _described(error: Exception) -> str:

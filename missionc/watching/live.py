@@ -1,0 +1,144 @@
+"""A report that follows its mission: a page on this machine alone, with the report in a frame and a banner above it.
+
+The report in the frame is the file as it was written, byte for byte. The page around it listens to
+one stream of events (server-sent events) and loads the frame anew when there is another report.
+"""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import json
+import threading
+from dataclasses import asdict, dataclass, replace
+from functools import cached_property
+from http import HTTPStatus
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from pathlib import Path
+from typing import Literal, Self
+
+PAGE = (Path(__file__).resolve().parent / "live.html").read_text(encoding="utf-8")
+POLICY = (
+    "default-src 'none'; script-src 'sha256-{}'; style-src 'unsafe-inline'; img-src data:; frame-src 'self'; "
+    "connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
+)
+SILENCE = 10.0
+"""Seconds after which a stream without news is used once, to notice that nobody listens any more."""
+
+State = Literal["checking", "planning", "planned", "wrong"]
+
+
+@dataclass(frozen=True, slots=True)
+class News:
+    """What a page shows: how things stand, the findings, and which report."""
+
+    mission: str
+    state: State = "checking"
+    says: str = ""
+    report: int = 0
+    """How many there have been."""
+
+
+class Live:
+    """A context in which the page is served, to whoever is on this machine."""
+
+    def __init__(self, mission: str) -> None:
+        self._news = News(mission)
+        self._report = b""
+        self._changed = threading.Condition()
+        self._server = _Server(("127.0.0.1", 0), _Handler)
+        self._server.live = self
+        self._thread = threading.Thread(target=self._server.serve_forever, args=(0.1,), daemon=True)
+
+    def __enter__(self) -> Self:
+        self._thread.start()
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        self._server.shutdown()
+        self._server.server_close()
+
+    @property
+    def address(self) -> str:
+        return f"http://127.0.0.1:{self._server.server_port}/"
+
+    @property
+    def hosts(self) -> tuple[str, ...]:
+        """How a browser that means this page calls it; another name leads here only by a trick of a stranger's page."""
+        return tuple(f"{name}:{self._server.server_port}" for name in ("127.0.0.1", "localhost"))
+
+    @property
+    def report(self) -> bytes:
+        return self._report
+
+    def tell(self, state: State, says: str = "", report: bytes = b"") -> None:
+        """Every open page how things stand; without a new report it keeps the one it has."""
+        with self._changed:
+            self._news = replace(self._news, state=state, says=says, report=self._news.report + bool(report))
+            self._report = report or self._report
+            self._changed.notify_all()
+
+    def news(self, known: News | None) -> News:
+        """What there is to show, as soon as it is other than what is known; the same after a while without news."""
+        with self._changed:
+            self._changed.wait_for(lambda: self._news != known, SILENCE)
+            return self._news
+
+
+class _Server(ThreadingHTTPServer):
+    daemon_threads = True
+    block_on_close = False
+    live: Live
+
+    @cached_property
+    def policy(self) -> str:
+        script = PAGE.partition("<script>")[2].partition("</script>")[0]
+        return POLICY.format(base64.b64encode(hashlib.sha256(script.encode("utf-8")).digest()).decode("ascii"))
+
+    def handle_error(self, request: object, client_address: object) -> None:
+        """A browser that hangs up is no news."""
+
+
+class _Handler(BaseHTTPRequestHandler):
+    server: _Server
+    timeout = 30
+
+    def do_GET(self) -> None:
+        if self.headers.get("Host") not in self.server.live.hosts:
+            self.send_error(HTTPStatus.FORBIDDEN)
+            return
+        match self.path.partition("?")[0]:
+            case "/":
+                self._send(PAGE.encode("utf-8"), "text/html; charset=utf-8", self.server.policy)
+            case "/report.html" if self.server.live.report:
+                self._send(self.server.live.report, "text/html; charset=utf-8", "frame-ancestors 'self'")
+            case "/news":
+                self._stream()
+            case _:
+                self.send_error(HTTPStatus.NOT_FOUND)
+
+    def _send(self, content: bytes, kind: str, policy: str) -> None:
+        self._begin(kind)
+        self.send_header("Content-Security-Policy", policy)
+        self.send_header("Content-Length", str(len(content)))
+        self.end_headers()
+        self.wfile.write(content)
+
+    def _stream(self) -> None:
+        self._begin("text/event-stream")
+        self.end_headers()
+        known: News | None = None
+        while True:
+            news = self.server.live.news(known)
+            line = f"data: {json.dumps(asdict(news))}" if news != known else ": nothing new"
+            self.wfile.write(f"{line}\n\n".encode())
+            known = news
+
+    def _begin(self, kind: str) -> None:
+        self.send_response(HTTPStatus.OK)
+        self.send_header("Content-Type", kind)
+        self.send_header("Cache-Control", "no-store")
+        self.send_header("X-Content-Type-Options", "nosniff")
+
+    def log_message(self, format: str, *words: object) -> None:
+        """The terminal is for findings."""

@@ -1,0 +1,67 @@
+"""``compile --watch``: on every save the mission is checked and planned anew, and the open report follows."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import replace
+from pathlib import Path
+
+import click
+
+from missionc.answers import Status, say
+from missionc.diagnostics.code import OUTPUT_EXISTS
+from missionc.diagnostics.render import render_text
+from missionc.opening import said
+from missionc.orders import Order, check, folder_of
+from missionc.summary import counts
+from missionc.watching.live import Live
+from missionc.watching.missions import Missions, heading
+from missionc.watching.planner import Ended, Planner
+from missionc.watching.saves import EVERY
+
+FIRST = "smt"
+"""The backend to make ready for, as long as nothing is known of the mission."""
+
+
+def watch(order: Order, no_open: bool) -> Status:
+    """Goes on until it is interrupted; returns only where the folder to write is not the compiler's."""
+    missions = Missions([str(order.file)], lambda: [check(order)])
+    ours: set[Path] = set()
+    with Planner() as planner, Live(order.file.name) as live:
+        planner.ready(FIRST)
+        click.echo(said(live.address, no_open, live.address))
+        click.echo(f"watching {order.file} and what it includes; Ctrl-C ends")
+        while True:
+            _begin(order, missions, planner, live, ours)
+            while not missions.saved():
+                ended = planner.ended()
+                if ended and OUTPUT_EXISTS.name in ended.codes:
+                    return Status(ended.status)
+                if ended:
+                    _show(ended, live, ours)
+                time.sleep(EVERY)
+            planner.stop()
+            heading()
+
+
+def _begin(order: Order, missions: Missions, planner: Planner, live: Live, ours: set[Path]) -> None:
+    """Check; and begin to plan, unless there are errors to mend first."""
+    (checked,) = missions.checked()
+    if not checked.ok or checked.choice is None:
+        findings = list(checked.findings)
+        say(findings, [f"{checked.file}: {counts(findings)}"], "text", {})
+        live.tell("wrong", render_text(findings, False))
+        return
+    folder = folder_of(order, checked)
+    planner.start(replace(order, output=folder, force=order.force or folder in ours), checked.choice.backend)
+    live.tell("planning")
+
+
+def _show(ended: Ended, live: Live, ours: set[Path]) -> None:
+    """A new report where there is one; else the last one stays, with the findings above it."""
+    if ended.output:
+        ours.add(Path(ended.output))
+    if ended.status == Status.DONE:
+        live.tell("planned", report=(Path(ended.output) / "report.html").read_bytes())
+    else:
+        live.tell("wrong", ended.says)
