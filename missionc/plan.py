@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from missionc.notebook import paths, picture, preformatted, printed
 from missionc.units import Seconds
 
 Array = NDArray[np.float64]
@@ -65,6 +66,14 @@ class Judgement:
         """The verdict, and where it first fails."""
         return {**self.as_verdict(), "step": self.step, "agents": list(self.agents)}
 
+    def verdict(self, step: Seconds) -> str:
+        """``violated   robustness -1.803  first at 2 s by drone[0]``; ``step`` is the mission's, seconds."""
+        words = f"{'satisfied' if self.satisfied else 'violated '}  robustness {self.robustness:.3f}"
+        if self.satisfied or self.step is None:
+            return words
+        by = f" by {', '.join(self.agents)}" if self.agents else ""
+        return f"{words}  first at {self.step * step:g} s{by}"
+
     def violation(self, step: Seconds) -> str:
         """``violates relay, robustness -1.803, at 2 s by drone[0]``; ``step`` is the mission's, seconds."""
         much = f", robustness {self.robustness:.3f}," if math.isfinite(self.robustness) else ""
@@ -75,10 +84,29 @@ class Judgement:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Plan:
-    """A verified joint plan, ready to be written."""
+    """A verified joint plan, ready to be written; in a notebook everybody's path, and each requirement."""
 
     mission: str
     backend: str
     seed: int
     trace: Trace
     judgements: tuple[Judgement, ...]
+
+    def __str__(self) -> str:
+        agents, states, _ = self.trace.position.shape
+        head = (
+            f"{self.mission}: planned by {self.backend}, {agents} agent{'s' if agents > 1 else ''}, "
+            f"{states - 1} step{'s' if states != 2 else ''} of {self.trace.step:g} s, seed {self.seed}"
+        )
+        return "\n".join([head, *judgement_lines(self.judgements, self.trace.step)])
+
+    _repr_pretty_ = printed
+
+    def _repr_html_(self) -> str:
+        return picture(paths(self.trace.position.tolist())) + preformatted(str(self))
+
+
+def judgement_lines(judgements: tuple[Judgement, ...], step: Seconds) -> list[str]:
+    """One line for each requirement: its name, verdict and robustness, in columns."""
+    width = max((len(each.name) for each in judgements), default=0)
+    return [f"  {each.name:<{width}}  {each.verdict(step)}" for each in judgements]

@@ -13,8 +13,11 @@ from typing import TYPE_CHECKING, TypeAlias, assert_never
 from missionc import ir
 from missionc.backends.api import Attempt, Impossible, NotFound, Report
 from missionc.diagnostics.model import Diagnostic, has_errors
+from missionc.diagnostics.render import counts, render_text
 from missionc.kernel.nodes import Kernel
+from missionc.notebook import framed, picture, printed, shown
 from missionc.passes.choose_backend import Choice
+from missionc.plan import judgement_lines
 from missionc.source import Source
 from missionc.syntax import ast
 from missionc.units import Seconds
@@ -50,6 +53,12 @@ class Checked:
         """Whether there is no error; warnings may be."""
         return not has_errors(list(self.findings))
 
+    def __str__(self) -> str:
+        return _below(self.findings, f"{self.file}: {counts(self.findings)}")
+
+    _repr_pretty_ = printed
+    _repr_html_ = shown
+
 
 @dataclass(frozen=True, slots=True)
 class Refused:
@@ -65,6 +74,14 @@ class Verified:
     report: Report
     files: tuple[tuple[str, bytes], ...]
     """What belongs into the output folder: relative path and content."""
+
+    def __str__(self) -> str:
+        return str(self.plan)
+
+    _repr_pretty_ = printed
+
+    def _repr_html_(self) -> str:
+        return framed(dict(self.files)["report.html"].decode("utf-8"), str(self))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -175,6 +192,28 @@ class Compiled:
             case _:
                 assert_never(self.outcome)
 
+    def __str__(self) -> str:
+        match self.outcome:
+            case Verified():
+                return _below(self.findings, str(self.outcome))
+            case Impossible():
+                changes = [f"  {each.says}" for each in self.explained.relaxations] if self.explained else []
+                return _below(
+                    self.findings, *(["each of these changes has a verified plan"] if changes else []), *changes
+                )
+            case Refused() | Unverified() | NotFound():
+                return _below(self.findings, f"{self.checked.file}: {counts(self.findings)}")
+            case _:
+                assert_never(self.outcome)
+
+    _repr_pretty_ = printed
+
+    def _repr_html_(self) -> str:
+        """The report, or what stands in the way of one, with the nearest miss where one was drawn."""
+        if isinstance(self.outcome, Verified):
+            return framed(dict(self.files)["report.html"].decode("utf-8"), str(self))
+        return shown(self) + "".join(picture(content) for name, content in self.files if name == "near_miss.svg")
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Monitored:
@@ -200,3 +239,19 @@ class Monitored:
         return (
             self.ok and all(each.satisfied for each in self.requirements) and all(each.holds for each in self.between)
         )
+
+    def __str__(self) -> str:
+        mission = self.checked.mission
+        if not self.ok or mission is None:
+            return _below(self.findings, f"{self.checked.file}: {counts(self.findings)}")
+        head = f"{mission.name}: {'satisfied' if self.satisfied else 'violated'}"
+        return _below(self.findings, head, *judgement_lines(self.requirements, mission.step))
+
+    _repr_pretty_ = printed
+    _repr_html_ = shown
+
+
+def _below(findings: tuple[Diagnostic, ...], *lines: str) -> str:
+    """Findings with their words in the text, and then these lines."""
+    said = render_text(list(findings), False)
+    return "\n".join(([said] if said else []) + list(lines))

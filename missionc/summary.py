@@ -8,10 +8,11 @@ from dataclasses import asdict
 from typing import TYPE_CHECKING, assert_never
 
 from missionc.backends.api import Attempt, Fault, Impossible, NotFound
-from missionc.diagnostics.model import Diagnostic, Severity, has_errors
+from missionc.diagnostics.model import has_errors
 from missionc.ir import FIGURES, Band, Vehicle
 from missionc.passes.resolve_quantities import SI
 from missionc.passes.show_vehicle import figures_of
+from missionc.plan import judgement_lines
 from missionc.relaxing.says import explained_document, explained_lines
 from missionc.results import Checked, Compiled, Monitored, Refused, Unverified, Verified
 from missionc.units import Seconds
@@ -24,17 +25,6 @@ if TYPE_CHECKING:
 
 SHOWN = 5e-4
 """A margin below it, in its unit, would be shown as nothing."""
-
-
-def counts(findings: Iterable[Diagnostic]) -> str:
-    """``2 errors, 1 warning``"""
-    severities = [finding.severity for finding in findings]
-    parts = [
-        f"{number} {severity.value}{'s' if number > 1 else ''}"
-        for severity in Severity
-        if (number := severities.count(severity))
-    ]
-    return ", ".join(parts) or "no findings"
 
 
 def outcome_word(compiled: Compiled) -> str | None:
@@ -67,9 +57,7 @@ def compiled_lines(compiled: Compiled, output: str) -> list[str]:
         return []
     plan, certificate = compiled.outcome.plan, compiled.outcome.certificate
     lines = [
-        f"{plan.mission}: planned by {plan.backend}, {_many(len(mission.agents), 'agent')}, "
-        f"{_many(mission.steps, 'step')} of {mission.step:g} s, seed {plan.seed}",
-        *judgement_lines(plan.judgements, mission.step),
+        *str(plan).splitlines(),
         *(f"note: {note}" for note in compiled.outcome.report.notes),
         f"verified: {_many(len(certificate.checks), 'check')}, the tightest margin of each kind",
         *margin_lines(certificate),
@@ -96,12 +84,6 @@ def monitored_lines(monitored: Monitored) -> list[str]:
     if monitored.preferences:
         lines += ["preferences", *judgement_lines(monitored.preferences, mission.step)]
     return [*lines, *between_lines(monitored.between)]
-
-
-def judgement_lines(judgements: tuple[Judgement, ...], step: Seconds) -> list[str]:
-    """One line for each requirement: its name, verdict and robustness, in columns."""
-    width = max((len(each.name) for each in judgements), default=0)
-    return [f"  {each.name:<{width}}  {_verdict(each, step)}" for each in judgements]
 
 
 def margin_lines(certificate: Certificate) -> list[str]:
@@ -218,13 +200,6 @@ def replayed_document(replayed: Replayed) -> dict[str, object]:
 def exported_document(output: str | None, files: Iterable[str], notes: list[str]) -> dict[str, object]:
     """``output`` is null where nothing was written."""
     return {"output": output, "files": sorted(files) if output else [], "notes": notes}
-
-
-def _verdict(judgement: Judgement, step: Seconds) -> str:
-    words = f"{'satisfied' if judgement.satisfied else 'violated '}  robustness {judgement.robustness:.3f}"
-    if judgement.satisfied or judgement.step is None:
-        return words
-    return f"{words}  first at {judgement.step * step:g} s{_by(judgement.agents)}"
 
 
 def _amount(fault: Fault, step: Seconds) -> str:
@@ -349,7 +324,7 @@ def _room(check: Check) -> str:
 def _compared(planned: tuple[Judgement, ...], flown: tuple[Judgement, ...], step: Seconds) -> list[str]:
     width = max((len(each.name) for each in flown), default=0)
     return [
-        f"  {after.name:<{width}}  planned {before.robustness:.3f}, flown {_verdict(after, step)}"
+        f"  {after.name:<{width}}  planned {before.robustness:.3f}, flown {after.verdict(step)}"
         for before, after in zip(planned, flown, strict=True)
     ]
 

@@ -10,6 +10,7 @@ import click
 from missionc import driver, flags, summary
 from missionc.answers import Status, say
 from missionc.diagnostics.model import has_errors
+from missionc.diagnostics.render import counts
 from missionc.flags import existing, files, of_mission, read_limits
 from missionc.results import Checked
 
@@ -38,6 +39,6 @@ def command(missions: tuple[Path, ...], overrides: Pairs, limits: Pairs, form: s
 
 def _answer(results: list[Checked], form: str) -> Status:
     findings = [finding for checked in results for finding in checked.findings]
-    lines = [f"{checked.file}: {summary.counts(checked.findings)}" for checked in results]
+    lines = [f"{checked.file}: {counts(checked.findings)}" for checked in results]
     say(findings, lines, form, summary.checked_document(results))
     return Status.MISSION_ERRORS if has_errors(findings) else Status.DONE

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from enum import Enum
 
 from missionc.diagnostics.code import Code
+from missionc.notebook import printed, shown
 from missionc.source import Span
 
 
@@ -51,6 +52,14 @@ class Diagnostic:
     @property
     def severity(self) -> Severity:
         return Severity.WARNING if self.code.warning else Severity.ERROR
+
+    def __str__(self) -> str:
+        from missionc.diagnostics.render import render_text  # which renders what is defined here
+
+        return render_text([self], False).removesuffix("\n")
+
+    _repr_pretty_ = printed
+    _repr_html_ = shown
 
 
 def has_errors(findings: list[Diagnostic]) -> bool:

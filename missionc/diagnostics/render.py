@@ -11,6 +11,7 @@ characters of the mission never reach the terminal.
 from __future__ import annotations
 
 import unicodedata
+from collections.abc import Iterable
 from dataclasses import dataclass
 from itertools import groupby
 
@@ -53,6 +54,17 @@ class Paint:
 def render_text(findings: list[Diagnostic], colour: bool) -> str:
     """The findings as people read them, a blank line between two; each ends with a line end."""
     return "\n".join(_finding(finding, colour) for finding in findings)
+
+
+def counts(findings: Iterable[Diagnostic]) -> str:
+    """``2 errors, 1 warning``"""
+    severities = [finding.severity for finding in findings]
+    parts = [
+        f"{number} {severity.value}{'s' if number > 1 else ''}"
+        for severity in Severity
+        if (number := severities.count(severity))
+    ]
+    return ", ".join(parts) or "no findings"
 
 
 def render_json(findings: list[Diagnostic]) -> list[dict[str, object]]:

@@ -10,10 +10,9 @@ import click
 
 from missionc.answers import Status, say
 from missionc.diagnostics.code import OUTPUT_EXISTS
-from missionc.diagnostics.render import render_text
+from missionc.diagnostics.render import counts, render_text
 from missionc.opening import said
 from missionc.orders import Order, check, folder_of
-from missionc.summary import counts
 from missionc.watching.live import Live
 from missionc.watching.missions import Missions, heading
 from missionc.watching.planner import Ended, Planner
