@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection, Iterable
 from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any, TypeVar
@@ -15,6 +15,8 @@ from missionc.limits import Limits
 from missionc.nearest import nearest
 
 Command = TypeVar("Command", bound=Callable[..., Any])
+
+Completer = Callable[[click.Context, click.Parameter, str], list[CompletionItem]]
 
 SIZES = {"": 1 << 20, "B": 1, "KB": 1 << 10, "MB": 1 << 20, "GB": 1 << 30}
 """Bytes in each unit of memory; a bare number is in megabytes."""
@@ -43,6 +45,38 @@ def folder(value: str) -> Path:
 def files(context: click.Context, parameter: click.Parameter, incomplete: str) -> list[CompletionItem]:
     """For shell completion: whatever files there are."""
     return [CompletionItem(incomplete, type="file")]
+
+
+def folders(context: click.Context, parameter: click.Parameter, incomplete: str) -> list[CompletionItem]:
+    """For shell completion: whatever folders there are."""
+    return [CompletionItem(incomplete, type="dir")]
+
+
+def one_of(names: Callable[[], Iterable[str]]) -> Completer:
+    """For shell completion: one of these names, looked up when it is asked for."""
+
+    def complete(context: click.Context, parameter: click.Parameter, incomplete: str) -> list[CompletionItem]:
+        return [CompletionItem(name) for name in names() if name.startswith(incomplete)]
+
+    return complete
+
+
+def several_of(names: Callable[[], Iterable[str]]) -> Completer:
+    """For shell completion: names with commas between them; the last of them is completed, with none said twice."""
+
+    def complete(context: click.Context, parameter: click.Parameter, incomplete: str) -> list[CompletionItem]:
+        before, comma, last = incomplete.rpartition(",")
+        left = [name for name in names() if name not in before.split(",")]
+        return [CompletionItem(before + comma + name) for name in left if name.startswith(last)]
+
+    return complete
+
+
+def exports() -> Collection[str]:
+    """The forms of export there are; loaded where one is asked for, and nowhere else."""
+    from missionc.export import FORMATS
+
+    return FORMATS
 
 
 def pair(value: str) -> tuple[str, str]:
@@ -77,12 +111,10 @@ def stage_names(value: str) -> tuple[str, ...]:
 
 def export_name(value: str) -> str:
     """The name of a form of export."""
-    # Loaded where an export is asked for, and nowhere else.
-    from missionc.export import FORMATS
-
-    if value not in FORMATS:
-        near = nearest(value, FORMATS)
-        hint = f"did you mean `{near}`?" if isinstance(near, str) else f"there are {', '.join(FORMATS)}"
+    known = exports()
+    if value not in known:
+        near = nearest(value, known)
+        hint = f"did you mean `{near}`?" if isinstance(near, str) else f"there are {', '.join(known)}"
         raise click.UsageError(f"there is no export `{value}`; {hint}")
     return value
 

@@ -9,7 +9,7 @@ import click
 from missionc import driver, flags, stages
 from missionc.answers import Status
 from missionc.backends.api import DEVICES, PRESETS, Options
-from missionc.flags import existing, export_names, files, of_mission, read_limits, stage_names
+from missionc.flags import existing, export_names, exports, files, of_mission, read_limits, several_of, stage_names
 from missionc.orders import Order, fulfil
 from missionc.units import Seconds
 
@@ -70,11 +70,14 @@ Pairs = tuple[tuple[str, str], ...]
     metavar="FILE",
     help="Keep what the search knows in a file, as it goes on.",
 )
-@click.option("--resume", type=existing, metavar="FILE", help="Go on from what an interrupted run kept.")
+@click.option(
+    "--resume", type=existing, shell_complete=files, metavar="FILE", help="Go on from what an interrupted run kept."
+)
 @click.option(
     "--emit",
     "asked",
     type=stage_names,
+    shell_complete=several_of(lambda: stages.ALL),
     multiple=True,
     metavar="STAGE[,STAGE...]",
     help=f"Print stages and go no further: {', '.join(stages.ALL)}. With -o the folder is written all the same.",
@@ -83,6 +86,7 @@ Pairs = tuple[tuple[str, str], ...]
     "--export",
     "exported",
     type=export_names,
+    shell_complete=several_of(exports),
     multiple=True,
     metavar="NAME[,NAME...]",
     help="Write the flight in other forms as well; `missionc export --list` names them.",

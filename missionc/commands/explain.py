@@ -7,13 +7,14 @@ import sys
 from pathlib import Path
 
 import click
+from click.shell_completion import CompletionItem
 
 from missionc.answers import Status, say
 from missionc.checking import check
 from missionc.diagnostics.code import CODES
 from missionc.diagnostics.explain import explain as page_of
 from missionc.explaining.page import document, explained, lines
-from missionc.flags import existing, files, of_mission, read_limits
+from missionc.flags import existing, files, of_mission, one_of, read_limits
 from missionc.nearest import nearest
 from missionc.passes.walk import goals
 
@@ -22,8 +23,13 @@ CODE = re.compile(r"(MC)?\d{1,3}", re.IGNORECASE)
 Pairs = tuple[tuple[str, str], ...]
 
 
+def _codes_or_files(context: click.Context, parameter: click.Parameter, incomplete: str) -> list[CompletionItem]:
+    codes = one_of(lambda: CODES)(context, parameter, incomplete) if incomplete else []
+    return codes or files(context, parameter, incomplete)
+
+
 @click.command("explain")
-@click.argument("what", required=False, shell_complete=files, metavar="[CODE | FILE]")
+@click.argument("what", required=False, shell_complete=_codes_or_files, metavar="[CODE | FILE]")
 @click.argument("requirement", required=False)
 @of_mission
 def command(what: str | None, requirement: str | None, overrides: Pairs, limits: Pairs, form: str) -> Status:

@@ -11,7 +11,7 @@ from missionc.answers import Status, say
 from missionc.diagnostics.model import Diagnostic
 from missionc.emit.folder import write_folder
 from missionc.export import FORMATS, Exported, flight
-from missionc.flags import export_name, folder, limits_and_form, read_limits
+from missionc.flags import export_name, exports, folder, folders, limits_and_form, one_of, read_limits
 from missionc.replay import Replayed, replay
 
 
@@ -25,8 +25,8 @@ def _list(context: click.Context, parameter: click.Parameter, asked: bool) -> No
 
 
 @click.command("export")
-@click.argument("path", type=folder, metavar="FOLDER")
-@click.argument("names", nargs=-1, required=True, type=export_name, metavar="NAME...")
+@click.argument("path", type=folder, shell_complete=folders, metavar="FOLDER")
+@click.argument("names", nargs=-1, required=True, type=export_name, shell_complete=one_of(exports), metavar="NAME...")
 @click.option("-o", "--output", type=click.Path(path_type=Path), help="The folder to write; FOLDER-export if left out.")
 @click.option("--force", is_flag=True, help="Replace the folder if it exists.")
 @click.option("--list", is_flag=True, is_eager=True, expose_value=False, callback=_list, help="List the names.")

@@ -7,12 +7,12 @@ from pathlib import Path
 import click
 
 from missionc.answers import Status, say
-from missionc.flags import folder, limits_and_form, read_limits
+from missionc.flags import folder, folders, limits_and_form, read_limits
 from missionc.replay import Replayed, replay
 
 
 @click.command("report")
-@click.argument("path", type=folder, metavar="FOLDER")
+@click.argument("path", type=folder, shell_complete=folders, metavar="FOLDER")
 @click.option(
     "-o",
     "--output",

@@ -13,7 +13,7 @@ import click
 from missionc import summary
 from missionc.answers import Status, say
 from missionc.diagnostics.model import Diagnostic
-from missionc.flags import folder, limits_and_form, read_limits
+from missionc.flags import folder, folders, limits_and_form, read_limits
 from missionc.progress import ProgressLine
 
 ENGINES = ("quadrotor", "rotorpy", "crazyflow")
@@ -35,7 +35,7 @@ def wind(value: str) -> tuple[float, float]:
 
 
 @click.command("simulate")
-@click.argument("path", type=folder, metavar="FOLDER")
+@click.argument("path", type=folder, shell_complete=folders, metavar="FOLDER")
 @limits_and_form
 @click.option("--engine", type=click.Choice(ENGINES), default=ENGINES[0], show_default=True)
 @click.option("--trials", type=click.IntRange(1, MOST_FLIGHTS), default=1, show_default=True, metavar="N")

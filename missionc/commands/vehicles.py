@@ -8,14 +8,14 @@ import click
 
 from missionc import summary
 from missionc.answers import Status
-from missionc.flags import form_flag
+from missionc.flags import form_flag, one_of
 from missionc.nearest import nearest
 from missionc.passes.show_vehicle import show_vehicle
 from missionc.vehicles import profiles
 
 
 @click.command("vehicles")
-@click.argument("name", required=False)
+@click.argument("name", required=False, shell_complete=one_of(profiles))
 @form_flag
 def command(name: str | None, form: str) -> Status:
     """List the vehicles a team may name; of one, every figure."""

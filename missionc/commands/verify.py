@@ -8,12 +8,12 @@ import click
 
 from missionc import summary
 from missionc.answers import Status, say
-from missionc.flags import folder, limits_and_form, read_limits
+from missionc.flags import folder, folders, limits_and_form, read_limits
 from missionc.replay import replay
 
 
 @click.command("verify")
-@click.argument("path", type=folder, metavar="FOLDER")
+@click.argument("path", type=folder, shell_complete=folders, metavar="FOLDER")
 @limits_and_form
 def command(path: Path, limits: tuple[tuple[str, str], ...], form: str) -> Status:
     """Verify a compiled folder once more, from its files alone."""
