@@ -14,7 +14,7 @@ from typing import Protocol
 HEIGHT = 760
 """Pixels of a report in a cell: the map, and lanes enough below it."""
 
-WIDTH, EDGE = 420.0, 12.0
+WIDTH, EDGE = 320.0, 12.0
 """Pixels of a picture of paths, and of the room around them."""
 
 COLOURS = ("#4e79a7", "#f28e2b", "#59a14f", "#e15759", "#b07aa1", "#9c755f", "#76b7b2", "#edc948", "#ff9da7", "#7f7f7f")
@@ -38,7 +38,8 @@ def shown(value: object) -> str:
 
 def preformatted(words: str) -> str:
     """Text with its columns, whatever is in it."""
-    return f'<pre style="overflow-x: auto">{html.escape(words)}</pre>' if words else ""
+    style = "font-family: ui-monospace, monospace; overflow-x: auto"  # which a notebook's own style may take from it
+    return f'<pre style="{style}">{html.escape(words)}</pre>' if words else ""
 
 
 def framed(page: str, words: str) -> str:
@@ -79,7 +80,7 @@ def paths(motion: Sequence[Sequence[Sequence[float]]]) -> bytes:
         (x, y), (to_x, to_y) = drawn[0], drawn[-1]
         lines += [
             f'<polyline points="{points}" stroke="{colour}"/>',
-            f'<circle cx="{x:.1f}" cy="{y:.1f}" r="5" stroke="{colour}"/>',
+            f'<circle cx="{x:.1f}" cy="{y:.1f}" r="7" stroke="{colour}"/>',
             f'<circle cx="{to_x:.1f}" cy="{to_y:.1f}" r="4" fill="{colour}"/>',
         ]
     return "\n".join([*lines, "</svg>\n"]).encode("ascii")
