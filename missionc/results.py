@@ -15,7 +15,7 @@ from missionc.backends.api import Attempt, Impossible, NotFound, Report
 from missionc.diagnostics.model import Diagnostic, has_errors
 from missionc.diagnostics.render import counts, render_text
 from missionc.kernel.nodes import Kernel
-from missionc.notebook import framed, picture, printed, shown
+from missionc.notebook import framed, printed, shown
 from missionc.passes.choose_backend import Choice
 from missionc.plan import judgement_lines
 from missionc.source import Source
@@ -196,7 +196,7 @@ class Compiled:
         match self.outcome:
             case Verified():
                 return _below(self.findings, str(self.outcome))
-            case Impossible():
+            case Impossible() | NotFound():
                 changes = [f"  {each.says}" for each in self.explained.relaxations] if self.explained else []
                 return _below(
                     self.findings, *(["each of these changes has a verified plan"] if changes else []), *changes
@@ -209,10 +209,11 @@ class Compiled:
     _repr_pretty_ = printed
 
     def _repr_html_(self) -> str:
-        """The report, or what stands in the way of one, with the nearest miss where one was drawn."""
+        """The report, or what stands in the way of one, with the nearest miss where there is one."""
         if isinstance(self.outcome, Verified):
             return framed(dict(self.files)["report.html"].decode("utf-8"), str(self))
-        return shown(self) + "".join(picture(content) for name, content in self.files if name == "near_miss.svg")
+        missed = [content.decode("utf-8") for name, content in self.files if name == "near_miss.html"]
+        return shown(self) + "".join(framed(page, "the nearest miss") for page in missed)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -106,13 +106,13 @@ def test_a_refused_compilation_shows_its_findings() -> None:
 
 
 def test_an_impossible_one_shows_the_conflict_what_would_do_and_the_nearest_miss() -> None:
-    pytest.importorskip("matplotlib")
     found = missionc.compile(Source("a.mission", CONFLICT), explain_limit=60)
     shown = found._repr_html_()
     assert "error[MC601]" in shown
     assert found.explained is not None
     assert found.explained.relaxations[0].says in html.unescape(shown)
-    assert '<img alt="" src="data:image/svg+xml;base64,' in shown
+    assert shown.count("<iframe srcdoc=") == 1
+    assert html.escape(dict(found.files)["near_miss.html"].decode("utf-8")) in shown
 
 
 def test_a_judged_trace_shows_its_verdict(tmp_path: Path) -> None:
