@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import time
 from dataclasses import replace
 from pathlib import Path
@@ -25,7 +26,7 @@ FIRST = "smt"
 def watch(order: Order, no_open: bool) -> Status:
     """Goes on until it is interrupted; returns only where the folder to write is not the compiler's."""
     missions = Missions([str(order.file)], lambda: [check(order)])
-    ours: set[Path] = set()
+    ours: set[Path] = set()  # folders that were not there before
     with Planner() as planner, Live(order.file.name) as live:
         planner.ready(FIRST)
         click.echo(said(live.address, no_open, live.address))
@@ -37,7 +38,7 @@ def watch(order: Order, no_open: bool) -> Status:
                 if ended and OUTPUT_EXISTS.name in ended.codes:
                     return Status(ended.status)
                 if ended:
-                    _show(ended, live, ours)
+                    _show(ended, live)
                 time.sleep(EVERY)
             planner.stop()
             heading()
@@ -52,14 +53,15 @@ def _begin(order: Order, missions: Missions, planner: Planner, live: Live, ours:
         live.tell("wrong", render_text(findings, False))
         return
     folder = folder_of(order, checked)
+    # Also a plan that is stopped may have got as far as being written, and nobody hears of it.
+    if not os.path.lexists(folder):
+        ours.add(folder)
     planner.start(replace(order, output=folder, force=order.force or folder in ours), checked.choice.backend)
     live.tell("planning")
 
 
-def _show(ended: Ended, live: Live, ours: set[Path]) -> None:
+def _show(ended: Ended, live: Live) -> None:
     """A new report where there is one; else the last one stays, with the findings above it."""
-    if ended.output:
-        ours.add(Path(ended.output))
     if ended.status == Status.DONE:
         live.tell("planned", report=(Path(ended.output) / "report.html").read_bytes())
     else:

@@ -13,7 +13,11 @@ from pathlib import Path
 import pytest
 
 from missionc.cli import main
+from missionc.orders import Order, check
 from missionc.watching.live import Live
+from missionc.watching.loop import _begin
+from missionc.watching.missions import Missions
+from missionc.watching.planner import Planner
 from missionc.watching.saves import Saves
 from tests.processes import HARD, alive, children
 from tests.small import CONFLICT, SMALL, WRONG
@@ -208,6 +212,29 @@ def test_a_folder_that_is_there_is_not_replaced_and_ends_the_watch(tmp_path: Pat
         assert run.process.wait(120) == 1
         run.says("error[MC701]")
     assert list((tmp_path / "mine").iterdir()) == []
+
+
+def test_a_folder_that_a_stopped_plan_has_written_is_the_watch_s_own_and_another_is_not(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("a.mission").write_text(SMALL)
+    orders: list[Order] = []
+
+    class Listed(Planner):
+        def start(self, order: Order, backend: str) -> None:
+            orders.append(order)
+
+    def begun(order: Order, ours: set[Path]) -> bool:
+        _begin(order, Missions(["a.mission"], lambda: [check(order)]), Listed(), Live("a.mission"), ours)
+        return orders[-1].force
+
+    ours: set[Path] = set()
+    begun(Order(Path("a.mission")), ours)
+    Path("build/small").mkdir(parents=True)
+    assert begun(Order(Path("a.mission")), ours)
+    Path("mine").mkdir()
+    assert not begun(Order(Path("a.mission"), output=Path("mine")), ours)
 
 
 # ------------------------------------------------------------------ the page
