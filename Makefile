@@ -5,7 +5,7 @@ WORKERS ?= 2
 BIN := $(VENV)/bin
 
 .DEFAULT_GOAL := help
-.PHONY: help venv test check format slow fuzz bench vscode clean
+.PHONY: help venv test check docs format slow fuzz bench vscode clean
 
 help: ## list the commands
 	@awk -F ':.*## ' '/^[a-z]+:.*## /{printf "make %-8s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -26,6 +26,9 @@ check: ## format, lint, types, import contracts, tests
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 	$(BIN)/pytest -n $(WORKERS) -m "not slow"
+
+docs: venv ## the documentation as a site, in build/site
+	$(BIN)/python -m website
 
 format: ## put the code in the one format
 	$(BIN)/ruff format .

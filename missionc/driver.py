@@ -100,7 +100,10 @@ def compile(
     """``check``; then, where there is no error, ``plan``.
 
     Args:
-        file, overrides, backend, limits: as for ``check``.
+        file: as for ``check``.
+        overrides: as for ``check``.
+        backend: as for ``check``.
+        limits: as for ``check``.
         seed: of everything drawn at random.
         time_limit: seconds from now.
         memory_limit: bytes, of the solver.

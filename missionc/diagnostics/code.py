@@ -117,5 +117,18 @@ INTERNAL = Code("MC901", "a defect of the compiler")
 
 CODES: dict[str, Code] = {value.name: value for value in list(globals().values()) if isinstance(value, Code)}
 
+FAMILIES: dict[str, str] = {
+    "0": "the text",
+    "1": "names",
+    "2": "types and units",
+    "3": "time and length",
+    "4": "choice of backend",
+    "5": "the world",
+    "6": "outcome of planning",
+    "7": "output and traces",
+    "9": "our own defects",
+}
+"""What the codes are about that share their first digit."""
+
 RETIRED = frozenset({"MC403"})
 """Numbers that once meant something, and are not given to anything else."""

@@ -1,0 +1,82 @@
+"""Pages made from the code, so that they cannot say anything else than it does."""
+
+from __future__ import annotations
+
+import ast
+
+import missionc
+from missionc.diagnostics.code import CODES, FAMILIES
+from website.pages import ROOT
+
+
+def errors() -> str:
+    """Every code with its one line, by family."""
+    said = [
+        "# Errors\n",
+        "Every message of the compiler has a code, and every code a page: what it means, a mission that earns it, and "
+        "the same one repaired. `missionc explain MC301` prints one in a terminal.\n",
+    ]
+    for family, about in FAMILIES.items():
+        said.append(f"## MC{family}xx: {about}\n")
+        said.append("| code | says | |\n|---|---|---|")
+        for code in CODES.values():
+            if code.name[2] == family:
+                kind = "a warning" if code.warning else ""
+                said.append(f"| [{code.name}]({code.name}.md) | {code.title} | {kind} |")
+        said.append("")
+    return "\n".join(said)
+
+
+HEADINGS = {
+    "missionc.driver": "What to call",
+    "missionc.results": "What comes back",
+    "missionc.backends.api": "Planning: options, progress, outcomes",
+    "missionc.diagnostics.model": "Findings",
+    "missionc.limits": "Limits of size",
+    "missionc.source": "Texts",
+}
+"""A heading for each module that public names live in, in the order of the page."""
+
+
+def api() -> str:
+    """Every public name, from its docstring.
+
+    Raises:
+        ValueError: a public name lives in a module without a heading.
+    """
+    said = [
+        "# Python API\n",
+        "All of `missionc.__all__`, from the docstrings; `import missionc` has every one. Anything else is internal "
+        "and may change. How the parts work together is told [on a page of its own](python.md).\n",
+    ]
+    for home in sorted(missionc.HOMES, key=list(HEADINGS).index):
+        said.append(f"## {HEADINGS[home]}\n")
+        said += [f"::: {home}.{name}\n" for name in missionc.HOMES[home]]
+    return "\n".join(said)
+
+
+def examples() -> str:
+    """The programs of ``examples/``, each with what it says of itself."""
+    said = [
+        "# Programs in Python\n",
+        "Short programs on [the public API](api.md). They lie in `examples/`, and the tests run them.\n",
+    ]
+    for program in sorted((ROOT / "examples").glob("*.py")):
+        text = program.read_text(encoding="utf-8")
+        about = (ast.get_docstring(ast.parse(text)) or "").splitlines()[0]
+        said.append(f"## {program.stem.replace('_', ' ').capitalize()}\n\n{about}\n")
+        said.append(f'```python title="examples/{program.name}"\n{text}```\n')
+    return "\n".join(said)
+
+
+def changes() -> str:
+    """What was released, and what will be: the fragments."""
+    released = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
+    fragments = [page.read_text(encoding="utf-8").strip() for page in sorted((ROOT / "changelog.d").glob("*.md"))]
+    title, _, rest = released.partition("\n")
+    coming = "\n".join(f"- {fragment.removeprefix('- ').replace(chr(10), chr(10) + '  ')}" for fragment in fragments)
+    return f"{title}\n{rest.rstrip()}\n\n## Not released yet\n\n{coming}\n"
+
+
+MAKERS = {"errors/index.md": errors, "api.md": api, "examples.md": examples, "changes.md": changes}
+"""By where the page lies on the site."""

@@ -1,0 +1,121 @@
+"""The pages of the site: in which order they are read, and where each lies."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from missionc.diagnostics.code import FAMILIES
+
+ROOT = Path(__file__).resolve().parents[1]
+MADE = "made/"
+"""Sources that begin so are in no file: ``generated`` makes them."""
+
+
+@dataclass(frozen=True, slots=True)
+class Page:
+    """A page by its title in the navigation, its source, and where it lies on the site.
+
+    ``source`` is relative to the repository, or begins with ``MADE``.
+    """
+
+    title: str
+    source: str
+    place: str = ""
+
+    @property
+    def path(self) -> str:
+        return self.place or self.source.removeprefix(MADE).removeprefix("docs/").lower()
+
+
+@dataclass(frozen=True, slots=True)
+class Section:
+    """Pages under one heading, which may be a page itself: the first."""
+
+    title: str
+    parts: tuple[Page | Section, ...]
+
+
+def navigation() -> tuple[Page | Section, ...]:
+    """All pages. One whose source is not there is left out; a test finds those of ``docs/`` that are in no place."""
+    return _there(
+        (
+            Page("Home", "docs/index.md"),
+            Section(
+                "Learn",
+                (
+                    Page("A mission, step by step", "docs/tutorial.md"),
+                    Page("A team in formation", "docs/tutorial_formations.md"),
+                    Page("From a plan to a flight", "docs/tutorial_flying.md"),
+                    Page("Gallery", "docs/gallery.md"),
+                    Page("Editors", "docs/editors.md"),
+                    Page("Programs in Python", "made/examples.md"),
+                ),
+            ),
+            Section(
+                "Look up",
+                (
+                    Page("The mission language", "docs/language.md"),
+                    Page("What a formula means", "docs/semantics.md"),
+                    Page("Command line and outputs", "docs/outputs.md"),
+                    Section("Errors", (Page("All codes", "made/errors/index.md"), *_families())),
+                    Section("Python", (Page("From Python", "docs/python.md"), Page("API", "made/api.md"))),
+                ),
+            ),
+            Section(
+                "Inside",
+                (
+                    Page("Architecture", "docs/architecture.md"),
+                    Page("The transport backend", "docs/transport.md"),
+                    Page("Performance", "docs/performance.md"),
+                    Section(
+                        "Decisions",
+                        (Page("What they are", "docs/decisions/README.md", "decisions/index.md"), *_each("decisions")),
+                    ),
+                    Page("Contributing", "CONTRIBUTING.md"),
+                    Page("Changes", "made/changes.md"),
+                ),
+            ),
+        )
+    )
+
+
+def flat(parts: tuple[Page | Section, ...]) -> list[Page]:
+    """Every page of a navigation, in order."""
+    return [page for part in parts for page in ([part] if isinstance(part, Page) else flat(part.parts))]
+
+
+def places() -> dict[str, str]:
+    """Where a source of the repository lies on the site: pages, and the files that stand for generated ones."""
+    found = {page.source: page.path for page in flat(navigation()) if not page.source.startswith(MADE)}
+    return found | {"docs/errors": "errors/index.md", "examples": "examples.md", "CHANGELOG.md": "changes.md"}
+
+
+def _families() -> tuple[Section, ...]:
+    """The pages of the codes, by what they are about."""
+    return tuple(
+        Section(f"MC{digit}xx: {about}", _each("errors", f"MC{digit}*.md")) for digit, about in FAMILIES.items()
+    )
+
+
+def _each(folder: str, pattern: str = "[0-9]*.md") -> tuple[Page, ...]:
+    """Pages of a folder, by their first heading."""
+    pages = sorted((ROOT / "docs" / folder).glob(pattern))
+    return tuple(Page(heading(page), f"docs/{folder}/{page.name}", f"{folder}/{page.name}") for page in pages)
+
+
+def heading(page: Path) -> str:
+    """The first heading of a Markdown file."""
+    first = next(line for line in page.read_text(encoding="utf-8").splitlines() if line.startswith("# "))
+    return first[2:].strip()
+
+
+def _there(parts: tuple[Page | Section, ...]) -> tuple[Page | Section, ...]:
+    kept: list[Page | Section] = []
+    for part in parts:
+        match part:
+            case Section(title, inner):
+                kept.append(Section(title, _there(inner)))
+            case Page(source=source) if source.startswith(MADE) or (ROOT / source).exists():
+                kept.append(part)
+    return tuple(kept)

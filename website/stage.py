@@ -1,0 +1,94 @@
+"""Pages into one folder, as the generator takes them. What they say stays as it is; two things of form change.
+
+Fences: what follows the language in ```` ```mission watch.mission wrong ```` is for our tests. A file's name becomes
+the title of the block, the rest is dropped.
+
+Links: what leads out of ``docs/`` leads to the page that stands for it on the site.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import shutil
+from pathlib import Path, PurePosixPath
+
+from website.generated import MAKERS
+from website.pages import MADE, ROOT, Page, Section, flat, navigation, places
+
+_FENCE = re.compile(r"^```(?P<language>\w+)(?P<words>[^\n`]*)$", re.MULTILINE)
+_BLOCK = re.compile(r"^```.*?^```[ \t]*$", re.MULTILINE | re.DOTALL)
+_LINK = re.compile(r"(?<=\]\()(?!https?:|#)(?P<target>[^)#\s]+)(?=[)#])")
+
+
+def stage(folder: Path) -> Path:
+    """Writes pages, pictures and the generator's settings into an empty folder.
+
+    Returns:
+        the settings.
+
+    Raises:
+        ValueError: a link leads to a file that is not on the site.
+    """
+    shutil.rmtree(folder, ignore_errors=True)
+    docs = folder / "docs"
+    shutil.copytree(ROOT / "docs" / "images", docs / "images")
+    shutil.copytree(ROOT / "website" / "assets", docs / "assets")
+    parts = navigation()
+    for page in flat(parts):
+        if page.source.startswith(MADE):
+            text = MAKERS[page.path]()
+        else:
+            text = _linked(page, (ROOT / page.source).read_text(encoding="utf-8"))
+        path = docs / page.path
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(_FENCE.sub(_titled, text), encoding="utf-8")
+    settings = (ROOT / "website" / "zensical.toml").read_text(encoding="utf-8")
+    file = folder / "zensical.toml"
+    settings = settings.replace('"ROOT', f'"{ROOT.as_posix()}').replace(
+        "[project]", f"[project]\nnav = {_toml(parts)}", 1
+    )
+    file.write_text(settings, encoding="utf-8")
+    return file
+
+
+def _titled(fence: re.Match[str]) -> str:
+    name = re.search(r"\b\w+\.\w+\b", fence["words"])
+    if "title=" in fence["words"]:
+        return fence[0]
+    if not name:
+        return f"```{fence['language']}"
+    more = "more of " if " fragment " in fence["words"] else ""
+    return f'```{fence["language"]} title="{more}{name[0]}"'
+
+
+def _linked(page: Page, text: str) -> str:
+    known = places()
+    home = (ROOT / page.source).parent
+
+    def relinked(link: re.Match[str]) -> str:
+        target = Path(os.path.normpath(home / link["target"])).relative_to(ROOT).as_posix()
+        if target.startswith("docs/images/"):
+            place = target.removeprefix("docs/")
+        elif target in known:
+            place = known[target]
+        else:
+            raise ValueError(f"{page.source}: `{link['target']}` is not on the site")
+        return os.path.relpath(place, PurePosixPath(page.path).parent)
+
+    # Only prose: a fence may show Markdown.
+    said, at = [], 0
+    for block in _BLOCK.finditer(text):
+        said += [_LINK.sub(relinked, text[at : block.start()]), block[0]]
+        at = block.end()
+    return "".join([*said, _LINK.sub(relinked, text[at:])])
+
+
+def _toml(parts: tuple[Page | Section, ...]) -> str:
+    """A navigation as the generator's settings have it."""
+    rows = []
+    for part in parts:
+        value = json.dumps(part.path) if isinstance(part, Page) else _toml(part.parts)
+        rows.append(f"{{ {json.dumps(part.title, ensure_ascii=False)} = {value} }}")
+    return f"[{', '.join(rows)}]"
