@@ -5,6 +5,7 @@ A few kinds of fenced blocks mean something; every other block is prose.
 ```mission NAME.mission      a file. Without a name it is called after the mission it declares.
 ```mission NAME.mission wrong   the same, of a mission with errors.
 ```mission fragment NAME.mission   declarations; that mission of the page is checked with them.
+```mission excerpt PATH     lines that stand in a mission of this repository.
 ```console                  commands, each `$ missionc …`, and below each what it prints and its exit status
                             (`[exit status 1]`, left out where it is 0).
 ```console norun            the same, of what cannot be made to happen here: a full disk, a defect.
@@ -71,6 +72,10 @@ def is_fragment(block: Block) -> bool:
     return block.info.split()[:2] == ["mission", "fragment"]
 
 
+def is_excerpt(block: Block) -> bool:
+    return block.info.split()[:2] == ["mission", "excerpt"]
+
+
 def run(words: list[str]) -> tuple[int, str]:
     """A command's exit status and all it prints, both streams together."""
     stream = io.TextIOWrapper(io.BytesIO(), encoding="utf-8", write_through=True)
@@ -123,7 +128,7 @@ def play(page: str, folder: Path) -> str:
             at = block.end
             kind = block.info.split()[0] if block.info else ""
             text = block.body
-            if kind == "mission" and not is_fragment(block):
+            if kind == "mission" and not is_fragment(block) and not is_excerpt(block):
                 (folder / file_name(block)).write_text(text, encoding="utf-8")
             elif block.info == "console":
                 actual = transcript(text)

@@ -9,11 +9,16 @@ import pytest
 from missionc import driver
 from missionc.diagnostics.code import CODES
 from missionc.source import Source
-from tests.golden import Block, blocks, file_name, is_fragment, play
+from tests.golden import Block, blocks, file_name, is_excerpt, is_fragment, play
 
 ROOT = Path(__file__).resolve().parent.parent
 GOLDEN = sorted((ROOT / "tests" / "golden").glob("*.md"))
-DOCS = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
+DOCS = [
+    ROOT / "README.md",
+    ROOT / "CONTRIBUTING.md",
+    *sorted((ROOT / "docs").glob("*.md")),
+    *sorted((ROOT / "docs" / "decisions").glob("*.md")),
+]
 ERRORS = sorted((ROOT / "docs" / "errors").glob("*.md"))
 
 
@@ -43,6 +48,14 @@ def test_missions_of_the_documentation_check_without_errors_unless_said_to_be_wr
             whole[file_name(block)] = text
         found = errors(text, title(page))
         assert bool(found) == wrong, found
+
+
+@pytest.mark.parametrize("page", DOCS, ids=title)
+def test_an_excerpt_stands_in_the_mission_it_is_from(page: Path) -> None:
+    for block in blocks(page.read_text(encoding="utf-8")):
+        if is_excerpt(block):
+            mission = (ROOT / block.info.split()[2]).read_text(encoding="utf-8").splitlines()
+            assert [line for line in block.body.splitlines() if line not in mission] == []
 
 
 @pytest.mark.parametrize("page", ERRORS, ids=title)
@@ -75,7 +88,7 @@ def under(page: Path, heading: str) -> list[Block]:
 
 
 def missions_of(found: list[Block]) -> list[Block]:
-    return [block for block in found if block.info.split()[:1] == ["mission"]]
+    return [block for block in found if block.info.split()[:1] == ["mission"] and not is_excerpt(block)]
 
 
 def errors(text: str, name: str) -> list[str]:

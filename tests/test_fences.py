@@ -1,0 +1,162 @@
+"""Every code block of the documentation is run, or looked at as far as it can be.
+
+Missions and their commands are run in ``test_golden``, the change of CONTRIBUTING in ``unit/test_contributing``.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from missionc import driver
+from missionc.diagnostics.render import render_json
+from missionc.source import Source
+from tests.fences import console, shell, usage
+from tests.golden import Block, blocks, run
+from tests.small import CONFLICT, LATE, SMALL
+
+ROOT = Path(__file__).resolve().parent.parent
+PAGES = [*sorted(ROOT.glob("*.md")), *sorted((ROOT / "docs").rglob("*.md"))]
+RUN_ELSEWHERE = frozenset({"mission", "console", "diff"})
+EDITORS_OWN = frozenset({"lua", "vim", "elisp", "kdl"})
+"""Settings in languages that only the editor they are for can read."""
+READERS = {"json": json.loads, "toml": tomllib.loads}
+LOOKED_AT = frozenset({"sh", "python", *READERS})
+NO_CODE = frozenset({"", "text"})
+
+FENCES = [
+    pytest.param(block, id=f"{page.relative_to(ROOT)}:{page.read_text(encoding='utf-8')[: block.start].count(chr(10))}")
+    for page in PAGES
+    for block in blocks(page.read_text(encoding="utf-8"))
+]
+
+
+def kind(block: Block) -> str:
+    return block.info.split()[0] if block.info else ""
+
+
+def these(language: str, word: str = "") -> pytest.MarkDecorator:
+    """A case for each block of a language, that has a certain word after it."""
+    chosen = [each for each in FENCES if kind(each.values[0]) == language and word in each.values[0].info]
+    return pytest.mark.parametrize("block", chosen)
+
+
+@pytest.mark.parametrize("block", FENCES)
+def test_a_block_is_of_a_kind_that_is_looked_at(block: Block) -> None:
+    assert kind(block) in RUN_ELSEWHERE | LOOKED_AT | EDITORS_OWN | NO_CODE
+
+
+@pytest.mark.parametrize("block", [each for each in FENCES if kind(each.values[0]) in NO_CODE])
+def test_what_is_called_text_is_no_command(block: Block) -> None:
+    assert not block.body.startswith(("$ ", "missionc "))
+
+
+@these("sh")
+def test_a_shell_block_has_commands_that_there_are(block: Block) -> None:
+    shell(block.body)
+
+
+@these("console", "norun")
+def test_a_command_that_is_not_run_could_be(block: Block) -> None:
+    console(block.body)
+
+
+@pytest.mark.parametrize("block", [each for each in FENCES if kind(each.values[0]) in READERS])
+def test_a_block_of_data_can_be_read(block: Block) -> None:
+    assert READERS[kind(block)](block.body)
+
+
+@pytest.fixture(scope="module")
+def built(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with the missions and with what the wildfire compiles to: the programs of the pages count on both."""
+    folder = tmp_path_factory.mktemp("programs")
+    (folder / "missions").symlink_to(ROOT / "missions")
+    output = folder / "build" / "wildfire"
+    assert run(["compile", str(ROOT / "missions" / "wildfire.mission"), "-o", str(output), "--quiet"])[0] == 0
+    return folder
+
+
+@these("python")
+def test_a_program_runs(block: Block, built: Path) -> None:
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    ran = subprocess.run(
+        [sys.executable, "-c", block.body], cwd=built, env=environment, capture_output=True, text=True, check=False
+    )
+    assert ran.returncode == 0, ran.stderr
+    assert ran.stdout != ""
+
+
+@pytest.fixture(scope="module")
+def documents() -> dict[str, Any]:
+    """Documents that the compiler writes, by a name of their form."""
+    planned = dict(driver.compile(Source("small.mission", SMALL)).files)
+    missed = dict(driver.compile(Source("a.mission", CONFLICT), explain_limit=60.0).files)
+    late = render_json(list(driver.check(Source("late.mission", LATE)).findings))
+    written = [json.loads(planned["plan.json"]), json.loads(missed["near_miss.json"])]
+    return {
+        **{document["schema"]: document for document in written},
+        "boxes": json.loads(planned["certificate.json"])["boxes"][0],
+        "finding": late[0],
+    }
+
+
+@these("json")
+def test_a_json_block_has_the_form_of_what_is_written(block: Block, documents: dict[str, Any]) -> None:
+    shown = json.loads(block.body)
+    match shown:
+        case {"schema": form}:
+            agree(shown, documents[form])
+        case {"check": _}:
+            agree(shown, documents["boxes"])
+        case {"severity": _}:
+            agree(shown, documents["finding"])
+
+
+def agree(shown: Any, written: Any) -> None:
+    """The same keys, all the way down; of a list the first part. What graphs are called is the mission's."""
+    match shown, written:
+        case dict(), dict():
+            assert shown.keys() == written.keys()
+            for key in shown.keys() - {"graphs"}:
+                agree(shown[key], written[key])
+        case [first, *_], [found, *_]:
+            agree(first, found)
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("missionc compile a.mission --speed 3", "No such option"),
+        ("missionc fly a.mission", "No such command"),
+        ("missionc compile missions/tea.mission", "tea"),
+        ("missionc compile a.mission --preset tea", "tea"),
+        ("make tea", "tea"),
+        ("pip install 'missionc[tea]'", "tea"),
+        ("brew install missionc", "brew"),
+        ("if true; then", "syntax error"),
+        (".venv/bin/pytest tests/test_tea.py", "tea"),
+    ],
+)
+def test_a_wrong_shell_block_is_found(text: str, says: str) -> None:
+    with pytest.raises(AssertionError, match=says):
+        shell(text)
+
+
+@pytest.mark.parametrize("name", ["bash", "zsh", "fish"])
+def test_the_shells_of_the_completion_are_completed(name: str) -> None:
+    environment = {**os.environ, "PYTHONPATH": str(ROOT), "_MISSIONC_COMPLETE": f"{name}_source"}
+    ran = subprocess.run(
+        [sys.executable, "-m", "missionc"], env=environment, capture_output=True, text=True, check=False
+    )
+    assert "_MISSIONC_COMPLETE" in ran.stdout
+
+
+def test_a_command_is_read_as_the_command_line_reads_it() -> None:
+    usage(["compile", "a.mission", "--seed", "3"])
