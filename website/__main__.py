@@ -10,6 +10,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+from importlib.metadata import entry_points
 from pathlib import Path
 
 from website.links import check
@@ -18,6 +19,9 @@ from website.stage import stage
 
 
 def main(words: list[str]) -> int:
+    if "mission" not in entry_points(group="pygments.lexers").names:
+        print("missions would have no colour; install this checkout: pip install -e '.[docs]'", file=sys.stderr)
+        return 1
     site = Path(words[0]) if words else ROOT / "build" / "site"
     site.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(prefix="site-", dir=site.parent) as folder:

@@ -72,9 +72,9 @@ def examples() -> str:
 def changes() -> str:
     """What was released, and what will be: the fragments."""
     released = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
-    fragments = [page.read_text(encoding="utf-8").strip() for page in sorted((ROOT / "changelog.d").glob("*.md"))]
+    fragments = [page for page in sorted((ROOT / "changelog.d").glob("*.md")) if page.name != "README.md"]
     title, _, rest = released.partition("\n")
-    coming = "\n".join(f"- {fragment.removeprefix('- ').replace(chr(10), chr(10) + '  ')}" for fragment in fragments)
+    coming = "\n\n".join(page.read_text(encoding="utf-8").strip() for page in fragments)
     return f"{title}\n{rest.rstrip()}\n\n## Not released yet\n\n{coming}\n"
 
 
