@@ -25,7 +25,7 @@ from tests.small import CONFLICT, LATE, SMALL
 ROOT = Path(__file__).resolve().parent.parent
 PAGES = [*sorted(ROOT.glob("*.md")), *sorted((ROOT / "docs").rglob("*.md"))]
 RUN_ELSEWHERE = frozenset({"mission", "console", "diff"})
-EDITORS_OWN = frozenset({"lua", "vim", "elisp", "kdl"})
+EDITORS_OWN = frozenset({"lua", "vim", "lisp", "kdl"})
 """Settings in languages that only the editor they are for can read."""
 READERS = {"json": json.loads, "toml": tomllib.loads}
 LOOKED_AT = frozenset({"sh", "python", *READERS})

@@ -25,7 +25,11 @@ def main(words: list[str]) -> int:
     site = Path(words[0]) if words else ROOT / "build" / "site"
     site.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(prefix="site-", dir=site.parent) as folder:
-        settings = stage(Path(folder))
+        try:
+            settings = stage(Path(folder))
+        except ValueError as nowhere:
+            print(nowhere, file=sys.stderr)
+            return 1
         # Its own process: the generator runs in the working directory and says what it does on standard output.
         built = subprocess.run(  # noqa: S603
             [sys.executable, "-m", "zensical", "build", "--strict", "--config-file", settings.name],

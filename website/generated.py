@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import ast
+from itertools import takewhile
 
 import missionc
 from missionc.diagnostics.code import CODES, FAMILIES
 from website.pages import ROOT
+from website.pages import missions as names
 
 
 def errors() -> str:
@@ -69,6 +71,30 @@ def examples() -> str:
     return "\n".join(said)
 
 
+def missions() -> str:
+    """Every mission of the repository, with what its first comment says."""
+    said = [
+        "# Missions\n",
+        "All that lie in `missions/`. The tests compile every one.\n",
+        "| mission | is about |\n|---|---|",
+    ]
+    said += [f"| [{name}]({name}.md) | {_about(name)} |" for name in names()]
+    return "\n".join(said) + "\n"
+
+
+def mission(name: str) -> str:
+    """The text of a mission, by its path in ``missions/``."""
+    text = (ROOT / "missions" / f"{name}.mission").read_text(encoding="utf-8")
+    return f'# {name.rpartition("/")[2]}\n\n```mission title="missions/{name}.mission"\n{text.rstrip()}\n```\n'
+
+
+def _about(name: str) -> str:
+    """The first comment of a mission, as far as it comes before anything else."""
+    lines = (ROOT / "missions" / f"{name}.mission").read_text(encoding="utf-8").splitlines()
+    comment = list(takewhile(lambda line: line.startswith("#"), lines))
+    return " ".join(line.lstrip("# ") for line in comment).replace("|", "\\|")
+
+
 def changes() -> str:
     """What was released, and what will be: the fragments."""
     released = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
@@ -78,5 +104,18 @@ def changes() -> str:
     return f"{title}\n{rest.rstrip()}\n\n## Not released yet\n\n{coming}\n"
 
 
-MAKERS = {"errors/index.md": errors, "api.md": api, "examples.md": examples, "changes.md": changes}
+MAKERS = {
+    "errors/index.md": errors,
+    "api.md": api,
+    "examples.md": examples,
+    "missions/index.md": missions,
+    "changes.md": changes,
+}
 """By where the page lies on the site."""
+
+
+def made(place: str) -> str:
+    """The generated page that lies at a place of the site."""
+    if place in MAKERS:
+        return MAKERS[place]()
+    return mission(place.removeprefix("missions/").removesuffix(".md"))

@@ -49,6 +49,8 @@ def navigation() -> tuple[Page | Section, ...]:
                     Page("From a plan to a flight", "docs/tutorial_flying.md"),
                     Page("Gallery", "docs/gallery.md"),
                     Page("Editors", "docs/editors.md"),
+                    Page("VS Code", "editors/vscode/README.md", "vscode.md"),
+                    Section("Missions", (Page("All missions", "made/missions/index.md"), *_missions())),
                     Page("Programs in Python", "made/examples.md"),
                 ),
             ),
@@ -88,7 +90,19 @@ def flat(parts: tuple[Page | Section, ...]) -> list[Page]:
 def places() -> dict[str, str]:
     """Where a source of the repository lies on the site: pages, and the files that stand for generated ones."""
     found = {page.source: page.path for page in flat(navigation()) if not page.source.startswith(MADE)}
+    found |= {f"missions/{name}.mission": f"missions/{name}.md" for name in missions()}
+    found |= {"missions": "missions/index.md", "missions/gallery": "missions/index.md"}
     return found | {"docs/errors": "errors/index.md", "examples": "examples.md", "CHANGELOG.md": "changes.md"}
+
+
+def missions() -> list[str]:
+    """The missions of the repository: paths in ``missions/``, without what they end in."""
+    folder = ROOT / "missions"
+    return sorted(path.relative_to(folder).with_suffix("").as_posix() for path in folder.rglob("*.mission"))
+
+
+def _missions() -> tuple[Page, ...]:
+    return tuple(Page(name.rpartition("/")[2], f"{MADE}missions/{name}.md") for name in missions())
 
 
 def _families() -> tuple[Section, ...]:

@@ -14,7 +14,7 @@ import re
 import shutil
 from pathlib import Path, PurePosixPath
 
-from website.generated import MAKERS
+from website.generated import made
 from website.pages import MADE, ROOT, Page, Section, flat, navigation, places
 
 _FENCE = re.compile(r"^```(?P<language>\w+)(?P<words>[^\n`]*)$", re.MULTILINE)
@@ -38,7 +38,7 @@ def stage(folder: Path) -> Path:
     parts = navigation()
     for page in flat(parts):
         if page.source.startswith(MADE):
-            text = MAKERS[page.path]()
+            text = made(page.path)
         else:
             text = _linked(page, (ROOT / page.source).read_text(encoding="utf-8"))
         path = docs / page.path
