@@ -7,7 +7,7 @@ out  Checked
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -25,6 +25,7 @@ from missionc.reading import loader, read_source
 from missionc.results import Checked
 from missionc.source import Source, Span
 from missionc.syntax.parse import parse
+from missionc.syntax.passages import Kept
 from missionc.syntax.tokens import MOST_FINDINGS
 from missionc.units import Seconds
 
@@ -32,14 +33,20 @@ ANY_BACKEND = "any"
 """For ``check``: whether some backend can plan the mission is not asked."""
 
 
+def ignore(stage: str) -> None:
+    """Nobody needs to know which stage runs."""
+
+
 @dataclass(slots=True)
 class Stopwatch:
-    """Seconds by stage, in the order the stages ran."""
+    """Seconds by stage, in the order the stages ran; ``before`` is called with the name of each before it runs."""
 
     seconds: list[tuple[str, Seconds]] = field(default_factory=list)
+    before: Callable[[str], None] = ignore
 
     @contextmanager
     def stage(self, name: str) -> Iterator[None]:
+        self.before(name)
         begin = time.perf_counter()
         try:
             yield
@@ -54,6 +61,8 @@ def check(
     backend: str = "auto",
     limits: Limits | None = None,
     stretch: float = 1.0,
+    kept: Kept | None = None,
+    before: Callable[[str], None] = ignore,
 ) -> Checked:
     """Every finding that needs no solving, and the mission as meant where there is no error.
 
@@ -63,13 +72,15 @@ def check(
         backend: ``auto``, or the one to hold the mission against.
         limits: of the sizes a mission may have.
         stretch: how many times as long as written the mission lasts, in whole steps; its windows stay as they are.
+        kept: what was read of the same file with the same limits before; it keeps what is read now.
+        before: called with the name of each stage before it runs; what it raises ends the check.
     """
     limits = limits or Limits()
     name = file.name if isinstance(file, Source) else str(file)
     source = file if isinstance(file, Source) else read_source(Path(file), name, limits)
     if isinstance(source, Diagnostic):
         return Checked(name, (source,))
-    watch = Stopwatch()
+    watch = Stopwatch(before=before)
     sources = [source]
     unread: list[str] = []
     load = loader(Path(name), name, limits)
@@ -93,7 +104,7 @@ def check(
         )
 
     with watch.stage("parse"):
-        program, findings = parse(source, limits, load_and_keep)
+        program, findings = parse(source, limits, load_and_keep, kept)
     if program is None or has_errors(findings):
         return so_far(findings)
     with watch.stage("resolve"):
@@ -101,9 +112,9 @@ def check(
     findings = [*findings, *more]
     if mission is None or has_errors(findings):
         return replace(so_far(findings), program=program)
+    choice = None
     with watch.stage("check"):
         findings += [*check_horizons(mission), *check_world(mission), *check_requirements(mission)]
-        choice = None
         if backend != ANY_BACKEND:
             choice, more = choose_backend(mission, None if backend == "auto" else backend)
             findings += more

@@ -5,7 +5,8 @@
     says MC001, MC003 to MC008, MC011 to MC013, MC202, and what ``load`` says
 
 Declarations are read one by one: after an error in one, reading goes on at the
-next, so that all the errors of a file are found in one run.
+next, so that all the errors of a file are found in one run. Passages of the text
+that were read before, and are ``kept``, are not read again.
 """
 
 from __future__ import annotations
@@ -30,6 +31,7 @@ from missionc.syntax.build import FUNCTIONS, NESTS
 from missionc.syntax.build_formula import MisreadError
 from missionc.syntax.hints import explain
 from missionc.syntax.machine import Machine, TooDeepError
+from missionc.syntax.passages import Kept, passages
 from missionc.syntax.place import Place
 from missionc.syntax.table import END
 from missionc.syntax.tokens import LABEL, MOST_FINDINGS, NAME, Token, tokenise
@@ -38,9 +40,14 @@ Load: TypeAlias = Callable[[str, Span], Source | Diagnostic]
 """The file of an ``include``, by its path as written and the span of the declaration."""
 
 
-def parse(source: Source, limits: Limits, load: Load) -> tuple[ast.Program | None, list[Diagnostic]]:
+Outcome: TypeAlias = ast.Declaration | Diagnostic
+
+
+def parse(
+    source: Source, limits: Limits, load: Load, kept: Kept | None = None
+) -> tuple[ast.Program | None, list[Diagnostic]]:
     """The program a text says, or all that is wrong with it, in file order."""
-    reader = _Reader(limits, load, {source.name: Span(source, 0, 0)})
+    reader = _Reader(limits, load, {source.name: Span(source, 0, 0)}, kept or Kept())
     declarations, findings = reader.read(source, ())
     if not declarations and not findings:
         findings = [_empty(source)]
@@ -49,16 +56,30 @@ def parse(source: Source, limits: Limits, load: Load) -> tuple[ast.Program | Non
     return ast.Program(tuple(declarations), Span(source, 0, len(source.text))), []
 
 
+def read_passage(source: Source, begin: int, end: int, limits: Limits) -> tuple[list[Outcome], list[Diagnostic]]:
+    """The declarations of a passage, or what is wrong with each; and what is wrong with single words."""
+    tokens, odd = tokenise(source, limits, begin, end)
+    outcomes = _read_declarations(tokens, 0, end, limits)
+    if any(isinstance(outcome, Diagnostic) for outcome in outcomes):
+        # What is said of an error speaks of the words around the passage as well.
+        tokens, _ = tokenise(source, limits, *_around(source.text, begin, end))
+        first = next(at for at, token in enumerate(tokens) if token.span.start >= begin)
+        outcomes = _read_declarations(tokens, first, end, limits)
+    return outcomes, odd
+
+
 @dataclass(frozen=True, slots=True)
 class _Reader:
     """Reads a file and those it includes.
 
-    ``read_already`` is where each file was first included; ``sizes`` are theirs, in bytes.
+    ``read_already`` is where each file was first included; ``sizes`` are theirs, in bytes;
+    ``kept`` is of the file that includes the others.
     """
 
     limits: Limits
     load: Load
     read_already: dict[str, Span]
+    kept: Kept
     sizes: list[int] = field(default_factory=list)
 
     def read(self, source: Source, chain: tuple[Span, ...]) -> tuple[list[ast.Declaration], list[Diagnostic]]:
@@ -66,13 +87,34 @@ class _Reader:
         self.sizes.append(len(source.text.encode("utf-8", "replace")))
         if sum(self.sizes) > self.limits.file_bytes:
             return [], [_too_large(source, self.sizes, chain, self.limits)]
-        tokens, odd = tokenise(source, self.limits)
+        kept = Kept() if chain else self.kept
+        declarations: list[ast.Declaration] = []
+        findings: list[Diagnostic] = []
+        read: list[tuple[int, int, tuple[ast.Declaration, ...]]] = []
+        for begin, end in passages(source.text):
+            known = kept.of(source, begin, end)
+            if known is not None:
+                declarations += known
+                read.append((begin, end, known))
+                continue
+            outcomes, odd = read_passage(source, begin, end, self.limits)
+            said, wrong = self._followed(outcomes, odd, source, chain)
+            declarations += said
+            findings += wrong
+            if not wrong and not any(isinstance(outcome, ast.Include) for outcome in outcomes):
+                read.append((begin, end, tuple(said)))
+            if len(findings) >= MOST_FINDINGS:
+                break
+        kept.keep(source, read)
+        return declarations, findings
+
+    def _followed(
+        self, outcomes: list[Outcome], odd: list[Diagnostic], source: Source, chain: tuple[Span, ...]
+    ) -> tuple[list[ast.Declaration], list[Diagnostic]]:
+        """A passage's declarations with those it includes, and what is wrong in the order of the text."""
         declarations: list[ast.Declaration] = []
         findings = [(_start(finding), finding) for finding in odd]
-        here = 0
-        while tokens[here].kind != END and len(findings) < MOST_FINDINGS + len(odd):
-            first = here
-            outcome, here = _read_declaration(tokens, first, self.limits)
+        for outcome in outcomes:
             match outcome:
                 case Diagnostic():
                     findings.append((_start(outcome), outcome))
@@ -102,6 +144,24 @@ class _Reader:
             case Source(name):
                 self.read_already[name] = include.span
                 return self.read(loaded, chain)
+
+
+def _around(text: str, begin: int, end: int) -> tuple[int, int]:
+    """From the beginning of the passage before one to the end of the passage after it."""
+    cuts = list(passages(text))
+    here = next(at for at, (first, _) in enumerate(cuts) if first == begin)
+    return cuts[max(here - 1, 0)][0], cuts[min(here + 1, len(cuts) - 1)][1]
+
+
+def _read_declarations(tokens: Sequence[Token], here: int, end: int, limits: Limits) -> list[Outcome]:
+    """Those that begin at a token or after it, and before the character ``end``."""
+    outcomes: list[Outcome] = []
+    wrong = 0
+    while tokens[here].kind != END and tokens[here].span.start < end and wrong < MOST_FINDINGS:
+        outcome, here = _read_declaration(tokens, here, limits)
+        outcomes.append(outcome)
+        wrong += isinstance(outcome, Diagnostic)
+    return outcomes
 
 
 def _read_declaration(tokens: Sequence[Token], first: int, limits: Limits) -> tuple[ast.Declaration | Diagnostic, int]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 from missionc.diagnostics.code import NAME_NOT_ALLOWED, UNKNOWN_OPERATOR, UNKNOWN_UNIT
 from missionc.diagnostics.model import Diagnostic, Fix
 from missionc.syntax import forms
@@ -280,5 +282,5 @@ def _no_operator(token: Token, meant: str) -> Diagnostic:
 
 
 def _is_team(place: Place, name: str) -> bool:
-    tokens = place.tokens
-    return any(tokens[at].kind == "team" and tokens[at + 1].text == name for at in range(len(tokens) - 1))
+    text = place.declaration.span.source.text
+    return re.search(rf'^[^#"\n]*\bteam\s+{re.escape(name)}\b', text, re.MULTILINE) is not None

@@ -180,16 +180,22 @@ _UNIT = re.compile(r"([A-Za-z]+)(?:/(?:min|ms|s|h)(?:\^?[0-9])?)?(?!\w)")
 _BEFORE_COLON = re.compile(r"\s*:")
 
 
-def tokenise(source: Source, limits: Limits) -> tuple[list[Token], list[Diagnostic]]:
-    """The tokens of a text, END last, and what is wrong with single ones of them."""
+def tokenise(
+    source: Source, limits: Limits, begin: int = 0, end: int | None = None
+) -> tuple[list[Token], list[Diagnostic]]:
+    """The tokens of a text, END last, and what is wrong with single ones of them.
+
+    Of a part of it only, from the beginning of a line to that of another, where ``begin`` and ``end`` are given.
+    """
     text = source.text
+    last = len(text) if end is None else end
     tokens: list[Token] = []
-    findings = _unseen(source)
-    position = 0
-    while (match := _TOKEN.match(text, position)) and (group := match.lastgroup) != "end":
+    findings = _unseen(source, begin, last)
+    position = begin
+    while (match := _TOKEN.match(text, position, last)) and (group := match.lastgroup) != "end":
         assert group is not None
         start, end = match.span(group)
-        starts_line = position == 0 or (start > position and "\n" in text[position:start])
+        starts_line = position == begin or (start > position and "\n" in text[position:start])
         written, word = match[group], ""
         match group:
             case "sign":
@@ -211,7 +217,7 @@ def tokenise(source: Source, limits: Limits) -> tuple[list[Token], list[Diagnost
         if kind in _CHECKS and len(findings) < MOST_FINDINGS:
             findings += _CHECKS[kind](token, limits)
         position = end
-    tokens.append(Token(END, "", Span(source, len(text), len(text)), starts_line=True))
+    tokens.append(Token(END, "", Span(source, last, last), starts_line=True))
     return tokens, findings
 
 
@@ -236,8 +242,8 @@ def quoted(text: str) -> str:
     return f"`{text}`" if len(text) <= 40 else f"`{text[:30]}…`"
 
 
-def _unseen(source: Source) -> list[Diagnostic]:
-    first = 1 if source.text.startswith("\ufeff") else 0
+def _unseen(source: Source, begin: int, end: int) -> list[Diagnostic]:
+    first = 1 if begin == 0 and source.text.startswith("\ufeff") else begin
     return [
         Diagnostic(
             NAME_NOT_ALLOWED,
@@ -245,7 +251,7 @@ def _unseen(source: Source) -> list[Diagnostic]:
             Label(Span(source, match.start(), match.end())),
             help="delete it",
         )
-        for match in islice(_UNSEEN_CHARACTER.finditer(source.text, first), MOST_FINDINGS)
+        for match in islice(_UNSEEN_CHARACTER.finditer(source.text, first, end), MOST_FINDINGS)
     ]
 
 

@@ -13,6 +13,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass, field
+from functools import lru_cache
 from itertools import pairwise
 from typing import TypeAlias, assert_never
 
@@ -90,15 +91,15 @@ class Atlas:
 
     def grown(self, area: Area, distance: float, *, outer: bool) -> Area:
         """The places within a distance of an area, at least (``outer``) or at most."""
-        wide = shapely.buffer(area, distance * (WIDEN if outer else SMOOTHED), quad_segs=QUARTER)
+        wide = _array([_buffered(part, distance * (WIDEN if outer else SMOOTHED)) for part in area])
         if self.world.dimension == 2 or not outer:
-            return _array(wide)
+            return wide
         gaps = _gaps(self.heights)
         return _array([shapely.union_all(wide[gaps[layer] <= distance]) for layer in range(len(wide))])
 
     def shrunk(self, area: Area, distance: float) -> Area:
         """The places of an area that are at least so far from its border, at least (heights are left as they are)."""
-        return _array(shapely.buffer(area, -distance * SMOOTHED, quad_segs=QUARTER))
+        return _array([_buffered(part, -distance * SMOOTHED) for part in area])
 
     def size(self, area: Area, margin: float) -> float:
         """Square (cubic) metres of the area grown by a margin, at most."""
@@ -269,8 +270,13 @@ def _levels(shape: Shape) -> list[float]:
 
 
 def _disc(centre: Vector, radius: float, *, outer: bool) -> shapely.Geometry:
-    point = shapely.Point(centre[0], centre[1])
-    return shapely.buffer(point, radius * (WIDEN if outer else 1.0), quad_segs=QUARTER)
+    return _buffered(shapely.Point(centre[0], centre[1]), radius * (WIDEN if outer else 1.0))
+
+
+@lru_cache(maxsize=8192)
+def _buffered(geometry: shapely.Geometry, distance: float) -> shapely.Geometry:
+    """Kept from one mission to the next: an editor checks the same shapes at every key."""
+    return shapely.buffer(geometry, distance, quad_segs=QUARTER)
 
 
 def _slice(centre: Vector, radius: float, bottom: float, top: float, *, outer: bool) -> shapely.Geometry:
