@@ -11,12 +11,13 @@ what is under it is asked at the last step too, from where nothing lies ahead.
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import assert_never
 
 from missionc.diagnostics.code import BEYOND_HORIZON, WINDOW_EMPTY
-from missionc.diagnostics.model import Diagnostic, Label
+from missionc.diagnostics.model import Diagnostic, Fix, Label
 from missionc.ir import Apply, Formula, Mission, Preference, Requirement, Window
 from missionc.kernel.nodes import (
     All,
@@ -38,6 +39,9 @@ from missionc.kernel.nodes import (
 from missionc.passes.in_text_order import in_text_order
 from missionc.passes.walk import bottom_up, goals, meaning, operands, operator_words
 from missionc.passes.wording import seconds
+from missionc.source import Span
+
+_HORIZON = re.compile(r"horizon\s+([0-9.eE+-]+\s*[a-z]*)\Z")
 
 
 @dataclass(frozen=True, slots=True)
@@ -175,11 +179,21 @@ def _past_the_end(
         total = seconds(mission, looks[outer].total)
         note = f"the formula needs {total}; the mission lasts {seconds(mission, mission.steps)}"
         help_ = f"write `horizon {total}`, or shorten a window"
+        fix = _lasting(mission, total)
     else:
         note = "from the mission's last step nothing lies ahead, so no horizon is long enough"
-        help_ = _bounded(mission, chain, stuck, looks)
+        help_, fix = _bounded(mission, chain, stuck, looks)
     code = WINDOW_EMPTY if holds_no_step else BEYOND_HORIZON
-    return Diagnostic(code, message, labels[0], tuple(labels[1:]), (note,), help_)
+    return Diagnostic(code, message, labels[0], tuple(labels[1:]), (note,), help_, fix)
+
+
+def _lasting(mission: Mission, horizon: str) -> Fix | None:
+    """Another horizon; None where it is not written as a number."""
+    span = mission.time_span
+    number = _HORIZON.search(span.text) if span else None
+    if span is None or number is None:
+        return None
+    return Fix(Span(span.source, span.start + number.start(1), span.end), horizon)
 
 
 def _label(mission: Mission, window: Apply, looks: Mapping[Formula, Look], *, first: bool, stuck: bool) -> Label:
@@ -198,17 +212,21 @@ def _label(mission: Mission, window: Apply, looks: Mapping[Formula, Look], *, fi
     return Label(operator_words(window), text)
 
 
-def _bounded(mission: Mission, chain: list[Apply], stuck: Apply, looks: Mapping[Formula, Look]) -> str:
+def _bounded(
+    mission: Mission, chain: list[Apply], stuck: Apply, looks: Mapping[Formula, Look]
+) -> tuple[str, Fix | None]:
     """The way out of a window to ``end`` with something under it that looks further."""
     assert isinstance(stuck.bounds, Window)
     before = sum(looks[window].own for window in chain[: chain.index(stuck)])
     further = sum(looks[window].own for window in chain[chain.index(stuck) + 1 :])
     latest = mission.steps - before - further
     if latest < stuck.bounds.low:
-        return f"shorten the window inside `{_quoted(stuck)}`"
+        return f"shorten the window inside `{_quoted(stuck)}`", None
     low = seconds(mission, stuck.bounds.low) if stuck.bounds.low else "0"
     bounds = f"[{low}, {seconds(mission, latest)}]"
-    return f"write `{stuck.operator.name}{bounds}`, or let the window inside it reach to `end` as well"
+    way_out = f"write `{stuck.operator.name}{bounds}`, or let the window inside it reach to `end` as well"
+    words = operator_words(stuck)
+    return way_out, None if words == stuck.span else Fix(words, f"{stuck.operator.name}{bounds}")
 
 
 def _quoted(formula: Apply) -> str:

@@ -6,7 +6,7 @@ says MC307 MC514 MC515
 from __future__ import annotations
 
 from missionc.diagnostics.code import ESCAPES_AT_ONCE, HOPS_BEYOND_TEAM, REACHES_ITSELF
-from missionc.diagnostics.model import Diagnostic, Label
+from missionc.diagnostics.model import Diagnostic, Fix, Label
 from missionc.ir import Apply, AtLeastOf, Formula, Mission, OfAgent
 from missionc.passes.certain import Certain
 from missionc.passes.routes import ends_at_once, fewest_agents, length_of
@@ -76,6 +76,7 @@ def _escapes_at_once(formula: Apply) -> Diagnostic:
         "`escape` with a lower bound of 0 says no more than its formula: the agent is where it escapes to",
         Label(operator_words(formula), f"the same as `{body}`" if len(body) <= 40 else ""),
         help=f"ask for a distance: `{_from_one(formula)}`",
+        fix=_fix(formula),
     )
 
 
@@ -88,7 +89,14 @@ def _reaches_itself(mission: Mission, formula: Apply, end: Formula, whom: int) -
         Label(operator_words(formula), "the lower bound 0 counts the agent itself"),
         (Label(end.span, f"true of {who}"),),
         help=f"ask for another agent: `{_from_one(formula)}`",
+        fix=_fix(formula),
     )
+
+
+def _fix(formula: Apply) -> Fix | None:
+    """None where the bounds do not stand beside their operator."""
+    words = operator_words(formula)
+    return None if words == formula.span else Fix(words, _from_one(formula))
 
 
 def _from_one(formula: Apply) -> str:

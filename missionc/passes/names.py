@@ -183,13 +183,16 @@ def state_word(name: ast.Name) -> Diagnostic:
 
 def wrong_kind(name: ast.Name, found: Declared, needed: str, fitting: list[str]) -> Diagnostic:
     help_text = f"name {needed}: {some_of(fitting)}" if fitting else f"declare {needed}"
+    fix = None
     if "state" in needed:
         far = found.kind in (Kind.REGION, Kind.BEACON, Kind.AGENT)
         help_text = f"ask how far it is: `distance({name.text})`" if far else "compare states, distances and parameters"
+        fix = Fix(name.span, f"distance({name.text})") if far else None
     return Diagnostic(
         code.WRONG_KIND,
         f"`{name.text}` is {found.kind.value}; {needed} is needed here",
         Label(name.span),
         labels=(Label(found.span, "declared here"),),
         help=help_text,
+        fix=fix,
     )

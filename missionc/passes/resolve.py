@@ -21,6 +21,7 @@ from missionc import ir
 from missionc.diagnostics.model import Diagnostic, has_errors
 from missionc.limits import Limits
 from missionc.passes.context import Context
+from missionc.passes.deleted import deleted
 from missionc.passes.in_text_order import in_text_order
 from missionc.passes.names import collect
 from missionc.passes.resolve_agents import resolve_groups, resolve_teams
@@ -121,7 +122,7 @@ def _only(context: Context, program: ast.Program, kind: type[Item], what: str = 
     items = [item for item in program.declarations if isinstance(item, kind)]
     for again in items[1:]:
         word = again.span.text.split(maxsplit=1)[0]
-        said_twice(context, f"`{word}`", again.span, items[0].span)
+        said_twice(context, f"`{word}`", again.span, items[0].span, deleted(again.span))
     if not items and what:
         missing(context, what, _start(program), way_out)
     return items[0] if items else None

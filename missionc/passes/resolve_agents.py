@@ -11,7 +11,7 @@ from typing import TypeVar, assert_never
 
 from missionc import ir
 from missionc.diagnostics import code
-from missionc.diagnostics.model import Label
+from missionc.diagnostics.model import Fix, Label
 from missionc.passes.context import Context
 from missionc.passes.definitions import ordered
 from missionc.passes.grid import on_grid, on_line
@@ -236,6 +236,7 @@ def _members(context: Context, member: ast.Member, nobody: ir.AgentSet) -> ir.Ag
                 f"`{excerpt(span)}` is a difference; members of a team are counted with two points",
                 span,
                 help=f"write `{team}[{shown(first.value)}..{shown(last.value)}]`",
+                fix=Fix(span, f"{shown(first.value)}..{shown(last.value)}"),
             )
             return nobody
         case _:
@@ -247,6 +248,7 @@ def _members(context: Context, member: ast.Member, nobody: ir.AgentSet) -> ir.Ag
             f"bounds run backwards: {shown(high)} comes after {shown(low)}",
             member.span,
             help=f"write `{team}[{shown(high)}..{shown(low)}]`",
+            fix=Fix(member.span, f"{team}[{shown(high)}..{shown(low)}]"),
         )
         return nobody
     agents = context.sets[team].agents

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from missionc import ir
 from missionc.diagnostics import code
-from missionc.diagnostics.model import Label
+from missionc.diagnostics.model import Fix, Label
 from missionc.ir import About
 from missionc.passes.check_types import Typed
 from missionc.passes.context import Context
@@ -68,6 +68,7 @@ def state_of(context: Context, state: ast.Name | ast.Distance) -> Amount:
                 f"`{text}` is the third coordinate; the world has {counted(2)}",
                 state.span,
                 help="write `altitude`, or give the world three coordinates",
+                fix=Fix(state.span, "altitude"),
             )
             return NO_AMOUNT
         case ast.Name(text=text):

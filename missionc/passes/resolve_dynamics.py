@@ -9,6 +9,7 @@ import math
 
 from missionc import ir
 from missionc.diagnostics import code
+from missionc.diagnostics.model import Fix
 from missionc.passes.context import REPORTED, Context
 from missionc.passes.resolve_quantities import number, shown, with_unit_of
 from missionc.passes.resolve_settings import known_settings, missing, relation, unknown_word
@@ -65,6 +66,7 @@ def _speeds(context: Context, dynamics: ast.Dynamics, settings: dict[str, ast.Se
             f"the lowest speed, {shown(slowest)} m/s, is above the highest, {shown(fastest)} m/s",
             speed.span,
             help=f"write `speed {shown(fastest)}..{shown(slowest)} m/s`",
+            fix=Fix(speed.span, f"speed {shown(fastest)}..{shown(slowest)} m/s"),
         )
     return slowest, fastest
 

@@ -10,7 +10,7 @@ from itertools import combinations, pairwise
 
 from missionc import ir
 from missionc.diagnostics import code
-from missionc.diagnostics.model import Label
+from missionc.diagnostics.model import Fix, Label
 from missionc.passes.context import REPORTED, Context
 from missionc.passes.resolve_agents import resolve_set
 from missionc.passes.resolve_points import padded, resolve_offset
@@ -103,6 +103,7 @@ def _heading(context: Context, quantity: ast.Quantity) -> float:
             f"the heading is {shown(heading)} rad, more than a full turn",
             quantity.span,
             help=f"write `{excerpt(quantity.span)} deg`" if bare else "leave out the whole turns",
+            fix=Fix(quantity.span, f"{quantity.span.text} deg") if bare else None,
         )
     return REPORTED
 

@@ -89,11 +89,12 @@ def _name(context: Context, name: ast.Name) -> Typed:
     text, span = name.text, name.span
     declared = context.names.declared.get(text)
     if text in STATE_WORDS:
-        _not_a_formula(context, name, "a number that changes with time", f"compare it, as in `{text} <= 1`")
+        _not_a_formula(context, name, "a number that changes with time", f"compare it, as in `{text} <= 1`", None)
         return stand_in(span)
     if declared is not None and declared.kind in AS_FORMULA:
         way_out = AS_FORMULA[declared.kind].format(name=text)
-        _not_a_formula(context, name, declared.kind.value, way_out, Label(declared.span, "declared here"))
+        fix = Fix(span, f"connected({text})") if declared.kind is Kind.GRAPH else None
+        _not_a_formula(context, name, declared.kind.value, way_out, fix, Label(declared.span, "declared here"))
         return stand_in(span)
     called = next((predicate for predicate in PREDICATES if predicate.called and predicate.name == text), None)
     if declared is None and called is not None:
@@ -286,13 +287,14 @@ def _one_agent(context: Context, formula: ast.OneAgent) -> Typed:
 # ------------------------------------------------------------------ messages
 
 
-def _not_a_formula(context: Context, name: ast.Name, kind: str, way_out: str, *labels: Label) -> None:
+def _not_a_formula(context: Context, name: ast.Name, kind: str, way_out: str, fix: Fix | None, *labels: Label) -> None:
     context.report(
         code.WRONG_KIND,
         f"`{name.text}` is {kind}; a formula is needed here",
         name.span,
         labels=labels,
         help=way_out,
+        fix=fix,
     )
 
 

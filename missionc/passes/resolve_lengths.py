@@ -9,10 +9,10 @@ import math
 
 from missionc import ir
 from missionc.diagnostics import code
-from missionc.diagnostics.model import Label
+from missionc.diagnostics.model import Fix, Label
 from missionc.passes.context import REPORTED, Context
 from missionc.passes.names import Kind, Unresolved, some_of
-from missionc.passes.resolve_quantities import number, shown, whole, with_unit_of
+from missionc.passes.resolve_quantities import number, shown, swapped, whole, with_unit_of
 from missionc.source import Span
 from missionc.syntax import ast
 from missionc.units import Dimension, Metres
@@ -35,8 +35,16 @@ def resolve_length(context: Context, length: ast.Length) -> ir.Length:
             f"bounds run backwards: {most} comes after {least}",
             length.span,
             help="write the smaller bound first",
+            fix=_swapped(length),
         )
     return ir.Length(_graph(context, length), length.metric, lowest, highest, length.span)
+
+
+def _swapped(length: ast.Length) -> Fix | None:
+    """None where only one bound is written."""
+    if length.low is None or length.high is None:
+        return None
+    return swapped(length.low, length.high, "..", lends=length.metric is ast.Metric.METRES)
 
 
 def _bound(context: Context, metric: ast.Metric, bound: ast.Quantity) -> float:
@@ -64,6 +72,7 @@ def no_graph(span: Span) -> ir.Graph:
 
 def _which_graph(context: Context, length: ast.Length) -> None:
     names = list(context.graphs)
+    end = length.span.end - 1  # before the bracket
     labels = tuple(Label(graph.span) for graph in list(context.graphs.values())[:3])
     context.report(
         code.GRAPH_MISSING,
@@ -71,4 +80,5 @@ def _which_graph(context: Context, length: ast.Length) -> None:
         length.span,
         labels=labels,
         help=f"add `on NAME`: {some_of(names)}" if names else "declare one: `graph radio = proximity 1 m`",
+        fix=Fix(Span(length.span.source, end, end), f" on {names[0]}") if names else None,
     )

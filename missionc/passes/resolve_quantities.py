@@ -291,6 +291,7 @@ def whole(context: Context, quantity: ast.Quantity, what: str, *, least: int = 0
         f"{what} is {shown(value)}; a whole number is needed here",
         quantity.span,
         help=f"write `{math.floor(value)}` or `{math.ceil(value)}`",
+        fix=Fix(quantity.span, str(max(round(value), least))),
     )
     return REPORTED
 
@@ -302,6 +303,18 @@ def with_unit_of(low: ast.Quantity, high: ast.Quantity, dimension: Dimension) ->
             return replace(low, unit=unit, unit_span=high.unit_span)
         case _:
             return low
+
+
+def swapped(low: ast.Quantity, high: ast.Quantity, between: str, *, lends: bool = False) -> Fix:
+    """The two bounds the other way round; ``lends``: one unit after both is that of both."""
+    first, second = low.span.text, high.span.text
+    match low, high:
+        case ast.Number(unit=None), ast.Number(unit_span=Span() as unit) if lends:
+            number = Span(unit.source, high.span.start, unit.start).text.rstrip()
+            first, second = first + high.span.text[len(number) :], number
+        case _:
+            pass
+    return Fix(low.span.to(high.span), f"{second}{between}{first}")
 
 
 # ------------------------------------------------------------------ messages

@@ -50,6 +50,7 @@ def relation(context: Context, setting: ast.Setting, *allowed: str) -> None:
             f"`{excerpt(setting.span)}` does not say that it is a limit",
             setting.span,
             help=f"write `{word} <= {setting.high.span.text}`",
+            fix=Fix(setting.span, f"{word} <= {setting.high.span.text}"),
         )
         return
     form = {"<=": f"{word} <= VALUE", "..": f"{word} LOW..HIGH", "=": f"{word} = VALUE", "": f"{word} VALUE"}[
@@ -60,7 +61,16 @@ def relation(context: Context, setting: ast.Setting, *allowed: str) -> None:
         f"`{word}` is not given like this",
         setting.span,
         help=f"write `{form}`",
+        fix=_as_value(setting, allowed[0]),
     )
+
+
+def _as_value(setting: ast.Setting, wanted: str) -> Fix | None:
+    """The setting with another sign before its value; None where a range is wanted or written."""
+    if setting.low is not None or wanted == "..":
+        return None
+    sign = f" {wanted} " if wanted else " "
+    return Fix(setting.span, f"{setting.name.text}{sign}{setting.high.span.text}")
 
 
 # ------------------------------------------------------------------ messages
@@ -80,7 +90,7 @@ def unknown_word(context: Context, name: ast.Name, known: Sequence[str], owner: 
     return near
 
 
-def said_twice(context: Context, what: str, span: Span, first: Span) -> None:
+def said_twice(context: Context, what: str, span: Span, first: Span, fix: Fix | None = None) -> None:
     context.report(
         code.DECLARED_AGAIN,
         f"{what} is said twice; once is allowed",
@@ -88,6 +98,7 @@ def said_twice(context: Context, what: str, span: Span, first: Span) -> None:
         beside="said again",
         labels=(Label(first, "said here first"),),
         help="leave one of them out",
+        fix=fix,
     )
 
 

@@ -10,7 +10,7 @@ from typing import assert_never
 
 from missionc import ir
 from missionc.diagnostics import code
-from missionc.diagnostics.model import Label
+from missionc.diagnostics.model import Fix, Label
 from missionc.passes.context import REPORTED, Context
 from missionc.passes.definitions import ordered
 from missionc.passes.names import Declared, Kind, Unresolved
@@ -164,6 +164,7 @@ def _band(context: Context, height: ast.Height | None) -> ir.Prism | None:
             f"bounds run backwards: {shown(high)} m comes after {shown(low)} m",
             height.span,
             help=f"write `height {shown(high)}..{shown(low)}`",
+            fix=Fix(height.span, f"height {shown(high)}..{shown(low)}"),
         )
     elif low == high:
         no_area(context, "the height", height.span)

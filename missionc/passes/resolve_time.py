@@ -9,9 +9,9 @@ import math
 
 from missionc import ir
 from missionc.diagnostics import code
-from missionc.diagnostics.model import Label
+from missionc.diagnostics.model import Fix, Label
 from missionc.passes.context import REPORTED, Context
-from missionc.passes.resolve_quantities import POWERS, evaluate, excerpt, fitted, is_reported, number, shown
+from missionc.passes.resolve_quantities import POWERS, evaluate, excerpt, fitted, is_reported, number, shown, swapped
 from missionc.syntax import ast
 from missionc.units import Dimension, Steps
 
@@ -56,6 +56,7 @@ def resolve_window(context: Context, window: ast.Window) -> ir.Window:
             f"bounds run backwards: {_written(context, high)} comes after {_written(context, low)}",
             window.span,
             help="write the earlier bound first",
+            fix=None if window.high is None else swapped(window.low, window.high, ", "),
         )
     elif low == high:
         _whole_bound(context, window.low, low)
@@ -110,16 +111,19 @@ def _whole_bound(context: Context, bound: ast.Quantity, steps: float) -> None:
         f"`{excerpt(bound.span)}` is {shown(steps)} steps of {shown(context.step)} s; a whole number is needed",
         bound.span,
         help=f"write `{_seconds(context, math.floor(steps))}` or `{_seconds(context, math.ceil(steps))}`",
+        fix=Fix(bound.span, _seconds(context, round(steps))),
     )
 
 
 def _no_step(context: Context, window: ast.Window, low: float, high: float) -> None:
+    around = f"[{_seconds(context, math.floor(low))}, {_seconds(context, math.ceil(high))}]"
     context.report(
         code.WINDOW_EMPTY,
         f"the window holds no step: the steps beside it are at {_seconds(context, math.floor(low))}"
         f" and {_seconds(context, math.ceil(high))}",
         window.span,
-        help=f"write `[{_seconds(context, math.floor(low))}, {_seconds(context, math.ceil(high))}]`",
+        help=f"write `{around}`",
+        fix=Fix(window.span, around),
     )
 
 
@@ -131,6 +135,7 @@ def _horizon_not_whole(context: Context, time: ast.Time, step: float, horizon: f
         time.horizon.span,
         labels=(Label(time.step.span, "the step"),),
         help=f"write `horizon {longer}`" if steps < 1 else f"write `horizon {shorter}` or `horizon {longer}`",
+        fix=Fix(time.horizon.span, shorter if steps - math.floor(steps) < 0.5 and steps > 1 else longer),
     )
 
 

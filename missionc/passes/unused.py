@@ -8,9 +8,12 @@ graph of beacons, and the only graph by every route that leaves ``on`` out.
 
 from __future__ import annotations
 
+from collections import Counter
+
 from missionc.diagnostics import code
 from missionc.diagnostics.model import Diagnostic, Label
-from missionc.passes.names import Kind, Names
+from missionc.passes.deleted import deleted
+from missionc.passes.names import Kind, Named, Names
 from missionc.passes.references import nodes
 from missionc.syntax import ast
 
@@ -30,17 +33,19 @@ def unused(program: ast.Program, names: Names) -> list[Diagnostic]:
                     kinds_used.add(Kind.BEACON)
                 case ast.Length(graph=None):
                     kinds_used.add(Kind.GRAPH)
+    times = Counter(each.name.text for each in program.declarations if isinstance(each, Named))
     return [
-        _nothing_uses(name, declared.kind, declared.declaration.name)
+        _nothing_uses(name, declared.kind, declared.declaration, once=times[name] == 1)
         for name, declared in names.declared.items()
         if name not in used and declared.kind not in kinds_used and declared.kind not in ACT_BY_BEING_THERE
     ]
 
 
-def _nothing_uses(text: str, kind: Kind, name: ast.Name) -> Diagnostic:
+def _nothing_uses(text: str, kind: Kind, declaration: Named, *, once: bool) -> Diagnostic:
     return Diagnostic(
         code.UNUSED_NAME,
         f"nothing uses `{text}`",
-        Label(name.span, kind.value),
+        Label(declaration.name.span, kind.value),
         help="use it or leave it out",
+        fix=deleted(declaration.span) if once else None,
     )

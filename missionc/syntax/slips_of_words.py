@@ -6,6 +6,7 @@ import re
 
 from missionc.diagnostics.code import NAME_NOT_ALLOWED, UNKNOWN_OPERATOR, UNKNOWN_UNIT
 from missionc.diagnostics.model import Diagnostic, Fix
+from missionc.source import Span
 from missionc.syntax import forms
 from missionc.syntax.expected import FORMULA, SHAPES
 from missionc.syntax.place import Place, finding, just_after, meant_by
@@ -176,7 +177,9 @@ def bare_setting(place: Place) -> Diagnostic | None:
     if place.found.kind != NUMBER or place.expected != {NAME, ")"} or place.tokens[place.here - 3].kind != "dynamics":
         return None
     message = f"{quoted(place.found.text)} does not say which bound it is"
-    return finding(message, place.found.span, f"write it as in `speed <= {place.found.text} m/s`")
+    start = Span(place.found.span.source, place.found.span.start, place.found.span.start)
+    advice = f"write it as in `speed <= {place.found.text} m/s`"
+    return finding(message, place.found.span, advice, fix=Fix(start, "speed <= "))
 
 
 def members(place: Place) -> Diagnostic | None:

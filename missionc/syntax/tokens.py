@@ -250,6 +250,7 @@ def _unseen(source: Source, begin: int, end: int) -> list[Diagnostic]:
             f"the character U+{ord(match[0]):04X} cannot be seen, or turns the text around",
             Label(Span(source, match.start(), match.end())),
             help="delete it",
+            fix=Fix(Span(source, match.start(), match.end()), ""),
         )
         for match in islice(_UNSEEN_CHARACTER.finditer(source.text, first, end), MOST_FINDINGS)
     ]
@@ -296,7 +297,8 @@ def _check_number(token: Token, limits: Limits) -> list[Diagnostic]:
         advice = "write `0`"
     else:
         return []
-    return [Diagnostic(NUMBER_OUT_OF_RANGE, message, Label(token.span), help=advice)]
+    fix = Fix(token.span, "0") if advice == "write `0`" else None
+    return [Diagnostic(NUMBER_OUT_OF_RANGE, message, Label(token.span), help=advice, fix=fix)]
 
 
 def _check_unit(token: Token, limits: Limits) -> list[Diagnostic]:
