@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable
+from functools import lru_cache
 from typing import assert_never
 
 from missionc.ir import Apply, AtLeastOf, Belongs, Formula, Holds, Mission, OfAgent, Preference, Requirement, Truth
@@ -56,6 +57,7 @@ def bits_of(agents: tuple[int, ...]) -> int:
     return int.from_bytes(bits, "little")
 
 
+@lru_cache(maxsize=4096)
 def meaning(formula: Apply) -> tuple[Node, tuple[Is, ...]]:
     """What a temporal or Boolean operator says, in kernel form, over a placeholder for each of its operands.
 

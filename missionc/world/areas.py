@@ -144,9 +144,10 @@ class Atlas:
 
     def bounds(self, area: Area) -> tuple[Vector, Vector]:
         """The least and the largest coordinates of an area that is not empty."""
-        west, south, east, north = shapely.total_bounds(area)
         if self.world.dimension == 2:
+            west, south, east, north = area[0].bounds
             return (west, south), (east, north)
+        west, south, east, north = shapely.total_bounds(area)
         there = self.heights[~shapely.is_empty(area)]
         return (west, south, float(there[:, 0].min())), (east, north, float(there[:, 1].max()))
 

@@ -5,6 +5,9 @@ from __future__ import annotations
 import random
 from pathlib import Path
 
+import pytest
+
+from missionc.checking import check
 from missionc.diagnostics.render import render_json
 from missionc.limits import Limits
 from missionc.source import Source, Span
@@ -87,6 +90,19 @@ def test_only_what_changed_is_read_again() -> None:
     assert begin == old[0] + len("# new\n")
     assert region.span.text == "region a = box (0, 0) to (1, 1)"
     assert set(kept.declared) == {"# new\n", "mission two\n", "region a = box (0, 0) to (1, 1)\n"}
+
+
+def test_a_check_ends_before_the_stage_at_which_it_is_told_to() -> None:
+    stages: list[str] = []
+
+    def before(stage: str) -> None:
+        stages.append(stage)
+        if stage == "check":
+            raise InterruptedError
+
+    with pytest.raises(InterruptedError):
+        check(Source("a", CORPUS[-1]), before=before)
+    assert stages == ["parse", "resolve", "check"]
 
 
 def test_an_include_is_followed_every_time() -> None:
