@@ -37,8 +37,9 @@ format: ## put the code in the one format
 slow: ## the tests that take longer than a few seconds
 	$(BIN)/pytest -m slow
 
-fuzz: ## mutated missions through `check`, 100 times as many as in `make check`
+fuzz: ## mutated missions through `check`, and edits through the language server, far more than in `make check`
 	MISSIONC_FUZZ=200000 $(BIN)/pytest -q --timeout 0 tests/properties/test_mutated_missions.py
+	MISSIONC_FUZZ=10000 $(BIN)/pytest -q --timeout 0 tests/properties/test_lsp_typing.py
 
 bench: ## the measurements of docs/performance.md
 	for program in bench/*.py; do $(BIN)/python $$program || exit; done

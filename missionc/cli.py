@@ -22,6 +22,7 @@ MODULES = (
     "explain",
     "export",
     "fmt",
+    "lsp",
     "monitor",
     "report",
     "simulate",

@@ -47,13 +47,17 @@ def parse(
     source: Source, limits: Limits, load: Load, kept: Kept | None = None
 ) -> tuple[ast.Program | None, list[Diagnostic]]:
     """The program a text says, or all that is wrong with it, in file order."""
-    reader = _Reader(limits, load, {source.name: Span(source, 0, 0)}, kept or Kept())
-    declarations, findings = reader.read(source, ())
+    declarations, findings = read(source, limits, load, kept or Kept())
     if not declarations and not findings:
         findings = [_empty(source)]
     if findings:
         return None, findings[:MOST_FINDINGS]
     return ast.Program(tuple(declarations), Span(source, 0, len(source.text))), []
+
+
+def read(source: Source, limits: Limits, load: Load, kept: Kept) -> tuple[list[ast.Declaration], list[Diagnostic]]:
+    """The declarations that can be read, those of included files at their place; and all that is wrong."""
+    return _Reader(limits, load, {source.name: Span(source, 0, 0)}, kept).read(source, ())
 
 
 def read_passage(source: Source, begin: int, end: int, limits: Limits) -> tuple[list[Outcome], list[Diagnostic]]:
@@ -173,7 +177,7 @@ def _read_declaration(tokens: Sequence[Token], first: int, limits: Limits) -> tu
         while True:
             token = tokens[here]
             ends = here > first and (token.kind == END or token.declares)
-            if ends or not _feed(machine, token):
+            if ends or not feed(machine, token):
                 # What starts a line after a whole declaration is the next one's affair.
                 if here > first and (ends or token.starts_line) and machine.takes(END):
                     return cast(ast.Declaration, machine.finish()), here
@@ -197,7 +201,7 @@ _OPENING = frozenset("([{")
 _CLOSING = frozenset(")]}")
 
 
-def _feed(machine: Machine, token: Token) -> bool:
+def feed(machine: Machine, token: Token) -> bool:
     """Whether the token may stand where it stands, as what it is or else as a name; then it is taken."""
     if token.kind in _NAMES:
         return machine.feed(token.kind, ast.Name(token.span, token.text), token.span)

@@ -1,0 +1,145 @@
+"""How long after a key the language server shows what is wrong, in a mission of 500 lines.
+
+    python bench/lsp_latency.py [KEYS]
+
+Types into the middle of the mission, a key every 200 ms, and waits for the diagnostics of each version; then once more
+with a server that remembers nothing of the version before. Every other key changes a number, which leaves a whole
+mission to check to its end; between them a requirement is written, which is broken until its last letter. Prints
+percentiles in milliseconds, from the change sent to the diagnostics read, protocol and processes included; those
+of the whole missions by themselves; and the server's processor time for one of those, on average, which other
+programs on the machine disturb less.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import time
+from itertools import pairwise
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+sys.path.insert(0, str(ROOT / "bench"))
+
+from check_time import mission  # noqa: E402
+
+URI = "file:///somewhere/typed.mission"
+LINES = 500
+TYPED = "\nrequire typed: every drone: always[0, 7 s] (safe or not survivor)"
+BETWEEN = 0.2
+"""Seconds from key to key: a quick typist."""
+
+FORGETFUL = """
+from missionc.lsp import text
+from missionc.lsp.server import serve
+from missionc.world.areas import _buffered
+
+
+class Forgetful(text.Memory):
+    read = checked = property(lambda memory: text.Kept(), lambda memory, kept: _buffered.cache_clear())
+
+
+import missionc.lsp.server as server
+server.Memory = Forgetful
+serve()
+"""
+
+
+class Editor:
+    """The little of an editor that is needed to time it."""
+
+    def __init__(self, command: list[str]) -> None:
+        environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+        self.server = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, env=environment)
+        self.send({"id": 1, "method": "initialize", "params": {"processId": None, "rootUri": None, "capabilities": {}}})
+        self.read(lambda message: message.get("id") == 1)
+        self.send({"method": "initialized", "params": {}})
+
+    def send(self, message: dict[str, object]) -> None:
+        assert self.server.stdin is not None
+        body = json.dumps({"jsonrpc": "2.0", **message}).encode()
+        self.server.stdin.write(b"Content-Length: %d\r\n\r\n" % len(body) + body)
+        self.server.stdin.flush()
+
+    def read(self, wanted) -> dict[str, object]:
+        stream = self.server.stdout
+        assert stream is not None
+        while True:
+            length = 0
+            while line := stream.readline().strip():
+                name, _, value = line.partition(b":")
+                length = int(value) if name.lower() == b"content-length" else length
+            message = json.loads(stream.read(length))
+            if wanted(message):
+                return message
+
+    def shows(self, version: int) -> None:
+        """Wait for the diagnostics of a version."""
+        self.read(lambda message: message.get("params", {}).get("version") == version)
+
+    def processor(self) -> float:
+        """Seconds that the server has used."""
+        fields = Path(f"/proc/{self.server.pid}/stat").read_text(encoding="ascii").rpartition(")")[2].split()
+        return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+    def close(self) -> None:
+        self.send({"id": 2, "method": "shutdown"})
+        self.read(lambda message: message.get("id") == 2)
+        self.send({"method": "exit"})
+        self.server.wait(10)
+
+
+def typed(count: int) -> list[str]:
+    """The text after each key: a requirement written in the middle, again and again."""
+    lines = mission(LINES).splitlines()
+    head, tail = "\n".join(lines[: LINES // 2]), "\n".join(lines[LINES // 2 :]) + "\n"
+    written = [TYPED[: 1 + key // 2 % len(TYPED)] if key % 2 else whole(key) for key in range(count)]
+    return [f"{head}{words}\n{tail}" for words in written]
+
+
+def whole(key: int) -> str:
+    return TYPED.replace("7 s", f"{1 + key // 2 % 20} s")
+
+
+def measure(command: list[str], texts: list[str]) -> tuple[list[float], list[float]]:
+    """Seconds from each change to its diagnostics, and of the server's processor until the next one."""
+    editor = Editor(command)
+    item = {"uri": URI, "languageId": "mission", "version": 0, "text": mission(LINES)}
+    editor.send({"method": "textDocument/didOpen", "params": {"textDocument": item}})
+    editor.shows(0)
+    took: list[float] = []
+    used = [editor.processor()]
+    for version, text in enumerate(texts, start=1):
+        begin = time.perf_counter()
+        document = {"uri": URI, "version": version}
+        params = {"textDocument": document, "contentChanges": [{"text": text}]}
+        editor.send({"method": "textDocument/didChange", "params": params})
+        editor.shows(version)
+        took.append(time.perf_counter() - begin)
+        time.sleep(max(0.0, BETWEEN - took[-1]))
+        used.append(editor.processor())
+    editor.close()
+    return took, [after - before for before, after in pairwise(used)]
+
+
+def main(keys: int) -> None:
+    heads = f"{'median':>7} {'95 %':>7} {'worst':>7}  whole: {'median':>7} {'95 %':>7}"
+    print(f"{'server':<24} {heads}   processor   milliseconds, {keys} keys")
+    rows = {"as it is": ["-m", "missionc", "lsp"], "that remembers nothing": ["-c", FORGETFUL]}
+    for name, command in rows.items():
+        took, used = measure([sys.executable, *command], typed(keys))
+        every = " ".join(f"{1000 * share(took, part):7.0f}" for part in (0.5, 0.95, 1))
+        of_whole = " ".join(f"{1000 * share(took[::2], part):7.0f}" for part in (0.5, 0.95))
+        mean = 1000 * sum(used[::2]) / len(used[::2])
+        print(f"{name:<24} {every}         {of_whole}   {mean:9.0f}")
+
+
+def share(times: list[float], part: float) -> float:
+    """The time within which this part of all is done."""
+    return sorted(times)[min(int(part * len(times)), len(times) - 1)]
+
+
+if __name__ == "__main__":
+    main(int(sys.argv[1]) if len(sys.argv) > 1 else 130)

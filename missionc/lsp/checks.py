@@ -1,0 +1,66 @@
+"""Checks of open texts: one at a time, beside the requests, and never of a version that is no longer there."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+
+from missionc.checking import check
+from missionc.lsp.text import LIMITS, OpenText
+from missionc.results import Checked
+
+log = logging.getLogger(__name__)
+
+
+class SupersededError(Exception):
+    """The text has been changed since; what is wrong with its old version interests nobody."""
+
+
+class Checks:
+    """``publish`` is called with each text that was checked in the version that it still has, in the loop's thread."""
+
+    def __init__(self, publish: Callable[[OpenText], None]) -> None:
+        self._publish = publish
+        self._newest: dict[str, OpenText] = {}
+        self._worker = ThreadPoolExecutor(1, thread_name_prefix="check")
+        self._running: set[asyncio.Task[None]] = set()
+
+    def ask(self, text: OpenText) -> None:
+        """Check a text; one of an older version that is waiting or running is given up."""
+        self._newest[text.uri] = text
+        task = asyncio.ensure_future(self._run(text))
+        self._running.add(task)
+        task.add_done_callback(self._running.discard)
+
+    def forget(self, uri: str) -> None:
+        self._newest.pop(uri, None)
+
+    def close(self) -> None:
+        self._newest.clear()
+        self._worker.shutdown(wait=False, cancel_futures=True)
+
+    async def _run(self, text: OpenText) -> None:
+        try:
+            found = await asyncio.get_running_loop().run_in_executor(self._worker, self._check, text)
+        except SupersededError:
+            return
+        except Exception:
+            log.exception("a defect: this text cannot be checked")
+            return
+        if self._is_newest(text):
+            text.found = found
+            text.memory.meant = found.mission or text.memory.meant
+            self._publish(text)
+
+    def _check(self, text: OpenText) -> Checked:
+        def before(stage: str) -> None:
+            if not self._is_newest(text):
+                raise SupersededError
+
+        before("reading")
+        return check(text.source, limits=LIMITS, kept=text.memory.checked, before=before)
+
+    def _is_newest(self, text: OpenText) -> bool:
+        return self._newest.get(text.uri) is text

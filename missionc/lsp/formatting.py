@@ -1,0 +1,34 @@
+"""The one layout, as edits of the lines that it changes."""
+
+from __future__ import annotations
+
+from difflib import SequenceMatcher
+
+from lsprotocol import types
+
+from missionc.lsp.text import LIMITS, OpenText
+from missionc.source import Source
+from missionc.syntax.format import format_mission
+from missionc.syntax.parse import parse
+
+
+def formatting(text: OpenText) -> list[types.TextEdit]:
+    """None where the text has errors of syntax; line ends stay what they are."""
+    written = text.source.text
+    mark = written[:1] if written.startswith("\ufeff") else ""
+    source = Source(text.source.name, written[len(mark) :])
+    program, _ = parse(source, LIMITS, lambda path, span: Source(path, ""))
+    if program is None:
+        return []
+    wanted = mark + format_mission(source, program, LIMITS)
+    if "\r\n" in written:
+        wanted = wanted.replace("\n", "\r\n")
+    before, after = written.splitlines(keepends=True), wanted.splitlines(keepends=True)
+    starts = [0]
+    for line in before:
+        starts.append(starts[-1] + len(line))
+    return [
+        types.TextEdit(text.places.between(starts[first], starts[last]), "".join(after[low:high]))
+        for word, first, last, low, high in SequenceMatcher(None, before, after, autojunk=False).get_opcodes()
+        if word != "equal"
+    ]

@@ -1,0 +1,42 @@
+"""Where a name is declared, and everywhere it stands."""
+
+from __future__ import annotations
+
+from lsprotocol import types
+
+from missionc.lsp.outline import Name
+from missionc.lsp.text import OpenText
+
+
+def definition(text: OpenText, position: types.Position) -> types.Location | None:
+    name = text.outline.at(text.places.offset(position))
+    if name is None:
+        return None
+    if name.label:
+        return _location(text, name)
+    declared = text.outline.declared.get(name.text)
+    return _location(text, declared[0]) if declared else None
+
+
+def references(text: OpenText, position: types.Position, declaration: bool) -> list[types.Location]:
+    """Every place of a name, in included files too; where it is declared only if that is asked for."""
+    name = text.outline.at(text.places.offset(position))
+    if name is None:
+        return []
+    return [_location(text, other) for other in text.outline.alike(name) if declaration or not other.declares]
+
+
+def highlights(text: OpenText, position: types.Position) -> list[types.DocumentHighlight]:
+    name = text.outline.at(text.places.offset(position))
+    if name is None:
+        return []
+    write, read = types.DocumentHighlightKind.Write, types.DocumentHighlightKind.Read
+    return [
+        types.DocumentHighlight(text.places.range(other.span), write if other.declares else read)
+        for other in text.outline.alike(name)
+        if other.span.source.name == text.source.name
+    ]
+
+
+def _location(text: OpenText, name: Name) -> types.Location:
+    return types.Location(text.uri_of(name.span.source), text.places_in(name.span.source).range(name.span))

@@ -1,0 +1,146 @@
+"""What stands at a place: a requirement said back, what a name is, or what a word means."""
+
+from __future__ import annotations
+
+from lsprotocol import types
+
+from missionc.explaining.page import explained
+from missionc.ir import Mission, Preference, Requirement
+from missionc.lsp.hints import ahead
+from missionc.lsp.outline import Name
+from missionc.lsp.text import LIMITS, OpenText
+from missionc.lsp.words import meaning
+from missionc.passes.check_horizons import steps_ahead
+from missionc.passes.context import Context
+from missionc.passes.names import collect
+from missionc.passes.resolve_parameters import resolve_parameters
+from missionc.passes.resolve_quantities import POWERS, SI, is_reported, shown
+from missionc.passes.show_vehicle import show_vehicle
+from missionc.passes.walk import goals
+from missionc.source import Span
+from missionc.syntax import ast
+from missionc.syntax.passages import passages
+from missionc.syntax.tokens import Token, tokenise
+
+MOST_LINES = 12
+"""Of a declaration that are shown."""
+
+
+def hover(text: OpenText, position: types.Position) -> types.Hover | None:
+    offset = text.places.offset(position)
+    name = text.outline.at(offset)
+    if name is not None and (said := _of_name(text, name)):
+        return _hover(text, said, name.span)
+    before, token = _token(text, offset)
+    if token is None:
+        return None
+    said = meaning(token, before)
+    if token.word in ("require", "prefer") and (goal := _goal(text, offset)):
+        said = f"{goal}\n\n---\n\n{said}"
+    return _hover(text, said, token.span) if said else None
+
+
+def _hover(text: OpenText, said: str, span: Span) -> types.Hover:
+    return types.Hover(types.MarkupContent(types.MarkupKind.Markdown, said), text.places.range(span))
+
+
+def _token(text: OpenText, offset: int) -> tuple[Token | None, Token | None]:
+    """The word at a place, and the one before it."""
+    if len(text.source.text) > LIMITS.file_bytes:
+        return None, None
+    begin, end = next((begin, end) for begin, end in passages(text.source.text) if offset <= end)
+    tokens, _ = tokenise(text.source, LIMITS, begin, end)
+    for number, token in enumerate(tokens[:-1]):
+        if token.span.start <= offset < token.span.end or (token.span.end == offset and token.text[-1].isalnum()):
+            return (tokens[number - 1] if number else None), token
+    return None, None
+
+
+def _of_name(text: OpenText, name: Name) -> str:
+    if name.label:
+        return _goal(text, name.span.start) or f"`{name.text}`: a requirement"
+    declared = text.outline.declared.get(name.text)
+    if declared is None or declared[0].kind is None:
+        return f"nothing is called `{name.text}`"
+    where, declaration = declared
+    said = [f"`{name.text}`: {declared[0].kind.value}"]
+    match declaration:
+        case ast.Param():
+            said[0] += _value(text, name.text)
+        case ast.Let():
+            said += _horizon(text.mission, name.text, declaration.body.span.text)
+        case ast.Team():
+            said += _flown(text.mission, name.text)
+        case _:
+            pass
+    if where.span.source.name != text.source.name:
+        said.append(f"declared in `{where.span.source.name}`")
+    if declaration is not None:
+        said.append(_written(declaration.span))
+    return "\n\n".join(said)
+
+
+def _written(span: Span) -> str:
+    lines = span.text.splitlines()
+    more = ["…"] if len(lines) > MOST_LINES else []
+    return "\n".join(["```mission", *lines[:MOST_LINES], *more, "```"])
+
+
+def _value(text: OpenText, name: str) -> str:
+    """A parameter's value in SI units, where it has one."""
+    program = ast.Program(text.outline.declarations, Span(text.source, 0, 0))
+    context = Context(collect(program, []), LIMITS, [])
+    resolve_parameters(context, {})
+    amount = context.params.get(name)
+    if amount is None or is_reported(amount):
+        return ""
+    unit = next((SI[dimension] for dimension, powers in POWERS.items() if powers == amount.powers), "")
+    return f", {shown(amount.constant)}{unit}"
+
+
+def _horizon(mission: Mission | None, name: str, written: str) -> list[str]:
+    formula = dict(mission.lets).get(name) if mission else None
+    if mission is None or formula is None or formula.span.text != written:
+        return []
+    total = steps_ahead([formula])[formula].total
+    return [f"{ahead(mission, total)}."] if total > 0 else ["It is about one step."]
+
+
+def _flown(mission: Mission | None, name: str) -> list[str]:
+    agents = [agent for agent in mission.agents if agent.team == name] if mission else []
+    if not agents:
+        return []
+    count = "1 agent" if len(agents) == 1 else f"{len(agents)} agents"
+    vehicle = agents[0].vehicle
+    return [f"{count}, flown by {show_vehicle(vehicle)}." if vehicle.name != "plain" else f"{count}."]
+
+
+def _goal(text: OpenText, offset: int) -> str:
+    """The sentence of the requirement or preference at a place, if it is as it was when it was last understood."""
+    mission = text.mission
+    here = next(
+        (
+            each
+            for each in text.outline.declarations
+            if isinstance(each, ast.Require | ast.Prefer)
+            and each.span.source.name == text.source.name
+            and each.span.start <= offset <= each.span.end
+        ),
+        None,
+    )
+    if mission is None or here is None:
+        return ""
+    alike = [goal for goal in goals(mission) if goal.formula.span.text == here.body.span.text]
+    same_label = [goal for goal in alike if here.label is None or goal.name == here.label.text]
+    return _said(mission, same_label[0]) if same_label else ""
+
+
+def _said(mission: Mission, goal: Requirement | Preference) -> str:
+    part = next(part for part in explained(mission, goal.name))
+    word = "a requirement" if part.weight is None else "a preference"
+    said = [f"`{part.name}`: {word}", part.said.whole]
+    said += [f"- {more.sentence}" for more in part.said.parts]
+    said += [f"- {thing}." for thing in part.things]
+    if part.needed > 0:
+        said.append(f"It {ahead(mission, part.needed)}.")
+    return "\n\n".join(said)

@@ -1,0 +1,134 @@
+"""What can be read of a text: its declarations, and of those that cannot be read the names in them.
+
+One namespace holds all that is declared; a requirement's label names it for messages and stands apart.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+
+from missionc.limits import Limits
+from missionc.passes.names import STATE_WORDS, Kind, Named, kind_of
+from missionc.passes.references import references
+from missionc.reading import loader
+from missionc.source import Source, Span
+from missionc.syntax import ast
+from missionc.syntax.parse import read
+from missionc.syntax.passages import Kept, passages
+from missionc.syntax.tokens import LABEL, NAME, Token, tokenise
+
+KEYWORDS = {
+    "param": Kind.PARAM,
+    "region": Kind.REGION,
+    "obstacle": Kind.OBSTACLE,
+    "beacon": Kind.BEACON,
+    "team": Kind.TEAM,
+    "agent": Kind.AGENT,
+    "group": Kind.GROUP,
+    "graph": Kind.GRAPH,
+    "formation": Kind.FORMATION,
+    "let": Kind.LET,
+}
+"""What each word declares."""
+
+
+@dataclass(frozen=True, slots=True)
+class Name:
+    """A place where a name stands; ``kind`` is None for a label and where nothing declares it."""
+
+    text: str
+    span: Span
+    kind: Kind | None
+    declares: bool = False
+    label: bool = False
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Outline:
+    """``whole``: the text, and what it includes, reads without a finding.
+
+    ``declared`` are names with what they declare, where that can be read; ``names`` are all, included files' too.
+    """
+
+    source: Source
+    declarations: tuple[ast.Declaration, ...]
+    whole: bool
+    broken: tuple[Token, ...]
+    declared: dict[str, tuple[Name, Named | None]]
+    names: tuple[Name, ...]
+
+    @staticmethod
+    def of(source: Source, limits: Limits, kept: Kept) -> Outline:
+        declarations, findings = read(source, limits, loader(Path(source.name), source.name, limits), kept)
+        broken = tuple(_unread(source, limits, kept)) if len(source.text) <= limits.file_bytes else ()
+        declared: dict[str, tuple[Name, Named | None]] = {}
+        for declaration in declarations:
+            if isinstance(declaration, Named):
+                name = declaration.name
+                entry = Name(name.text, name.span, kind_of(declaration), declares=True)
+                declared.setdefault(name.text, (entry, declaration))
+        for name_token, kind in _declared_in(broken):
+            entry = Name(name_token.text, name_token.span, kind, declares=True)
+            declared.setdefault(name_token.text, (entry, None))
+        names = {name.span: name for name in _names(declarations, broken, declared)}
+        return Outline(source, tuple(declarations), not findings, broken, declared, tuple(names.values()))
+
+    def at(self, offset: int) -> Name | None:
+        """The name at a place in the text, or that ends there."""
+        here = [
+            name
+            for name in self.names
+            if name.span.source.name == self.source.name and name.span.start <= offset <= name.span.end
+        ]
+        return max(here, key=lambda name: name.span.start, default=None)
+
+    def alike(self, name: Name) -> list[Name]:
+        """Every place of a name: of a label, its own."""
+        if name.label:
+            return [name]
+        return [other for other in self.names if other.text == name.text and not other.label]
+
+    def of_kind(self, *kinds: Kind) -> Iterator[Name]:
+        """What is declared of these kinds, in order."""
+        return (name for name, _ in self.declared.values() if name.kind in kinds)
+
+
+def _names(
+    declarations: list[ast.Declaration], broken: tuple[Token, ...], declared: dict[str, tuple[Name, Named | None]]
+) -> Iterator[Name]:
+    kinds = {text: name.kind for text, (name, _) in declared.items()}
+    yield from (name for name, _ in declared.values())
+    for declaration in declarations:
+        match declaration:
+            case ast.Require(label=ast.Name() as label) | ast.Prefer(label=ast.Name() as label):
+                yield Name(label.text, label.span, None, declares=True, label=True)
+            case _ if isinstance(declaration, Named):
+                name = declaration.name
+                yield Name(name.text, name.span, kind_of(declaration), declares=True)
+        for name in references(declaration):
+            if name.text not in STATE_WORDS:
+                yield Name(name.text, name.span, kinds.get(name.text))
+    starts = {token.span.start for token, _ in _declared_in(broken)}
+    for token in broken:
+        if token.kind == LABEL:
+            yield Name(token.text, token.span, None, declares=True, label=True)
+        elif token.kind == NAME and token.text in kinds:
+            yield Name(token.text, token.span, kinds[token.text], declares=token.span.start in starts)
+
+
+def _unread(source: Source, limits: Limits, kept: Kept) -> Iterator[Token]:
+    """The words of the passages in which something is wrong."""
+    for begin, end in passages(source.text):
+        if source.text[begin:end] not in kept.declared:
+            tokens, _ = tokenise(source, limits, begin, end)
+            yield from tokens[:-1]
+
+
+def _declared_in(tokens: tuple[Token, ...]) -> Iterator[tuple[Token, Kind]]:
+    """The names that unread words seem to declare."""
+    for token, name in pairwise(tokens):
+        if token.declares and token.word in KEYWORDS and name.kind == NAME:
+            yield name, KEYWORDS[token.word]

@@ -1,0 +1,152 @@
+"""The server: requests in, answers out, by the functions of the other modules.
+
+A text comes whole with every change: it is small, and nothing can go wrong between two counts of its lines.
+"""
+
+from __future__ import annotations
+
+import gc
+from typing import Any
+
+from lsprotocol import types
+from pygls.lsp.server import LanguageServer
+
+from missionc.lsp.checks import Checks
+from missionc.lsp.completion import completion
+from missionc.lsp.diagnostics import diagnostics
+from missionc.lsp.fixes import fixes
+from missionc.lsp.formatting import formatting
+from missionc.lsp.goto import definition, highlights, references
+from missionc.lsp.hints import hints
+from missionc.lsp.hover import hover
+from missionc.lsp.rename import renamable, rename
+from missionc.lsp.symbols import symbols
+from missionc.lsp.text import Memory, OpenText, name_of
+from missionc.source import Source
+from missionc.version import __version__
+
+
+class Server(LanguageServer):
+    """What is open, and the checks of it."""
+
+    def __init__(self) -> None:
+        super().__init__("missionc", __version__, text_document_sync_kind=types.TextDocumentSyncKind.Full)
+        self.open: dict[str, OpenText] = {}
+        self.checks = Checks(self.publish)
+
+    def put(self, uri: str, version: int) -> None:
+        """Take a text as the client has it now, and have it checked."""
+        known = self.open.get(uri)
+        written = self.workspace.get_text_document(uri).source
+        encoding = types.PositionEncodingKind(self.workspace.position_encoding or "utf-16")
+        memory = known.memory if known else Memory()
+        self.open[uri] = OpenText(uri, version, Source(name_of(uri), written), encoding, memory)
+        self.checks.ask(self.open[uri])
+
+    def publish(self, text: OpenText) -> None:
+        found = text.found.findings if text.found else ()
+        self.text_document_publish_diagnostics(
+            types.PublishDiagnosticsParams(text.uri, diagnostics(text, found), text.version)
+        )
+
+
+def serve() -> None:
+    """Answer on standard input and output until the client hangs up."""
+    gc.freeze()
+    gc.set_threshold(50_000)
+    made().start_io()
+
+
+def made() -> Server:
+    """A server that knows every request."""
+    server = Server()
+    _texts(server)
+    _answers(server)
+    _edits(server)
+    return server
+
+
+def _texts(server: Server) -> None:
+    @server.feature(types.TEXT_DOCUMENT_DID_OPEN)
+    def did_open(params: types.DidOpenTextDocumentParams) -> None:
+        server.put(params.text_document.uri, params.text_document.version)
+
+    @server.feature(types.TEXT_DOCUMENT_DID_CHANGE)
+    def did_change(params: types.DidChangeTextDocumentParams) -> None:
+        server.put(params.text_document.uri, params.text_document.version)
+
+    @server.feature(types.TEXT_DOCUMENT_DID_SAVE)
+    def did_save(params: types.DidSaveTextDocumentParams) -> None:
+        """Others that are open may include what was saved."""
+        for text in list(server.open.values()):
+            server.put(text.uri, text.version)
+
+    @server.feature(types.TEXT_DOCUMENT_DID_CLOSE)
+    def did_close(params: types.DidCloseTextDocumentParams) -> None:
+        uri = params.text_document.uri
+        server.open.pop(uri, None)
+        server.checks.forget(uri)
+        server.text_document_publish_diagnostics(types.PublishDiagnosticsParams(uri, []))
+
+    @server.feature(types.SHUTDOWN)
+    def shutdown(params: Any) -> None:
+        server.checks.close()
+
+
+def _answers(server: Server) -> None:
+    @server.feature(types.TEXT_DOCUMENT_HOVER)
+    def answer_hover(params: types.HoverParams) -> types.Hover | None:
+        text = server.open.get(params.text_document.uri)
+        return hover(text, params.position) if text else None
+
+    @server.feature(types.TEXT_DOCUMENT_DEFINITION)
+    def answer_definition(params: types.DefinitionParams) -> types.Location | None:
+        text = server.open.get(params.text_document.uri)
+        return definition(text, params.position) if text else None
+
+    @server.feature(types.TEXT_DOCUMENT_REFERENCES)
+    def answer_references(params: types.ReferenceParams) -> list[types.Location]:
+        text = server.open.get(params.text_document.uri)
+        return references(text, params.position, params.context.include_declaration) if text else []
+
+    @server.feature(types.TEXT_DOCUMENT_DOCUMENT_HIGHLIGHT)
+    def answer_highlights(params: types.DocumentHighlightParams) -> list[types.DocumentHighlight]:
+        text = server.open.get(params.text_document.uri)
+        return highlights(text, params.position) if text else []
+
+    @server.feature(types.TEXT_DOCUMENT_DOCUMENT_SYMBOL)
+    def answer_symbols(params: types.DocumentSymbolParams) -> list[types.DocumentSymbol]:
+        text = server.open.get(params.text_document.uri)
+        return symbols(text) if text else []
+
+    @server.feature(types.TEXT_DOCUMENT_INLAY_HINT)
+    def answer_hints(params: types.InlayHintParams) -> list[types.InlayHint]:
+        text = server.open.get(params.text_document.uri)
+        return hints(text, params.range) if text else []
+
+
+def _edits(server: Server) -> None:
+    @server.feature(types.TEXT_DOCUMENT_COMPLETION)
+    def answer_completion(params: types.CompletionParams) -> list[types.CompletionItem]:
+        text = server.open.get(params.text_document.uri)
+        return completion(text, params.position) if text else []
+
+    @server.feature(types.TEXT_DOCUMENT_CODE_ACTION, types.CodeActionOptions([types.CodeActionKind.QuickFix]))
+    def answer_fixes(params: types.CodeActionParams) -> list[types.CodeAction]:
+        text = server.open.get(params.text_document.uri)
+        return fixes(text, params.range) if text else []
+
+    @server.feature(types.TEXT_DOCUMENT_FORMATTING)
+    def answer_formatting(params: types.DocumentFormattingParams) -> list[types.TextEdit]:
+        text = server.open.get(params.text_document.uri)
+        return formatting(text) if text else []
+
+    @server.feature(types.TEXT_DOCUMENT_PREPARE_RENAME)
+    def answer_renamable(params: types.PrepareRenameParams) -> types.PrepareRenamePlaceholder | None:
+        text = server.open.get(params.text_document.uri)
+        return renamable(text, params.position) if text else None
+
+    @server.feature(types.TEXT_DOCUMENT_RENAME, types.RenameOptions(prepare_provider=True))
+    def answer_rename(params: types.RenameParams) -> types.WorkspaceEdit | None:
+        text = server.open.get(params.text_document.uri)
+        return rename(text, params.position, params.new_name) if text else None
