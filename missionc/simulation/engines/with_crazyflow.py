@@ -22,6 +22,9 @@ from missionc.simulation.course import GRAVITY, SETPOINTS_PER_SECOND, setpoints
 from missionc.simulation.fly import COMMANDS, Flown, sample_times
 from missionc.verify.columns import Pieces
 
+HOVERED = 11
+"""Seconds before the start, for the integral in its controller: what a start script takes (``export/standing.py``)."""
+
 
 def fly(pieces: Sequence[Pieces], seconds: float) -> Flown:
     """All agents in one world."""
@@ -47,6 +50,8 @@ def fly(pieces: Sequence[Pieces], seconds: float) -> Flown:
             rotor_vel=jnp.full_like(state.rotor_vel, _hover(simulator)),
         )
     )
+    simulator.state_control(commands[None, :, 0])
+    simulator.step(HOVERED * SETPOINTS_PER_SECOND * COMMANDS)
     track = np.empty((len(pieces), times.size, 10))
     for tick in range(times.size):
         state = simulator.data.states
