@@ -62,8 +62,8 @@ from missionc.results import (
     Unverified,
     Verified,
 )
-from missionc.seeking import seek
-from missionc.signals import hold
+from missionc.seeking import others, seek
+from missionc.signals import asked, hold
 from missionc.source import Source
 from missionc.units import Seconds
 
@@ -137,9 +137,43 @@ def plan(
     Args:
         checkpoints: of the run, and of the one that it takes up again.
         exports: names of forms that the flight is written in as well; one that cannot hold it is among the findings.
-        continuous: whether a requirement must hold between the steps too.
+        continuous: whether a requirement must hold between the steps too; where it does not, ``seeking.others`` are
+            planned while there is time, without checkpoints.
         explain_limit: seconds for ``Compiled.explained``; 0 leaves that out.
     """
+    first = _plan(checked, options, budget, checkpoints or Checkpoints(), exports, continuous, explain_limit)
+    if not _leaps(first) or checked.mission is None:
+        return first
+    tried = 1
+    for other, more in others(checked.mission, options, budget):
+        if asked() or time.monotonic() >= budget.deadline:
+            break
+        found = _plan(checked, other, more, Checkpoints(), exports, continuous, NO_EXPLANATION)
+        tried += 1
+        if isinstance(found.outcome, Verified):
+            note = f"the plan of seed {budget.seed} does not hold between its steps; this one does"
+            report = found.outcome.report
+            return replace(found, outcome=replace(found.outcome, report=replace(report, notes=(*report.notes, note))))
+    note = f"{tried} plans were asked for, with seeds {budget.seed} to {budget.seed + tried - 1}: none holds throughout"
+    findings = (replace(each, notes=(note,)) if each.code is NOT_BETWEEN else each for each in first.findings)
+    return replace(first, findings=tuple(findings))
+
+
+def _leaps(compiled: Compiled) -> bool:
+    """Whether its plan holds at the steps and was refused for what is between them."""
+    return any(each.code is NOT_BETWEEN for each in compiled.findings)
+
+
+def _plan(
+    checked: Checked,
+    options: Options,
+    budget: Budget,
+    checkpoints: Checkpoints,
+    exports: tuple[str, ...],
+    continuous: bool,
+    explain_limit: Seconds,
+) -> Compiled:
+    """``plan``, once."""
     mission, kernel, choice = checked.mission, checked.kernel, checked.choice
     watch = Stopwatch(list(checked.seconds))
 
@@ -148,7 +182,6 @@ def plan(
 
     if mission is None or kernel is None or choice is None or not checked.ok:
         return ended(Refused())
-    checkpoints = checkpoints or Checkpoints()
     backend = load_backend(choice.backend, options, checkpoints.asked)
     if isinstance(backend, Diagnostic):
         return ended(Refused(), backend)
@@ -357,7 +390,7 @@ def _not_between(mission: Mission, certificate: Certificate) -> tuple[Diagnostic
             NOT_BETWEEN,
             each.detail,
             Label(spans[each.requirement], ""),
-            help="ask for a little more than is needed, take a shorter time step, or try another `--seed`",
+            help="ask for a little more than is needed, or take a shorter time step",
         )
         for each in certificate.between
         if not each.holds

@@ -1,12 +1,13 @@
 """What a backend is asked for: first a plan with room for a flight that misses it a little, then any plan.
 
 in   a backend, Mission, Kernel, Options, Budget
-out  its Outcome
+out  its Outcome; and what else to ask for where a plan holds at its steps alone
 """
 
 from __future__ import annotations
 
 import time
+from collections.abc import Iterator
 from dataclasses import replace
 
 from missionc.backends.api import Backend, Budget, Options, Outcome, Planned, forget
@@ -22,6 +23,13 @@ SHARE, LONGEST = 0.25, 20.0
 
 PARTS = (1.0, 0.5, 0.0)
 """Of the margin: where all of it is too much, half of it is better than none."""
+
+OTHERS = 7
+"""Plans that are asked for after one that holds at its steps alone."""
+SEEDS_EACH = 2
+"""Of them with each margin."""
+LEAST = Metres(0.05)
+"""The margin they begin with where no vehicle has one: that of a Crazyflie's profile."""
 
 
 def seek(backend: Backend, mission: Mission, kernel: Kernel, options: Options, budget: Budget) -> Outcome:
@@ -48,6 +56,17 @@ def seek(backend: Backend, mission: Mission, kernel: Kernel, options: Options, b
     if not isinstance(found, Planned):
         return found
     return _noted(found, margin, 0.0) if margin > 0 else found
+
+
+def others(mission: Mission, options: Options, budget: Budget) -> Iterator[tuple[Options, Budget]]:
+    """For a plan that holds between its steps too: other seeds, and more room where nobody said how much.
+
+    A plan that is nowhere near the border of truth at its steps seldom leaps over it.
+    """
+    margin = missed(mission) or LEAST
+    for number in range(1, OTHERS + 1):
+        more = options if options.margin is not None else replace(options, margin=margin * (1 + number // SEEDS_EACH))
+        yield more, replace(budget, seed=budget.seed + number, keep=forget, resume=None)
 
 
 def _noted(found: Planned, margin: Metres, part: float) -> Planned:

@@ -8,11 +8,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from missionc.backends.api import Budget, Options
 from missionc.cli import main
 from missionc.diagnostics.code import NOT_BETWEEN
 from missionc.driver import check, compile
 from missionc.plan import Trace
-from missionc.results import Refused
+from missionc.results import Refused, Verified
+from missionc.seeking import others
 from missionc.source import Source
 from missionc.units import Seconds
 from missionc.verify.certificate import Between, Verdict
@@ -215,3 +217,32 @@ def test_a_plan_that_leaps_over_a_wall_is_told_from_one_that_does_not(
     assert note in capsys.readouterr().out
     assert main(["monitor", "leap.mission", "out/plan.json"]) == 0
     assert main(["monitor", "leap.mission", "out/plan.json", "--continuous"]) == 3
+
+
+def test_where_a_plan_leaps_another_is_asked_for_until_one_holds_throughout(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    way_round = LEAP.replace("(3.1, 2)", "(3.1, 1.2)").replace("step 1 s", "step 0.5 s").replace("clot", "smt")
+    Path("leap.mission").write_text(way_round, encoding="utf-8")
+    first = compile("leap.mission")
+    assert isinstance(first.outcome, Verified)
+    assert not all(each.holds for each in first.outcome.certificate.between)
+    found = compile("leap.mission", continuous=True)
+    assert isinstance(found.outcome, Verified)
+    assert all(each.holds for each in found.outcome.certificate.between)
+    assert found.outcome.plan.seed > 0
+    assert "the plan of seed 0 does not hold between its steps; this one does" in found.outcome.report.notes
+
+
+def test_a_margin_that_was_asked_for_stays_where_other_plans_are() -> None:
+    checked = check(Source("leap.mission", LEAP))
+    assert checked.mission is not None
+    budget = Budget(deadline=1.0, seed=4)
+    asked = [options.margin for options, _ in others(checked.mission, Options(margin=0.01), budget)]
+    assert set(asked) == {0.01}
+    free = list(others(checked.mission, Options(), budget))
+    assert [more.seed for _, more in free] == list(range(5, 5 + len(free)))
+    margins = [options.margin or 0.0 for options, _ in free]
+    assert margins == sorted(margins)
+    assert 0 < margins[0] < margins[-1]
