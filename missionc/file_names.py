@@ -8,6 +8,10 @@ from missionc.ir import Agent
 
 MISSION = "mission"
 """Where the mission's own files lie, so that the folder can be judged from what is in it."""
+SIMULATION, SIMULATION_SCHEMA = "simulation.json", "missionc.simulation/1"
+"""Where ``simulate`` leaves what it flew, and what that says it is."""
+REPORT = "report.html"
+"""The page that is drawn of a folder."""
 
 
 def polynomials_file(file: str) -> str:

@@ -40,18 +40,21 @@ class Replayed:
 def replay(folder: Path, limits: Limits | None = None) -> Replayed:
     """Judge the plan and the polynomials that a folder holds, and whether its files are those of its manifest."""
     reopened = reopen(folder, limits)
-    if not isinstance(reopened, Reopened):
-        return Replayed(folder, reopened)
+    return judged(reopened) if isinstance(reopened, Reopened) else Replayed(folder, reopened)
+
+
+def judged(reopened: Reopened) -> Replayed:
+    """``replay``, of what was read already."""
     mission, trace = reopened.mission, reopened.trace
-    judged = verify(mission, reopened.kernel, trace)
-    if judged.passed:
-        judged = judged.joined(verify_polynomials(mission, reopened.kernel, trace, reopened.flights))
-        if judged.passed:
-            judged = judged.joined(verify_between(mission, reopened.kernel, trace, reopened.flights))
-            judged = judged.joined(Certificate(mission.name, _stated(reopened, judged)))
-    certificate = Certificate(mission.name, _files(reopened)).joined(judged)
-    findings = () if certificate.passed else (_refused(folder, certificate),)
-    return Replayed(folder, findings, reopened, certificate)
+    found = verify(mission, reopened.kernel, trace)
+    if found.passed:
+        found = found.joined(verify_polynomials(mission, reopened.kernel, trace, reopened.flights))
+        if found.passed:
+            found = found.joined(verify_between(mission, reopened.kernel, trace, reopened.flights))
+            found = found.joined(Certificate(mission.name, _stated(reopened, found)))
+    certificate = Certificate(mission.name, _files(reopened)).joined(found)
+    findings = () if certificate.passed else (_refused(reopened.path, certificate),)
+    return Replayed(reopened.path, findings, reopened, certificate)
 
 
 def _files(reopened: Reopened) -> tuple[Check, ...]:

@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 import base64
+import json
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from missionc.checking import ANY_BACKEND, check
+from missionc.file_names import SIMULATION_SCHEMA
 from missionc.plan import Plan, Trace
 from missionc.report import Plotted
 from missionc.report.pack import FAR, PER_METRE
 from missionc.source import Source
 from missionc.verify import verify
+from missionc.verify.columns import COLUMNS
 from tests.plans import Array, straight
 
 RELAY = """\
@@ -41,7 +45,9 @@ MOTION = [
 ]
 
 
-def plotted(text: str, motion: Array | list[list[list[float]]], flights: dict[str, str] | None = None) -> Plotted:
+def plotted(
+    text: str, motion: Array | list[list[list[float]]], flights: dict[str, str] | None = None, simulation: str = ""
+) -> Plotted:
     checked = check(Source("sample.mission", text), backend=ANY_BACKEND)
     assert checked.mission is not None, checked.findings
     assert checked.kernel is not None, checked.findings
@@ -49,7 +55,39 @@ def plotted(text: str, motion: Array | list[list[list[float]]], flights: dict[st
     trace: Trace = straight(motion, mission.step)
     plan = Plan(mission.name, "smt", 0, trace, ())
     certificate = verify(mission, kernel, trace)
-    return Plotted(mission, kernel, plan, certificate, flights or {}, (("sample.mission", text),))
+    return Plotted(
+        mission, kernel, plan, certificate, flights or {}, (("sample.mission", text),), simulation=simulation
+    )
+
+
+def flight(path: Array) -> str:
+    """Straight from place to place, a second for each, as polynomials: (steps + 1, 2)."""
+    rows = [",".join(COLUMNS)]
+    for start, end in pairwise(path):
+        axes = [[value, change, *[0.0] * 6] for value, change in zip(start, end - start, strict=True)]
+        rows.append(",".join(f"{number:.9g}" for number in [1.0, *axes[0], *axes[1], 1.0, *[0.0] * 15]))
+    return "\n".join(rows) + "\n"
+
+
+def simulation(motion: Array, off: float) -> str:
+    """What ``simulate`` writes of drones that are ``off`` metres above ``flight``'s, 25 times a second."""
+    times = np.arange(25 * (motion.shape[1] - 1) + 1) / 25
+    steps = np.arange(motion.shape[1])
+    names = [f"drone[{agent}]" for agent in range(len(motion))]
+    paths = [[*(np.interp(times, steps, axis) for axis in own.T), np.full(times.size, 1.0 + off)] for own in motion]
+    document = {
+        "schema": SIMULATION_SCHEMA,
+        "engine": "quadrotor",
+        "planned": [{"name": "goal", "robustness": 0.2}],
+        "requirements": [{"name": "goal", "satisfied": True, "robustness": 0.1}],
+        "tracking": [{"agent": name, "allowed": 0.05, "most": off, "at": 1.0} for name in names],
+        "room": [{"subject": "all pairs", "margin": 0.3, "at": 0.0, "agents": names[:2]}],
+        "flight": {
+            "samples_per_second": 25,
+            "agents": {name: np.round(path, 4).tolist() for name, path in zip(names, paths, strict=True)},
+        },
+    }
+    return json.dumps(document)
 
 
 def unpacked(text: str) -> NDArray[np.int64]:

@@ -8,7 +8,7 @@ import click
 
 from missionc.answers import Status, say
 from missionc.flags import folder, folders, limits_and_form, read_limits
-from missionc.replay import Replayed, replay
+from missionc.replay import replay
 
 
 @click.command("report")
@@ -24,10 +24,11 @@ from missionc.replay import Replayed, replay
 def command(path: Path, output: Path | None, limits: tuple[tuple[str, str], ...], form: str) -> Status:
     """Draw the page of a compiled folder anew, from its files; one that fails is drawn too."""
     from missionc.emit.folder import refuse_file, write_file
+    from missionc.redraw import redrawn
 
     target = output or path.absolute().with_suffix(".html")
     replayed = replay(path, read_limits(limits))
-    page = _page(replayed)
+    page = redrawn(replayed)
     findings = replayed.findings
     written = False
     if page:
@@ -38,23 +39,3 @@ def command(path: Path, output: Path | None, limits: tuple[tuple[str, str], ...]
     if not written:
         return Status.MISSION_ERRORS
     return Status.DONE if replayed.passed else Status.NOT_VERIFIED
-
-
-def _page(replayed: Replayed) -> bytes:
-    """The page's bytes; none where the folder could not be read."""
-    from missionc.monitoring import monitor
-    from missionc.plan import Plan
-    from missionc.provenance import inputs
-    from missionc.report import Plotted, report
-
-    opened, certificate = replayed.reopened, replayed.certificate
-    if opened is None or certificate is None:
-        return b""
-    mission, kernel, trace = opened.mission, opened.kernel, opened.trace
-    seed = opened.manifest.get("seed")
-    judgements = monitor(mission, kernel, trace)[: len(kernel.requirements)]
-    plan = Plan(
-        mission.name, str(opened.manifest.get("backend", "")), seed if isinstance(seed, int) else 0, trace, judgements
-    )
-    texts = tuple((name, content.decode("utf-8")) for name, content in inputs(opened.checked))
-    return report(Plotted(mission, kernel, plan, certificate, opened.flights, texts))

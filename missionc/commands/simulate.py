@@ -78,7 +78,7 @@ def command(
     plot: Path | None,
     quiet: bool,
 ) -> Status:
-    """Fly a compiled folder's polynomials in simulation, and judge the mission on the path flown."""
+    """Fly a compiled folder's polynomials in simulation, judge the mission on their path, and add it to the report."""
     if plot and plot.suffix not in (".svg", ".png"):
         raise click.BadParameter(f"`{plot}` ends neither in .svg nor in .png", param_hint="--plot")
     if engine != ENGINES[0] and (trials > 1 or any((*air, mass_error, start_error, clock_error))):
@@ -100,6 +100,13 @@ def command(
     with _progress(quiet or form == "json", trials) as listen:
         simulated = simulate(path, trial, allowed, listen)
     findings = list(simulated.findings)
+    document = summary.simulated_document(simulated)
+    if simulated.reopened and simulated.trials:
+        from missionc.emit.simulation import simulation_json
+        from missionc.redraw import laid
+
+        flown = simulation_json(simulated.reopened.mission, document, simulated.trials.flown)
+        findings += laid(path, flown, allowed)
     if (trace or plot) and simulated.reopened and simulated.trials:
         from missionc.emit.flights import draw, table
         from missionc.emit.folder import write_file
@@ -109,7 +116,7 @@ def command(
         if plot:
             picture = draw(simulated.reopened.mission, simulated.trials, plot.suffix[1:])
             findings += filter(None, [write_file(plot, picture)])
-    say(findings, summary.simulated_lines(simulated), form, summary.simulated_document(simulated))
+    say(findings, summary.simulated_lines(simulated), form, document)
     if findings:
         return Status.MISSION_ERRORS
     return Status.DONE if simulated.passed else Status.VIOLATED

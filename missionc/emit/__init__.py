@@ -11,12 +11,11 @@ from dataclasses import dataclass
 
 from missionc.diagnostics.model import Diagnostic
 from missionc.emit.certificate import certificate_json
-from missionc.emit.crazyflie import crazyflie
 from missionc.emit.manifest import Option, Provenance, manifest, sha256
 from missionc.emit.plan_json import plan_json
 from missionc.emit.trajectories import trajectories
 from missionc.export import FORMATS, flight
-from missionc.file_names import MISSION, file_names, polynomials_file
+from missionc.file_names import MISSION, REPORT, file_names, polynomials_file
 from missionc.ir import Mission
 from missionc.kernel.nodes import Kernel
 from missionc.plan import Plan
@@ -53,6 +52,9 @@ def emit(
     Args:
         exports: names of forms that the flight is to be written in as well.
     """
+    # Imported here: who draws a folder anew fits nothing, and needs no solver for that.
+    from missionc.emit.crazyflie import crazyflie
+
     flyable = crazyflie(mission, kernel, plan.trace, provenance.stretch)
     if isinstance(flyable, Diagnostic):
         return flyable
@@ -77,6 +79,6 @@ def emit(
         files[f"{MISSION}/{name}"] = content
     files["certificate.json"] = certificate_json(whole, sha256(files["plan.json"])).encode()
     texts = tuple((name, content.decode("utf-8")) for name, content in provenance.inputs)
-    files["report.html"] = report(Plotted(mission, kernel, plan, whole, flyable.files, texts))
+    files[REPORT] = report(Plotted(mission, kernel, plan, whole, flyable.files, texts))
     files["manifest.json"] = manifest(plan, provenance, files).encode()
     return Output(tuple(files.items()), whole, tuple(notes), tuple(findings))

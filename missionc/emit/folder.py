@@ -21,7 +21,7 @@ from missionc.diagnostics.model import Diagnostic
 from missionc.export import FORMATS
 
 OURS = re.compile(
-    r"(plan|certificate|manifest)\.json|trajectories\.csv|crazyflie|mission|report\.html|near_miss\.(json|svg|html)|.+\.(cnf|drat)|\.DS_Store"
+    r"(plan|certificate|manifest)\.json|trajectories\.csv|crazyflie|mission|report\.html|simulation\.json|near_miss\.(json|svg|html)|.+\.(cnf|drat)|\.DS_Store"
     rf"|export|{'|'.join(FORMATS)}"
 )
 """What may lie in an output folder; anything else was put there by somebody."""

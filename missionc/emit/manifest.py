@@ -50,8 +50,22 @@ def manifest(plan: Plan, provenance: Provenance, files: Mapping[str, bytes]) -> 
         "seed": plan.seed,
         "cut_short": provenance.cut_short or None,
     }
-    lines = [f"  {compact(key)}: {compact(value)}" for key, value in head.items()]
-    lines += [f"  {compact(key)}: {record(block, depth=1)}" for key, block in blocks.items()]
+    return _text({**head, **blocks})
+
+
+def relisted(before: Mapping[str, object], files: Mapping[str, bytes]) -> bytes:
+    """A manifest with files that were written since; everything else in it stays as it was."""
+    listed = before.get("files")
+    known = dict(listed) if isinstance(listed, dict) else {}
+    known.update((name, sha256(content)) for name, content in files.items())
+    return _text({**before, "files": {name: known[name] for name in sorted(known)}}).encode()
+
+
+def _text(entries: Mapping[str, object]) -> str:
+    lines = [
+        f"  {compact(key)}: {record(value, depth=1) if isinstance(value, dict) else compact(value)}"
+        for key, value in entries.items()
+    ]
     return "{\n" + ",\n".join(lines) + "\n}\n"
 
 

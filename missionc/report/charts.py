@@ -11,26 +11,33 @@ import numpy as np
 from missionc.ir import Agent, DoubleIntegrator, Mission, Still
 from missionc.ir.agents import top_speed
 from missionc.plan import Array
-from missionc.report.flights import Flights, Sampled
+from missionc.report.flights import Flights
 from missionc.report.pack import pack, thousandths
+from missionc.report.sampled import Placed, Sampled
+from missionc.report.simulated import Simulated
+from missionc.verify.certificate import Certificate
 from missionc.verify.solids import solid
 
 MOST_PAIRS = 1 << 21
 """Distances that are held at once."""
+
+NEARLY = 2e-3
+"""Metres: a bound that differs by less from the mission's own is that, read off a grid."""
 
 Teams: TypeAlias = dict[str, list[Agent]]
 Limit: TypeAlias = tuple[str, str, float]
 """Who sets it, the team it is for, and what it is."""
 
 
-def charts(mission: Mission, moving: Flights) -> list[dict[str, Any]]:
+def charts(mission: Mission, moving: Flights, certificate: Certificate) -> list[dict[str, Any]]:
     """Charts with a series for each motion (and team), and the limits that hold for it."""
     found = []
     if len(mission.agents) > 1:
-        nearest = [(name, "", _separation(mission, each)) for name, each in moving.by_name()]
-        found.append(_chart("separation", "m", nearest, [("mission", "", mission.separation)], low=True))
+        nearest = [(name, "", _separation(mission, each)) for name, each in moving.places()]
+        kept: list[Limit] = [("mission", "", mission.separation), *_proved(mission, moving, certificate)]
+        found.append(_chart("separation", "m", nearest, kept, low=True))
     if mission.obstacles:
-        nearest = [(name, "", _clearance(mission, each)) for name, each in moving.by_name()]
+        nearest = [(name, "", _clearance(mission, each)) for name, each in moving.places()]
         found.append(_chart("clearance", "m", nearest, [("mission", "", mission.clearance)], low=True))
     teams = _teams(mission)
     planned, flown = "dynamics", "vehicle"
@@ -50,7 +57,33 @@ def charts(mission: Mission, moving: Flights) -> list[dict[str, Any]]:
     pushes = [each for each in _largest(teams, moving, _acceleration) if each[0] == "flown" or each[2].any()]
     if pushes:
         found.append(_chart("acceleration", "m/s²", pushes, strongest, low=False))
-    return found
+    return [*found, *([_tracking(teams, moving.simulated)] if moving.simulated else [])]
+
+
+def _tracking(teams: Teams, flight: Simulated) -> dict[str, Any]:
+    """How far the simulated vehicles are from where they should be: the worst of each team."""
+    indices = {team: [agent.index for agent in agents] for team, agents in teams.items()}
+    errors = [("simulated", team, 1000 * flight.error[own].max(axis=0)) for team, own in indices.items()]
+    allowed: list[Limit] = [("vehicle", team, 1000 * float(flight.allowed[own].min())) for team, own in indices.items()]
+    return _chart("tracking error", "mm", errors, allowed, low=False)
+
+
+def _proved(mission: Mission, moving: Flights, certificate: Certificate) -> list[Limit]:
+    """The room that the proof asks for where it is tightest: of pairs, with what they may miss, how late they start.
+
+    It is more or less elsewhere, as vehicles are faster or slower there.
+    """
+    check = next((each for each in certificate.checks if each.name == "flown separation"), None)
+    if check is None or moving.flown is None or check.at is None or len(check.agents) != 2:
+        return []
+    named = {agent.name: agent for agent in mission.agents}
+    pair = [named[name] for name in check.agents]
+    first, second = (
+        np.array([np.interp(check.at, moving.flown.times, axis) for axis in moving.flown.position[agent.index].T])
+        for agent in pair
+    )
+    need = float(np.linalg.norm(first - second)) - sum(agent.radius for agent in pair) - check.margin
+    return [("proof", "", round(need, 3))] if need > mission.separation + NEARLY else []
 
 
 def _chart(
@@ -110,7 +143,7 @@ def _largest(teams: Teams, moving: Flights, of: Callable[[Sampled], Array]) -> l
     ]
 
 
-def _separation(mission: Mission, each: Sampled) -> Array:
+def _separation(mission: Mission, each: Placed) -> Array:
     """Between the bodies of the nearest pair: (samples,), metres."""
     first, second = np.triu_indices(len(mission.agents), 1)
     radius = np.array([agent.radius for agent in mission.agents])
@@ -123,7 +156,7 @@ def _separation(mission: Mission, each: Sampled) -> Array:
     return np.concatenate(found)
 
 
-def _clearance(mission: Mission, each: Sampled) -> Array:
+def _clearance(mission: Mission, each: Placed) -> Array:
     """Between the body and the obstacle that are nearest: (samples,), metres."""
     radius = np.array([agent.radius for agent in mission.agents])[:, None]
     nearest = np.full(each.times.size, np.inf)

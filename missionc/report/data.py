@@ -37,6 +37,7 @@ class Plotted:
         flights: the text of each agent's polynomials, by the agent's name; what cannot be read is not drawn.
         texts: the mission's files, the mission first: names relative to its folder, and contents.
         miss: what is wrong with a motion that is no plan, in words; empty of a plan.
+        simulation: the text of ``simulation.json``; what cannot be read is not drawn.
     """
 
     mission: Mission
@@ -46,11 +47,14 @@ class Plotted:
     flights: Mapping[str, str]
     texts: tuple[tuple[str, str], ...]
     miss: str = ""
+    simulation: str = ""
 
 
 def data(plotted: Plotted) -> dict[str, Any]:
     mission, plan = plotted.mission, plotted.plan
-    moving = flights(mission, plan.trace, plotted.flights)
+    moving = flights(mission, plan.trace, plotted.flights, plotted.simulation)
+    flown = moving.simulated.checks if moving.simulated else ()
+    judged = plotted.certificate.joined(Certificate(mission.name, flown))
     rows, tree = lanes(mission, plotted.kernel, plan.trace, places(plotted))
     return {
         "schema": "missionc.report/1",
@@ -71,8 +75,8 @@ def data(plotted: Plotted) -> dict[str, Any]:
         "texts": [{"name": name, "text": text} for name, text in plotted.texts],
         "rows": rows,
         "lanes": tree,
-        "charts": charts(mission, moving),
-        "checks": checks(plotted.certificate, mission, plotted.kernel, plan.trace),
+        "charts": charts(mission, moving, plotted.certificate),
+        "checks": checks(judged, mission, plotted.kernel, plan.trace),
         "figures": [
             {"name": figure.name, "subject": figure.subject, "value": _number(figure.value), "unit": figure.unit}
             for figure in plotted.certificate.figures
@@ -152,7 +156,7 @@ def _motion(moving: Flights) -> dict[str, Any]:
     """Positions, axis by axis, agent by agent, ``rate`` to a step."""
     return {
         name: {"rate": sampled.rate, "position": pack(thousandths(np.moveaxis(sampled.position, 2, 0)))}
-        for name, sampled in moving.by_name()
+        for name, sampled in moving.places()
     }
 
 

@@ -1,4 +1,4 @@
-"""The planned motion and the polynomials that are flown, sampled on even grids fine enough for the eye."""
+"""The planned motion, the polynomials that are flown, what a simulator made of them: on even grids fine for the eye."""
 
 from __future__ import annotations
 
@@ -8,7 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from missionc.ir import DoubleIntegrator, Mission
-from missionc.plan import Array, Trace
+from missionc.plan import Trace
+from missionc.report.sampled import Placed, Sampled
+from missionc.report.simulated import Simulated, simulated
 from missionc.verify.columns import Pieces, curves_of, read
 from missionc.verify.curves import Curves, motion
 
@@ -18,36 +20,32 @@ RATES = (8, 5, 4, 2, 1)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Sampled:
-    """``rate`` times to a step, the first at 0 and the last at the mission's end.
-
-    Args:
-        times: (samples,), seconds.
-        position, velocity, acceleration: (agents, samples, dim), metres and seconds.
-    """
-
-    rate: int
-    times: Array
-    position: Array
-    velocity: Array
-    acceleration: Array
-
-
-@dataclass(frozen=True, slots=True, eq=False)
 class Flights:
-    """``flown`` is absent where there are no polynomials that can be read."""
+    """``flown`` is absent where there are no polynomials that can be read, ``simulated`` where nobody flew them."""
 
     planned: Sampled
     flown: Sampled | None
+    simulated: Simulated | None = None
 
     def by_name(self) -> Iterator[tuple[str, Sampled]]:
         yield "planned", self.planned
         if self.flown is not None:
             yield "flown", self.flown
 
+    def places(self) -> Iterator[tuple[str, Placed]]:
+        """All motions: of the simulated one only the places are known well enough."""
+        yield from self.by_name()
+        if self.simulated is not None:
+            yield "simulated", self.simulated.placed
 
-def flights(mission: Mission, trace: Trace, files: Mapping[str, str]) -> Flights:
-    """Both motions; ``files`` are the texts of the polynomials, by agent."""
+
+def flights(mission: Mission, trace: Trace, files: Mapping[str, str], simulation: str = "") -> Flights:
+    """All motions there are.
+
+    Args:
+        files: the texts of the polynomials, by agent.
+        simulation: the text of ``simulation.json``; empty where there is none.
+    """
     numbers = trace.position.size
     rate = next((rate for rate in RATES if rate * numbers <= MOST_NUMBERS), 1)
     bends = any(isinstance(agent.dynamics, DoubleIntegrator) for agent in mission.agents)
@@ -56,7 +54,8 @@ def flights(mission: Mission, trace: Trace, files: Mapping[str, str]) -> Flights
     whole = [own for own in pieces if isinstance(own, Pieces)]
     if len(whole) < len(pieces) or any(not np.array_equal(own.duration, whole[0].duration) for own in whole):
         return Flights(planned, None)
-    return Flights(planned, _sampled(curves_of(whole, slice(mission.dimension)), mission, rate))
+    flown = _sampled(curves_of(whole, slice(mission.dimension)), mission, rate)
+    return Flights(planned, flown, simulated(mission, simulation, curves_of(whole, slice(3)), rate))
 
 
 def _sampled(curves: Curves, mission: Mission, rate: int) -> Sampled:

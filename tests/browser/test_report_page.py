@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from missionc.report import report
-from tests.reports import MOTION, RELAY, plotted
+from tests.reports import MOTION, RELAY, flight, plotted, simulation
 
 pytestmark = pytest.mark.browser
 
@@ -192,6 +192,26 @@ def test_a_volume_turns(browser: Any, tmp_path: Path) -> None:
     found.page.focus("#map")
     found.page.keyboard.press("a")
     assert found.picture() != after
+    assert found.said == []
+    found.page.close()
+
+
+def test_a_simulated_flight_can_be_followed_and_its_error_is_drawn(browser: Any, tmp_path: Path) -> None:
+    motion = np.array(MOTION)
+    flights = {f"drone[{agent}]": flight(path) for agent, path in enumerate(motion)}
+    beside = simulation(motion + np.array([0.0, 0.3]), 0.02)
+    found = opened(browser, tmp_path / "flown.html", report(plotted(RELAY, MOTION, flights, beside)))
+    choice = found.page.locator("label:has-text('motion') select")
+    assert choice.locator("option").all_inner_texts() == ["planned", "flown", "simulated"]
+    choice.select_option("flown")
+    before = found.picture()
+    choice.select_option("simulated")
+    assert found.picture() != before
+    error = found.page.locator(".lane.chart", has_text="tracking error")
+    assert "at most 50.0 mm (vehicle)" in error.inner_text()
+    # 0.3 m beside the polynomials, and 2 cm above them.
+    assert "simulated 301" in error.inner_text()
+    assert "simulated tracking" in found.text("#margins")
     assert found.said == []
     found.page.close()
 

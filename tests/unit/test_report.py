@@ -9,8 +9,9 @@ import json
 import re
 import shutil
 import subprocess
+from collections.abc import Callable
+from dataclasses import replace
 from functools import cache
-from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -26,9 +27,8 @@ from missionc.report import data, report
 from missionc.report.page import ASSETS, SCRIPTS
 from missionc.results import Verified
 from missionc.source import Source
-from missionc.verify.columns import COLUMNS
-from tests.plans import Array
-from tests.reports import MOTION, RELAY, lane, links, metres, plotted, unpacked
+from missionc.verify.certificate import Certificate, Check
+from tests.reports import MOTION, RELAY, flight, lane, links, metres, plotted, simulation, unpacked
 from tests.small import SMALL
 
 
@@ -153,6 +153,58 @@ def test_separation_is_between_bodies_at_every_sample() -> None:
     np.testing.assert_allclose(metres(chart["series"][0]["values"], 1)[0], nearest, atol=5e-4)
 
 
+def simulated(text: str) -> dict[str, Any]:
+    motion = np.array(MOTION)
+    return data(plotted(RELAY, MOTION, {f"drone[{agent}]": flight(path) for agent, path in enumerate(motion)}, text))
+
+
+def test_a_simulated_flight_is_shown_with_its_error_and_what_it_was_judged_for() -> None:
+    shown = simulated(simulation(np.array(MOTION), 0.07))
+    assert set(shown["motion"]) == {"planned", "flown", "simulated"}
+    assert shown["motion"]["simulated"]["position"] == shown["motion"]["flown"]["position"]
+    chart = next(each for each in shown["charts"] if each["name"] == "tracking error")
+    np.testing.assert_allclose(metres(chart["series"][0]["values"], 1)[0], 70.0, atol=0.01)
+    assert [each["value"] for each in chart["limits"]] == [50.0]
+    found = {(each["name"], each["subject"]): each for each in shown["checks"] if each["name"].startswith("simulated")}
+    assert found["simulated requirement", "goal"]["passed"]
+    assert found["simulated requirement", "goal"]["margin"] == 0.1
+    tracking = next(each for (name, _), each in found.items() if name == "simulated tracking")
+    assert not tracking["passed"]
+    assert tracking["margin"] == pytest.approx(-0.02)
+    assert shown["passed"]
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda found: found.update(schema="missionc.plan/1"),
+        lambda found: found["flight"]["agents"].pop("drone[1]"),
+        lambda found: found["flight"]["agents"].update({"drone[1]": [[0.0], [0.0], [float("nan")]]}),
+        lambda found: found["flight"].update(samples_per_second=0),
+        lambda found: found["flight"].update(samples_per_second=2500),
+        lambda found: found.update(tracking=[]),
+        lambda found: found.update(requirements={"goal": 1}),
+    ],
+)
+def test_a_simulation_of_something_else_is_not_drawn(change: Callable[[dict[str, Any]], object]) -> None:
+    found = json.loads(simulation(np.array(MOTION), 0.0))
+    change(found)
+    assert set(simulated(json.dumps(found))["motion"]) == {"planned", "flown"}
+
+
+def test_the_separation_that_was_proved_is_drawn_beside_the_mission_s() -> None:
+    made = plotted(RELAY, MOTION, {f"drone[{agent}]": flight(path) for agent, path in enumerate(np.array(MOTION))})
+    pair = ("drone[0]", "drone[2]")
+    proved = Check("flown separation", "all pairs", 0.1, "m", 0.0, True, 0.0, pair)
+    made = replace(made, certificate=made.certificate.joined(Certificate("relay", (proved,))))
+    chart = next(each for each in data(made)["charts"] if each["name"] == "separation")
+    # Their centres are hypot(0.5, 0.5) apart at the start, their bodies 0.2 m less.
+    assert {each["by"]: each["value"] for each in chart["limits"]} == {
+        "mission": 0.0,
+        "proof": pytest.approx(0.7071 - 0.2 - 0.1, abs=1e-3),
+    }
+
+
 # ---------------------------------------------------------------------- the page
 
 
@@ -200,15 +252,6 @@ def test_the_same_plan_gives_the_same_page() -> None:
     assert report(plotted(RELAY, MOTION)) == report(plotted(RELAY, MOTION))
 
 
-def flight(path: Array) -> str:
-    """Straight from place to place, as polynomials: (steps + 1, 2)."""
-    rows = [",".join(COLUMNS)]
-    for start, end in pairwise(path):
-        axes = [[value, change, *[0.0] * 6] for value, change in zip(start, end - start, strict=True)]
-        rows.append(",".join(f"{number:.9g}" for number in [1.0, *axes[0], *axes[1], 1.0, *[0.0] * 15]))
-    return "\n".join(rows) + "\n"
-
-
 def test_ten_agents_in_a_thousand_steps_take_less_than_600_kilobytes() -> None:
     text = RELAY.replace("drone[3]", "drone[10]").replace("horizon 4 s", "horizon 1000 s").replace("4 s]", "1000 s]")
     time = np.linspace(0, 40, 1001)
@@ -219,9 +262,9 @@ def test_ten_agents_in_a_thousand_steps_take_less_than_600_kilobytes() -> None:
         ]
     )
     flights = {f"drone[{agent}]": flight(motion[agent]) for agent in range(10)}
-    made = plotted(text, motion, flights)
+    made = plotted(text, motion, flights, simulation(motion, 0.02))
     page = report(made)
-    assert set(embedded(page.decode())["motion"]) == {"planned", "flown"}
+    assert set(embedded(page.decode())["motion"]) == {"planned", "flown", "simulated"}
     assert len(page) <= 600_000
 
 

@@ -193,6 +193,41 @@ def test_a_folder_changed_by_hand_is_flown_as_it_is_and_says_so(folder: Path, ca
     assert "note: 1 file changed since the folder was written" in capsys.readouterr().out
 
 
+def test_what_was_flown_lies_in_the_folder_which_still_verifies(folder: Path, capsys: Captured) -> None:
+    before = (folder / "report.html").read_bytes()
+    assert main(["simulate", str(folder)]) == 0
+    left = json.loads((folder / "simulation.json").read_text(encoding="utf-8"))
+    assert (left["engine"], left["passed"]) == ("quadrotor", True)
+    assert [len(left["flight"]["agents"]["drone[0]"][axis]) for axis in range(3)] == [51, 51, 51]
+    page = (folder / "report.html").read_bytes()
+    assert b'"simulated":{' in page
+    assert b'"simulated":{' not in before
+    assert main(["verify", str(folder)]) == 0
+    assert main(["report", str(folder), "-o", "again.html"]) == 0
+    assert Path("again.html").read_bytes() == page
+    assert main(["simulate", str(folder), "--wind", "1", "--seed", "3"]) in (0, 3)
+    assert json.loads((folder / "simulation.json").read_text(encoding="utf-8"))["seed"] == 3
+    assert main(["verify", str(folder)]) == 0
+    assert write_folder(folder, files(), force=True) is None
+    assert not (folder / "simulation.json").exists()
+
+
+def test_a_simulation_changed_by_hand_is_refused_and_so_is_what_was_changed_before(
+    folder: Path, capsys: Captured
+) -> None:
+    csv = folder / "trajectories.csv"
+    csv.write_text(csv.read_text(encoding="utf-8") + "\n", encoding="utf-8")
+    assert main(["simulate", str(folder)]) == 0
+    assert main(["verify", str(folder)]) == 5
+    assert "trajectories.csv" in capsys.readouterr().err
+    assert write_folder(folder, files(), force=True) is None
+    assert main(["simulate", str(folder)]) == 0
+    path = folder / "simulation.json"
+    path.write_text(path.read_text(encoding="utf-8").replace('"seed": 0', '"seed": 1'), encoding="utf-8")
+    assert main(["verify", str(folder)]) == 5
+    assert "simulation.json" in capsys.readouterr().err
+
+
 def test_nothing_that_plans_or_fits_is_loaded(folder: Path) -> None:
     program = (
         "import sys; from missionc.__main__ import main; sys.argv = ['missionc', 'simulate', sys.argv[1]]\n"

@@ -34,6 +34,9 @@ function readModel(data) {
     motions[name] = { rate: packed.rate, samples, position };
   }
 
+  // Dots for what is planned beside what is flown, dashes for what a simulator made of it.
+  const dash = (name) => (name === "simulated" ? [8, 3] : name === "planned" && motions.flown ? [2, 4] : []);
+
   // The place of an agent at a time, straight between two samples.
   function placeAt(motion, agent, time) {
     const at = Math.min(Math.max((time / data.step) * motion.rate, 0), motion.samples - 1);
@@ -58,6 +61,7 @@ function readModel(data) {
     rows,
     motions,
     placeAt,
+    dash,
     stepAt,
     graphs: data.graphs.map((graph) => ({ name: graph.name, runs: readRuns(graph.runs) })),
     formations: data.formations.map((formation) => ({ ...formation, margins: metres(formation.margins) })),

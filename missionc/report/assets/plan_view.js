@@ -49,7 +49,7 @@ function planView(model) {
     }
     if (state.layers.paths) {
       for (const [name, motion] of Object.entries(model.motions)) {
-        context.setLineDash(name === "planned" && model.motions.flown ? [2, 4] : []);
+        context.setLineDash(model.dash(name));
         for (let agent = 0; agent < model.agents; agent++) {
           context.globalAlpha = model.agents > 16 ? 0.22 : 0.4;
           context.strokeStyle = colourOf(palette, agent);

@@ -98,7 +98,7 @@ function describeLayers(model, state, change) {
   box("names", "names");
   if (model.dimension === 3) box("turning", "turning");
   if (model.motions.flown) {
-    choice("motion ", [["planned", "planned"], ["flown", "flown"]], state.follow, (follow) => change({ follow }));
+    choice("motion ", ["planned", "flown", "simulated"].filter((name) => model.motions[name]).map((name) => [name, name]), state.follow, (follow) => change({ follow }));
   }
   if (model.graphs.length) {
     const options = [...model.graphs.map((graph) => [graph.name, graph.name]), ["", "none"]];

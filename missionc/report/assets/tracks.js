@@ -230,7 +230,7 @@ function drawChart(canvas, chart, model, palette) {
   for (const series of chart.series) {
     context.strokeStyle = teams.length > 1 ? colourOf(palette, teams.indexOf(series.team)) : palette.ink;
     context.lineWidth = series.motion === "flown" ? 1.6 : 1.1;
-    context.setLineDash(series.motion === "flown" || chart.series.length === 1 ? [] : [3, 3]);
+    context.setLineDash(teams.length === chart.series.length ? [] : model.dash(series.motion));
     context.beginPath();
     series.values.forEach((value, sample) => context.lineTo((sample / (series.values.length - 1)) * width, up(value)));
     context.stroke();

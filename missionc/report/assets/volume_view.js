@@ -141,7 +141,7 @@ function volumeView(model) {
         if (state.layers.paths) {
           context.globalAlpha = 0.35;
           context.lineWidth = 1;
-          context.setLineDash(name === "planned" && model.motions.flown ? [2, 4] : []);
+          context.setLineDash(model.dash(name));
           stroke(motion, agent, 0, motion.samples - 1);
           context.setLineDash([]);
         }
