@@ -61,6 +61,7 @@ def compiled_lines(compiled: Compiled, output: str) -> list[str]:
         *(f"note: {note}" for note in compiled.outcome.report.notes),
         f"verified: {_many(len(certificate.checks), 'check')}, the tightest margin of each kind",
         *margin_lines(certificate),
+        *(f"note: {warning}" for warning in certificate.warnings),
         *between_lines(certificate.between),
     ]
     return [*lines, f"written to {output}", *file_lines(compiled.outcome.files)] if output else lines

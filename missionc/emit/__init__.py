@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 from missionc.diagnostics.model import Diagnostic
 from missionc.emit.certificate import certificate_json
+from missionc.emit.demands import demands
 from missionc.emit.manifest import Option, Provenance, manifest, sha256
 from missionc.emit.plan_json import plan_json
 from missionc.emit.trajectories import trajectories
@@ -30,7 +31,7 @@ __all__ = ["Option", "Output", "Provenance", "emit", "plan_json"]
 class Output:
     """The files of the folder, in a fixed order, and the whole certificate.
 
-    ``notes`` are what the user of the exports should know, ``findings`` why some could not be made.
+    ``notes`` are what the user of the flight and of the exports should know, ``findings`` why some could not be made.
     """
 
     files: tuple[tuple[str, bytes], ...]
@@ -66,7 +67,7 @@ def emit(
     names = file_names(mission.agents)
     for agent in mission.agents:
         files[polynomials_file(names[agent.name])] = flyable.files[agent.name].encode()
-    notes: list[str] = []
+    notes = list(demands(mission, flyable.certificate))
     findings: list[Diagnostic] = []
     for name in dict.fromkeys(exports):
         made = FORMATS[name].export(flight(mission, kernel, plan.trace, flyable.files))

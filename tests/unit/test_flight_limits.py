@@ -16,6 +16,7 @@ from missionc import ir
 from missionc.diagnostics.code import NEEDS_MORE_TIME, NOT_FLYABLE
 from missionc.diagnostics.model import Diagnostic
 from missionc.emit.crazyflie import Flyable, crazyflie
+from missionc.emit.demands import demands
 from missionc.emit.limits import Limit, cuts, limits_of, peaks
 from missionc.emit.refusals import proposed
 from missionc.plan import Trace
@@ -258,3 +259,18 @@ def test_a_vehicle_with_less_memory_gets_fewer_pieces() -> None:
     found = flown(small, trace)
     assert len(found.files["drone[0]"].splitlines()) == 21
     assert found.certificate.warnings == ()
+
+
+# ------------------------------------------------------------ plain teams
+
+
+def test_a_plain_team_that_flies_harder_than_any_profile_is_told_and_one_with_a_vehicle_is_not() -> None:
+    hops = straight([[[1.0, 1.0], [2.5, 1.0], [4.0, 1.0], [4.0, 1.0]]])
+    plain = mission_of([[1.0, 1.0]], 3)
+    (note,) = demands(plain, flown(plain, hops).certificate)
+    assert note.startswith("`drone[0]` accelerates at ")
+    assert "none of the profiles allows more than 2 m/s^2" in note
+    strong = flown_by(ir.Vehicle("strong", acceleration=20.0), plain)
+    assert demands(strong, flown(strong, hops).certificate) == ()
+    gentle = straight([[[1.0, 1.0], [1.2, 1.0], [1.4, 1.0], [1.4, 1.0]]])
+    assert demands(plain, flown(plain, gentle).certificate) == ()
