@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from missionc.ir import Agent, Mission
+from missionc.ir import Agent, Fixed, Mission
 from missionc.plan import Array
 from missionc.verify.certificate import Check, judged
 from missionc.verify.claims import Bounds, Claim
@@ -25,7 +25,7 @@ DEGREE = 7
 
 
 def check_flight(mission: Mission, agent: Agent, own: Pieces, planned: Curves) -> list[Check]:
-    """Clock, joints, rest and waypoints (and the altitude, in a plane) of an agent's file."""
+    """Clock, joints, rest and waypoints of an agent's file; altitude in a plane, yaw where that is one angle."""
     times = own.times
     # The firmware's numbers have 24 bits, wherever the world is.
     exact = MOTION * max(1.0, float(np.abs(own.coefficients[:, :, 0]).max()))
@@ -48,6 +48,11 @@ def check_flight(mission: Mission, agent: Agent, own: Pieces, planned: Curves) -
         height = from_powers(own.coefficients[:, 2:3], own.duration[:, None])
         off = (np.abs(height.points[:, 0] - agent.altitude).max(axis=-1) + height.radius[:, 0]) * GROWN
         findings.append(_worst(agent, "altitude", -off, times, exact, f"it flies at {agent.altitude:g} m"))
+    if isinstance(agent.yaw, Fixed):
+        nose = from_powers(own.coefficients[:, 3:], own.duration[:, None])
+        off = (np.abs(nose.points[:, 0] - agent.yaw.angle).max(axis=-1) + nose.radius[:, 0]) * GROWN
+        detail = f"its nose points at {agent.yaw.angle:g} rad throughout"
+        findings.append(_worst(agent, "yaw", -off, times, MOTION * max(1.0, abs(agent.yaw.angle)), detail, "rad"))
     return findings
 
 
@@ -56,14 +61,16 @@ def clock(mission: Mission) -> float:
     return CLOCK * max(1.0, mission.step * mission.steps)
 
 
-def _worst(agent: Agent, name: str, margin: Array, times: Array, tolerance: float, detail: str) -> Check:
-    """``margin`` in metres at each of the first of ``times``."""
+def _worst(
+    agent: Agent, name: str, margin: Array, times: Array, tolerance: float, detail: str, unit: str = "m"
+) -> Check:
+    """``margin`` in its unit at each of the first of ``times``."""
     index = int(margin.argmin())
     return judged(
         name,
         agent.name,
         float(margin[index]),
-        "m",
+        unit,
         tolerance,
         at=float(times[index]),
         agents=(agent.name,),

@@ -15,7 +15,7 @@ from missionc.replay import Replayed, replay
 from missionc.results import Verified
 from missionc.source import Source
 from missionc.verify import verify_polynomials
-from tests.forging import Files, Table, bulged, bumped, changed, delayed, flights, forged, lengthened, stated
+from tests.forging import Files, Table, bulged, bumped, changed, delayed, flights, forged, lengthened, stated, turned
 from tests.small import SMALL
 
 CORRIDOR = Path(__file__).resolve().parents[2] / "missions" / "crazyflie_corridor.mission"
@@ -100,6 +100,7 @@ MUTATIONS = {
     ),
     "a bulge that leaves the tube": (of_first(bulged), {"tube"}),
     "a duration off by a millisecond": (of_first(lengthened), {"duration", "clock"}),
+    "a nose that points elsewhere": (of_first(turned), {"yaw"}),
     "all durations off by a millisecond": (of_all(lengthened), {"duration"}),
 }
 
