@@ -19,6 +19,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, assert_never
 
+from missionc import unplanned
 from missionc.backends.api import (
     Budget,
     Impossible,
@@ -33,19 +34,8 @@ from missionc.backends.api import (
 )
 from missionc.backends.load import load as load_backend
 from missionc.checking import ANY_BACKEND, Stopwatch, check
-from missionc.diagnostics.code import (
-    IMPOSSIBLE,
-    NO_ROADMAP,
-    NOT_BETWEEN,
-    NOT_VERIFIED,
-    OUT_OF_MEMORY,
-    OUT_OF_TIME,
-    PROBLEM_TOO_LARGE,
-    SOLVER_GAVE_UP,
-    TRACE_UNREADABLE,
-)
-from missionc.diagnostics.model import Diagnostic, Label
-from missionc.ir import Mission
+from missionc.diagnostics.code import NOT_BETWEEN, TRACE_UNREADABLE
+from missionc.diagnostics.model import Diagnostic
 from missionc.keeping import Checkpoints, unusable, with_checkpoints
 from missionc.limits import Limits
 from missionc.plan import Plan
@@ -55,10 +45,8 @@ from missionc.results import (
     Checked,
     Compiled,
     CompileOutcome,
-    Explained,
     Monitored,
     Refused,
-    Trial,
     Unverified,
     Verified,
 )
@@ -68,7 +56,6 @@ from missionc.source import Source
 from missionc.units import Seconds
 
 if TYPE_CHECKING:
-    from missionc.verify import Certificate
     from missionc.verify.certificate import Between
 
 DEFAULT_TIME_LIMIT = Seconds(600.0)
@@ -207,9 +194,9 @@ def _plan(
                 with watch.stage("explain"):
                     explained = explain(checked, found, backend, options, whole, explain_limit)
             why = (
-                _impossible(mission, found, explained)
+                unplanned.impossible(mission, found, explained)
                 if isinstance(found, Impossible)
-                else _not_found(found, explained)
+                else unplanned.not_found(found, explained)
             )
             return replace(ended(found, why), explained=explained)
         case Planned(trace, report):
@@ -238,7 +225,7 @@ def _plan(
 
         return ended(Refused(), not_slower(mission, certificate, judgements, options.stretch))
     if not certificate.passed:
-        return ended(Unverified(certificate, report), _not_verified(certificate))
+        return ended(Unverified(certificate, report), unplanned.not_verified(certificate))
     verified = Plan(mission.name, choice.backend, budget.seed, trace, judgements)
     budget.listen(Progress("emit"))
     with watch.stage("emit"):
@@ -250,7 +237,7 @@ def _plan(
     if isinstance(output, Diagnostic):
         return ended(Refused(), output)
     report = replace(report, notes=(*report.notes, *output.notes))
-    not_between = _not_between(mission, output.certificate) if continuous else ()
+    not_between = unplanned.not_between(mission, output.certificate) if continuous else ()
     if not_between:
         return ended(Refused(), *not_between)
     return ended(Verified(verified, output.certificate, report, output.files), *output.findings)
@@ -308,102 +295,3 @@ def monitor(
 
         between = between_steps(checked.mission, checked.kernel, motion, motion_of(checked.mission, motion))
     return Monitored(checked, judgements[:asked], judgements[asked:], checked.findings, between)
-
-
-# ------------------------------------------------------------------ messages
-
-
-def _impossible(mission: Mission, found: Impossible, explained: Explained | None) -> Diagnostic:
-    """The requirements in conflict, each at its place."""
-    spans = [(each.name, each.span) for each in mission.requirements if each.name in found.conflict]
-    notes = (found.statement, *(_blamed(explained) if explained else ()), *found.report.notes)
-    if not spans:
-        return Diagnostic(
-            IMPOSSIBLE,
-            "no plan exists on the roadmap, whatever the requirements",
-            Label(mission.time_span or mission.span, "in this time"),
-            notes=notes,
-            help="give the agents more time or more room, or look at their starts and finishes",
-        )
-    names = ", ".join(f"`{name}`" for name, _ in spans)
-    conflict = f"{names} cannot be satisfied together" if len(spans) > 1 else f"{names} cannot be satisfied"
-    return Diagnostic(
-        IMPOSSIBLE,
-        f"{conflict} on the roadmap",
-        Label(spans[0][1], "this" if len(spans) > 1 else ""),
-        tuple(Label(span, "and this") for _, span in spans[1:]),
-        notes,
-        _smallest(explained)
-        if explained and explained.relaxations
-        else "relax one of them, give the agents more time, or a finer roadmap: `solve with smt { nodes = 400 }`",
-    )
-
-
-def _smallest(explained: Explained) -> str:
-    return f"the smallest change that was tried and has a plan: {explained.relaxations[0].says}"
-
-
-def _blamed(explained: Explained) -> tuple[str, ...]:
-    """Who is to blame, and by which trials that is known."""
-    who = {
-        "REQUIREMENTS": "the requirements are to blame",
-        "HORIZON": "the horizon is to blame",
-        "ROADMAP": "only these roadmaps are to blame",
-        "UNKNOWN": "what is to blame is open",
-    }[explained.blame.name]
-    says = {"planned": "there is a plan", "impossible": "there is none", "undecided": "none was found in time"}
-    trials = [
-        f"{words} {', or '.join(_variant(trial) for trial in explained.trials if trial.outcome == outcome)}"
-        for outcome, words in says.items()
-        if any(trial.outcome == outcome for trial in explained.trials)
-    ]
-    return ("; ".join([f"{who}: {trials[0]}", *trials[1:]]) if trials else who,)
-
-
-def _variant(trial: Trial) -> str:
-    return trial.says if trial.says.startswith("without ") else f"with {trial.says}"
-
-
-def _not_found(found: NotFound, explained: Explained | None) -> Diagnostic:
-    code, help_ = {
-        "TIME": (OUT_OF_TIME, "allow more with `--time-limit`"),
-        "MEMORY": (OUT_OF_MEMORY, "allow more with `--memory-limit`"),
-        "SIZE": (PROBLEM_TOO_LARGE, "allow more with `--limit clauses=…`, or use fewer nodes, steps or agents"),
-        "NO_ROADMAP": (NO_ROADMAP, "look at the starts, the dynamics and the room between obstacles"),
-        "SOLVER": (SOLVER_GAVE_UP, "try another seed with `--seed`, or another solver with `--solver`"),
-    }[found.reason.name]
-    said = () if found.statement == found.reason.value else (found.statement,)
-    return Diagnostic(
-        code,
-        f"undecided: {found.reason.value}",
-        None,
-        notes=(*said, "this says nothing about whether a plan exists"),
-        help=f"{help_}; {_smallest(explained)}" if explained and explained.relaxations else help_,
-    )
-
-
-def _not_between(mission: Mission, certificate: Certificate) -> tuple[Diagnostic, ...]:
-    """Each requirement that fails between the steps, or of which that is not known."""
-    spans = {each.name: each.span for each in mission.requirements}
-    return tuple(
-        Diagnostic(
-            NOT_BETWEEN,
-            each.detail,
-            Label(spans[each.requirement], ""),
-            help="ask for a little more than is needed, or take a shorter time step",
-        )
-        for each in certificate.between
-        if not each.holds
-    )
-
-
-def _not_verified(certificate: Certificate) -> Diagnostic:
-    return Diagnostic(
-        NOT_VERIFIED,
-        "a plan was found, but it does not pass verification: a defect of the compiler",
-        None,
-        notes=tuple(
-            f"{check.name} {check.subject}: margin {check.margin:g} {check.unit}" for check in certificate.failures[:5]
-        ),
-        help="report it with the mission and the seed; another `--seed` may do meanwhile",
-    )
