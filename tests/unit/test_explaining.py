@@ -44,6 +44,7 @@ class Picky:
     """The solver, for missions with enough of something; the others it refuses, or leaves undecided."""
 
     name = "smt"
+    refutes = True
 
     def __init__(self, name: str, least: float, refusal: Outcome | None = None) -> None:
         self.what, self.least = name, least
