@@ -16,7 +16,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from missionc.emit.fit import SAFE, Course, Plane
+from missionc.emit.fit import Course, Plane
 from missionc.emit.splines import DEGREE
 from missionc.ir import Mission, Obstacle, Path, Shape, Still, Union
 from missionc.plan import Array, Flags
@@ -124,10 +124,10 @@ def _planes(mission: Mission, course: Course, near: Near, level: Curves | None) 
     match near.other:
         case int(second):
             ends = np.stack([course.start[:, near.leg], course.end[:, near.leg]], axis=1)
-            return _between(mission, near, second, ends[near.first] - ends[second])
+            return _between(mission, near, second, ends[near.first] - ends[second], course.safe)
         case Obstacle(motion=Still()) as obstacle:
             ends = np.stack([course.start[near.first, near.leg], course.end[near.first, near.leg]])
-            return _beside(mission, near, obstacle, (0.0, 1.0), ends, np.zeros_like(ends), True)
+            return _beside(mission, near, obstacle, (0.0, 1.0), ends, np.zeros_like(ends), True, course.safe)
         case Obstacle(motion=Path(knots, offsets)) as obstacle:
             begin, end = course.times[near.leg : near.leg + 2]
             when = np.array([near.begin, near.end])
@@ -138,12 +138,13 @@ def _planes(mission: Mission, course: Course, near: Near, level: Curves | None) 
                 ends = first + share[:, None] * (last - first)
             else:
                 ends = values(level.coefficients[near.first, [near.leg] * 2], when - begin)
-            return _beside(mission, near, obstacle, (float(share[0]), float(share[1])), ends, shift, level is None)
+            part = (float(share[0]), float(share[1]))
+            return _beside(mission, near, obstacle, part, ends, shift, level is None, course.safe)
         case _:
             raise AssertionError(near)
 
 
-def _between(mission: Mission, near: Near, second: int, relative: Array) -> list[Plane]:
+def _between(mission: Mission, near: Near, second: int, relative: Array, safe: float) -> list[Plane]:
     """``relative``: (2, dim), the first agent as the second sees it, at both ends of its straight motion."""
     need = mission.agents[near.first].radius + mission.agents[second].radius + mission.separation
     start, along = relative[0], relative[1] - relative[0]
@@ -153,12 +154,19 @@ def _between(mission: Mission, near: Near, second: int, relative: Array) -> list
     distance = float(np.linalg.norm(closest))
     if distance <= LENIENT:
         return []
-    offset = np.full(DEGREE + 1, min(need + SAFE, distance - LENIENT))
+    offset = np.full(DEGREE + 1, min(need + safe, distance - LENIENT))
     return [Plane(near.leg, (0.0, 1.0), near.first, second, closest / distance, offset)]
 
 
 def _beside(
-    mission: Mission, near: Near, obstacle: Obstacle, share: tuple[float, float], ends: Array, shift: Array, relax: bool
+    mission: Mission,
+    near: Near,
+    obstacle: Obstacle,
+    share: tuple[float, float],
+    ends: Array,
+    shift: Array,
+    relax: bool,
+    safe: float,
 ) -> list[Plane]:
     """One plane for each part of the shape; ``ends`` and ``shift`` (of the obstacle) at both ends: (2, dim)."""
     need = mission.agents[near.first].radius + mission.clearance
@@ -169,7 +177,7 @@ def _beside(
         distance = solid(part, mission.dimension)
         point = _closest(distance, seen)
         normal = _gradient(distance, point)
-        level = float(normal @ point) - float(distance(point)) + need + SAFE
+        level = float(normal @ point) - float(distance(point)) + need + safe
         if relax:
             # The verified motion itself must be on this side, or nothing could be.
             level = min(level, float((seen @ normal).min()) - LENIENT)

@@ -26,7 +26,9 @@ from missionc.emit.splines import DEGREE, control_points_of, effort, part_of
 from missionc.plan import Array, Flags
 
 SAFE = 1e-5
-"""Metres kept back from every bound: more than rounding to float32 takes."""
+"""Metres kept back from every bound at least: more than rounding to float32 takes of a hall."""
+ROUNDED = 2.0**-21
+"""Of the largest coordinate, likewise: eight numbers of float32 are added up, and each is off by 2**-24 of itself."""
 REST = 4
 """Coefficients at each end of the spline that are the place where it rests."""
 ROUNDING_OFF = 0.02
@@ -65,6 +67,11 @@ class Course:
         ends = np.zeros_like(self.fixed)
         ends[[0, -1]] = True
         return ends
+
+    @property
+    def safe(self) -> float:
+        """Metres kept back from every bound: more than rounding to float32 takes, kilometres from the origin too."""
+        return max(SAFE, ROUNDED * float(np.abs(self.joint).max()))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -209,7 +216,7 @@ def _tubes(rows: Rows, index: Array, course: Course, origin: Array) -> None:
     length = np.linalg.norm(along, axis=-1)
     frame = _frames(along, length)
     # The box reaches as far past the segment's ends as beside it, its corners just inside the tube.
-    spare = np.maximum(course.radius - SAFE, course.radius / 2) / sqrt(dim)
+    spare = np.maximum(course.radius - course.safe, course.radius / 2) / sqrt(dim)
     columns = np.moveaxis(index, 3, 2)
     start = course.start - origin[:, None]
     leg, point = np.nonzero(_loose(course.pinned))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from functools import cache
 from itertools import pairwise
+from math import comb
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from missionc.diagnostics.code import NOT_FLYABLE
 from missionc.diagnostics.model import Diagnostic
 from missionc.emit.crazyflie import Flyable, crazyflie
 from missionc.emit.fit import Course, Fitted, Plane, fit
+from missionc.emit.splines import rounded
 from missionc.plan import Trace
 from missionc.verify import Certificate, verify, verify_polynomials
 from missionc.verify.columns import COLUMNS, Pieces, read
@@ -119,6 +121,25 @@ def test_a_volume_is_flown_at_its_own_heights() -> None:
     mission = mission_of(path[:, 0].tolist(), 6)
     found = flown(mission, straight(path))
     assert positions(found.files["drone[2]"], np.arange(7.0)) == pytest.approx(path[2], abs=1e-4)
+
+
+def test_what_is_kept_back_is_more_than_rounding_takes_also_kilometres_from_the_origin() -> None:
+    """A float32 number near 4000 is off by 0.0001."""
+    generator = np.random.default_rng(5)
+    points = 4000.0 + generator.uniform(-60.0, 60.0, (20, 1, 2, 8))
+    written = rounded(points, np.array([10.0]))
+    share = np.linspace(0.0, 1.0, 101)
+    powers = (10.0 * share) ** np.arange(8)[:, None]
+    basis = np.array([comb(7, k) * share**k * (1 - share) ** (7 - k) for k in range(8)])
+    moved = np.abs(written @ powers - points @ basis).max()
+    assert kept_back(points[:, 0, :, :1] - 4000.0) < moved < kept_back(points[:, 0, :, :1])
+
+
+def kept_back(joint: np.ndarray) -> float:
+    """By a fit that passes through these places."""
+    rest = np.zeros((1, 1, 2))
+    flags = np.ones(2, dtype=bool)
+    return Course(np.array([0.0, 1.0]), joint, flags, rest, rest, np.ones((1, 1)), flags).safe
 
 
 def test_double_integrators_are_followed_along_their_parabolas() -> None:
