@@ -22,6 +22,7 @@ MODULES = (
     "explain",
     "export",
     "fmt",
+    "init",
     "lsp",
     "monitor",
     "report",

@@ -99,7 +99,7 @@ PROBLEM_TOO_LARGE = Code("MC606", "the problem is too large")
 SOLVER_GAVE_UP = Code("MC607", "the solver gave up")
 
 # 7xx: output
-OUTPUT_EXISTS = Code("MC701", "the output folder exists")
+OUTPUT_EXISTS = Code("MC701", "the output exists")
 CANNOT_WRITE = Code("MC702", "the output cannot be written")
 NOT_FLYABLE = Code("MC703", "no polynomial fits the plan")
 TRACE_UNREADABLE = Code("MC704", "the trace cannot be read")

@@ -1,0 +1,48 @@
+"""The missions that ``missionc init`` begins with: one file each, in this folder.
+
+A template is a whole mission. Its first line says what it is about, after
+``# Template `NAME`: ``, and its comments what a newcomer changes.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+DEFAULT = "relay"
+
+_FIRST = re.compile(r"# Template `(?P<name>[a-z-]+)`: (?P<about>.+)\n")
+_MISSION = re.compile(r"^mission (?P<name>\w+)$", re.MULTILINE)
+
+
+@dataclass(frozen=True, slots=True)
+class Template:
+    """``about`` is its first line, a sentence; ``mission`` the name of the mission in ``text``."""
+
+    name: str
+    about: str
+    mission: str
+    text: str
+
+    def named(self, mission: str) -> str:
+        """The text of the template, with another name for the mission."""
+        return _MISSION.sub(f"mission {mission}", self.text, count=1)
+
+
+@cache
+def templates() -> dict[str, Template]:
+    """Every template by its name, the default first.
+
+    Raises:
+        ValueError: a file that does not begin as templates do, or names no mission.
+    """
+    found = {}
+    for path in sorted(Path(__file__).parent.glob("*.mission"), key=lambda path: (path.stem != DEFAULT, path.stem)):
+        text = path.read_text(encoding="utf-8")
+        first, mission = _FIRST.match(text), _MISSION.search(text)
+        if first is None or mission is None or first["name"] != path.stem:
+            raise ValueError(f"{path.name} does not begin with its name and what it is about")
+        found[path.stem] = Template(path.stem, first["about"], mission["name"], text)
+    return found
