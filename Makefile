@@ -5,7 +5,7 @@ WORKERS ?= 2
 BIN := $(VENV)/bin
 
 .DEFAULT_GOAL := help
-.PHONY: help venv test check docs format slow fuzz bench vscode clean
+.PHONY: help venv test check docs format slow fuzz bench gallery vscode clean
 
 help: ## list the commands
 	@awk -F ':.*## ' '/^[a-z]+:.*## /{printf "make %-8s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -43,6 +43,9 @@ fuzz: ## mutated missions through `check`, and edits through the language server
 
 bench: ## the measurements of docs/performance.md
 	for program in bench/*.py; do $(BIN)/python $$program || exit; done
+
+gallery: ## docs/gallery.md and its pictures, from missions/gallery
+	$(BIN)/python docs/gallery.py
 
 vscode: ## the extension for VS Code, as editors/vscode/dist/missionc.vsix; takes Node.js
 	cd editors/vscode && npm ci && npm run package

@@ -20,10 +20,15 @@ from missionc.results import Verified
 from missionc.source import Source
 from missionc.syntax.parse import parse
 from missionc.syntax.show import show
+from missionc.templates import Template, templates
 from missionc.traces import read_trace
 
 ROOT = Path(__file__).resolve().parents[2]
 FILES = sorted((ROOT / "missions").glob("*.mission"))
+GALLERY = sorted((ROOT / "missions" / "gallery").glob("*.mission"))
+LONG = ("lake_sampling", "network_bringup", "storm_front", "supply_convoy")
+"""Of the gallery, what takes longer than a few seconds."""
+
 PLANNED_BY_CLOT = ("clot_visit", "clot_star", "clot_dynamic", "crazyflie_corridor")
 """The quick ones; the others are slow."""
 
@@ -43,14 +48,14 @@ def test_a_mission_checks_without_errors(path: Path) -> None:
     assert [f"{each.code.name}: {each.message}" for each in checked.findings if not each.code.warning] == []
 
 
-@pytest.mark.parametrize("path", FILES, ids=title)
+@pytest.mark.parametrize("path", FILES + GALLERY, ids=title)
 def test_every_stage_of_a_mission_can_be_printed(path: Path) -> None:
     checked = driver.check(path)
     texts = stages.of_checked(checked, stages.BEFORE_PLANNING)
     assert [stage for stage, text in texts if text.strip()] == list(stages.BEFORE_PLANNING)
 
 
-@pytest.mark.parametrize("path", FILES, ids=title)
+@pytest.mark.parametrize("path", FILES + GALLERY, ids=title)
 def test_a_mission_printed_and_read_again_is_the_same_mission(path: Path) -> None:
     checked = driver.check(path)
     assert checked.program is not None
@@ -89,6 +94,29 @@ def test_a_mission_that_needs_both_halves_plans_verifies_and_reads_back() -> Non
     compiled_and_read_back(path, {})
 
 
+@pytest.mark.parametrize(
+    "path",
+    [pytest.param(path, marks=pytest.mark.slow) if path.stem in LONG else path for path in GALLERY],
+    ids=title,
+)
+def test_a_mission_of_the_gallery_plans_verifies_and_reads_back(path: Path) -> None:
+    compiled_and_read_back(path, {})
+
+
+@pytest.mark.parametrize("template", templates().values(), ids=lambda template: template.name)
+def test_a_template_plans_verifies_and_reads_back_under_another_name(template: Template, tmp_path: Path) -> None:
+    path = tmp_path / "mine.mission"
+    path.write_text(template.named("mine"), encoding="utf-8")
+    compiled_and_read_back(path, {})
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.parametrize("path", GALLERY, ids=title)
+def test_a_mission_of_the_gallery_plans_for_other_seeds(path: Path, seed: int) -> None:
+    compiled_and_read_back(path, {}, seed)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(3))
 @pytest.mark.parametrize("path", [path for path in FILES if path.stem not in PLANNED_BY_SMT], ids=title)
@@ -107,6 +135,9 @@ def test_a_mission_plans_verifies_and_reads_back_for_more_agents(name: str, agen
 def compiled_and_read_back(path: Path, overrides: dict[str, str], seed: int = 0) -> None:
     checked = driver.check(path, overrides=overrides)
     assert checked.mission is not None
+    assert checked.choice is not None
+    if checked.choice.backend != "smt":
+        pytest.importorskip("torch")
     compiled = driver.plan(checked, Options(), Budget(time.monotonic() + 240, seed=seed))
     assert isinstance(compiled.outcome, Verified), [finding.message for finding in compiled.findings]
     assert compiled.outcome.certificate.passed

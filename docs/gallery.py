@@ -1,0 +1,186 @@
+"""The gallery: a page and a picture for each mission of ``missions/gallery``, made from the missions.
+
+python docs/gallery.py          compiles every mission, draws its plan into docs/images/gallery, writes docs/gallery.md
+python docs/gallery.py NAME...  likewise, of these missions; the page is of all
+python docs/gallery.py --page   writes the page alone
+
+``tests/unit/test_gallery.py`` says when the page is not what the missions say.
+"""
+
+from __future__ import annotations
+
+import io
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+from missionc import driver, ir
+from missionc.backends.api import Budget, Options
+from missionc.diagnostics.model import Diagnostic
+from missionc.emit.plot import plot
+from missionc.passes.walk import bottom_up, goals
+from missionc.results import Verified
+
+ROOT = Path(__file__).resolve().parent.parent
+MISSIONS = ROOT / "missions" / "gallery"
+PAGE = ROOT / "docs" / "gallery.md"
+PICTURES = ROOT / "docs" / "images" / "gallery"
+WIDTH, COLOURS = 800, 256
+"""Of a picture: pixels, and how many colours it is reduced to."""
+SECONDS = 300
+
+PLANNED = {
+    "smt": "Planned on roadmaps",
+    "clot": "Planned in continuous space",
+    "hybrid": "Planned with both",
+}
+"""The headings, in their order, by the backend that is chosen."""
+
+ABOUT = """# Gallery
+
+Missions of real situations, each in one file of [`missions/gallery`](../missions/gallery). The pictures are the plans
+that the compiler finds, drawn by `missionc compile FILE --plot`: a ring where an agent starts, a filled mark where it
+ends, grey what nobody may touch. Take one that is near to what you need, and change it.
+"""
+
+NOTE = "<!-- Made by `make gallery` from the missions. Change those, not this. -->"
+
+
+def files() -> list[Path]:
+    """Every mission of the gallery, by name."""
+    return sorted(MISSIONS.glob("*.mission"))
+
+
+def page(missions: list[Path]) -> str:
+    """The page on them, as text."""
+    checked = {path: driver.check(path) for path in missions}
+    parts = [ABOUT + "\n" + NOTE]
+    for backend, heading in PLANNED.items():
+        chosen = [path for path, each in checked.items() if each.choice and each.choice.backend == backend]
+        if chosen:
+            parts += [f"## {heading}", *(section(path, checked[path].mission) for path in chosen)]
+    return "\n\n".join(parts) + "\n"
+
+
+def section(path: Path, mission: ir.Mission | None) -> str:
+    """One mission: its name, what its opening comment says, what is in it, and its picture."""
+    assert mission is not None, path
+    name = path.stem
+    title = name.replace("_", " ").capitalize()
+    agents = len(mission.agents)
+    facts = [
+        f"{agents} agent{'s' if agents > 1 else ''}",
+        f"{mission.step * mission.steps:g} s in steps of {mission.step:g} s",
+        *shows(mission),
+    ]
+    return "\n\n".join(
+        [
+            f"### {title}",
+            opening(path.read_text(encoding="utf-8")),
+            f"[`{path.name}`](../missions/gallery/{path.name}): {', '.join(facts)}.",
+            f"![{title}: the plan](images/gallery/{name}.png)",
+        ]
+    )
+
+
+def opening(text: str) -> str:
+    """The comment that a mission begins with, as one paragraph."""
+    lines = []
+    for line in text.splitlines():
+        if not line.startswith("#"):
+            break
+        lines.append(line.removeprefix("#").strip())
+    return " ".join(lines)
+
+
+def shows(mission: ir.Mission) -> Iterator[str]:
+    """What is remarkable in it, in the words of the language."""
+    operators, predicates = set(), set()
+    for formula in bottom_up(goal.formula for goal in goals(mission)):
+        match formula:
+            case ir.Apply(operator=operator) if operator.name not in ("and", "or", "not", "always", "eventually"):
+                operators.add(operator.name)
+            case ir.Holds(ir.Touches()):
+                predicates.add("touches")
+            case ir.Holds(ir.Inside(body=True)):
+                predicates.add("inside")
+            case ir.Holds(ir.Connected()):
+                predicates.add("connected")
+            case ir.Holds(ir.Compare()):
+                predicates.add("comparisons of states")
+            case _:
+                pass
+    yield from (f"`{word}`" for word in sorted(operators | predicates) if " " not in word)
+    yield from sorted(word for word in predicates if " " in word)
+    kinds = sorted({formation.kind for formation in mission.formations})
+    yield from (f"formation `{kind}`" for kind in kinds)
+    yield from sorted({_dynamics(agent.dynamics) for agent in mission.agents})
+    yield from sorted({f"vehicle `{each.vehicle.name}`" for each in mission.agents if each.vehicle is not ir.PLAIN})
+    if mission.dimension == 3:
+        yield "a volume"
+    if any(isinstance(obstacle.motion, ir.Path) for obstacle in mission.obstacles):
+        yield "a moving obstacle"
+    if mission.preferences:
+        yield "`prefer`"
+    if mission.objective is not ir.Objective.NONE:
+        yield f"`minimize {mission.objective.value}`"
+
+
+def _dynamics(dynamics: ir.Dynamics) -> str:
+    match dynamics:
+        case ir.SingleIntegrator():
+            return "single integrators"
+        case ir.DoubleIntegrator():
+            return "double integrators"
+        case ir.Unicycle():
+            return "unicycles"
+
+
+def picture(path: Path, seed: int = 0) -> bytes | str:
+    """The plan of a mission as a small PNG; or why there is none."""
+    checked = driver.check(path)
+    compiled = driver.plan(checked, Options(), Budget(time.monotonic() + SECONDS, seed=seed))
+    if checked.mission is None or not isinstance(compiled.outcome, Verified):
+        return "; ".join(finding.message for finding in compiled.findings)
+    plan = compiled.outcome.plan
+    drawn = plot(checked.mission, plan.trace, plan.backend, "png")
+    return drawn.message if isinstance(drawn, Diagnostic) else smaller(drawn)
+
+
+def smaller(png: bytes) -> bytes:
+    """The same picture with fewer pixels and colours."""
+    from PIL import Image
+
+    image = Image.open(io.BytesIO(png)).convert("RGB")
+    height = round(image.height * WIDTH / image.width)
+    resized = image.resize((WIDTH, height), Image.Resampling.LANCZOS)
+    # The usual choice goes by area, and thin lines would lose their colours.
+    reduced = resized.quantize(COLOURS, Image.Quantize.FASTOCTREE, dither=Image.Dither.NONE)
+    buffer = io.BytesIO()
+    reduced.save(buffer, format="png", optimize=True)
+    return buffer.getvalue()
+
+
+def main(words: list[str]) -> int:
+    PAGE.write_text(page(files()), encoding="utf-8")
+    if "--page" in words:
+        return 0
+    PICTURES.mkdir(parents=True, exist_ok=True)
+    failed = 0
+    for path in files():
+        if words and path.stem not in words:
+            continue
+        begin = time.monotonic()
+        drawn = picture(path)
+        if isinstance(drawn, str):
+            failed += 1
+            print(f"{path.stem}: no picture, {drawn}")
+            continue
+        (PICTURES / f"{path.stem}.png").write_bytes(drawn)
+        print(f"{path.stem}: {time.monotonic() - begin:.1f} s, {len(drawn) / 1000:.0f} kB")
+    return 1 if failed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
