@@ -14,6 +14,7 @@ from pathlib import Path
 
 from missionc.diagnostics.code import INCLUDE_NOT_ALLOWED
 from missionc.diagnostics.model import Diagnostic, has_errors
+from missionc.ir import PLAIN
 from missionc.limits import Limits
 from missionc.passes.check_horizons import check_horizons
 from missionc.passes.check_requirements import check_requirements
@@ -28,6 +29,7 @@ from missionc.syntax.parse import parse
 from missionc.syntax.passages import Kept
 from missionc.syntax.tokens import MOST_FINDINGS
 from missionc.units import Seconds
+from missionc.vehicles import profiles
 
 ANY_BACKEND = "any"
 """For ``check``: whether some backend can plan the mission is not asked."""
@@ -61,6 +63,7 @@ def check(
     backend: str = "auto",
     limits: Limits | None = None,
     stretch: float = 1.0,
+    vehicle: str = "",
     kept: Kept | None = None,
     before: Callable[[str], None] = ignore,
 ) -> Checked:
@@ -72,9 +75,15 @@ def check(
         backend: ``auto``, or the one to hold the mission against.
         limits: of the sizes a mission may have.
         stretch: how many times as long as written the mission lasts, in whole steps; its windows stay as they are.
+        vehicle: the name of the profile that flies teams which name none; empty for none.
         kept: what was read of the same file with the same limits before; it keeps what is read now.
         before: called with the name of each stage before it runs; what it raises ends the check.
+
+    Raises:
+        ValueError: there is no such profile.
     """
+    if vehicle and vehicle not in profiles():
+        raise ValueError(f"there is no vehicle `{vehicle}`")
     limits = limits or Limits()
     name = file.name if isinstance(file, Source) else str(file)
     source = file if isinstance(file, Source) else read_source(Path(file), name, limits)
@@ -100,6 +109,7 @@ def check(
             tuple(sources),
             tuple(unread),
             dict(overrides or {}),
+            vehicle,
             seconds=tuple(watch.seconds),
         )
 
@@ -108,7 +118,9 @@ def check(
     if program is None or has_errors(findings):
         return so_far(findings)
     with watch.stage("resolve"):
-        mission, more = resolve(program, dict(overrides or {}), limits, stretch)
+        mission, more = resolve(
+            program, dict(overrides or {}), limits, stretch, profiles()[vehicle] if vehicle else PLAIN
+        )
     findings = [*findings, *more]
     if mission is None or has_errors(findings):
         return replace(so_far(findings), program=program)

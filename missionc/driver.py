@@ -83,6 +83,7 @@ def compile(
     exports: tuple[str, ...] = (),
     continuous: bool = False,
     explain_limit: Seconds = NO_EXPLANATION,
+    vehicle: str = "",
 ) -> Compiled:
     """``check``; then, where there is no error, ``plan``.
 
@@ -91,6 +92,7 @@ def compile(
         overrides: as for ``check``.
         backend: as for ``check``.
         limits: as for ``check``.
+        vehicle: as for ``check``.
         seed: of everything drawn at random.
         time_limit: seconds from now.
         memory_limit: bytes, of the solver.
@@ -103,7 +105,7 @@ def compile(
         explain_limit: seconds of the time limit that may go into what would make an impossible mission possible.
     """
     budget = Budget(time.monotonic() + time_limit, memory_limit, seed, limits or Limits(), listen)
-    checked = check(file, overrides=overrides, backend=backend, limits=limits)
+    checked = check(file, overrides=overrides, backend=backend, limits=limits, vehicle=vehicle)
     return plan(checked, options or Options(), budget, Checkpoints(keep, resume), exports, continuous, explain_limit)
 
 
@@ -256,6 +258,7 @@ def _slower(checked: Checked, options: Options, budget: Budget) -> Checked:
         backend=ANY_BACKEND,
         limits=budget.limits,
         stretch=options.stretch,
+        vehicle=checked.vehicle,
     )
     return replace(longer, choice=checked.choice, seconds=checked.seconds)
 

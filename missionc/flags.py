@@ -13,6 +13,7 @@ from click.shell_completion import CompletionItem
 from missionc import stages
 from missionc.limits import Limits
 from missionc.nearest import nearest
+from missionc.vehicles import profiles
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 
@@ -40,6 +41,16 @@ def folder(value: str) -> Path:
     if not path.is_dir():
         raise click.UsageError(f"`{value}` is a file; name the folder that `missionc compile` wrote")
     return path
+
+
+def vehicle_name(value: str) -> str:
+    """A profile that there is."""
+    known = profiles()
+    if value not in known:
+        near = nearest(value, known)
+        hint = f"did you mean `{near}`?" if isinstance(near, str) else "`missionc vehicles` lists them"
+        raise click.UsageError(f"there is no vehicle `{value}`; {hint}")
+    return value
 
 
 def files(context: click.Context, parameter: click.Parameter, incomplete: str) -> list[CompletionItem]:
@@ -163,6 +174,14 @@ memory_limit = click.option(
     default="8GB",
     show_default=True,
     help="Of the solver; 512 is 512 MB.",
+)
+
+vehicle = click.option(
+    "--vehicle",
+    type=vehicle_name,
+    shell_complete=one_of(profiles),
+    metavar="NAME",
+    help="Fly teams that name no vehicle as this one; `missionc vehicles` lists them.",
 )
 
 watch = click.option("--watch", is_flag=True, help="Go on, and do it again whenever a file of the mission is saved.")

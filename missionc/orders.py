@@ -31,6 +31,8 @@ class Order:
     overrides: tuple[tuple[str, str], ...] = ()
     limits: Limits = field(default_factory=Limits)
     backend: str = "auto"
+    vehicle: str = ""
+    """What flies teams that name none; empty for none."""
     options: Options = field(default_factory=Options)
     seed: int = 0
     time_limit: Seconds = driver.DEFAULT_TIME_LIMIT
@@ -81,7 +83,13 @@ def fulfil(order: Order) -> Answer:
 
 def check(order: Order) -> Checked:
     """What the front end says of the mission."""
-    return driver.check(order.file, overrides=dict(order.overrides), backend=order.backend, limits=order.limits)
+    return driver.check(
+        order.file,
+        overrides=dict(order.overrides),
+        backend=order.backend,
+        limits=order.limits,
+        vehicle=order.vehicle,
+    )
 
 
 def folder_of(order: Order, checked: Checked) -> Path:

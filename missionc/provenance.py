@@ -29,6 +29,7 @@ def given(checked: Checked, options: Options) -> tuple[tuple[str, Option], ...]:
         named.extend([("samples", str(options.samples))] if options.samples is not None else [])
     named.extend([("margin", repr(options.margin))] if options.margin is not None else [])
     named.extend([("stretch", repr(options.stretch))] if options.stretch != 1 else [])
+    named.extend([("vehicle", checked.vehicle)] if checked.vehicle else [])
     return (*named, *((f"-D {name}", text) for name, text in sorted(checked.overrides.items())))
 
 

@@ -30,9 +30,10 @@ from missionc.reading import read_bytes
 from missionc.results import Checked
 from missionc.source import Source
 from missionc.traces import read_trace
+from missionc.vehicles import profiles
 
 MANIFEST, PLAN, CERTIFICATE = "manifest.json", "plan.json", "certificate.json"
-STRETCH = "stretch"
+STRETCH, VEHICLE = "stretch", "vehicle"
 MOST_FILES = 100_000
 
 
@@ -82,12 +83,16 @@ def reopen(folder: Path, limits: Limits | None = None) -> Reopened | tuple[Diagn
     stretch = _stretch(manifest)
     if stretch is None:
         return (_unusable(folder, f"the `{STRETCH}` in its `{MANIFEST}` is no number from 1 on"),)
+    vehicle = _option(manifest, VEHICLE, "")
+    if vehicle and vehicle not in profiles():
+        return (_unusable(folder, f"the `{VEHICLE}` in its `{MANIFEST}` is none that this version knows"),)
     checked = check(
         folder / MISSION / next(iter(inputs)),
         overrides=_overrides(manifest),
         backend=ANY_BACKEND,
         limits=limits,
         stretch=stretch,
+        vehicle=vehicle,
     )
     if checked.mission is None or checked.kernel is None or not checked.ok:
         return checked.findings
@@ -145,13 +150,17 @@ def _inside(name: str) -> bool:
 
 def _stretch(manifest: Mapping[str, object]) -> float | None:
     """How much slower than planned the plan is; None where something else stands there."""
-    options = manifest.get("options")
-    text = options.get(STRETCH, "1") if isinstance(options, dict) else "1"
     try:
-        stretch = float(text)
-    except (TypeError, ValueError):
+        stretch = float(_option(manifest, STRETCH, "1"))
+    except ValueError:
         return None
     return stretch if 1 <= stretch < math.inf else None
+
+
+def _option(manifest: Mapping[str, object], name: str, otherwise: str) -> str:
+    """What the command line gave, as text."""
+    options = manifest.get("options")
+    return str(options.get(name, otherwise)) if isinstance(options, dict) else otherwise
 
 
 def _overrides(manifest: Mapping[str, object]) -> dict[str, str]:

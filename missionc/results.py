@@ -42,6 +42,8 @@ class Checked:
     unread: tuple[str, ...] = ()
     """Files that are included and could not be read, by the names under which they would be sources."""
     overrides: Mapping[str, str] = field(default_factory=dict)
+    vehicle: str = ""
+    """The profile that flies the teams which name none; empty for none."""
     program: ast.Program | None = None
     mission: ir.Mission | None = None
     choice: Choice | None = None

@@ -20,13 +20,18 @@ Pairs = tuple[tuple[str, str], ...]
 @click.command("check")
 @click.argument("missions", nargs=-1, required=True, type=existing, shell_complete=files, metavar="FILE...")
 @partial(of_mission, forms=("text", "json", "sarif"))
+@flags.vehicle
 @flags.watch
-def command(missions: tuple[Path, ...], overrides: Pairs, limits: Pairs, form: str, watch: bool) -> Status:
+def command(
+    missions: tuple[Path, ...], overrides: Pairs, limits: Pairs, form: str, vehicle: str | None, watch: bool
+) -> Status:
     """Report every problem of the missions; solve nothing."""
     allowed = read_limits(limits)
 
     def check() -> list[Checked]:
-        return [driver.check(file, overrides=dict(overrides), limits=allowed) for file in missions]
+        return [
+            driver.check(file, overrides=dict(overrides), limits=allowed, vehicle=vehicle or "") for file in missions
+        ]
 
     if not watch:
         return _answer(check(), form)

@@ -21,6 +21,7 @@ Pairs = tuple[tuple[str, str], ...]
 @of_mission
 @click.option("-o", "--output", type=click.Path(path_type=Path), help="The folder to write; build/MISSION if left out.")
 @click.option("--force", is_flag=True, help="Replace the folder if it exists.")
+@flags.vehicle
 @click.option("--backend", type=click.Choice(["auto", "smt", "clot", "hybrid"]), default="auto", show_default=True)
 @click.option("--solver", type=click.Choice(["z3", "cadical", "race"]), default="z3", show_default=True)
 @click.option("--preset", type=click.Choice(PRESETS), default=PRESETS[0], show_default=True, help="How clot plans.")
@@ -106,6 +107,7 @@ def command(
     form: str,
     output: Path | None,
     force: bool,
+    vehicle: str | None,
     backend: str,
     solver: str,
     preset: str,
@@ -149,6 +151,7 @@ def command(
         overrides,
         read_limits(limits),
         backend,
+        vehicle or "",
         Options(solver, certify, captures, preset, samples, device, margin, processes, stretch),
         seed,
         Seconds(time_limit),

@@ -8,22 +8,17 @@ import click
 
 from missionc import summary
 from missionc.answers import Status
-from missionc.flags import form_flag, one_of
-from missionc.nearest import nearest
+from missionc.flags import form_flag, one_of, vehicle_name
 from missionc.passes.show_vehicle import show_vehicle
 from missionc.vehicles import profiles
 
 
 @click.command("vehicles")
-@click.argument("name", required=False, shell_complete=one_of(profiles))
+@click.argument("name", required=False, type=vehicle_name, shell_complete=one_of(profiles))
 @form_flag
 def command(name: str | None, form: str) -> Status:
     """List the vehicles a team may name; of one, every figure."""
     known = profiles()
-    if name is not None and name not in known:
-        near = nearest(name, known)
-        hint = f"did you mean `{near}`?" if isinstance(near, str) else "`missionc vehicles` lists them"
-        raise click.UsageError(f"there is no vehicle `{name}`; {hint}")
     chosen = list(known.values()) if name is None else [known[name]]
     if form == "json":
         click.echo(json.dumps(summary.vehicles_document(chosen), indent=2, allow_nan=False))

@@ -20,6 +20,6 @@ def demands(mission: Mission, certificate: Certificate) -> tuple[str, ...]:
         return ()
     when = f"{peak.at or 0.0:.2f} s"
     return (
-        f"`{peak.subject}` accelerates at {peak.value:.1f} m/s^2 at {when}, and its team names no vehicle; "
-        f"none of the profiles allows more than {most:g} m/s^2, beyond which a Crazyflie loses its path",
+        f"`{peak.subject}` accelerates at {peak.value:.1f} m/s^2 at {when}, and its team names no vehicle; no profile "
+        f"allows more than {most:g} m/s^2. `--vehicle NAME` plans for one",
     )

@@ -58,6 +58,8 @@ class Context:
     formations: dict[str, ir.Formation] = field(default_factory=dict)
     lets: dict[str, Typed] = field(default_factory=dict)
     everyone: tuple[int, ...] = ()
+    vehicle: ir.Vehicle = ir.PLAIN
+    """Of teams that name none."""
     members: int = 0
     edges: int = 0
 

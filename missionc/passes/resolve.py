@@ -42,11 +42,20 @@ from missionc.units import Dimension, Metres, Seconds, Steps
 
 
 def resolve(
-    program: ast.Program, overrides: dict[str, str], limits: Limits, stretch: float = 1.0
+    program: ast.Program,
+    overrides: dict[str, str],
+    limits: Limits,
+    stretch: float = 1.0,
+    vehicle: ir.Vehicle = ir.PLAIN,
 ) -> tuple[ir.Mission | None, list[Diagnostic]]:
-    """The mission as meant, and all that there is to say about it; lasting ``stretch`` times as long as written."""
+    """The mission as meant, and all that there is to say about it.
+
+    Args:
+        stretch: it lasts so many times as long as written.
+        vehicle: what flies its teams that name none.
+    """
     findings: list[Diagnostic] = []
-    context = Context(collect(program, findings), limits, findings)
+    context = Context(collect(program, findings), limits, findings, vehicle=vehicle)
     resolve_parameters(context, overrides)
     name = _only(context, program, ast.MissionName, "the mission's name", "start with `mission NAME`")
     time = _only(context, program, ast.Time, "the time", "add `time step 1 s, horizon 20 s`")

@@ -80,7 +80,7 @@ def _team(context: Context, team: ast.Team, size: float) -> None:
         context, [item for item in team.items if isinstance(item, ast.Setting)], _settings(context), owner
     )
     flown = _only(context, team, ast.Vehicle, "vehicle")
-    vehicle = resolve_vehicle(context, flown[0]) if flown else ir.PLAIN
+    vehicle = resolve_vehicle(context, flown[0]) if flown else context.vehicle
     turns = _only(context, team, ast.Yaw, "yaw")
     yaw = resolve_yaw(context, turns[0]) if turns else ir.AHEAD
     radius = _length(context, settings.get("radius"), Metres(vehicle.radius), f"the radius of {owner}")

@@ -95,7 +95,13 @@ class Explaining:
         self.count += 1
         self.budget.listen(Progress("explain", self.count, edit.says))
         source, overrides = edited(self.checked, edit)
-        checked = check(source, overrides=overrides, backend=self.backend.name, limits=self.budget.limits)
+        checked = check(
+            source,
+            overrides=overrides,
+            backend=self.backend.name,
+            limits=self.budget.limits,
+            vehicle=self.checked.vehicle,
+        )
         mission, kernel = checked.mission, checked.kernel
         if not checked.ok or mission is None or kernel is None:
             return Tried("wrong")

@@ -15,13 +15,26 @@ from hypothesis import strategies as st
 
 from missionc import ir
 from missionc import vehicles as package
+from missionc.checking import check
 from missionc.cli import main
 from missionc.passes.show_ir import show_ir
 from missionc.passes.show_vehicle import figures_of
+from missionc.replay import replay
+from missionc.source import Source
 from missionc.units import Metres
 from missionc.vehicles import example, profiles, read_profile
 from missionc.world.spacing import Spacing
 from tests.resolving import codes, demo, mission, only
+
+GENTLE = """\
+mission gentle
+time step 1 s, horizon 14 s
+world (0, 0) to (6, 6)
+region goal = box (3, 3) to (5, 5)
+team drone[2] { dynamics single_integrator(speed <= 1 m/s)  start at (1, 1), (1, 2.5) }
+require visit: some drone: eventually[0, 14 s] goal
+"""
+"""Slow enough for any vehicle."""
 
 FILES = sorted(Path(package.__file__).parent.glob("*.toml"))
 BODY = "dynamics single_integrator(speed <= 0.5 m/s)  start at (1, 1), (3, 1)"
@@ -234,6 +247,34 @@ def test_the_table_of_spacings_says_what_the_mission_does(
 
 
 # ---------------------------------------------------------------- the command
+
+
+def test_teams_that_name_no_vehicle_are_flown_by_the_one_that_is_asked_for() -> None:
+    own = "agent own { vehicle plain  dynamics single_integrator(speed <= 1 m/s)  start at (3, 1) }\n"
+    text = GENTLE.replace("team drone", own + "team drone")
+    found = check(Source("a.mission", text), vehicle="crazyflie21")
+    assert found.mission is not None
+    assert {agent.team: agent.vehicle.name for agent in found.mission.agents} == {
+        "drone": "crazyflie21",
+        "own": "plain",
+    }
+    assert found.vehicle == "crazyflie21"
+    with pytest.raises(ValueError, match="no vehicle `nimbus`"):
+        check(Source("a.mission", text), vehicle="nimbus")
+
+
+def test_a_folder_is_judged_by_the_vehicle_it_was_planned_for(tmp_path: Path) -> None:
+    (tmp_path / "a.mission").write_text(GENTLE)
+    folder = tmp_path / "out"
+    words = ["compile", str(tmp_path / "a.mission"), "--vehicle", "crazyflie21", "-o", str(folder)]
+    assert main(words) == 0
+    replayed = replay(folder)
+    assert replayed.passed
+    assert replayed.certificate is not None
+    assert {"flown acceleration", "flown downwash"} <= {check.name for check in replayed.certificate.checks}
+    manifest = folder / "manifest.json"
+    manifest.write_text(manifest.read_text().replace('"crazyflie21"', '"nimbus"'))
+    assert "none that this version knows" in replay(folder).findings[0].message
 
 
 def test_the_vehicles_are_listed_one_a_line(capsys: pytest.CaptureFixture[str]) -> None:
