@@ -1,7 +1,8 @@
 """The output folder: it appears whole or not at all.
 
 Everything is written into a sibling folder first and renamed into place. An
-existing folder is replaced only by force, and comes back if that fails.
+existing folder is replaced only by force, or where it holds no more than a
+nearest miss, and comes back if that fails.
 
     says MC701 MC702
 """
@@ -26,6 +27,9 @@ OURS = re.compile(
 )
 """What may lie in an output folder; anything else was put there by somebody."""
 
+MISS = re.compile(r"near_miss\.(json|svg|html)|\.DS_Store")
+"""What lies in the folder of a mission that got no plan: nobody misses it once there is one."""
+
 STAGED = re.compile(r"\.(?P<name>.+)\.missionc-(?P<process>\d+)-[0-9a-f]{8}(?P<old>\.old)?")
 
 
@@ -36,7 +40,7 @@ def refuse(target: Path, force: bool) -> Diagnostic | None:
     """
     if target.absolute().parent.is_dir():
         sweep(target.absolute().parent)
-    if os.path.lexists(target) and not (force and _replaceable(target)):
+    if os.path.lexists(target) and not _replaceable(target, force):
         return _exists(target, force)
     parent = _nearest_parent(target)
     if not parent.is_dir() or not os.access(parent, os.W_OK | os.X_OK):
@@ -121,7 +125,7 @@ def _place(staged: Path, target: Path, force: bool) -> Diagnostic | None:
     if not os.path.lexists(target):
         staged.rename(target)
         return None
-    if not (force and _replaceable(target)):
+    if not _replaceable(target, force):
         return _exists(target, force)
     aside = staged.with_name(staged.name + ".old")
     target.rename(aside)
@@ -134,9 +138,14 @@ def _place(staged: Path, target: Path, force: bool) -> Diagnostic | None:
     return None
 
 
-def _replaceable(target: Path) -> bool:
-    """Force replaces what the compiler wrote, never a home directory given by mistake."""
-    return not target.is_symlink() and target.is_dir() and not _foreign(target)
+def _replaceable(target: Path, force: bool) -> bool:
+    """Force replaces what the compiler wrote, never a home directory given by mistake; a nearest miss goes without."""
+    if target.is_symlink() or not target.is_dir():
+        return False
+    if force:
+        return not _foreign(target)
+    names = [path.name for path in target.iterdir()]
+    return bool(names) and all(MISS.fullmatch(name) for name in names)
 
 
 def _foreign(target: Path) -> list[str]:

@@ -102,7 +102,7 @@ def test_a_plan_is_over_sooner_than_without_the_objective(text: str) -> None:
     found = verified(text + "minimize duration\n")
     lasts = duration(found.plan.trace)
     assert lasts <= duration(verified(text).plan.trace)
-    assert found.report.notes[-1].startswith(f"lasts {lasts} steps, ")
+    assert any(note.startswith(f"lasts {lasts} steps, ") for note in found.report.notes)
     # From (1, 1) it is 4.5 m to `goal`: 5 steps at 2 m/s, and as many back.
     assert lasts >= (10 if text is BACK else 5)
 
@@ -125,7 +125,7 @@ def test_the_hybrid_makes_plans_shorter_too() -> None:
     text = ERRAND + "graph radio = proximity 3 m\nrequire near: drone[0]: always[0, 6 s] somewhere[hops 1..1] drone\n"
     found = verified(text + "minimize duration\n", backend="hybrid")
     assert duration(found.plan.trace) < 12
-    assert found.report.notes[-1].startswith("lasts ")
+    assert any(note.startswith("lasts ") for note in found.report.notes)
 
 
 def test_a_plan_that_cannot_be_made_shorter_is_not_lost() -> None:

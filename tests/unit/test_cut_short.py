@@ -15,7 +15,7 @@ import pytest
 
 pytest.importorskip("torch")
 
-from missionc import cli, driver
+from missionc import cli, driver, orders
 from missionc.backends.api import CutShort, NotFound, Progress, Reason
 from missionc.results import Compiled, Verified
 from missionc.signals import Stopped, asked, hold, stoppable
@@ -129,7 +129,7 @@ def test_the_command_writes_the_plan_and_says_that_it_was_cut_short(
     def listening(*_: object) -> Iterator[Listener]:
         yield at("improve", interrupted)
 
-    monkeypatch.setattr(cli, "_progress", listening)
+    monkeypatch.setattr(orders, "shown", listening)
     monkeypatch.chdir(tmp_path)
     Path("row.mission").write_text(ROW)
     with stoppable():

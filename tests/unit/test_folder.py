@@ -44,6 +44,16 @@ def test_a_folder_that_exists_is_left_as_it_is(tmp_path: Path) -> None:
     assert content(target) == {"plan.json": b"old"}
 
 
+def test_a_nearest_miss_alone_gives_way_without_force(tmp_path: Path) -> None:
+    target = tmp_path / "out"
+    write_folder(target, [("near_miss.json", b"old"), ("near_miss.html", b"old")], force=False)
+    assert write_folder(target, FILES, force=False) is None
+    assert content(target) == dict(FILES)
+    proof = tmp_path / "proof"
+    write_folder(proof, [("near_miss.json", b"old"), ("wildfire.drat", b"old")], force=False)
+    assert write_folder(proof, FILES, force=False) is not None
+
+
 def test_force_replaces_the_whole_folder(tmp_path: Path) -> None:
     target = tmp_path / "out"
     write_folder(target, [("plan.json", b"old"), ("certificate.json", b"old")], force=False)
