@@ -17,9 +17,6 @@ from missionc.diagnostics.code import CODES
 from website.links import check
 from website.pages import flat, navigation
 
-# In one process: it builds the site once.
-pytestmark = pytest.mark.xdist_group("site")
-
 ROOT = Path(__file__).resolve().parent.parent
 
 

@@ -26,8 +26,19 @@ from missionc.traces import read_trace
 ROOT = Path(__file__).resolve().parents[2]
 FILES = sorted((ROOT / "missions").glob("*.mission"))
 GALLERY = sorted((ROOT / "missions" / "gallery").glob("*.mission"))
-LONG = ("lake_sampling", "network_bringup", "storm_front", "supply_convoy")
-"""Of the gallery, what takes longer than a few seconds."""
+LONG = (
+    "battery_rotation",
+    "crop_survey",
+    "evacuation",
+    "harbour_tugs",
+    "lake_sampling",
+    "network_bringup",
+    "pylon_inspection",
+    "storm_front",
+    "supply_convoy",
+    "warehouse_picking",
+)
+"""Of the gallery, what takes longer than three seconds."""
 
 PLANNED_BY_CLOT = ("clot_visit", "clot_star", "clot_dynamic", "crazyflie_corridor")
 """The quick ones; the others are slow."""

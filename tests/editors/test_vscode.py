@@ -129,7 +129,6 @@ def test_the_lock_file_holds_a_hash_for_every_package_and_names_no_registry() ->
     assert [name for name, package in fetched.items() if "integrity" not in package] == []
 
 
-# What uses it runs in one process, which fetches once.
 @pytest.fixture(scope="module")
 def installed(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A copy of the extension with all it needs, so that nothing is left behind in the tree."""
@@ -140,7 +139,6 @@ def installed(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.mark.node
-@pytest.mark.xdist_group("vscode")
 def test_the_extensions_own_tests_pass(installed: Path) -> None:
     tested = npm(installed, "test")
     assert tested.returncode == 0, tested.stdout[-10_000:] + tested.stderr
@@ -148,7 +146,6 @@ def test_the_extensions_own_tests_pass(installed: Path) -> None:
 
 
 @pytest.mark.node
-@pytest.mark.xdist_group("vscode")
 def test_the_package_holds_what_the_extension_needs_and_nothing_else(installed: Path) -> None:
     packed = npm(installed, "run", "package")
     assert packed.returncode == 0, packed.stdout + packed.stderr

@@ -70,7 +70,7 @@ def test_every_preset_plans_a_small_mission_and_the_verifier_agrees(name: str) -
     assert isinstance(planned(OPEN, name, **samples), Planned)
 
 
-@pytest.mark.parametrize("name", ["search", "fsot"])
+@pytest.mark.parametrize("name", ["search", pytest.param("fsot", marks=pytest.mark.slow)])
 def test_the_same_seed_gives_the_same_motion_and_another_another(name: str) -> None:
     first, again, other = (planned(OPEN, name, seed, samples=16) for seed in (0, 0, 1))
     assert isinstance(first, Planned)

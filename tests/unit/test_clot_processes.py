@@ -281,7 +281,7 @@ def test_without_a_plan_the_time_limit_gives_the_best_candidate() -> None:
     assert outcome.best is not None
 
 
-@pytest.fixture(params=["sketch", "search"])
+@pytest.fixture(params=["sketch", pytest.param("search", marks=pytest.mark.slow)])
 def busy(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[subprocess.Popen[str]]:
     """A compilation that is at work in two children."""
     (tmp_path / "never.mission").write_text(NEVER)
