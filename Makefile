@@ -4,6 +4,9 @@ VENV ?= .venv
 WORKERS ?= 2
 BIN := $(VENV)/bin
 
+# What is installed is compiled where it is first imported, which is a fraction of it: that has to be kept.
+export PYTHONDONTWRITEBYTECODE :=
+
 .DEFAULT_GOAL := help
 .PHONY: help venv test check docs format slow fuzz bench gallery vscode clean
 
@@ -14,7 +17,7 @@ venv: $(BIN)/.ready ## a virtual environment with everything the tests need
 
 $(BIN)/.ready: pyproject.toml constraints.txt
 	test -x $(BIN)/python || python3 -m venv $(VENV)
-	$(BIN)/pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev]'
+	$(BIN)/pip install --quiet --no-compile --disable-pip-version-check -c constraints.txt -e '.[dev]'
 	touch $@
 
 test: venv ## install what is needed, then everything `make check` does
