@@ -17,6 +17,9 @@ from missionc.vehicles import profiles
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 
+Pairs = tuple[tuple[str, str], ...]
+"""Of flags that take NAME=VALUE, each as often as it was given."""
+
 Completer = Callable[[click.Context, click.Parameter, str], list[CompletionItem]]
 
 SIZES = {"": 1 << 20, "B": 1, "KB": 1 << 10, "MB": 1 << 20, "GB": 1 << 30}
@@ -45,11 +48,14 @@ def folder(value: str) -> Path:
 
 def vehicle_name(value: str) -> str:
     """A profile that there is."""
-    known = profiles()
+    return _known(value, profiles(), "vehicle", "`missionc vehicles` lists them")
+
+
+def _known(value: str, known: Collection[str], what: str, otherwise: str) -> str:
     if value not in known:
         near = nearest(value, known)
-        hint = f"did you mean `{near}`?" if isinstance(near, str) else "`missionc vehicles` lists them"
-        raise click.UsageError(f"there is no vehicle `{value}`; {hint}")
+        hint = f"did you mean `{near}`?" if isinstance(near, str) else otherwise
+        raise click.UsageError(f"there is no {what} `{value}`; {hint}")
     return value
 
 
@@ -122,12 +128,7 @@ def stage_names(value: str) -> tuple[str, ...]:
 
 def export_name(value: str) -> str:
     """The name of a form of export."""
-    known = exports()
-    if value not in known:
-        near = nearest(value, known)
-        hint = f"did you mean `{near}`?" if isinstance(near, str) else f"there are {', '.join(known)}"
-        raise click.UsageError(f"there is no export `{value}`; {hint}")
-    return value
+    return _known(value, exports(), "export", f"there are {', '.join(exports())}")
 
 
 def export_names(value: str) -> tuple[str, ...]:

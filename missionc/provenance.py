@@ -20,6 +20,11 @@ def inputs(checked: Checked) -> tuple[tuple[str, bytes], ...]:
     )
 
 
+def texts(checked: Checked) -> tuple[tuple[str, str], ...]:
+    """The same files as text."""
+    return tuple((name, content.decode("utf-8")) for name, content in inputs(checked))
+
+
 def given(checked: Checked, options: Options) -> tuple[tuple[str, Option], ...]:
     """What of the command line changes the plan."""
     named = [("solver", options.solver)]

@@ -16,7 +16,7 @@ from missionc.file_names import REPORT, SIMULATION
 from missionc.limits import Limits
 from missionc.monitoring import monitor
 from missionc.plan import Plan
-from missionc.provenance import inputs
+from missionc.provenance import texts
 from missionc.reopen import MANIFEST, Reopened, reopen
 from missionc.replay import Replayed, judged
 from missionc.report import Plotted, report
@@ -33,9 +33,10 @@ def redrawn(replayed: Replayed) -> bytes:
     plan = Plan(
         mission.name, str(opened.manifest.get("backend", "")), seed if isinstance(seed, int) else 0, trace, judgements
     )
-    texts = tuple((name, content.decode("utf-8")) for name, content in inputs(opened.checked))
     simulation = opened.files.get(SIMULATION, b"").decode("utf-8", errors="replace")
-    return report(Plotted(mission, kernel, plan, certificate, opened.flights, texts, simulation=simulation))
+    return report(
+        Plotted(mission, kernel, plan, certificate, opened.flights, texts(opened.checked), simulation=simulation)
+    )
 
 
 def laid(folder: Path, simulation: bytes, limits: Limits | None = None) -> tuple[Diagnostic, ...]:

@@ -14,6 +14,7 @@ from missionc import ir
 from missionc.backends.api import Attempt, Impossible, NotFound, Report
 from missionc.diagnostics.model import Diagnostic, has_errors
 from missionc.diagnostics.render import counts, render_text
+from missionc.file_names import REPORT
 from missionc.kernel.nodes import Kernel
 from missionc.notebook import framed, printed, shown
 from missionc.passes.choose_backend import Choice
@@ -83,7 +84,12 @@ class Verified:
     _repr_pretty_ = printed
 
     def _repr_html_(self) -> str:
-        return framed(dict(self.files)["report.html"].decode("utf-8"), str(self))
+        return framed(self.page, str(self))
+
+    @property
+    def page(self) -> str:
+        """The report."""
+        return dict(self.files)[REPORT].decode("utf-8")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -203,7 +209,7 @@ class Compiled:
                 return _below(
                     self.findings, *(["each of these changes has a verified plan"] if changes else []), *changes
                 )
-            case Refused() | Unverified() | NotFound():
+            case Refused() | Unverified():
                 return _below(self.findings, f"{self.checked.file}: {counts(self.findings)}")
             case _:
                 assert_never(self.outcome)
@@ -213,7 +219,7 @@ class Compiled:
     def _repr_html_(self) -> str:
         """The report, or what stands in the way of one, with the nearest miss where there is one."""
         if isinstance(self.outcome, Verified):
-            return framed(dict(self.files)["report.html"].decode("utf-8"), str(self))
+            return framed(self.outcome.page, str(self))
         missed = [content.decode("utf-8") for name, content in self.files if name == "near_miss.html"]
         return shown(self) + "".join(framed(page, "the nearest miss") for page in missed)
 

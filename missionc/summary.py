@@ -149,9 +149,9 @@ def compiled_document(compiled: Compiled, output: str, texts: list[tuple[str, st
         document["certificate"] = {"checks": len(outcome.certificate.checks), "passed": outcome.certificate.passed}
     if isinstance(outcome, NotFound):
         document["best_attempt"] = _attempt(outcome.best)
-        document |= explained_document(compiled.explained)
     if isinstance(outcome, Impossible):
         document["conflict"] = list(outcome.conflict)
+    if isinstance(outcome, Impossible | NotFound):
         document |= explained_document(compiled.explained)
     if texts:
         document["emit"] = dict(texts)

@@ -11,10 +11,8 @@ from missionc import driver, flags, summary
 from missionc.answers import Status, say
 from missionc.diagnostics.model import has_errors
 from missionc.diagnostics.render import counts
-from missionc.flags import existing, files, of_mission, read_limits
+from missionc.flags import Pairs, existing, files, of_mission, read_limits
 from missionc.results import Checked
-
-Pairs = tuple[tuple[str, str], ...]
 
 
 @click.command("check")

@@ -9,11 +9,19 @@ import click
 from missionc import driver, flags, stages
 from missionc.answers import Status
 from missionc.backends.api import DEVICES, PRESETS, Options
-from missionc.flags import existing, export_names, exports, files, of_mission, read_limits, several_of, stage_names
+from missionc.flags import (
+    Pairs,
+    existing,
+    export_names,
+    exports,
+    files,
+    of_mission,
+    read_limits,
+    several_of,
+    stage_names,
+)
 from missionc.orders import Order, fulfil
 from missionc.units import Seconds
-
-Pairs = tuple[tuple[str, str], ...]
 
 
 @click.command("compile")

@@ -9,6 +9,7 @@ import click
 
 from missionc import flags
 from missionc.answers import Status
+from missionc.file_names import REPORT
 from missionc.opening import said
 from missionc.orders import Order, fulfil
 from missionc.resources import folder
@@ -33,7 +34,7 @@ def command(output: Path | None, no_open: bool) -> Status:
     answer = fulfil(Order(folder("missions") / f"{MISSION}.mission", output=output or _fresh()))
     if answer.output:
         written = Path(answer.output)
-        page = written / "report.html"
+        page = written / REPORT
         click.echo(said(page.absolute().as_uri(), no_open, str(page)))
         click.echo(f"its mission, to copy and change: {written / 'mission' / f'{MISSION}.mission'}")
     return answer.status

@@ -14,13 +14,11 @@ from missionc.checking import check
 from missionc.diagnostics.code import CODES
 from missionc.diagnostics.explain import explain as page_of
 from missionc.explaining.page import document, explained, lines
-from missionc.flags import existing, files, of_mission, one_of, read_limits
+from missionc.flags import Pairs, existing, files, of_mission, one_of, read_limits
 from missionc.nearest import nearest
 from missionc.passes.walk import goals
 
 CODE = re.compile(r"(MC)?\d{1,3}", re.IGNORECASE)
-
-Pairs = tuple[tuple[str, str], ...]
 
 
 def _codes_or_files(context: click.Context, parameter: click.Parameter, incomplete: str) -> list[CompletionItem]:

@@ -20,11 +20,10 @@ from missionc.emit.folder import refuse_file, write_file
 from missionc.flags import form_flag
 from missionc.limits import Limits
 from missionc.source import Source
-from missionc.syntax.tokens import quoted, reserved
+from missionc.syntax.tokens import nameable, quoted, reserved
 from missionc.templates import DEFAULT, Template, templates
 
 SUFFIX = ".mission"
-NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 
 
 @click.command("init")
@@ -92,7 +91,7 @@ def _name_refused(name: str) -> Diagnostic | None:
         message = f"{quoted(name)} is a word of the language, so it cannot be the name of a mission"
         return Diagnostic(NAME_NOT_ALLOWED, message, None, help=f"choose another, such as `{name}_1`")
     most = Limits().name_length
-    if not NAME.fullmatch(name) or len(name) > most:
+    if not nameable(name) or len(name) > most:
         message = f"{quoted(name)} cannot be the name of a mission"
         note = f"a name is a letter or `_` followed by letters a to z, digits and `_`, at most {most} of them"
         return Diagnostic(
@@ -104,7 +103,7 @@ def _name_refused(name: str) -> Diagnostic | None:
 def _like(name: str) -> str:
     """A name that is one, near to what was asked for."""
     letters = re.sub(r"[^A-Za-z0-9_]+", "_", name)[:40].strip("_") or "patrol"
-    return letters if NAME.fullmatch(letters) else f"mission_{letters}"
+    return letters if nameable(letters) else f"mission_{letters}"
 
 
 def _file_refused(target: Path, force: bool) -> Diagnostic | None:

@@ -8,9 +8,7 @@ import click
 
 from missionc import driver, summary
 from missionc.answers import Status, say
-from missionc.flags import existing, files, of_mission, read_limits
-
-Pairs = tuple[tuple[str, str], ...]
+from missionc.flags import Pairs, existing, files, of_mission, read_limits
 
 
 @click.command("monitor")

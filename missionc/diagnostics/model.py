@@ -53,6 +53,11 @@ class Diagnostic:
     def severity(self) -> Severity:
         return Severity.WARNING if self.code.warning else Severity.ERROR
 
+    @property
+    def words(self) -> str:
+        """The message, why, and a way out, for who shows the place otherwise; a line each."""
+        return "\n".join([self.message, *self.notes, *([f"help: {self.help}"] if self.help else [])])
+
     def __str__(self) -> str:
         from missionc.diagnostics.render import render_text  # which renders what is defined here
 

@@ -51,12 +51,11 @@ def _rule(code: Code) -> Record:
 
 
 def _result(finding: Diagnostic, rule: int) -> Record:
-    words = [finding.message, *finding.notes, *([f"help: {finding.help}"] if finding.help else [])]
     result: Record = {
         "ruleId": finding.code.name,
         "ruleIndex": rule,
         "level": finding.severity.value,
-        "message": {"text": "\n".join(words)},
+        "message": {"text": finding.words},
         "locations": [_location(finding.primary)] if finding.primary else [],
     }
     if finding.labels:

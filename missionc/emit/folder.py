@@ -21,14 +21,14 @@ from missionc.diagnostics.code import CANNOT_WRITE, OUTPUT_EXISTS
 from missionc.diagnostics.model import Diagnostic
 from missionc.export import FORMATS
 
-OURS = re.compile(
-    r"(plan|certificate|manifest)\.json|trajectories\.csv|crazyflie|mission|report\.html|simulation\.json|near_miss\.(json|svg|html)|.+\.(cnf|drat)|\.DS_Store"
-    rf"|export|{'|'.join(FORMATS)}"
-)
-"""What may lie in an output folder; anything else was put there by somebody."""
-
 MISS = re.compile(r"near_miss\.(json|svg|html)|\.DS_Store")
 """What lies in the folder of a mission that got no plan: nobody misses it once there is one."""
+
+OURS = re.compile(
+    r"(plan|certificate|manifest)\.json|trajectories\.csv|crazyflie|mission|report\.html|simulation\.json|.+\.(cnf|drat)"
+    rf"|{MISS.pattern}|export|{'|'.join(FORMATS)}"
+)
+"""What may lie in an output folder; anything else was put there by somebody."""
 
 STAGED = re.compile(r"\.(?P<name>.+)\.missionc-(?P<process>\d+)-[0-9a-f]{8}(?P<old>\.old)?")
 

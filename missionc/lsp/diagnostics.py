@@ -35,7 +35,7 @@ def _diagnostic(text: OpenText, finding: Diagnostic) -> types.Diagnostic:
         related.insert(0, (span, finding.primary.message))
     return types.Diagnostic(
         range=text.places.range(_include(text) if elsewhere else span),
-        message=_words(finding),
+        message=finding.words,
         severity=SEVERITIES[finding.severity],
         code=finding.code.name,
         code_description=types.CodeDescription((folder("docs/errors") / f"{finding.code.name}.md").as_uri()),
@@ -43,14 +43,6 @@ def _diagnostic(text: OpenText, finding: Diagnostic) -> types.Diagnostic:
         related_information=[_related(text, *place) for place in related] or None,
         tags=[types.DiagnosticTag.Unnecessary] if finding.code is UNUSED_NAME else None,
     )
-
-
-def _words(finding: Diagnostic) -> str:
-    """The message, why, and a way out."""
-    lines = [finding.message, *finding.notes]
-    if finding.help:
-        lines.append(f"help: {finding.help}")
-    return "\n".join(lines)
 
 
 def _related(text: OpenText, span: Span, message: str) -> types.DiagnosticRelatedInformation:

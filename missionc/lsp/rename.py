@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from itertools import groupby
 
 from lsprotocol import types
@@ -13,9 +12,8 @@ from missionc.lsp.text import LIMITS, OpenText
 from missionc.passes.names import STATE_WORDS
 from missionc.source import Source
 from missionc.syntax.passages import Kept
-from missionc.syntax.tokens import reserved
+from missionc.syntax.tokens import nameable, reserved
 
-_NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 REQUEST_FAILED = int(types.LSPErrorCodes.RequestFailed)
 
 
@@ -71,7 +69,7 @@ def _name(text: OpenText, position: types.Position) -> Name:
 
 
 def _check(new: str, name: Name, outline: Outline) -> None:
-    if not _NAME.fullmatch(new):
+    if not nameable(new):
         raise RefusedError(f"`{new}` is no name: a name has the letters a to z, digits and `_`, and no digit first")
     if len(new) > LIMITS.name_length:
         raise RefusedError(f"a name of {len(new)} characters; the limit is {LIMITS.name_length}")

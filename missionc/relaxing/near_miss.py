@@ -17,7 +17,7 @@ from missionc.ir import Mission
 from missionc.kernel.nodes import Kernel
 from missionc.monitoring import monitor
 from missionc.plan import Plan, Trace
-from missionc.provenance import inputs
+from missionc.provenance import texts
 from missionc.report import Plotted, report
 from missionc.results import Checked, NearMiss, Relaxation
 from missionc.verify import verify
@@ -78,6 +78,5 @@ def _by(miss: Attempt) -> float:
 
 def _page(checked: Checked, mission: Mission, kernel: Kernel, motion: Plan, miss: Attempt) -> bytes:
     """The report of a motion that is no plan: it has no polynomials, and says what is wrong with it."""
-    texts = tuple((name, content.decode("utf-8")) for name, content in inputs(checked))
     certificate = verify(mission, kernel, motion.trace)
-    return report(Plotted(mission, kernel, motion, certificate, {}, texts, miss.violation(mission.step)))
+    return report(Plotted(mission, kernel, motion, certificate, {}, texts(checked), miss.violation(mission.step)))

@@ -149,6 +149,11 @@ class Token(NamedTuple):
         return bool(self.word) and self.text[0].isalpha() and not reserved(self.text)
 
 
+def nameable(text: str) -> bool:
+    """Whether a text has the form of a name; it may be a word of the language all the same."""
+    return _NAME_FORM.fullmatch(text) is not None
+
+
 def reserved(text: str) -> bool:
     """Whether a word can never be a name."""
     word = SPELLINGS.get(text)
@@ -177,6 +182,7 @@ _TOKEN = re.compile(
     re.VERBOSE | re.DOTALL,
 )
 _UNIT = re.compile(r"([A-Za-z]+)(?:/(?:min|ms|s|h)(?:\^?[0-9])?)?(?!\w)")
+_NAME_FORM = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 _BEFORE_COLON = re.compile(r"\s*:")
 
 

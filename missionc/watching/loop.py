@@ -12,6 +12,7 @@ import click
 from missionc.answers import Status, say
 from missionc.diagnostics.code import OUTPUT_EXISTS
 from missionc.diagnostics.render import counts, render_text
+from missionc.file_names import REPORT
 from missionc.opening import said
 from missionc.orders import Order, check, folder_of
 from missionc.watching.live import Live
@@ -63,6 +64,6 @@ def _begin(order: Order, missions: Missions, planner: Planner, live: Live, ours:
 def _show(ended: Ended, live: Live) -> None:
     """A new report where there is one; else the last one stays, with the findings above it."""
     if ended.status == Status.DONE:
-        live.tell("planned", report=(Path(ended.output) / "report.html").read_bytes())
+        live.tell("planned", report=(Path(ended.output) / REPORT).read_bytes())
     else:
         live.tell("wrong", ended.says)

@@ -175,14 +175,18 @@ def test_what_would_do_is_tried_for_the_best_candidate_and_nobody_is_blamed(monk
     assert document["near_miss"]["violates"]  # type: ignore[index]
 
 
+def on_the_rock(mission: Mission) -> Trace:
+    """All three of `TOGETHER` in one place, where nobody may be."""
+    shape = 3, mission.steps + 1
+    return Trace(mission.step, np.full((*shape, 2), (3.8, 2.8)), np.zeros((*shape, 2)), np.zeros(shape))
+
+
 def test_a_candidate_that_breaks_much_is_drawn_where_no_motion_breaks_one_requirement_alone() -> None:
     checked = driver.check(Source("a.mission", TOGETHER), backend="clot")
     mission, kernel = checked.mission, checked.kernel
     assert mission is not None
     assert kernel is not None
-    shape = 3, mission.steps + 1
-    still = Trace(mission.step, np.full((*shape, 2), (3.8, 2.8)), np.zeros((*shape, 2)), np.zeros(shape))
-    best = attempt(mission, kernel, still)
+    best = attempt(mission, kernel, on_the_rock(mission))
     missed = near_miss(checked, "clot", 0, [], best)
     assert missed is not None
     assert missed.attempt is best
@@ -216,9 +220,7 @@ def test_what_else_a_candidate_breaks_is_told_once_for_each_kind() -> None:
     mission, kernel = checked.mission, checked.kernel
     assert mission is not None
     assert kernel is not None
-    shape = 3, mission.steps + 1
-    still = Trace(mission.step, np.full((*shape, 2), (3.8, 2.8)), np.zeros((*shape, 2)), np.zeros(shape))
-    best = attempt(mission, kernel, still)
+    best = attempt(mission, kernel, on_the_rock(mission))
     assert not best.is_plan
     assert best.wrong == len(best.faults) + sum(not each.satisfied for each in best.requirements)
     assert {fault.what for fault in best.worst_faults()} == {"its start", "an obstacle", "separation"}
