@@ -1,9 +1,14 @@
-"""Mission text and places in it. A span is two offsets; line and column are worked out when a message is shown."""
+"""Mission text and places in it. A span is two offsets; line and column are worked out when a message is shown.
+
+In an editor a text changes while most of its lines stay. What was read of a passage that stays is not read
+again: its spans count from where the passage begins, so that they move along when something is put in before it.
+"""
 
 from __future__ import annotations
 
 from bisect import bisect_right
 from dataclasses import dataclass, field
+from itertools import accumulate, islice
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -15,9 +20,21 @@ class Source:
     line_starts: tuple[int, ...] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        starts = [0]
-        starts.extend(index + 1 for index, letter in enumerate(self.text) if letter == "\n")
-        object.__setattr__(self, "line_starts", tuple(starts))
+        ends = accumulate(len(line) + 1 for line in self.text.split("\n"))
+        object.__setattr__(self, "line_starts", (0, *islice(ends, self.text.count("\n"))))
+
+    @property
+    def source(self) -> Source:
+        """Itself: the whole of a source is a passage of it that begins at 0."""
+        return self
+
+    @property
+    def begin(self) -> int:
+        return 0
+
+    @property
+    def size(self) -> int:
+        return len(self.text)
 
     def place(self, offset: int) -> tuple[int, int]:
         """Line and column of an offset, both counted from 1."""
@@ -31,13 +48,39 @@ class Source:
         return self.text[start:end].rstrip("\r\n")
 
 
-@dataclass(frozen=True, slots=True)
-class Span:
-    """The characters ``start`` up to, but not at, ``end`` of a source."""
+@dataclass(slots=True, eq=False)
+class Passage:
+    """``size`` characters of a source from ``begin`` on: where they stand in the newest text that has them."""
 
     source: Source
-    start: int
-    end: int
+    begin: int
+    size: int
+
+
+@dataclass(frozen=True, slots=True, match_args=False)
+class Span:
+    """The characters ``first`` up to, but not at, ``last`` of a source, or of a passage of one.
+
+    ``start`` and ``end`` are the same place counted in the source as it is now.
+    """
+
+    whole: Source | Passage
+    first: int
+    last: int
+
+    __match_args__ = ("source", "start", "end")
+
+    @property
+    def source(self) -> Source:
+        return self.whole.source
+
+    @property
+    def start(self) -> int:
+        return self.whole.begin + self.first
+
+    @property
+    def end(self) -> int:
+        return self.whole.begin + self.last
 
     @property
     def text(self) -> str:
@@ -45,4 +88,6 @@ class Span:
 
     def to(self, other: Span) -> Span:
         """From the start of this span to the end of the other."""
+        if self.whole is other.whole:
+            return Span(self.whole, self.first, other.last)
         return Span(self.source, self.start, other.end)

@@ -14,7 +14,7 @@ from missionc.limits import Limits
 from missionc.passes.names import STATE_WORDS, Kind, Named, kind_of
 from missionc.passes.references import references
 from missionc.reading import loader
-from missionc.source import Source, Span
+from missionc.source import Passage, Source, Span
 from missionc.syntax import ast
 from missionc.syntax.parse import read
 from missionc.syntax.passages import Kept, passages
@@ -123,7 +123,7 @@ def _unread(source: Source, limits: Limits, kept: Kept) -> Iterator[Token]:
     """The words of the passages in which something is wrong."""
     for begin, end in passages(source.text):
         if source.text[begin:end] not in kept.declared:
-            tokens, _ = tokenise(source, limits, begin, end)
+            tokens, _ = tokenise(Passage(source, begin, end - begin), limits)
             yield from tokens[:-1]
 
 

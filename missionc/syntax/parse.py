@@ -25,7 +25,7 @@ from missionc.diagnostics.code import (
 )
 from missionc.diagnostics.model import Diagnostic, Label
 from missionc.limits import Limits
-from missionc.source import Source, Span
+from missionc.source import Passage, Source, Span
 from missionc.syntax import ast, table
 from missionc.syntax.build import FUNCTIONS, NESTS
 from missionc.syntax.build_formula import MisreadError
@@ -60,13 +60,14 @@ def read(source: Source, limits: Limits, load: Load, kept: Kept) -> tuple[list[a
     return _Reader(limits, load, {source.name: Span(source, 0, 0)}, kept).read(source, ())
 
 
-def read_passage(source: Source, begin: int, end: int, limits: Limits) -> tuple[list[Outcome], list[Diagnostic]]:
+def read_passage(passage: Passage, limits: Limits) -> tuple[list[Outcome], list[Diagnostic]]:
     """The declarations of a passage, or what is wrong with each; and what is wrong with single words."""
-    tokens, odd = tokenise(source, limits, begin, end)
+    begin, end = passage.begin, passage.begin + passage.size
+    tokens, odd = tokenise(passage, limits)
     outcomes = _read_declarations(tokens, 0, end, limits)
     if any(isinstance(outcome, Diagnostic) for outcome in outcomes):
         # What is said of an error speaks of the words around the passage as well.
-        tokens, _ = tokenise(source, limits, *_around(source.text, begin, end))
+        tokens, _ = tokenise(_with_neighbours(passage), limits)
         first = next(at for at, token in enumerate(tokens) if token.span.start >= begin)
         outcomes = _read_declarations(tokens, first, end, limits)
     return outcomes, odd
@@ -92,24 +93,24 @@ class _Reader:
         if sum(self.sizes) > self.limits.file_bytes:
             return [], [_too_large(source, self.sizes, chain, self.limits)]
         kept = Kept() if chain else self.kept
+        before = kept.forgotten()
         declarations: list[ast.Declaration] = []
         findings: list[Diagnostic] = []
-        read: list[tuple[int, int, tuple[ast.Declaration, ...]]] = []
         for begin, end in passages(source.text):
-            known = kept.of(source, begin, end)
-            if known is not None:
-                declarations += known
-                read.append((begin, end, known))
+            again = before.found(source, begin, end)
+            if again is not None:
+                kept.keep(*again)
+                declarations += again[1]
                 continue
-            outcomes, odd = read_passage(source, begin, end, self.limits)
+            passage = Passage(source, begin, end - begin)
+            outcomes, odd = read_passage(passage, self.limits)
             said, wrong = self._followed(outcomes, odd, source, chain)
             declarations += said
             findings += wrong
             if not wrong and not any(isinstance(outcome, ast.Include) for outcome in outcomes):
-                read.append((begin, end, tuple(said)))
+                kept.keep(passage, tuple(said))
             if len(findings) >= MOST_FINDINGS:
                 break
-        kept.keep(source, read)
         return declarations, findings
 
     def _followed(
@@ -150,11 +151,12 @@ class _Reader:
                 return self.read(loaded, chain)
 
 
-def _around(text: str, begin: int, end: int) -> tuple[int, int]:
+def _with_neighbours(passage: Passage) -> Passage:
     """From the beginning of the passage before one to the end of the passage after it."""
-    cuts = list(passages(text))
-    here = next(at for at, (first, _) in enumerate(cuts) if first == begin)
-    return cuts[max(here - 1, 0)][0], cuts[min(here + 1, len(cuts) - 1)][1]
+    cuts = list(passages(passage.source.text))
+    here = next(at for at, (first, _) in enumerate(cuts) if first == passage.begin)
+    begin, end = cuts[max(here - 1, 0)][0], cuts[min(here + 1, len(cuts) - 1)][1]
+    return Passage(passage.source, begin, end - begin)
 
 
 def _read_declarations(tokens: Sequence[Token], here: int, end: int, limits: Limits) -> list[Outcome]:

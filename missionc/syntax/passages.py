@@ -8,15 +8,12 @@ character means by those before it. Most hold one declaration.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass, field
-from typing import Any, TypeVar
 
-from missionc.source import Source, Span
+from missionc.source import Passage, Source
 from missionc.syntax import ast
 from missionc.syntax.tokens import DECLARATIONS
-
-Node = TypeVar("Node")
 
 # After `require` a word before a colon is a label, whichever it is.
 _BEGINS = re.compile(rf"^[ \t]*(?:{'|'.join(sorted(DECLARATIONS))})\b(?!\s*:)", re.MULTILINE)
@@ -36,37 +33,27 @@ def passages(text: str) -> Iterator[tuple[int, int]]:
 class Kept:
     """What each passage of a text declared when it was read last, so that only those that changed are read again.
 
-    Of one file and one set of limits; passages with findings or an ``include`` are not kept. Threads may
-    share one: a reading looks things up in what the one before left, and leaves its own as a whole.
+    Of one file and one set of limits; passages with findings or an ``include`` are not kept. The declarations
+    are the same objects each time, and their spans move along: what was made of an older text speaks of the new one.
     """
 
-    declared: dict[str, tuple[int, tuple[ast.Declaration, ...]]] = field(default_factory=dict)
+    declared: dict[str, list[tuple[Passage, tuple[ast.Declaration, ...]]]] = field(default_factory=dict)
+    """By their text; there may be several of the same."""
 
-    def of(self, source: Source, begin: int, end: int) -> tuple[ast.Declaration, ...] | None:
-        """The declarations of a passage where they stand now; None where it has to be read."""
-        known = self.declared.get(source.text[begin:end])
-        if known is None:
+    def forgotten(self) -> Kept:
+        """All of it, and nothing stays here: a reading takes from it what it finds again."""
+        before, self.declared = Kept(self.declared), {}
+        return before
+
+    def found(self, source: Source, begin: int, end: int) -> tuple[Passage, tuple[ast.Declaration, ...]] | None:
+        """A passage and its declarations, where they stand now; None where it has to be read."""
+        again = self.declared.get(source.text[begin:end])
+        if not again:
             return None
-        before, declarations = known
-        return tuple([moved(declaration, source, begin - before) for declaration in declarations])
+        passage, declarations = again.pop(0)
+        passage.source, passage.begin = source, begin
+        return passage, declarations
 
-    def keep(self, source: Source, read: Sequence[tuple[int, int, tuple[ast.Declaration, ...]]]) -> None:
-        self.declared = {source.text[begin:end]: (begin, declarations) for begin, end, declarations in read}
-
-
-def moved(node: Node, source: Source, by: int) -> Node:
-    """A tree as it would have been read in another text, ``by`` characters further on."""
-    values: list[Any] = []
-    for name in node.__match_args__:  # type: ignore[attr-defined]
-        value = getattr(node, name)
-        if isinstance(value, Span):
-            value = Span(source, value.start + by, value.end + by)
-        elif isinstance(value, tuple):
-            parts = []
-            for part in value:  # a comprehension would take a stack frame more for each level
-                parts.append(moved(part, source, by))  # noqa: PERF401
-            value = tuple(parts)
-        elif hasattr(value, "__match_args__"):
-            value = moved(value, source, by)
-        values.append(value)
-    return type(node)(*values)
+    def keep(self, passage: Passage, declarations: tuple[ast.Declaration, ...]) -> None:
+        text = passage.source.text[passage.begin : passage.begin + passage.size]
+        self.declared.setdefault(text, []).append((passage, declarations))

@@ -17,7 +17,7 @@ from typing import NamedTuple
 from missionc.diagnostics.code import NAME_NOT_ALLOWED, NUMBER_OUT_OF_RANGE, UNKNOWN_UNIT
 from missionc.diagnostics.model import Diagnostic, Fix, Label
 from missionc.limits import Limits
-from missionc.source import Source, Span
+from missionc.source import Passage, Source, Span
 from missionc.syntax.forms import UNITS_IN_FULL
 from missionc.syntax.table import END
 from missionc.units import UNITS
@@ -186,17 +186,12 @@ _NAME_FORM = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 _BEFORE_COLON = re.compile(r"\s*:")
 
 
-def tokenise(
-    source: Source, limits: Limits, begin: int = 0, end: int | None = None
-) -> tuple[list[Token], list[Diagnostic]]:
-    """The tokens of a text, END last, and what is wrong with single ones of them.
-
-    Of a part of it only, from the beginning of a line to that of another, where ``begin`` and ``end`` are given.
-    """
-    text = source.text
-    last = len(text) if end is None else end
+def tokenise(whole: Source | Passage, limits: Limits) -> tuple[list[Token], list[Diagnostic]]:
+    """The tokens of a text, or of whole lines of one, END last, and what is wrong with single ones of them."""
+    text, begin = whole.source.text, whole.begin
+    last = begin + whole.size
     tokens: list[Token] = []
-    findings = _unseen(source, begin, last)
+    findings = _unseen(whole.source, begin, last)
     position = begin
     while (match := _TOKEN.match(text, position, last)) and (group := match.lastgroup) != "end":
         assert group is not None
@@ -218,12 +213,12 @@ def tokenise(
         if kind in (NAME, written) and written in SPELLINGS:
             word = SPELLINGS[written].text
             kind = SPELLINGS[written].token or word
-        token = Token(kind, written, Span(source, start, end), word, starts_line)
+        token = Token(kind, written, Span(whole, start - begin, end - begin), word, starts_line)
         tokens.append(token)
         if kind in _CHECKS and len(findings) < MOST_FINDINGS:
             findings += _CHECKS[kind](token, limits)
         position = end
-    tokens.append(Token(END, "", Span(source, last, last), starts_line=True))
+    tokens.append(Token(END, "", Span(whole, whole.size, whole.size), starts_line=True))
     return tokens, findings
 
 

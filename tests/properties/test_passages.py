@@ -84,12 +84,24 @@ def test_only_what_changed_is_read_again() -> None:
     kept = Kept()
     before = "mission one\nregion a = box (0, 0) to (1, 1)\n"
     parse(Source("a", before), Limits(), absent, kept)
-    old = kept.declared["region a = box (0, 0) to (1, 1)\n"]
+    ((_, (old,)),) = kept.declared["region a = box (0, 0) to (1, 1)\n"]
     parse(Source("a", "# new\nmission two\nregion a = box (0, 0) to (1, 1)\n"), Limits(), absent, kept)
-    begin, (region,) = kept.declared["region a = box (0, 0) to (1, 1)\n"]
-    assert begin == old[0] + len("# new\n")
+    ((_, (region,)),) = kept.declared["region a = box (0, 0) to (1, 1)\n"]
+    assert region is old
+    assert region.span.start == len("# new\nmission two\n")
     assert region.span.text == "region a = box (0, 0) to (1, 1)"
     assert set(kept.declared) == {"# new\n", "mission two\n", "region a = box (0, 0) to (1, 1)\n"}
+
+
+def test_passages_of_the_same_text_are_told_apart() -> None:
+    kept = Kept()
+    twice = "require every a: b\n"
+    for text in (f"mission one\n{twice}{twice}", f"mission one\n{twice}# new\nregion c = d\n{twice}"):
+        program, findings = parse(Source("a", text), Limits(), absent, kept)
+        assert program is not None
+        assert not findings
+        starts = [item.span.start for item in program.declarations if item.span.text.startswith("require")]
+        assert starts == [text.index(twice), text.rindex(twice)]
 
 
 def test_a_check_ends_before_the_stage_at_which_it_is_told_to() -> None:
