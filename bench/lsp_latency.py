@@ -3,8 +3,9 @@
     python bench/lsp_latency.py [KEYS]
 
 Types into the middle of the mission, a key every 200 ms, and waits for the diagnostics of each version; then once more
-with a server that remembers nothing of the version before. Every other key changes a number, which leaves a whole
-mission to check to its end; between them a requirement is written, which is broken until its last letter. Prints
+with a server that remembers nothing of the version before. Every other key changes a number, in turn of a
+requirement, a named formula, a region and an obstacle (on which everything rests), which leaves a whole mission
+to check to its end; between them a requirement is written, which is broken until its last letter. Prints
 percentiles in milliseconds, from the change sent to the diagnostics read, protocol and processes included; those
 of the whole missions by themselves; and the server's processor time for one of those, on average, which other
 programs on the machine disturb less.
@@ -27,18 +28,27 @@ from check_time import mission  # noqa: E402
 
 URI = "file:///somewhere/typed.mission"
 LINES = 500
-TYPED = "\nrequire typed: every drone: always[0, 7 s] (safe or not survivor)"
+TYPED = "require typed: every drone: always[0, 7 s] (safe or not survivor)"
+CHANGED = (
+    f"obstacle typed_rock = disc at (9.5, 0.5) radius 0.2\nregion typed_spot = disc at (5, 9.5) radius 0.3\n"
+    f"let typed_near = distance(typed_spot) <= 5 m\n{TYPED.replace('safe', 'typed_near')}"
+)
+NUMBERS = ("7 s", "5 m", "0.3", "0.2")
+"""Of CHANGED, each in turn."""
 BETWEEN = 0.2
 """Seconds from key to key: a quick typist."""
 
 FORGETFUL = """
+from missionc.checking import Kept
 from missionc.lsp import text
 from missionc.lsp.server import serve
+from missionc.syntax import passages
 from missionc.world.areas import _buffered
 
 
 class Forgetful(text.Memory):
-    read = checked = property(lambda memory: text.Kept(), lambda memory, kept: _buffered.cache_clear())
+    read = property(lambda memory: passages.Kept(), lambda memory, kept: None)
+    checked = property(lambda memory: Kept(), lambda memory, kept: _buffered.cache_clear())
 
 
 import missionc.lsp.server as server
@@ -92,15 +102,18 @@ class Editor:
 
 
 def typed(count: int) -> list[str]:
-    """The text after each key: a requirement written in the middle, again and again."""
+    """The text after each key: something changed, or a requirement written, in the middle, again and again."""
     lines = mission(LINES).splitlines()
-    head, tail = "\n".join(lines[: LINES // 2]), "\n".join(lines[LINES // 2 :]) + "\n"
+    head, tail = "\n".join(lines[: LINES // 2]), "\n".join(lines[LINES // 2 :])
     written = [TYPED[: 1 + key // 2 % len(TYPED)] if key % 2 else whole(key) for key in range(count)]
-    return [f"{head}{words}\n{tail}" for words in written]
+    return [f"{head}\n{words}\n{tail}\n" for words in written]
 
 
 def whole(key: int) -> str:
-    return TYPED.replace("7 s", f"{1 + key // 2 % 20} s")
+    number = NUMBERS[key // 2 % len(NUMBERS)]
+    value, unit = number.partition(" ")[::2]
+    factor = 1 + key // 8 % 10 / 10
+    return CHANGED.replace(number, f"{float(value) * factor:.0f} {unit}" if unit else f"{float(value) * factor:g}")
 
 
 def measure(command: list[str], texts: list[str]) -> tuple[list[float], list[float]]:

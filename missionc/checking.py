@@ -21,12 +21,14 @@ from missionc.passes.check_requirements import check_requirements
 from missionc.passes.check_world import check_world
 from missionc.passes.choose_backend import choose_backend
 from missionc.passes.expand import expand
+from missionc.passes.ground import Ground
+from missionc.passes.remembered import Meanings
 from missionc.passes.resolve import resolve
 from missionc.reading import loader, read_source
 from missionc.results import Checked
 from missionc.source import Source, Span
+from missionc.syntax import passages
 from missionc.syntax.parse import parse
-from missionc.syntax.passages import Kept
 from missionc.syntax.tokens import MOST_FINDINGS
 from missionc.units import Seconds
 from missionc.vehicles import profiles
@@ -37,6 +39,19 @@ ANY_BACKEND = "any"
 
 def ignore(stage: str) -> None:
     """Nobody needs to know which stage runs."""
+
+
+@dataclass(slots=True)
+class Kept:
+    """What one check of a text leaves to the next, so that only what has changed since is looked at again.
+
+    Of one file and one set of limits. The results of earlier checks speak of the text as it is now, and where it is
+    being checked in another thread, of neither.
+    """
+
+    read: passages.Kept = field(default_factory=passages.Kept)
+    meant: Meanings = field(default_factory=Meanings)
+    ground: Ground | None = None
 
 
 @dataclass(slots=True)
@@ -76,7 +91,7 @@ def check(
         limits: of the sizes a mission may have.
         stretch: how many times as long as written the mission lasts, in whole steps; its windows stay as they are.
         vehicle: the name of the profile that flies teams which name none; empty for none.
-        kept: what was read of the same file with the same limits before; it keeps what is read now.
+        kept: what is known of the same file from before it was changed; from then on, what is known of it now.
         before: called with the name of each stage before it runs; what it raises ends the check.
 
     Raises:
@@ -84,7 +99,7 @@ def check(
     """
     if vehicle and vehicle not in profiles():
         raise ValueError(f"there is no vehicle `{vehicle}`")
-    limits = limits or Limits()
+    limits, kept = limits or Limits(), kept or Kept()
     name = file.name if isinstance(file, Source) else str(file)
     source = file if isinstance(file, Source) else read_source(Path(file), name, limits)
     if isinstance(source, Diagnostic):
@@ -114,19 +129,20 @@ def check(
         )
 
     with watch.stage("parse"):
-        program, findings = parse(source, limits, load_and_keep, kept)
+        program, findings = parse(source, limits, load_and_keep, kept.read)
     if program is None or has_errors(findings):
         return so_far(findings)
     with watch.stage("resolve"):
-        mission, more = resolve(
-            program, dict(overrides or {}), limits, stretch, profiles()[vehicle] if vehicle else PLAIN
-        )
+        flown = profiles()[vehicle] if vehicle else PLAIN
+        mission, more = resolve(program, dict(overrides or {}), limits, stretch, flown, kept.meant)
     findings = [*findings, *more]
     if mission is None or has_errors(findings):
         return replace(so_far(findings), program=program)
     choice = None
     with watch.stage("check"):
-        findings += [*check_horizons(mission), *check_world(mission), *check_requirements(mission)]
+        ground = None if mission.world.flat else Ground.of(mission, kept.ground)
+        kept.ground = ground
+        findings += [*check_horizons(mission), *check_world(mission, ground), *check_requirements(mission, ground)]
         if backend != ANY_BACKEND:
             choice, more = choose_backend(mission, None if backend == "auto" else backend)
             findings += more

@@ -45,19 +45,19 @@ class About(Enum):
     EITHER = "either"
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, weakref_slot=True)
 class Truth:
     value: bool
     span: Span
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, weakref_slot=True)
 class Holds:
     predicate: Predicate
     span: Span
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, weakref_slot=True)
 class Belongs:
     """The agent is one of these."""
 
@@ -65,7 +65,7 @@ class Belongs:
     span: Span
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, weakref_slot=True)
 class Apply:
     """An operator on its operands. ``comparison`` and ``number`` are ``count``'s alone (``>=``, 2)."""
 
@@ -77,7 +77,7 @@ class Apply:
     number: int = 0
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, weakref_slot=True)
 class AtLeastOf:
     """``body`` of at least ``number`` of the agents; ``every`` is all of them, ``some`` is one."""
 
@@ -88,7 +88,7 @@ class AtLeastOf:
     span: Span
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, weakref_slot=True)
 class OfAgent:
     """``body`` of that agent."""
 

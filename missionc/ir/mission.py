@@ -56,7 +56,7 @@ class SolveWith:
         return dict(self.options).get(name, default)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, weakref_slot=True)
 class Mission:
     """Everything a mission says. The states are at the steps 0 … ``steps``, both included."""
 

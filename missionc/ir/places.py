@@ -19,6 +19,11 @@ class World:
     def dimension(self) -> int:
         return len(self.low)
 
+    @property
+    def flat(self) -> bool:
+        """Whether there is no room in it."""
+        return any(low >= high for low, high in zip(self.low, self.high, strict=True))
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Region:

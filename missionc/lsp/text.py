@@ -8,13 +8,14 @@ from pathlib import Path
 
 from pygls.uris import from_fs_path, to_fs_path
 
+from missionc.checking import Kept
 from missionc.ir import Mission
 from missionc.limits import Limits
 from missionc.lsp.outline import Outline
 from missionc.lsp.positions import Places
 from missionc.results import Checked
 from missionc.source import Source
-from missionc.syntax.passages import Kept
+from missionc.syntax import passages
 
 LIMITS = Limits()
 
@@ -27,7 +28,7 @@ class Memory:
     without errors of resolution, as meant.
     """
 
-    read: Kept = field(default_factory=Kept)
+    read: passages.Kept = field(default_factory=passages.Kept)
     checked: Kept = field(default_factory=Kept)
     meant: Mission | None = None
 

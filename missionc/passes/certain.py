@@ -8,7 +8,7 @@ the bits of a number.
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterable, Mapping
+from collections.abc import Hashable, Mapping
 from dataclasses import dataclass, field
 from typing import assert_never
 
@@ -30,12 +30,11 @@ from missionc.ir import (
     Truth,
 )
 from missionc.kernel.nodes import All, Any, Node, Not, Sometime, Throughout, Until
-from missionc.passes.ground import Ground
-from missionc.passes.literals import MOST_RULES, Literal, Places, about_team, comparison, nowhere
+from missionc.passes.ground import Ground, Lies
+from missionc.passes.literals import MOST_RULES, Literal, about_team, comparison, nowhere
 from missionc.passes.ranges import of_comparison
 from missionc.passes.routes import ends_at_once, needed_here, needed_somewhere
-from missionc.passes.walk import bits_of, bottom_up, meaning
-from missionc.world.areas import covers, disjoint, empty
+from missionc.passes.walk import bits_of, formulas, meaning
 
 TRUE, FALSE = 1, -1
 """The numbers of what is simply true, and false."""
@@ -71,8 +70,8 @@ class Certain:
     """One agent of each kind (those alike in all but name), and the bits of all of that kind."""
 
 
-def certain(ground: Ground, roots: Iterable[Formula]) -> Certain:
-    """What is sure of every formula under the roots."""
+def certain(ground: Ground) -> Certain:
+    """What is sure of every formula in the mission's goals."""
     agents = ground.mission.agents
     kinds: dict[Hashable, tuple[Agent, int]] = {}
     for agent in agents:
@@ -80,7 +79,7 @@ def certain(ground: Ground, roots: Iterable[Formula]) -> Certain:
         first, bits = kinds.get(key, (agent, 0))
         kinds[key] = (first, bits | 1 << agent.index)
     known = Certain(ground, (1 << len(agents)) - 1, kinds=tuple(kinds.values()))
-    for formula in bottom_up(roots):
+    for formula in formulas(ground.mission):
         known.sure[formula] = _of_formula(known, formula)
     return known
 
@@ -248,18 +247,20 @@ def _denied(known: Certain, number: int, numbers: set[int]) -> bool:
 
 def _of_predicate(known: Certain, predicate: Predicate) -> tuple[int, int]:
     if predicate not in known.predicates:
-        known.predicates[predicate] = _bits(known, predicate)
+        if len(known.predicates) < MOST_RULES:
+            bits = known.ground.deduced.certain.of(predicate, lambda: _bits(known, predicate, by_places=True))
+        else:
+            bits = _bits(known, predicate, by_places=False)
+        known.predicates[predicate] = bits
     return known.predicates[predicate]
 
 
-def _bits(known: Certain, predicate: Predicate) -> tuple[int, int]:
+def _bits(known: Certain, predicate: Predicate, by_places: bool) -> tuple[int, int]:
     match predicate:
         case Connected() | InFormation():
             return 0, 0
         case Inside(region) | Touches(region):
-            area = known.ground.atlas.outer(region.shape)
-            ground = known.ground
-            if empty(area) or disjoint(area, ground.atlas.whole()) or covers(ground.filled, area):
+            if known.ground.lies(region.shape) is not Lies.OPEN:
                 return 0, 0  # said of the region itself
         case Compare():
             pass
@@ -267,14 +268,13 @@ def _bits(known: Certain, predicate: Predicate) -> tuple[int, int]:
             assert_never(predicate)
     true = false = 0
     for agent, bits in known.kinds:
-        holds, fails = _of_kind(known, predicate, agent)
+        holds, fails = _of_kind(known.ground, predicate, agent, by_places)
         true, false = true | (bits if holds else 0), false | (bits if fails else 0)
     return true, false
 
 
-def _of_kind(known: Certain, predicate: Predicate, agent: Agent) -> tuple[bool, bool]:
+def _of_kind(ground: Ground, predicate: Predicate, agent: Agent, by_places: bool) -> tuple[bool, bool]:
     """Whether agents of this kind surely have the predicate, and surely not."""
-    ground = known.ground
     if isinstance(predicate, Compare):
         values = of_comparison(ground, agent, predicate)
         slack = 1e-9 * max(1.0, abs(predicate.constant))
@@ -282,8 +282,8 @@ def _of_kind(known: Certain, predicate: Predicate, agent: Agent) -> tuple[bool, 
         fails = values.high < -slack
         if holds or fails or about_team(predicate):
             return holds, fails
-    if len(known.predicates) >= MOST_RULES:
+    if not by_places:
         return False, False
-    places = Places(ground.atlas, agent.radius, agent.radius)
+    places = ground.places([agent])
     literal, free = Literal(predicate, True), ground.free(agent.radius)
     return nowhere(places.rule(literal.opposite), free), nowhere(places.rule(literal), free)

@@ -17,7 +17,7 @@ from missionc.diagnostics.model import Diagnostic, Label
 from missionc.ir import Agent, Anywhere, Exactly, Mission, Region, top_speed
 from missionc.passes.facts import Fact, gather
 from missionc.passes.ground import Ground
-from missionc.passes.literals import Literal, Places, Unbounded
+from missionc.passes.literals import Literal, Unbounded
 from missionc.passes.wording import listed, metres, seconds, speed
 from missionc.source import Span
 from missionc.syntax.tokens import MOST_FINDINGS
@@ -71,8 +71,7 @@ def _journeys_to_finish(ground: Ground, agents: list[Agent]) -> list[Journey]:
 def _requirements(mission: Mission, ground: Ground) -> list[Diagnostic]:
     if not mission.agents:
         return []
-    radii = [agent.radius for agent in mission.agents]
-    places = Places(ground.atlas, min(radii), max(radii))
+    places = ground.places(mission.agents)
     findings: list[Diagnostic] = []
     for requirement in mission.requirements:
         if len(findings) >= MOST_FINDINGS:

@@ -37,7 +37,7 @@ from missionc.kernel.nodes import (
     Until,
 )
 from missionc.passes.in_text_order import in_text_order
-from missionc.passes.walk import bottom_up, goals, meaning, operands, operator_words
+from missionc.passes.walk import bottom_up, formulas, goals, meaning, once, operands, operator_words
 from missionc.passes.wording import seconds
 from missionc.source import Span
 
@@ -60,7 +60,7 @@ class Look:
 
 def check_horizons(mission: Mission) -> list[Diagnostic]:
     """Each outermost window that looks past the mission's last step."""
-    looks = steps_ahead(goal.formula for goal in goals(mission))
+    looks = {formula: _look(formula) for formula in formulas(mission)}
     seen: set[Formula] = set()
     return in_text_order(
         [
@@ -78,23 +78,25 @@ def steps_ahead(roots: Iterable[Formula]) -> dict[Formula, Look]:
     Source:
         [strel] Definition 5, with ``until``'s left side asked one step less far.
     """
-    looks: dict[Formula, Look] = {}
-    for formula in bottom_up(roots):
-        below = operands(formula)
-        if not isinstance(formula, Apply) or formula.operator.spatial or len(below) > 2:  # a chain of `and` or `or`
-            then = max(below, key=lambda operand: looks[operand].total, default=None)
-            looks[formula] = Look(looks[then].total if then else 0, 0, then)
-            continue
-        node, places = meaning(formula)
-        blank: dict[Node, float] = dict.fromkeys(places, 0)
-        totals = [
-            (_needed(node, {**blank, place: looks[operand].total}), looks[operand].total, operand)
-            for place, operand in zip(places, below, strict=True)
-        ]
-        total, rest, furthest = max(totals, key=lambda entry: entry[:2])
-        own = total - rest if math.isfinite(total) else _needed(node, blank)
-        looks[formula] = Look(total, int(own), furthest)
-    return looks
+    return {formula: _look(formula) for formula in bottom_up(roots)}
+
+
+@once
+def _look(formula: Formula) -> Look:
+    """How far one looks; asked bottom up it never goes deeper than one operand."""
+    below = operands(formula)
+    if not isinstance(formula, Apply) or formula.operator.spatial or len(below) > 2:  # a chain of `and` or `or`
+        then = max(below, key=lambda operand: _look(operand).total, default=None)
+        return Look(_look(then).total if then else 0, 0, then)
+    node, places = meaning(formula)
+    blank: dict[Node, float] = dict.fromkeys(places, 0)
+    totals = [
+        (_needed(node, {**blank, place: _look(operand).total}), _look(operand).total, operand)
+        for place, operand in zip(places, below, strict=True)
+    ]
+    total, rest, furthest = max(totals, key=lambda entry: entry[:2])
+    own = total - rest if math.isfinite(total) else _needed(node, blank)
+    return Look(total, int(own), furthest)
 
 
 def outermost_windows(root: Formula, looks: Mapping[Formula, Look], seen: set[Formula]) -> list[Apply]:

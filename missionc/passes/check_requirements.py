@@ -21,9 +21,8 @@ from missionc.passes.check_contradictions import contradictions
 from missionc.passes.check_routes import check_routes
 from missionc.passes.ground import Ground
 from missionc.passes.in_text_order import in_text_order
-from missionc.passes.literals import Places
 from missionc.passes.ranges import Range, in_words, of_comparison
-from missionc.passes.walk import bottom_up, goals, operands
+from missionc.passes.walk import bottom_up, formulas, goals, operands
 from missionc.syntax.tokens import MOST_FINDINGS
 
 
@@ -35,13 +34,12 @@ class Culprit:
     why: str
 
 
-def check_requirements(mission: Mission) -> list[Diagnostic]:
-    """Everything about the requirements that needs no planning to see."""
-    world = mission.world
-    if not mission.agents or any(low >= high for low, high in zip(world.low, world.high, strict=True)):
+def check_requirements(mission: Mission, ground: Ground | None = None) -> list[Diagnostic]:
+    """All about the requirements that needs no planning to see; ``ground`` is the mission's where it is known."""
+    if not mission.agents or mission.world.flat:
         return []
-    ground = Ground.of(mission)
-    known = certain(ground, (goal.formula for goal in goals(mission)))
+    ground = ground or Ground.of(mission)
+    known = certain(ground)
     findings = [*check_routes(mission, known), *_dead_comparisons(mission, known)]
     undecided = []
     for requirement in mission.requirements:
@@ -52,18 +50,21 @@ def check_requirements(mission: Mission) -> list[Diagnostic]:
                 findings.append(_never_holds(known, requirement))
             case _:
                 undecided.append(requirement)
-    radii = [agent.radius for agent in mission.agents]
-    places = Places(ground.atlas, min(radii), max(radii))
+    places = ground.places(mission.agents)
     return in_text_order([*findings, *islice(contradictions(mission, places, undecided), MOST_FINDINGS)])
 
 
 def _dead_comparisons(mission: Mission, known: Certain) -> Iterator[Diagnostic]:
     """Comparisons that no agent can satisfy, where what they are part of is not decided by them."""
-    told = {goal.formula for goal in mission.requirements if known.sure[goal.formula].number in (TRUE, FALSE)}
-    for formula in bottom_up(goal.formula for goal in goals(mission) if goal.formula not in told):
-        is_comparison = isinstance(formula, Holds) and isinstance(formula.predicate, Compare)
-        if is_comparison and known.sure[formula].number == FALSE:
-            yield _comparison_never_holds(known, formula)
+    dead = {formula for formula in formulas(mission) if known.sure[formula].number == FALSE and _compares(formula)}
+    if dead:
+        told = {goal.formula for goal in mission.requirements if known.sure[goal.formula].number in (TRUE, FALSE)}
+        others = bottom_up(goal.formula for goal in goals(mission) if goal.formula not in told)
+        yield from (_comparison_never_holds(known, formula) for formula in others if formula in dead)
+
+
+def _compares(formula: Formula) -> bool:
+    return isinstance(formula, Holds) and isinstance(formula.predicate, Compare)
 
 
 def _culprit(known: Certain, root: Formula) -> Culprit:

@@ -10,15 +10,14 @@ from missionc.diagnostics.model import Diagnostic, Fix, Label
 from missionc.ir import Apply, AtLeastOf, Formula, Mission, OfAgent
 from missionc.passes.certain import Certain
 from missionc.passes.routes import ends_at_once, fewest_agents, length_of
-from missionc.passes.walk import bits_of, bottom_up, goals, operands, operator_words
+from missionc.passes.walk import bits_of, formulas, operands, operator_words
 
 
 def check_routes(mission: Mission, known: Certain) -> list[Diagnostic]:
     """Every spatial operator whose bounds cannot be meant."""
-    formulas = bottom_up(goal.formula for goal in goals(mission))
-    asked = _asked(mission, known, formulas)
+    asked = _asked(mission)
     findings = []
-    for formula in formulas:
+    for formula in formulas(mission):
         if not isinstance(formula, Apply) or not formula.operator.spatial:
             continue
         name = formula.operator.name
@@ -34,10 +33,10 @@ def check_routes(mission: Mission, known: Certain) -> list[Diagnostic]:
     return findings
 
 
-def _asked(mission: Mission, known: Certain, formulas: list[Formula]) -> dict[Formula, int]:
+def _asked(mission: Mission) -> dict[Formula, int]:
     """Of whom each formula may be asked: the bits of those agents."""
-    asked = dict.fromkeys(formulas, 0)
-    for formula in reversed(formulas):
+    asked = dict.fromkeys(formulas(mission), 0)
+    for formula in reversed(formulas(mission)):
         match formula:
             case AtLeastOf():
                 below = bits_of(formula.agents.agents)

@@ -16,10 +16,10 @@ from dataclasses import dataclass
 from missionc.diagnostics.code import AGENTS_OVERLAP, IN_OBSTACLE, NO_ROOM, OUTSIDE_WORLD
 from missionc.diagnostics.model import Diagnostic, Label
 from missionc.ir import Agent, Anywhere, Exactly, Mission, Obstacle, Place, Region, Still
-from missionc.passes.ground import Ground
+from missionc.passes.ground import Ground, Lies
 from missionc.passes.wording import at_least_metres, listed, metres, number
 from missionc.source import Span
-from missionc.world.areas import common, covers, disjoint, empty
+from missionc.world.areas import common, empty
 from missionc.world.crowd import too_close, too_near
 from missionc.world.spacing import Spacing
 
@@ -99,8 +99,7 @@ def _without_room(mission: Mission, ground: Ground, stage: Stage) -> list[Diagno
             by_region.setdefault(place.region, []).append((agent, place))
     findings = []
     for region, there in by_region.items():
-        area = ground.atlas.outer(region.shape)
-        if disjoint(area, ground.atlas.whole()) or covers(ground.filled, area):
+        if ground.lies(region.shape) is not Lies.OPEN:
             continue
         findings.extend(
             _no_room_for_one(ground, stage, region, there) or _no_room_for_all(ground, stage, region, there)

@@ -17,18 +17,17 @@ from missionc.passes.check_goals import check_goals
 from missionc.passes.check_graphs import check_graphs
 from missionc.passes.check_starts import check_starts
 from missionc.passes.check_vehicles import check_vehicles
-from missionc.passes.ground import Ground
+from missionc.passes.ground import Ground, Lies
 from missionc.passes.in_text_order import in_text_order
 from missionc.passes.wording import listed, number
-from missionc.world.areas import covers, disjoint, empty
+from missionc.world.areas import disjoint
 
 
-def check_world(mission: Mission) -> list[Diagnostic]:
-    """Everything about the world and who is in it that cannot be meant."""
-    world = mission.world
-    if any(low >= high for low, high in zip(world.low, world.high, strict=True)):
+def check_world(mission: Mission, ground: Ground | None = None) -> list[Diagnostic]:
+    """All about the world and who is in it that cannot be meant; ``ground`` is the mission's where it is known."""
+    if mission.world.flat:
         return [_flat_world(mission)]
-    ground = Ground.of(mission)
+    ground = ground or Ground.of(mission)
     return in_text_order(
         [
             *_check_regions(mission, ground),
@@ -41,16 +40,17 @@ def check_world(mission: Mission) -> list[Diagnostic]:
 
 
 def _check_regions(mission: Mission, ground: Ground) -> list[Diagnostic]:
-    atlas, findings = ground.atlas, []
-    whole = atlas.whole()
+    findings = []
     for region in mission.regions:
-        area = atlas.outer(region.shape)
-        if empty(area):
-            findings.append(_nothing_left(region))
-        elif disjoint(area, whole):
-            findings.append(_elsewhere(mission, region))
-        elif covers(ground.filled, area):
-            findings.append(_swallowed(region, _around(mission, ground, region)))
+        match ground.lies(region.shape):
+            case Lies.NOWHERE:
+                findings.append(_nothing_left(region))
+            case Lies.ELSEWHERE:
+                findings.append(_elsewhere(mission, region))
+            case Lies.COVERED:
+                findings.append(_swallowed(region, _around(mission, ground, region)))
+            case Lies.OPEN:
+                pass
     return findings
 
 

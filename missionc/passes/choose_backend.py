@@ -34,7 +34,7 @@ from missionc.ir import (
     Touches,
     Unicycle,
 )
-from missionc.passes.walk import bottom_up, goals, operator_words
+from missionc.passes.walk import bottom_up, formulas, operator_words
 from missionc.passes.wording import listed
 from missionc.source import Span
 from missionc.syntax.ast import Metric
@@ -114,7 +114,7 @@ def needs(mission: Mission) -> tuple[Need, ...]:
 
 def needs_of(formula: Formula) -> tuple[Need, ...]:
     """Each feature that one formula uses, once, at the first words that need it."""
-    return _once(_of_formulas((formula,)))
+    return _once(_of_formulas(bottom_up([formula])))
 
 
 def _once(required: Iterable[Need]) -> tuple[Need, ...]:
@@ -138,14 +138,15 @@ def _of_world(mission: Mission) -> Iterator[Need]:
 
 
 def _of_goals(mission: Mission) -> Iterator[Need]:
-    yield from _of_formulas(goal.formula for goal in goals(mission))
+    yield from _of_formulas(formulas(mission))
     for preference in mission.preferences:
         yield Need(Feature.PREFER, preference.span)
 
 
-def _of_formulas(roots: Iterable[Formula]) -> Iterator[Need]:
-    for formula in sorted(bottom_up(roots), key=lambda formula: formula.span.start):
-        yield from _of_formula(formula)
+def _of_formulas(all_of_them: Iterable[Formula]) -> list[Need]:
+    """In the order of the formulas in the text."""
+    found = [(formula.span.start, need) for formula in all_of_them for need in _of_formula(formula)]
+    return [need for _, need in sorted(found, key=lambda pair: pair[0])]
 
 
 def _of_formula(formula: Formula) -> Iterator[Need]:

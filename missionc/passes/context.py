@@ -18,6 +18,8 @@ from missionc.diagnostics.code import Code
 from missionc.diagnostics.model import Diagnostic, Fix, Label
 from missionc.limits import Limits
 from missionc.passes.names import Declared, Kind, Names, Unresolved
+from missionc.passes.references import Mentions, mentions
+from missionc.passes.remembered import Meanings, T, Written
 from missionc.source import Span
 from missionc.syntax import ast
 
@@ -60,6 +62,10 @@ class Context:
     everyone: tuple[int, ...] = ()
     vehicle: ir.Vehicle = ir.PLAIN
     """Of teams that name none."""
+    before: Meanings = field(default_factory=Meanings)
+    """Of the version of the text before."""
+    meant: Meanings = field(default_factory=Meanings)
+    """Of this one, for the next."""
     members: int = 0
     edges: int = 0
 
@@ -81,6 +87,15 @@ class Context:
     def find(self, name: ast.Name, *kinds: Kind, needed: str = "") -> Declared | Unresolved:
         """The declaration of a name of one of these kinds, or UNRESOLVED once it is reported."""
         return self.names.find(name, kinds, needed or kinds[0].value, self.findings)
+
+    def same(self, new: T) -> T:
+        """The thing as it was in the version before, where it is the same; else the new one."""
+        thing = self.meant.things[type(new), new.name] = self.before.thing(new)
+        return thing
+
+    def mentions(self, written: object) -> Mentions:
+        """What a declaration, or a part of one, says by name."""
+        return self.meant.mentions.of(Written(written), lambda: mentions(written))
 
     def declared(self, kind: type[D]) -> list[D]:
         """The declarations of this kind, in order; of two with one name, the first."""

@@ -11,12 +11,11 @@ from missionc.diagnostics import code
 from missionc.diagnostics.model import Label
 from missionc.passes.context import Context
 from missionc.passes.in_order import in_order
-from missionc.passes.references import references
 
 
 def ordered(context: Context, bodies: Mapping[str, object]) -> list[str]:
     """The names, each after those its body refers to; the ones on a cycle are reported and left out."""
-    rests_on = {name: [reference.text for reference in references(body)] for name, body in bodies.items()}
+    rests_on = {name: context.mentions(body).names for name, body in bodies.items()}
     order, cycles = in_order(rests_on)
     for cycle in cycles:
         _defined_by_itself(context, cycle)

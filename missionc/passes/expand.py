@@ -16,14 +16,14 @@ from missionc.diagnostics.model import Diagnostic, Label
 from missionc.kernel.nodes import All, Any, At, AtLeast, Atom, Goal, Is, Kernel, Node, Reach
 from missionc.language.operator import TooLarge, Use
 from missionc.limits import Limits
-from missionc.passes.walk import bottom_up, goals
+from missionc.passes.walk import formulas
 from missionc.source import Span
 
 
 def expand(mission: ir.Mission, limits: Limits | None = None) -> tuple[Kernel | None, list[Diagnostic]]:
     """The kernel form of all goals; None, and what is in the way, where an operator would grow too large."""
     expansion = _Expansion((limits or Limits()).formula_nodes)
-    for formula in bottom_up(goal.formula for goal in goals(mission)):
+    for formula in formulas(mission):
         expansion.nodes[formula] = expansion.expanded(formula)
     if expansion.findings:
         return None, expansion.findings

@@ -30,7 +30,7 @@ from missionc.kernel.nodes import (
 )
 from missionc.passes.literals import Literal, about_team
 from missionc.passes.routes import needed_here
-from missionc.passes.walk import bits_of, meaning
+from missionc.passes.walk import bits_of, meaning, once
 from missionc.source import Span
 
 EVER = 1 << 40
@@ -118,14 +118,28 @@ class Visit:
     when: When
 
 
-def gather(mission: Mission, formula: Formula, positive: bool = True, who: Those = THE_TEAM) -> Gathered:
+def gather(mission: Mission, formula: Formula) -> Gathered:
     """The necessary facts of a requirement's formula, at step 0."""
-    return _gather(mission, Visit(formula, positive, who, AT_ONCE), mission.steps)
+    return _known(mission, Instant(formula, True, THE_TEAM), mission.steps)
 
 
 def gather_instant(mission: Mission, instant: Instant) -> Gathered:
     """The necessary facts of a formula that holds at an unknown step, in steps from there."""
-    return _gather(mission, Visit(instant.formula, instant.positive, instant.who, AT_ONCE), None)
+    return _known(mission, instant, None)
+
+
+@once
+def _of_formula(formula: Formula) -> dict[tuple[bool, Those], tuple[object, Gathered]]:
+    """What has been gathered from a formula last, and what it rested on: its agents and the last step."""
+    return {}
+
+
+def _known(mission: Mission, instant: Instant, last: int | None) -> Gathered:
+    known, asked = _of_formula(instant.formula), (instant.positive, instant.who)
+    if asked not in known or known[asked][0] != (mission.agents, last):
+        visit = Visit(instant.formula, instant.positive, instant.who, AT_ONCE)
+        known[asked] = (mission.agents, last), _gather(mission, visit, last)
+    return known[asked][1]
 
 
 def _gather(mission: Mission, root: Visit, last: int | None) -> Gathered:

@@ -30,6 +30,7 @@ from missionc.ir import (
     Union,
     Vector,
 )
+from missionc.recent import Recent
 from missionc.world.areas import Area, Atlas, covers, disjoint
 
 
@@ -118,21 +119,28 @@ def _all_beyond(rule: Rule, area: Area) -> bool:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Places:
-    """Where literals let the centre of an agent be, whose radius is between two bounds in metres."""
+    """Where literals let the centre of an agent be, whose radius is between two bounds in metres.
+
+    ``lately`` are rules that were made of the same world before.
+    """
 
     atlas: Atlas
     least: float
     most: float
+    lately: Recent[tuple[float, float, Literal], Rule]
     known: dict[Literal, Rule] = field(default_factory=dict)
 
     def rule(self, literal: Literal) -> Rule:
         if literal not in self.known:
-            said = comparison(literal)
             if len(self.known) < MOST_RULES:
-                self.known[literal] = Rule(literal, said, self._within(literal), self._beyond(literal))
+                rule = self.lately.of((self.least, self.most, literal), lambda: self._made(literal))
             else:
-                self.known[literal] = Rule(literal, said, UNBOUNDED, UNBOUNDED)
+                rule = Rule(literal, comparison(literal), UNBOUNDED, UNBOUNDED)
+            self.known[literal] = rule
         return self.known[literal]
+
+    def _made(self, literal: Literal) -> Rule:
+        return Rule(literal, comparison(literal), self._within(literal), self._beyond(literal))
 
     def _within(self, literal: Literal) -> Bound:
         atlas = self.atlas

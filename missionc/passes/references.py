@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 
 from missionc.source import Span
 from missionc.syntax import ast
@@ -30,6 +31,29 @@ def nodes(root: object) -> Iterator[object]:
             value = getattr(node, name)
             if not isinstance(value, LEAVES) and not (name in NOT_REFERENCES and isinstance(value, ast.Name)):
                 waiting.append(value)
+
+
+@dataclass(frozen=True, slots=True)
+class Mentions:
+    """What a tree says by name: ``names``, each once; and whether it also means every beacon, or the only graph."""
+
+    names: tuple[str, ...]
+    every_beacon: bool
+    only_graph: bool
+
+
+def mentions(root: object) -> Mentions:
+    names: dict[str, None] = {}
+    every_beacon = only_graph = False
+    for node in nodes(root):
+        match node:
+            case ast.Name(text=text):
+                names.setdefault(text)
+            case ast.Graph(kind="beacons"):
+                every_beacon = True
+            case ast.Length(graph=None):
+                only_graph = True
+    return Mentions(tuple(names), every_beacon, only_graph)
 
 
 def references(root: object) -> Iterator[ast.Name]:

@@ -107,22 +107,22 @@ def _team(context: Context, team: ast.Team, size: float) -> None:
     first = len(context.agents)
     count = 0 if math.isnan(size) else int(size)
     for index in range(count if len(start) == count else 0):
-        context.agents.append(
-            ir.Agent(
-                index=first + index,
-                name=name if team.size is None else f"{name}[{index}]",
-                team=name,
-                radius=radius,
-                dynamics=dynamics,
-                start=start[index],
-                finish=None if isinstance(finish, NoFinish) or len(finish) != count else finish[index],
-                altitude=altitude,
-                span=team.name.span,
-                vehicle=vehicle,
-                yaw=yaw,
-            )
+        agent = ir.Agent(
+            index=first + index,
+            name=name if team.size is None else f"{name}[{index}]",
+            team=name,
+            radius=radius,
+            dynamics=dynamics,
+            start=start[index],
+            finish=None if isinstance(finish, NoFinish) or len(finish) != count else finish[index],
+            altitude=altitude,
+            span=team.name.span,
+            vehicle=vehicle,
+            yaw=yaw,
         )
-    context.sets[name] = ir.AgentSet(name, tuple(range(first, len(context.agents))), team.name.span)
+        context.agents.append(context.same(agent))
+    members = tuple(range(first, len(context.agents)))
+    context.sets[name] = context.same(ir.AgentSet(name, members, team.name.span))
 
 
 def _settings(context: Context) -> tuple[str, ...]:
@@ -206,7 +206,7 @@ def resolve_groups(context: Context) -> None:
             if not _room(context, len(agents), member.span):
                 break
             named.update(dict.fromkeys(agents))
-        context.sets[name] = ir.AgentSet(name, tuple(named), group.name.span)
+        context.sets[name] = context.same(ir.AgentSet(name, tuple(named), group.name.span))
 
 
 def resolve_set(context: Context, reference: ast.Name | ast.Member) -> ir.AgentSet:

@@ -6,6 +6,7 @@ says MC005 MC101 MC104 MC201 MC203 MC204 MC207 MC208 MC209 MC210
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
 from typing import assert_never
 
@@ -21,6 +22,7 @@ from missionc.passes.check_types import Typed, check, check_definition, joined
 from missionc.passes.context import Context
 from missionc.passes.definitions import ordered
 from missionc.passes.names import AGENTS, STATE_WORDS, UNRESOLVED, Kind, Unresolved, some_of
+from missionc.passes.remembered import Body, Written
 from missionc.passes.resolve_agents import resolve_set
 from missionc.passes.resolve_comparisons import one_agent, resolve_comparison
 from missionc.passes.resolve_lengths import no_graph, resolve_length
@@ -45,14 +47,62 @@ def resolve_lets(context: Context) -> None:
     """Every named formula, the ones that others are made of first."""
     lets = {let.name.text: let for let in context.declared(ast.Let)}
     for name in ordered(context, {name: let.body for name, let in lets.items()}):
-        context.lets[name] = check_definition(context, resolve_formula(context, lets[name].body))
+        context.lets[name] = _unless_known(context, lets[name].body, _definition)
 
 
 def resolve_goal(context: Context, formula: ast.Formula) -> ir.Formula:
     """The formula of a requirement or preference, which is about the team."""
-    resolved = resolve_formula(context, formula)
+    return _unless_known(context, formula, _goal).formula
+
+
+def _definition(context: Context, body: ast.Formula) -> Typed:
+    return check_definition(context, resolve_formula(context, body))
+
+
+def _goal(context: Context, body: ast.Formula) -> Typed:
+    resolved = resolve_formula(context, body)
     check(context, resolved, About.TEAM, "require")
-    return resolved.formula
+    return resolved
+
+
+def _unless_known(context: Context, body: ast.Formula, make: Callable[[Context, ast.Formula], Typed]) -> Typed:
+    """What was made of it in the version before, where there was nothing to say of it and it rests on the same."""
+    known, names = context.before.bodies.get(Written(body)), context.mentions(body).names
+    rests_on = (*_rests_on(context), *(_stands_for(context, name) for name in names))
+    if known is None or known.rests_on != rests_on or context.members + known.members > context.limits.formula_nodes:
+        findings, members = len(context.findings), context.members
+        meant = make(context, body)
+        if len(context.findings) > findings:
+            return meant
+        known = Body(rests_on, meant, context.members - members)
+    else:
+        context.members += known.members
+    context.meant.bodies[Written(body)] = known
+    return known.meant
+
+
+def _rests_on(context: Context) -> tuple[object, ...]:
+    """All that formulas are resolved by, beside what their names stand for; a route may leave its graph out."""
+    return context.step, context.steps, context.dimension, context.limits, *context.graphs.values()
+
+
+def _stands_for(context: Context, name: str) -> object:
+    """What a name in a formula means; it is found under its kind alone."""
+    match declared.kind if (declared := context.names.declared.get(name)) else None:
+        case Kind.PARAM:
+            return context.params.get(name)
+        case Kind.REGION:
+            return context.regions.get(name)
+        case Kind.BEACON:
+            return context.beacons.get(name)
+        case Kind.TEAM | Kind.AGENT | Kind.GROUP:
+            return context.sets.get(name)
+        case Kind.FORMATION:
+            return context.formations.get(name)
+        case Kind.LET:
+            return context.lets.get(name)
+        case Kind.GRAPH | Kind.OBSTACLE | None:  # all graphs are regarded; of an obstacle nothing can be asked
+            return None
 
 
 def resolve_formula(context: Context, formula: ast.Formula) -> Typed:

@@ -12,27 +12,23 @@ from collections import Counter
 
 from missionc.diagnostics import code
 from missionc.diagnostics.model import Diagnostic, Label
+from missionc.passes.context import Context
 from missionc.passes.deleted import deleted
-from missionc.passes.names import Kind, Named, Names
-from missionc.passes.references import nodes
+from missionc.passes.names import Kind, Named
 from missionc.syntax import ast
 
 ACT_BY_BEING_THERE = (Kind.TEAM, Kind.AGENT, Kind.OBSTACLE)
 
 
-def unused(program: ast.Program, names: Names) -> list[Diagnostic]:
+def unused(context: Context, program: ast.Program) -> list[Diagnostic]:
     """A warning for each; none for names that were suggested in place of unknown ones."""
+    names = context.names
     used = set(names.suggested)
     kinds_used: set[Kind] = set()
     for declaration in program.declarations:
-        for node in nodes(declaration):
-            match node:
-                case ast.Name(text=text):
-                    used.add(text)
-                case ast.Graph(kind="beacons"):
-                    kinds_used.add(Kind.BEACON)
-                case ast.Length(graph=None):
-                    kinds_used.add(Kind.GRAPH)
+        mentioned = context.mentions(declaration)
+        used.update(mentioned.names)
+        kinds_used.update([Kind.BEACON] * mentioned.every_beacon + [Kind.GRAPH] * mentioned.only_graph)
     times = Counter(each.name.text for each in program.declarations if isinstance(each, Named))
     return [
         _nothing_uses(name, declared.kind, declared.declaration, once=times[name] == 1)

@@ -3,14 +3,34 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
-from functools import lru_cache
-from typing import assert_never
+from collections.abc import Callable, Iterable
+from functools import wraps
+from typing import TypeVar, assert_never
+from weakref import WeakKeyDictionary
 
 from missionc.ir import Apply, AtLeastOf, Belongs, Formula, Holds, Mission, OfAgent, Preference, Requirement, Truth
 from missionc.kernel.nodes import Is, Node
 from missionc.language.operator import TooLarge, Use
 from missionc.source import Span
+
+T = TypeVar("T")
+V = TypeVar("V")
+
+
+def once(function: Callable[[T], V]) -> Callable[[T], V]:
+    """Works out only once what follows from a formula, or a mission, alone; and forgets it together with that.
+
+    What follows must not hold on to what it follows from.
+    """
+    known: WeakKeyDictionary[T, V] = WeakKeyDictionary()
+
+    @wraps(function)
+    def of(what: T) -> V:
+        if what not in known:
+            known[what] = function(what)
+        return known[what]
+
+    return of
 
 
 def goals(mission: Mission) -> tuple[Requirement | Preference, ...]:
@@ -31,20 +51,24 @@ def operands(formula: Formula) -> tuple[Formula, ...]:
             assert_never(formula)
 
 
+@once
+def formulas(mission: Mission) -> tuple[Formula, ...]:
+    """All that the mission's goals are made of, bottom up."""
+    return tuple(bottom_up(goal.formula for goal in goals(mission)))
+
+
 def bottom_up(roots: Iterable[Formula]) -> list[Formula]:
     """Every formula below the roots and the roots themselves, once each, operands before the formulas that use them."""
-    found: list[Formula] = []
-    seen: set[Formula] = set()
-    stack = [(root, False) for root in roots][::-1]
+    found: dict[Formula, None] = {}
+    stack = list(roots)[::-1]
     while stack:
-        formula, done = stack.pop()
-        if done:
-            found.append(formula)
-        elif formula not in seen:
-            seen.add(formula)
-            stack.append((formula, True))
-            stack.extend((operand, False) for operand in reversed(operands(formula)))
-    return found
+        formula = stack[-1]
+        below = [] if formula in found else [operand for operand in operands(formula) if operand not in found]
+        if below:
+            stack.extend(reversed(below))
+        else:
+            found.setdefault(stack.pop())
+    return list(found)
 
 
 def bits_of(agents: tuple[int, ...]) -> int:
@@ -57,7 +81,7 @@ def bits_of(agents: tuple[int, ...]) -> int:
     return int.from_bytes(bits, "little")
 
 
-@lru_cache(maxsize=4096)
+@once
 def meaning(formula: Apply) -> tuple[Node, tuple[Is, ...]]:
     """What a temporal or Boolean operator says, in kernel form, over a placeholder for each of its operands.
 

@@ -10,7 +10,7 @@ from missionc.ir import Mission
 from missionc.language.lengths import most_hops
 from missionc.passes.references import nodes
 from missionc.passes.resolve_quantities import excerpt
-from missionc.passes.walk import bottom_up, goals
+from missionc.passes.walk import formulas
 from missionc.relaxing.edits import Edit, mine, spot
 from missionc.relaxing.knobs import Knob, less, more, whole
 from missionc.relaxing.touched import Touched, Way
@@ -36,11 +36,7 @@ def without_all(checked: Checked, mission: Mission, names: tuple[str, ...]) -> l
 def lengths(checked: Checked, mission: Mission, touched: Touched) -> list[Knob]:
     """The upper bounds of routes: more hops or metres where a route is to be there, fewer where none is."""
     written = {node.span: node.bounds for node in nodes(checked.program) if isinstance(node, ast.Apply)}
-    meant = {
-        each.span: each.bounds
-        for each in bottom_up(goal.formula for goal in goals(mission))
-        if isinstance(each, ir.Apply)
-    }
+    meant = {each.span: each.bounds for each in formulas(mission) if isinstance(each, ir.Apply)}
     knobs = []
     for span, way in touched.lengths.items():
         length, bounds = written.get(span), meant.get(span)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from missionc.ir import Apply, Mission, Preference, Requirement, Window
 from missionc.passes.check_horizons import steps_ahead
 from missionc.passes.references import nodes
-from missionc.passes.walk import bottom_up, goals, operator_words
+from missionc.passes.walk import bottom_up, formulas, goals, operator_words
 from missionc.relaxing.edits import Edit, Spot, declared, mine, spot
 from missionc.relaxing.knobs import Knob
 from missionc.relaxing.touched import Touched, Way
@@ -48,8 +48,7 @@ def _ends(checked: Checked, mission: Mission) -> list[Spot]:
 
 def _meant(mission: Mission) -> dict[Span, Apply]:
     """What each use of an operator, by its words, was resolved to."""
-    formulas = bottom_up(goal.formula for goal in goals(mission))
-    return {each.span: each for each in formulas if isinstance(each, Apply)}
+    return {each.span: each for each in formulas(mission) if isinstance(each, Apply)}
 
 
 def windows(checked: Checked, mission: Mission, touched: Touched) -> list[Knob]:

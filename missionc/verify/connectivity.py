@@ -5,7 +5,7 @@ from __future__ import annotations
 from missionc.ir import Connected, Holds, Mission
 from missionc.margins import algebraic_connectivity
 from missionc.margins.connected import restricted
-from missionc.passes.walk import bottom_up, goals
+from missionc.passes.walk import formulas
 from missionc.plan import Trace
 from missionc.verify.certificate import Figure
 
@@ -22,7 +22,7 @@ def connectivity(mission: Mission, trace: Trace) -> list[Figure]:
         [clot] III-C, λ₂.
     """
     figures: dict[tuple[str, tuple[int, ...]], Figure] = {}
-    for formula in bottom_up(goal.formula for goal in goals(mission)):
+    for formula in formulas(mission):
         if not isinstance(formula, Holds) or not isinstance(formula.predicate, Connected):
             continue
         graph = restricted(formula.predicate)

@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 
 from missionc.ir import Ball, Box, Difference, Disc, Intersection, Polygon, Prism, Shape, Union, Vector, World
 from missionc.plan import Array, Flags
+from missionc.recent import Recent
 
 Area: TypeAlias = NDArray[np.object_]
 """(layers,): the geometry of a set in each layer of height."""
@@ -48,7 +49,7 @@ class Atlas:
 
     world: World
     heights: Array
-    known: dict[tuple[Shape, bool], Area] = field(default_factory=dict)
+    known: Recent[tuple[Shape, bool], Area] = field(default_factory=Recent)
 
     @staticmethod
     def of(world: World, shapes: Iterable[Shape]) -> Atlas:
@@ -60,6 +61,11 @@ class Atlas:
             levels = [levels[place] for place in kept]
         between = [*((level, level) for level in levels), *pairwise(levels)]
         return Atlas(world, np.array(sorted(between)))
+
+    def alike(self, other: Atlas) -> bool:
+        """Whether the other has the same layers of the same world."""
+        corners = (self.world.low, self.world.high) == (other.world.low, other.world.high)
+        return corners and np.array_equal(self.heights, other.heights)
 
     def outer(self, shape: Shape) -> Area:
         """At least the points of the shape."""
@@ -155,9 +161,7 @@ class Atlas:
         return (self.world.low[2], self.world.high[2]) if self.world.dimension == 3 else (-math.inf, math.inf)
 
     def _area(self, shape: Shape, *, outer: bool) -> Area:
-        if (shape, outer) not in self.known:
-            self.known[shape, outer] = self._made(shape, outer=outer)
-        return self.known[shape, outer]
+        return self.known.of((shape, outer), lambda: self._made(shape, outer=outer))
 
     def _made(self, shape: Shape, *, outer: bool) -> Area:
         everywhere = Prism(-math.inf, math.inf)
