@@ -16,6 +16,7 @@ from typing import Any, Protocol, TypeAlias
 from missionc.ir import Mission
 from missionc.kernel.nodes import Kernel
 from missionc.limits import Limits
+from missionc.notebook import printed, shown
 from missionc.plan import Array, Judgement, Trace
 from missionc.units import Seconds
 
@@ -153,6 +154,15 @@ class Impossible:
     statement: str
     report: Report
 
+    def __str__(self) -> str:
+        names = ", ".join(f"`{name}`" for name in self.conflict)
+        together = " together" if len(self.conflict) > 1 else ""
+        head = f"{names} cannot be satisfied{together}" if names else "no plan exists, whatever the requirements"
+        return f"{head}, on the roadmap\n  {self.statement}"
+
+    _repr_pretty_ = printed
+    _repr_html_ = shown
+
 
 @dataclass(frozen=True, slots=True)
 class Fault:
@@ -226,6 +236,15 @@ class NotFound:
     statement: str
     report: Report
     best: Attempt | None = None
+
+    def __str__(self) -> str:
+        lines = [f"undecided: {self.reason.value}"]
+        lines += [f"  {self.statement}"] if self.statement != self.reason.value else []
+        lines += [f"  the best candidate {self.best.violation(self.best.trace.step)}"] if self.best else []
+        return "\n".join(lines)
+
+    _repr_pretty_ = printed
+    _repr_html_ = shown
 
 
 Outcome: TypeAlias = Planned | Impossible | NotFound

@@ -42,10 +42,19 @@ def test_the_page_reloads_the_report_after_a_save_and_shows_findings_above_the_l
         assert "below is the last one" in page.inner_text("#state")
         assert report.locator("#agents li").count() == 2
 
+        report.locator("#ahead").click()
+        report.locator("#ahead").click()
+        report.locator("#theme").click()
+        time, theme = (report.locator(place) for place in ("#now", "html"))
+        shown = time.input_value(), theme.get_attribute("data-theme")
+        assert float(shown[0]) > 0
+        page.wait_for_function("() => view.includes('t=')")
+
         save_by_rename(mission, SMALL.replace("drone[2]", "drone[3]"))
         report.locator("#agents li").nth(2).wait_for()
         page.wait_for_selector("[data-state=planned]")
         assert not page.is_visible("#says")
+        assert (time.input_value(), theme.get_attribute("data-theme")) == shown
         report.locator("#play").click()
         assert said == []
 

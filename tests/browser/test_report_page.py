@@ -62,7 +62,7 @@ def relay(browser: Any, tmp_path: Path) -> Iterator[Opened]:
     found = opened(browser, tmp_path / "report.html", report(plotted(RELAY, MOTION)))
     yield found
     assert found.said == []
-    assert found.asked == [(tmp_path / "report.html").as_uri()]
+    assert {address.partition("#")[0] for address in found.asked} == {(tmp_path / "report.html").as_uri()}
     found.page.close()
 
 
@@ -80,6 +80,26 @@ def test_playing_moves_time_and_agents_to_the_end(relay: Opened) -> None:
     assert relay.picture() != before
     relay.page.wait_for_function("() => Number(document.getElementById('now').value) === 4")
     assert relay.page.get_attribute("#play", "aria-label") == "Play"
+
+
+def test_a_link_says_what_is_shown_first(relay: Opened) -> None:
+    address = relay.page.url
+    relay.page.goto("about:blank")
+    relay.page.goto(f"{address}#t=1&speed=0.5&theme=dark")
+    assert relay.now() == 1
+    assert relay.page.get_attribute("html", "data-theme") == "dark"
+    assert relay.page.input_value("#speed") == "0.5"
+    for odd in ("t=nothing", "t=-3", "theme=pink&speed=0", "t", "%%%"):
+        relay.page.goto("about:blank")
+        relay.page.goto(f"{address}#{odd}")
+        assert relay.now() == 0
+    relay.page.goto("about:blank")
+    relay.page.goto(f"{address}#t=1e9&play")
+    assert relay.now() == float(relay.page.get_attribute("#now", "max"))
+    relay.page.goto("about:blank")
+    relay.page.goto(f"{address}#play&speed=0.1")
+    relay.page.wait_for_function("() => Number(document.getElementById('now').value) > 0")
+    assert relay.said == []
 
 
 def test_agents_move_with_time(relay: Opened) -> None:

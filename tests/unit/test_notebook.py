@@ -13,13 +13,17 @@ from pathlib import Path
 from typing import Any
 
 import nbformat
+import numpy as np
 import pytest
 from nbclient import NotebookClient
 
 import missionc
+from missionc.backends.api import Attempt, NotFound, Reason, Report
 from missionc.notebook import paths
+from missionc.plan import Judgement, Trace
 from missionc.results import Compiled
 from missionc.source import Source
+from missionc.units import Seconds
 from tests.small import CONFLICT, SMALL, WRONG, parked
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -164,3 +168,28 @@ def test_the_example_notebook_runs_and_shows_what_it_promises(monkeypatch: pytes
     assert "2 drones: Impossible\n" in words
     assert "error[MC601]: `relay`, `rescue` cannot be satisfied together" in words
     assert "error[MC101]: nothing is called `surviver`" in words
+
+
+def test_an_outcome_without_a_plan_says_what_it_is() -> None:
+    found = missionc.compile(Source("a.mission", CONFLICT)).outcome
+    assert isinstance(found, missionc.Impossible)
+    head, statement = str(found).split("\n")
+    assert head == f"{', '.join(f'`{name}`' for name in found.conflict)} cannot be satisfied together, on the roadmap"
+    assert statement.strip() == found.statement
+    assert html.unescape(found._repr_html_()).count(str(found)) == 1
+    assert printed(found) == str(found)
+
+
+def test_an_outcome_that_leaves_it_open_says_how_near_it_came() -> None:
+    still = np.zeros((1, 3, 2))
+    trace = Trace(Seconds(0.5), still, still, still[..., 0])
+    visit = Judgement("visit", False, -1.25, 2, ("drone[0]",))
+    found = NotFound(Reason.TIME, "12 attempts", Report(), Attempt((visit,), (), trace))
+    assert str(found).split("\n") == [
+        f"undecided: {Reason.TIME.value}",
+        "  12 attempts",
+        "  the best candidate violates visit, robustness -1.250, at 1 s by drone[0]",
+    ]
+    assert printed(found) == str(found)
+    assert "12 attempts" in found._repr_html_()
+    assert str(NotFound(Reason.TIME, Reason.TIME.value, Report())) == f"undecided: {Reason.TIME.value}"

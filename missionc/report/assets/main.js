@@ -15,6 +15,7 @@ const state = {
   crowd: model.agents > 16,
   theme: matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light",
 };
+const view = new URLSearchParams(location.hash.slice(1));
 let asked = false;
 let stale = true;
 
@@ -42,6 +43,7 @@ function frame() {
   map.draw(palette());
   tracks.update();
   clockwork.update();
+  tell();
   if (state.layers.turning) change();
 }
 
@@ -50,6 +52,23 @@ function paintAgents() {
     button.setAttribute("aria-pressed", String(Number(button.dataset.agent) === state.focus));
     button.firstChild.style.background = colourOf(palette(), Number(button.dataset.agent));
   }
+}
+
+// A link may say what to show first, as in `report.html#t=8&play`. A page that shows one report after the other asks
+// (`follow`) to be told what is shown, to say so of the next.
+function open() {
+  const time = Number(view.get("t"));
+  if (Number.isFinite(time)) state.time = Math.min(model.horizon, Math.max(0, time));
+  if (SPEEDS.includes(Number(view.get("speed")))) state.speed = Number(view.get("speed"));
+  if (["dark", "light"].includes(view.get("theme"))) state.theme = view.get("theme");
+  state.playing = view.has("play") && state.time < model.horizon;
+}
+
+function tell() {
+  if (!view.has("follow") || parent === window) return;
+  const shown = new URLSearchParams({ t: state.time.toFixed(3), speed: state.speed, theme: state.theme });
+  if (state.playing) shown.set("play", "");
+  parent.postMessage({ shown: String(shown) }, "*");
 }
 
 function describe() {
@@ -76,6 +95,7 @@ function describe() {
   if (model.dimension === 3) legend.append(" · on the map: drag, or A D W S, turns, + − zooms");
 }
 
+open();
 const words = missionWords(model, (file, start, end) => {
   const inside = ([number, from, to]) => number === file && from >= start && from < end && to > start;
   const lane = data.lanes.findIndex((each) => each.place && inside(each.place));
