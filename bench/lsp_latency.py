@@ -2,8 +2,9 @@
 
     python bench/lsp_latency.py [KEYS]
 
-Types into the middle of the mission, a key every 200 ms, and waits for the diagnostics of each version; then once more
-with a server that remembers nothing of the version before. Every other key changes a number, in turn of a
+Types into the middle of the mission, a key every 200 ms, and waits for the diagnostics of each version; once more
+with completion, symbols, hints, highlights and fixes asked for after every key, as an editor does; and once with a
+server that remembers nothing of the version before. Every other key changes a number, in turn of a
 requirement, a named formula, a region and an obstacle (on which everything rests), which leaves a whole mission
 to check to its end; between them a requirement is written, which is broken until its last letter. Prints
 percentiles in milliseconds, from the change sent to the diagnostics read, protocol and processes included; those
@@ -17,9 +18,11 @@ import json
 import os
 import subprocess
 import sys
+import threading
 import time
 from itertools import pairwise
 from pathlib import Path
+from queue import Queue
 
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT / "bench"))
@@ -63,6 +66,8 @@ class Editor:
     def __init__(self, command: list[str]) -> None:
         environment = {**os.environ, "PYTHONPATH": str(ROOT)}
         self.server = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, env=environment)
+        self.said: Queue[dict[str, object]] = Queue()
+        threading.Thread(target=self._listen, daemon=True).start()
         self.send({"id": 1, "method": "initialize", "params": {"processId": None, "rootUri": None, "capabilities": {}}})
         self.read(lambda message: message.get("id") == 1)
         self.send({"method": "initialized", "params": {}})
@@ -73,17 +78,22 @@ class Editor:
         self.server.stdin.write(b"Content-Length: %d\r\n\r\n" % len(body) + body)
         self.server.stdin.flush()
 
-    def read(self, wanted) -> dict[str, object]:
+    def _listen(self) -> None:
+        """All the time, as an editor does: a server that cannot be rid of an answer waits."""
         stream = self.server.stdout
         assert stream is not None
-        while True:
-            length = 0
-            while line := stream.readline().strip():
-                name, _, value = line.partition(b":")
-                length = int(value) if name.lower() == b"content-length" else length
-            message = json.loads(stream.read(length))
-            if wanted(message):
-                return message
+        length = 0
+        while line := stream.readline():
+            name, _, value = line.strip().partition(b":")
+            if name.lower() == b"content-length":
+                length = int(value)
+            elif not name:
+                self.said.put(json.loads(stream.read(length)))
+
+    def read(self, wanted) -> dict[str, object]:
+        while not wanted(message := self.said.get()):
+            pass
+        return message
 
     def shows(self, version: int) -> None:
         """Wait for the diagnostics of a version."""
@@ -116,7 +126,25 @@ def whole(key: int) -> str:
     return CHANGED.replace(number, f"{float(value) * factor:.0f} {unit}" if unit else f"{float(value) * factor:g}")
 
 
-def measure(command: list[str], texts: list[str]) -> tuple[list[float], list[float]]:
+def ask(editor: Editor, version: int) -> None:
+    """What VS Code asks of a text that has changed."""
+    document = {"textDocument": {"uri": URI}}
+    everything = {"start": {"line": 0, "character": 0}, "end": {"line": LINES + 5, "character": 0}}
+    here = {"line": LINES // 2, "character": 12}
+    for number, (method, more) in enumerate(
+        {
+            "completion": {"position": here},
+            "documentSymbol": {},
+            "inlayHint": {"range": everything},
+            "documentHighlight": {"position": here},
+            "codeAction": {"range": everything, "context": {"diagnostics": []}},
+        }.items()
+    ):
+        asked = {"id": 10 * version + number, "method": f"textDocument/{method}", "params": {**document, **more}}
+        editor.send(asked)
+
+
+def measure(command: list[str], texts: list[str], busy: bool) -> tuple[list[float], list[float]]:
     """Seconds from each change to its diagnostics, and of the server's processor until the next one."""
     editor = Editor(command)
     item = {"uri": URI, "languageId": "mission", "version": 0, "text": mission(LINES)}
@@ -129,6 +157,8 @@ def measure(command: list[str], texts: list[str]) -> tuple[list[float], list[flo
         document = {"uri": URI, "version": version}
         params = {"textDocument": document, "contentChanges": [{"text": text}]}
         editor.send({"method": "textDocument/didChange", "params": params})
+        if busy:
+            ask(editor, version)
         editor.shows(version)
         took.append(time.perf_counter() - begin)
         time.sleep(max(0.0, BETWEEN - took[-1]))
@@ -140,9 +170,14 @@ def measure(command: list[str], texts: list[str]) -> tuple[list[float], list[flo
 def main(keys: int) -> None:
     heads = f"{'median':>7} {'95 %':>7} {'worst':>7}  whole: {'median':>7} {'95 %':>7}"
     print(f"{'server':<24} {heads}   processor   milliseconds, {keys} keys")
-    rows = {"as it is": ["-m", "missionc", "lsp"], "that remembers nothing": ["-c", FORGETFUL]}
-    for name, command in rows.items():
-        took, used = measure([sys.executable, *command], typed(keys))
+    as_it_is, forgetful = ["-m", "missionc", "lsp"], ["-c", FORGETFUL]
+    rows = {
+        "as it is": (as_it_is, False),
+        "that is asked besides": (as_it_is, True),
+        "that remembers nothing": (forgetful, False),
+    }
+    for name, (command, busy) in rows.items():
+        took, used = measure([sys.executable, *command], typed(keys), busy)
         every = " ".join(f"{1000 * share(took, part):7.0f}" for part in (0.5, 0.95, 1))
         of_whole = " ".join(f"{1000 * share(took[::2], part):7.0f}" for part in (0.5, 0.95))
         mean = 1000 * sum(used[::2]) / len(used[::2])

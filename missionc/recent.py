@@ -15,13 +15,15 @@ MOST = 16_384
 
 @dataclass(slots=True, eq=False)
 class Recent(Generic[K, V]):
-    """Values by what they are of: the ones that were asked for last."""
+    """Values by what they are of: the ones that were worked out last."""
 
     values: dict[K, V] = field(default_factory=dict)
 
     def of(self, key: K, make: Callable[[], V]) -> V:
-        value = self.values.pop(key) if key in self.values else make()
-        self.values[key] = value
+        try:
+            return self.values[key]
+        except KeyError:
+            value = self.values[key] = make()
         if len(self.values) > MOST:
             del self.values[next(iter(self.values))]
         return value

@@ -11,6 +11,9 @@ from missionc.checking import check
 from missionc.lsp.text import LIMITS, OpenText
 from missionc.results import Checked
 
+PATIENCE = 0.5
+"""Seconds that an answer waits for a check which says more than it can say before."""
+
 log = logging.getLogger(__name__)
 
 
@@ -25,14 +28,20 @@ class Checks:
         self._publish = publish
         self._newest: dict[str, OpenText] = {}
         self._worker = ThreadPoolExecutor(1, thread_name_prefix="check")
-        self._running: set[asyncio.Task[None]] = set()
+        self._running: dict[asyncio.Task[None], OpenText] = {}
 
     def ask(self, text: OpenText) -> None:
         """Check a text; one of an older version that is waiting or running is given up."""
         self._newest[text.uri] = text
         task = asyncio.ensure_future(self._run(text))
-        self._running.add(task)
-        task.add_done_callback(self._running.discard)
+        self._running[task] = text
+        task.add_done_callback(self._running.pop)
+
+    async def settled(self, uri: str) -> None:
+        """Until the newest version of a text is checked, or it has taken too long for anybody to wait."""
+        running = [task for task, text in self._running.items() if text is self._newest.get(uri)]
+        if running:
+            await asyncio.wait(running, timeout=PATIENCE)
 
     def forget(self, uri: str) -> None:
         self._newest.pop(uri, None)

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import pairwise
 from pathlib import Path
 
@@ -46,11 +47,11 @@ class Name:
     label: bool = False
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Outline:
     """``whole``: the text, and what it includes, reads without a finding.
 
-    ``declared`` are names with what they declare, where that can be read; ``names`` are all, included files' too.
+    ``declared`` are names with what they declare, where that can be read.
     """
 
     source: Source
@@ -58,7 +59,6 @@ class Outline:
     whole: bool
     broken: tuple[Token, ...]
     declared: dict[str, tuple[Name, Named | None]]
-    names: tuple[Name, ...]
 
     @staticmethod
     def of(source: Source, limits: Limits, kept: Kept) -> Outline:
@@ -73,8 +73,12 @@ class Outline:
         for name_token, kind in _declared_in(broken):
             entry = Name(name_token.text, name_token.span, kind, declares=True)
             declared.setdefault(name_token.text, (entry, None))
-        names = {name.span: name for name in _names(declarations, broken, declared)}
-        return Outline(source, tuple(declarations), not findings, broken, declared, tuple(names.values()))
+        return Outline(source, tuple(declarations), not findings, broken, declared)
+
+    @cached_property
+    def names(self) -> tuple[Name, ...]:
+        """Every place of every name, included files' too."""
+        return tuple({name.span: name for name in _names(self.declarations, self.broken, self.declared)}.values())
 
     def at(self, offset: int) -> Name | None:
         """The name at a place in the text, or that ends there."""
@@ -97,7 +101,7 @@ class Outline:
 
 
 def _names(
-    declarations: list[ast.Declaration], broken: tuple[Token, ...], declared: dict[str, tuple[Name, Named | None]]
+    declarations: tuple[ast.Declaration, ...], broken: tuple[Token, ...], declared: dict[str, tuple[Name, Named | None]]
 ) -> Iterator[Name]:
     kinds = {text: name.kind for text, (name, _) in declared.items()}
     yield from (name for name, _ in declared.values())

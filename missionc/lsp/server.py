@@ -43,6 +43,11 @@ class Server(LanguageServer):
         self.open[uri] = OpenText(uri, version, Source(name_of(uri), written), encoding, memory)
         self.checks.ask(self.open[uri])
 
+    async def settled(self, uri: str) -> OpenText | None:
+        """A text once its check is done, which goes before what only shows how it stands."""
+        await self.checks.settled(uri)
+        return self.open.get(uri)
+
     def publish(self, text: OpenText) -> None:
         found = text.found.findings if text.found else ()
         self.text_document_publish_diagnostics(
@@ -110,18 +115,18 @@ def _answers(server: Server) -> None:
         return references(text, params.position, params.context.include_declaration) if text else []
 
     @server.feature(types.TEXT_DOCUMENT_DOCUMENT_HIGHLIGHT)
-    def answer_highlights(params: types.DocumentHighlightParams) -> list[types.DocumentHighlight]:
-        text = server.open.get(params.text_document.uri)
+    async def answer_highlights(params: types.DocumentHighlightParams) -> list[types.DocumentHighlight]:
+        text = await server.settled(params.text_document.uri)
         return highlights(text, params.position) if text else []
 
     @server.feature(types.TEXT_DOCUMENT_DOCUMENT_SYMBOL)
-    def answer_symbols(params: types.DocumentSymbolParams) -> list[types.DocumentSymbol]:
-        text = server.open.get(params.text_document.uri)
+    async def answer_symbols(params: types.DocumentSymbolParams) -> list[types.DocumentSymbol]:
+        text = await server.settled(params.text_document.uri)
         return symbols(text) if text else []
 
     @server.feature(types.TEXT_DOCUMENT_INLAY_HINT)
-    def answer_hints(params: types.InlayHintParams) -> list[types.InlayHint]:
-        text = server.open.get(params.text_document.uri)
+    async def answer_hints(params: types.InlayHintParams) -> list[types.InlayHint]:
+        text = await server.settled(params.text_document.uri)
         return hints(text, params.range) if text else []
 
 
@@ -132,8 +137,8 @@ def _edits(server: Server) -> None:
         return completion(text, params.position) if text else []
 
     @server.feature(types.TEXT_DOCUMENT_CODE_ACTION, types.CodeActionOptions([types.CodeActionKind.QuickFix]))
-    def answer_fixes(params: types.CodeActionParams) -> list[types.CodeAction]:
-        text = server.open.get(params.text_document.uri)
+    async def answer_fixes(params: types.CodeActionParams) -> list[types.CodeAction]:
+        text = await server.settled(params.text_document.uri)
         return fixes(text, params.range) if text else []
 
     @server.feature(types.TEXT_DOCUMENT_FORMATTING)

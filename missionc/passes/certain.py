@@ -39,6 +39,9 @@ from missionc.passes.walk import bits_of, formulas, meaning
 TRUE, FALSE = 1, -1
 """The numbers of what is simply true, and false."""
 
+ROOM = 2
+"""Times as many formulas as the mission has: of more, those of earlier versions are forgotten."""
+
 MOST_MEMBERS = 64
 """Parts of a conjunction that are compared with one another."""
 
@@ -58,7 +61,7 @@ class Sure:
 
 @dataclass(slots=True)
 class Certain:
-    """``everyone``: the bits of all agents."""
+    """``everyone``: the bits of all agents. What stood in earlier versions of the mission may still be among it."""
 
     ground: Ground
     everyone: int
@@ -72,16 +75,30 @@ class Certain:
 
 def certain(ground: Ground) -> Certain:
     """What is sure of every formula in the mission's goals."""
+    everything = formulas(ground.mission)
+    known = ground.deduced.certain
+    if known is None or len(known.sure) > ROOM * len(everything):
+        known = _nothing_yet(ground)
+    known.ground = ground
+    for _ in range(2):
+        for formula in everything:
+            if formula not in known.sure:
+                known.sure[formula] = _of_formula(known, formula)
+        if len(known.predicates) < MOST_RULES or len(known.sure) == len(everything):
+            break
+        known = _nothing_yet(ground)  # predicates that are no longer there took the room of others
+    ground.deduced.certain = known
+    return known
+
+
+def _nothing_yet(ground: Ground) -> Certain:
     agents = ground.mission.agents
     kinds: dict[Hashable, tuple[Agent, int]] = {}
     for agent in agents:
         key = (agent.radius, agent.dynamics, agent.altitude)
         first, bits = kinds.get(key, (agent, 0))
         kinds[key] = (first, bits | 1 << agent.index)
-    known = Certain(ground, (1 << len(agents)) - 1, kinds=tuple(kinds.values()))
-    for formula in formulas(ground.mission):
-        known.sure[formula] = _of_formula(known, formula)
-    return known
+    return Certain(ground, (1 << len(agents)) - 1, kinds=tuple(kinds.values()))
 
 
 def _of_formula(known: Certain, formula: Formula) -> Sure:
@@ -247,15 +264,11 @@ def _denied(known: Certain, number: int, numbers: set[int]) -> bool:
 
 def _of_predicate(known: Certain, predicate: Predicate) -> tuple[int, int]:
     if predicate not in known.predicates:
-        if len(known.predicates) < MOST_RULES:
-            bits = known.ground.deduced.certain.of(predicate, lambda: _bits(known, predicate, by_places=True))
-        else:
-            bits = _bits(known, predicate, by_places=False)
-        known.predicates[predicate] = bits
+        known.predicates[predicate] = _bits(known, predicate)
     return known.predicates[predicate]
 
 
-def _bits(known: Certain, predicate: Predicate, by_places: bool) -> tuple[int, int]:
+def _bits(known: Certain, predicate: Predicate) -> tuple[int, int]:
     match predicate:
         case Connected() | InFormation():
             return 0, 0
@@ -268,13 +281,14 @@ def _bits(known: Certain, predicate: Predicate, by_places: bool) -> tuple[int, i
             assert_never(predicate)
     true = false = 0
     for agent, bits in known.kinds:
-        holds, fails = _of_kind(known.ground, predicate, agent, by_places)
+        holds, fails = _of_kind(known, predicate, agent)
         true, false = true | (bits if holds else 0), false | (bits if fails else 0)
     return true, false
 
 
-def _of_kind(ground: Ground, predicate: Predicate, agent: Agent, by_places: bool) -> tuple[bool, bool]:
+def _of_kind(known: Certain, predicate: Predicate, agent: Agent) -> tuple[bool, bool]:
     """Whether agents of this kind surely have the predicate, and surely not."""
+    ground = known.ground
     if isinstance(predicate, Compare):
         values = of_comparison(ground, agent, predicate)
         slack = 1e-9 * max(1.0, abs(predicate.constant))
@@ -282,7 +296,7 @@ def _of_kind(ground: Ground, predicate: Predicate, agent: Agent, by_places: bool
         fails = values.high < -slack
         if holds or fails or about_team(predicate):
             return holds, fails
-    if not by_places:
+    if len(known.predicates) >= MOST_RULES:
         return False, False
     places = ground.places([agent])
     literal, free = Literal(predicate, True), ground.free(agent.radius)

@@ -5,12 +5,16 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from enum import Enum
+from typing import TYPE_CHECKING
 
-from missionc.ir import Agent, Mission, Obstacle, Predicate, Shape, Still
+from missionc.ir import Agent, Mission, Obstacle, Shape, Still
 from missionc.passes.literals import Literal, Places, Rule
 from missionc.recent import Recent
 from missionc.world.areas import Area, Atlas, common, covers, disjoint, empty, moved, union, without
 from missionc.world.crowd import displaced
+
+if TYPE_CHECKING:
+    from missionc.passes.certain import Certain
 
 HAIR = 0.01
 """Metres around an obstacle that count as its inside, where all bodies are larger: more than circles are off by."""
@@ -34,8 +38,7 @@ class Deduced:
 
     free: Recent[tuple[float, float | None], Area] = field(default_factory=Recent)
     lies: Recent[Shape, Lies] = field(default_factory=Recent)
-    certain: Recent[Predicate, tuple[int, int]] = field(default_factory=Recent)
-    """The agents of whom a predicate is surely true, and surely false, as bits."""
+    certain: Certain | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -26,9 +26,11 @@ def once(function: Callable[[T], V]) -> Callable[[T], V]:
 
     @wraps(function)
     def of(what: T) -> V:
-        if what not in known:
-            known[what] = function(what)
-        return known[what]
+        try:
+            return known[what]
+        except KeyError:
+            value = known[what] = function(what)
+            return value
 
     return of
 
