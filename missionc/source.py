@@ -24,8 +24,12 @@ class Source:
         object.__setattr__(self, "line_starts", (0, *islice(ends, self.text.count("\n"))))
 
     @property
+    def stands(self) -> tuple[Source, int]:
+        """The whole of a source is a passage of it that begins at 0."""
+        return self, 0
+
+    @property
     def source(self) -> Source:
-        """Itself: the whole of a source is a passage of it that begins at 0."""
         return self
 
     @property
@@ -50,11 +54,21 @@ class Source:
 
 @dataclass(slots=True, eq=False)
 class Passage:
-    """``size`` characters of a source from ``begin`` on: where they stand in the newest text that has them."""
+    """``size`` characters: where they stand, source and offset, in the newest text that has them.
 
-    source: Source
-    begin: int
+    Set as one, so that whoever asks from another thread gets both of the same text.
+    """
+
+    stands: tuple[Source, int]
     size: int
+
+    @property
+    def source(self) -> Source:
+        return self.stands[0]
+
+    @property
+    def begin(self) -> int:
+        return self.stands[1]
 
 
 @dataclass(frozen=True, slots=True, match_args=False)
@@ -84,7 +98,8 @@ class Span:
 
     @property
     def text(self) -> str:
-        return self.source.text[self.start : self.end]
+        source, begin = self.whole.stands
+        return source.text[begin + self.first : begin + self.last]
 
     def to(self, other: Span) -> Span:
         """From the start of this span to the end of the other."""

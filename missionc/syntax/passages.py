@@ -51,7 +51,7 @@ class Kept:
         if not again:
             return None
         passage, declarations = again.pop(0)
-        passage.source, passage.begin = source, begin
+        passage.stands = source, begin
         return passage, declarations
 
     def keep(self, passage: Passage, declarations: tuple[ast.Declaration, ...]) -> None:
