@@ -12,6 +12,8 @@ const { INSTALL, compileArguments, missionName, programPath, serverArguments, wh
 let client;
 /** @type {vscode.LogOutputChannel} */
 let output;
+/** What shows a report, by the report's path. @type {Map<string, vscode.WebviewPanel>} */
+const panels = new Map();
 
 /** @param {vscode.ExtensionContext} context */
 async function activate(context) {
@@ -23,6 +25,9 @@ async function activate(context) {
     vscode.commands.registerCommand("missionc.showReport", showReport),
     vscode.workspace.onDidChangeConfiguration((change) => {
       if (change.affectsConfiguration("missionc.path")) return restart();
+    }),
+    vscode.tasks.onDidEndTaskProcess((end) => {
+      if (end.execution.task.source === "missionc") for (const [report, panel] of panels) show(report, panel);
     }),
   );
   await start();
@@ -103,6 +108,7 @@ async function compile() {
   await vscode.tasks.executeTask(task);
 }
 
+/** Beside the text: so it can be seen too where the files lie on another machine. */
 async function showReport() {
   const document = await savedMission();
   if (!document) return;
@@ -113,12 +119,31 @@ async function showReport() {
   }
   const report = path.join(folderOf(document.uri), "build", name, "report.html");
   if (fs.existsSync(report)) {
-    await vscode.env.openExternal(vscode.Uri.file(report));
+    const panel = panels.get(report) ?? panelFor(report, name);
+    show(report, panel);
+    panel.reveal();
     return;
   }
   const compileNow = "Compile this mission";
   const chosen = await vscode.window.showWarningMessage(`There is no ${report} yet.`, compileNow);
   if (chosen === compileNow) await compile();
+}
+
+/** @param {string} report @param {string} name */
+function panelFor(report, name) {
+  const panel = vscode.window.createWebviewPanel("missionc.report", `${name}: report`, vscode.ViewColumn.Beside, {
+    enableScripts: true,
+    localResourceRoots: [],
+    retainContextWhenHidden: true,
+  });
+  panels.set(report, panel);
+  panel.onDidDispose(() => panels.delete(report));
+  return panel;
+}
+
+/** The report as it is now; the one before where there is none. @param {string} report @param {vscode.WebviewPanel} panel */
+function show(report, panel) {
+  if (fs.existsSync(report)) panel.webview.html = fs.readFileSync(report, "utf8");
 }
 
 /** The mission in the active editor, as it is on disk; asks for one where there is none. */

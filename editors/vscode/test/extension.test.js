@@ -124,9 +124,25 @@ describe("the extension", () => {
     open(found, "other.mission", "# mission no\nmission relay\n");
     const report = path.join(folder, "build", "relay", "report.html");
     fs.mkdirSync(path.dirname(report), { recursive: true });
-    fs.writeFileSync(report, "");
-    await found.done.commands.get("missionc.showReport")();
-    assert.deepEqual(found.done.opened, [report]);
+    fs.writeFileSync(report, "<p>first");
+    const showReport = found.done.commands.get("missionc.showReport");
+    await showReport();
+    const [panel] = found.done.panels;
+    assert.equal(panel.title, "relay: report");
+    assert.equal(panel.webview.html, "<p>first");
+    assert.deepEqual([panel.options.enableScripts, panel.options.localResourceRoots], [true, []]);
+
+    fs.writeFileSync(report, "<p>second");
+    found.done.ended.forEach((listener) => listener({ execution: { task: { source: "of another" } } }));
+    assert.equal(panel.webview.html, "<p>first");
+    found.done.ended.forEach((listener) => listener({ execution: { task: { source: "missionc" } } }));
+    assert.equal(panel.webview.html, "<p>second");
+
+    await showReport();
+    assert.deepEqual([found.done.panels.length, panel.revealed], [1, 2]);
+    panel.dispose();
+    await showReport();
+    assert.equal(found.done.panels.length, 2);
   });
 
   it("offers to compile a mission that has no report yet", async () => {

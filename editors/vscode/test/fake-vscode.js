@@ -23,14 +23,13 @@ function anything() {
 
 /** A fake, and what was done to it. */
 function fakeVscode({ path, answer }) {
-  const done = { commands: new Map(), errors: [], warnings: [], log: [], copied: [], opened: [], tasks: [], changed: [] };
+  const done = { commands: new Map(), errors: [], warnings: [], log: [], copied: [], opened: [], tasks: [], changed: [], ended: [], panels: [] };
   const fake = anything();
   const log = (...words) => done.log.push(words.join(" "));
   const uri = (file) => ({ fsPath: file, scheme: "file", toString: () => `file://${file}` });
 
   fake.version = "1.140.0";
   fake.env = { language: "en", appName: "test", clipboard: { writeText: async (text) => done.copied.push(text) } };
-  fake.env.openExternal = async (target) => done.opened.push(target.fsPath);
   fake.Uri = { file: uri, parse: (text) => uri(text.replace(/^file:\/\//, "")) };
   fake.commands = {
     registerCommand: (name, run) => (done.commands.set(name, run), { dispose: () => done.commands.delete(name) }),
@@ -55,7 +54,16 @@ function fakeVscode({ path, answer }) {
   fake.Task = function (_, scope, name, source, execution) {
     Object.assign(this, { scope, name, source, execution });
   };
-  fake.tasks = { executeTask: async (task) => done.tasks.push(task) };
+  fake.tasks = {
+    executeTask: async (task) => done.tasks.push(task),
+    onDidEndTaskProcess: (listener) => (done.ended.push(listener), anything()),
+  };
+  fake.window.createWebviewPanel = (kind, title, where, options) => {
+    const panel = { kind, title, options, webview: { html: "" }, revealed: 0, reveal: () => panel.revealed++ };
+    panel.onDidDispose = (listener) => (panel.dispose = listener);
+    done.panels.push(panel);
+    return panel;
+  };
   return { fake, done, uri };
 }
 
