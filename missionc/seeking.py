@@ -10,7 +10,7 @@ import time
 from collections.abc import Iterator
 from dataclasses import replace
 
-from missionc.backends.api import Backend, Budget, Options, Outcome, Planned, forget
+from missionc.backends.api import Backend, Budget, CutShort, NotFound, Options, Outcome, Planned, Reason, forget
 from missionc.diagnostics.model import has_errors
 from missionc.ir import Mission
 from missionc.kernel.nodes import Kernel
@@ -37,13 +37,15 @@ def seek(backend: Backend, mission: Mission, kernel: Kernel, options: Options, b
 
     Only a refusal of the mission itself is one: that of the tightened mission
     says nothing. What is kept of the run, to be taken up again, is of the last
-    try.
+    try. A plan after a try that time ended is cut short: with more, that try may
+    have found another.
     """
     wanted = roomy(mission)
     slow = paced(wanted)
     if slow is not wanted and has_errors(check_world(slow)):  # too slow to be anywhere in time
         slow = wanted
     margin = missed(mission) if options.margin is None else Metres(options.margin)
+    late = False
     for part in PARTS:
         if (margin <= 0 or part == 0.0) and slow is wanted:
             break
@@ -51,11 +53,12 @@ def seek(backend: Backend, mission: Mission, kernel: Kernel, options: Options, b
         short = replace(budget, deadline=now + min(LONGEST, SHARE * (budget.deadline - now)), keep=forget, resume=None)
         found = backend.plan(*tightened(slow, kernel, Metres(part * margin)), options, short)
         if isinstance(found, Planned):
-            return found if part == 1.0 or margin <= 0 else _noted(found, margin, part)
+            return _after(found if part == 1.0 or margin <= 0 else _noted(found, margin, part), late)
+        late = late or (isinstance(found, NotFound) and found.reason is Reason.TIME)
     found = backend.plan(wanted, kernel, options, budget)
     if not isinstance(found, Planned):
         return found
-    return _noted(found, margin, 0.0) if margin > 0 else found
+    return _after(_noted(found, margin, 0.0) if margin > 0 else found, late)
 
 
 def others(mission: Mission, options: Options, budget: Budget) -> Iterator[tuple[Options, Budget]]:
@@ -67,6 +70,13 @@ def others(mission: Mission, options: Options, budget: Budget) -> Iterator[tuple
     for number in range(1, OTHERS + 1):
         more = options if options.margin is not None else replace(options, margin=margin * (1 + number // SEEDS_EACH))
         yield more, replace(budget, seed=budget.seed + number, keep=forget, resume=None)
+
+
+def _after(found: Planned, late: bool) -> Planned:
+    """The plan as it is given out, where a try before it may have been ``late``."""
+    if not late or found.report.cut_short:
+        return found
+    return replace(found, report=replace(found.report, cut_short=CutShort.TIME))
 
 
 def _noted(found: Planned, margin: Metres, part: float) -> Planned:
