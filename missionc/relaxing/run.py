@@ -44,8 +44,10 @@ from missionc.signals import asked
 from missionc.units import Seconds
 from missionc.verify import verify
 
-SHARE, SEARCHED = 0.25, 0.1
-"""Of all the time, so much may go into one variant; the second, where none is ever refused and each would take it."""
+FIRST, FINER, SHARE, SEARCHED = 0.05, 0.1, 0.25, 0.1
+"""Of all the time, so much goes into the first try of a knob at most; into a finer roadmap, which is the hardest; into
+any other try. A knob's later tries get twice as much each. Where none is ever refused and each would take what it gets,
+all get the last."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -66,6 +68,7 @@ class Explaining:
     backend: Backend
     options: Options
     budget: Budget
+    first: float
     share: float
     begin: float = field(default_factory=time.monotonic)
     count: int = 0
@@ -77,11 +80,12 @@ class Explaining:
     def over(self) -> bool:
         return asked() or time.monotonic() >= self.budget.deadline
 
-    def step(self, trying: Trying) -> Trial | None:
+    def step(self, trying: Trying, first: float) -> Trial | None:
         """Tries the knob's next change that is a mission at all; None where there is none."""
         while (notches := trying.next()) is not None:
             edit = trying.knob.edit(notches)
-            came = Tried("wrong") if edit is None else self.solve(edit)
+            part = min(self.share, first * 2**trying.tries)
+            came = Tried("wrong") if edit is None else self.solve(edit, part)
             does = came.outcome == "planned"
             trying.learn(notches, does=does, proven=came.outcome == "impossible")
             if does:
@@ -90,8 +94,8 @@ class Explaining:
                 return Trial(edit.says, came.outcome)
         return None
 
-    def solve(self, edit: Edit) -> Tried:
-        """The variant checked from its text on, planned, and verified."""
+    def solve(self, edit: Edit, part: float) -> Tried:
+        """The variant checked from its text on, planned in that part of all the time, and verified."""
         self.count += 1
         self.budget.listen(Progress("explain", self.count, edit.says))
         source, overrides = edited(self.checked, edit)
@@ -106,13 +110,13 @@ class Explaining:
         if not checked.ok or mission is None or kernel is None:
             return Tried("wrong")
         try:
-            return self.planned(mission, kernel)
+            return self.planned(mission, kernel, part)
         except MemoryError:
             return Tried("undecided")
 
-    def planned(self, mission: Mission, kernel: Kernel) -> Tried:
+    def planned(self, mission: Mission, kernel: Kernel, part: float) -> Tried:
         now = time.monotonic()
-        until = min(self.budget.deadline, now + self.share * (self.budget.deadline - self.begin))
+        until = min(self.budget.deadline, now + part * (self.budget.deadline - self.begin))
         budget = replace(self.budget, deadline=until, listen=ignore, keep=forget, resume=None)
         came = seek(self.backend, mission, kernel, self.options, budget)
         if isinstance(came, Impossible):
@@ -121,13 +125,13 @@ class Explaining:
             return Tried("planned", came.trace)
         return Tried("undecided")
 
-    def trial(self, knobs: Iterable[Knob]) -> list[Trial]:
-        """The first change of each knob, tried; their others come later."""
+    def trial(self, knobs: Iterable[Knob], part: float = SHARE) -> list[Trial]:
+        """The first change of each knob, tried in that part of all the time; their others come later."""
         trials: list[Trial] = []
         for knob in knobs:
             trying = Trying(knob)
             self.tried.append(trying)
-            came = None if self.over else self.step(trying)
+            came = None if self.over else self.step(trying, part)
             trials += [came] if came is not None else []
         return trials
 
@@ -140,7 +144,7 @@ class Explaining:
             for trying in self.tried:
                 if self.over:
                     return
-                going = self.step(trying) is not None or going
+                going = self.step(trying, self.first) is not None or going
 
     def relaxations(self) -> list[tuple[Relaxation, Trace]]:
         """What does, the smallest change first; what is as large in the order in which it was tried."""
@@ -167,13 +171,14 @@ def explain(
     short = replace(budget, deadline=min(budget.deadline, now + limit))
     quick = replace(options, certify=False, captures=frozenset(), margin=0.0, brief=True)
     best = refusal.best if isinstance(refusal, NotFound) else None
-    run = Explaining(checked, mission, kernel, backend, quick, short, SEARCHED if best else SHARE, now)
+    first, share = (SEARCHED, SEARCHED) if best else (FIRST, SHARE)
+    run = Explaining(checked, mission, kernel, backend, quick, short, first, share, now)
     conflict = refusal.conflict if isinstance(refusal, Impossible) else _violated(best)
     without = run.trial(of_formulas.without(checked, mission, conflict))
     if len(conflict) > 1 and not any(trial.outcome == "planned" for trial in without):
         without += run.trial(of_formulas.without_all(checked, mission, conflict))
     longer = run.trial(of_time.horizon(checked, mission))
-    finer = run.trial(of_world.roadmap(checked, dict(refusal.report.sizes).get("nodes", 0)))
+    finer = run.trial(of_world.roadmap(checked, dict(refusal.report.sizes).get("nodes", 0)), FINER)
     run.refine(_knobs(checked, mission, kernel, conflict))
     found = run.relaxations()
     return Explained(

@@ -17,6 +17,7 @@ class Trying:
     knob: Knob
     best: int | None = None
     refused: int = 0
+    tries: int = 0
     proven: bool = True
     """The largest one that does not was refused, rather than left undecided; no change at all was refused."""
 
@@ -29,6 +30,7 @@ class Trying:
         return min(self.knob.most, max(self.knob.first, 2 * self.refused))
 
     def learn(self, notches: int, *, does: bool, proven: bool) -> None:
+        self.tries += 1
         if does:
             self.best = notches
         else:

@@ -10,9 +10,10 @@ from itertools import permutations
 import numpy as np
 import pytest
 
+from missionc.backends.api import Reason
 from missionc.backends.smt.core import minimise
 from missionc.backends.smt.search import Search
-from missionc.backends.smt.solve import Satisfiable, Unsatisfiable
+from missionc.backends.smt.solve import Satisfiable, Stopped, Unsatisfiable
 from tests.plans import mission_of
 from tests.roadmaps import asked, roadmap_of
 
@@ -63,3 +64,24 @@ def test_without_time_the_core_stays_as_it_is() -> None:
     with searching([-2, -4], seconds=0.0) as (search, names):
         time.sleep(0.01)
         assert minimise(tuple(names), search) == tuple(names)
+
+
+@pytest.mark.parametrize(
+    ("solved", "before", "left"), [(4.0, 0.0, 8.0), (4.0, 6.5, 1.5), (4.0, 8.0, 1.0), (0.1, 0.0, 1.0)]
+)
+def test_the_cores_of_all_roadmaps_take_twice_as_long_as_solving_at_most(
+    solved: float, before: float, left: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    until: list[float] = []
+
+    def ask(_: Search, assumptions: tuple[int, ...], deadline: float, effort: object) -> Stopped:
+        until.append(deadline)
+        return Stopped(Reason.TIME, "")
+
+    with searching([-2, -4]) as (search, names):
+        search.account.seconds |= {"solve": solved, "core": before}
+        monkeypatch.setattr(Search, "ask", ask)
+        begin = time.monotonic()
+        minimise(tuple(names), search)
+        assert until
+        assert all(0 <= each - begin - left < 0.5 for each in until)

@@ -11,8 +11,8 @@ from missionc.backends.smt.solve import Unsatisfiable
 SHARE = 0.2
 """Of the time that is left, so much may go into a smaller core."""
 
-AGAIN, LEAST = 2.0, 5.0
-"""So many times as long as the solver took so far, and no less than so many seconds."""
+AGAIN, LEAST = 2.0, 1.0
+"""So many times as long as the solver took so far, for the cores of all roadmaps, and no less than so many seconds."""
 
 
 def minimise(core: tuple[int, ...], search: Search) -> tuple[int, ...]:
@@ -22,7 +22,8 @@ def minimise(core: tuple[int, ...], search: Search) -> tuple[int, ...]:
     certain, and what is possible then stays in.
     """
     now = time.monotonic()
-    again = AGAIN * search.account.seconds.get("solve", 0.0)
+    spent = search.account.seconds
+    again = AGAIN * spent.get("solve", 0.0) - spent.get("core", 0.0)
     until = now + min(SHARE * (search.solvers.deadline - now), max(LEAST, again))
     tried = effort(search.clauses)
     for left_out in (None, *core):
