@@ -9,8 +9,8 @@ from typing import Generic, TypeVar
 K = TypeVar("K")
 V = TypeVar("V")
 
-MOST = 16_384
-"""More than a mission has of anything that is kept."""
+MOST = 4_096
+"""Values kept: a mission of a thousand lines has about as many of each."""
 
 
 @dataclass(slots=True, eq=False)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import logging
+import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 
@@ -28,10 +29,13 @@ class Checks:
         self._publish = publish
         self._newest: dict[str, OpenText] = {}
         self._worker = ThreadPoolExecutor(1, thread_name_prefix="check")
+        self._closed = False
         self._running: dict[asyncio.Task[None], OpenText] = {}
 
     def ask(self, text: OpenText) -> None:
         """Check a text; one of an older version that is waiting or running is given up."""
+        if self._closed:
+            return
         self._newest[text.uri] = text
         task = asyncio.ensure_future(self._run(text))
         self._running[task] = text
@@ -39,14 +43,18 @@ class Checks:
 
     async def settled(self, uri: str) -> None:
         """Until the newest version of a text is checked, or it has taken too long for anybody to wait."""
-        running = [task for task, text in self._running.items() if text is self._newest.get(uri)]
-        if running:
-            await asyncio.wait(running, timeout=PATIENCE)
+        until = time.monotonic() + PATIENCE
+        while (left := until - time.monotonic()) > 0:
+            running = [task for task, text in self._running.items() if text is self._newest.get(uri)]
+            if not running:
+                return
+            await asyncio.wait(running, timeout=left)
 
     def forget(self, uri: str) -> None:
         self._newest.pop(uri, None)
 
     def close(self) -> None:
+        self._closed = True
         self._newest.clear()
         self._worker.shutdown(wait=False, cancel_futures=True)
 

@@ -78,7 +78,8 @@ class Outline:
     @cached_property
     def names(self) -> tuple[Name, ...]:
         """Every place of every name, included files' too."""
-        return tuple({name.span: name for name in _names(self.declarations, self.broken, self.declared)}.values())
+        names = _names(self.declarations, self.broken, self.declared)
+        return tuple({(name.span.source.name, name.span.start, name.span.end): name for name in names}.values())
 
     def at(self, offset: int) -> Name | None:
         """The name at a place in the text, or that ends there."""

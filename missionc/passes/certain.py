@@ -40,7 +40,7 @@ TRUE, FALSE = 1, -1
 """The numbers of what is simply true, and false."""
 
 ROOM = 2
-"""Times as many formulas as the mission has: of more, those of earlier versions are forgotten."""
+"""Times as many formulas as the mission has: beyond that those of earlier versions are forgotten."""
 
 MOST_MEMBERS = 64
 """Parts of a conjunction that are compared with one another."""
@@ -75,20 +75,22 @@ class Certain:
 
 def certain(ground: Ground) -> Certain:
     """What is sure of every formula in the mission's goals."""
-    everything = formulas(ground.mission)
-    known = ground.deduced.certain
-    if known is None or len(known.sure) > ROOM * len(everything):
-        known = _nothing_yet(ground)
+    before = ground.deduced.certain
+    known = before or _nothing_yet(ground)
     known.ground = ground
-    for _ in range(2):
-        for formula in everything:
-            if formula not in known.sure:
-                known.sure[formula] = _of_formula(known, formula)
-        if len(known.predicates) < MOST_RULES or len(known.sure) == len(everything):
-            break
-        known = _nothing_yet(ground)  # predicates that are no longer there took the room of others
-    ground.deduced.certain = known
+    _look_at_all(known)
+    if len(known.predicates) >= MOST_RULES and known is before:
+        known = _nothing_yet(ground)  # which predicates there is room for depends on the order of this version alone
+        _look_at_all(known)
+    full = len(known.predicates) >= MOST_RULES or len(known.sure) > ROOM * len(formulas(ground.mission))
+    ground.deduced.certain = None if full else known
     return known
+
+
+def _look_at_all(known: Certain) -> None:
+    for formula in formulas(known.ground.mission):
+        if formula not in known.sure:
+            known.sure[formula] = _of_formula(known, formula)
 
 
 def _nothing_yet(ground: Ground) -> Certain:

@@ -95,7 +95,10 @@ class Context:
 
     def mentions(self, written: object) -> Mentions:
         """What a declaration, or a part of one, says by name."""
-        return self.meant.mentions.of(Written(written), lambda: mentions(written))
+        key = Written(written)
+        known = self.before.mentions.get(key) or self.meant.mentions.get(key) or mentions(written)
+        self.meant.mentions[key] = known
+        return known
 
     def declared(self, kind: type[D]) -> list[D]:
         """The declarations of this kind, in order; of two with one name, the first."""

@@ -9,7 +9,6 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 from missionc.passes.references import Mentions
-from missionc.recent import Recent
 
 if TYPE_CHECKING:
     from missionc.passes.check_types import Typed
@@ -55,16 +54,16 @@ class Body:
 
 @dataclass(slots=True)
 class Meanings:
-    """Of one version of a mission: its things by kind and name, formulas and what is mentioned by what is written."""
+    """Of one version of a mission: its things by kind and name; by what is written formulas, and what it mentions."""
 
     things: dict[tuple[type, str], Any] = field(default_factory=dict)
     bodies: dict[Written, Body] = field(default_factory=dict)
-    mentions: Recent[Written, Mentions] = field(default_factory=Recent)
+    mentions: dict[Written, Mentions] = field(default_factory=dict)
 
     def forgotten(self) -> Meanings:
         """All of it, and nothing stays here: the next version takes from it what is still so."""
-        before = Meanings(self.things, self.bodies)
-        self.things, self.bodies = {}, {}
+        before = Meanings(self.things, self.bodies, self.mentions)
+        self.things, self.bodies, self.mentions = {}, {}, {}
         return before
 
     def thing(self, new: T) -> T:

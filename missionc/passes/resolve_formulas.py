@@ -72,8 +72,8 @@ def _unless_known(context: Context, body: ast.Formula, make: Callable[[Context, 
     if known is None or known.rests_on != rests_on or context.members + known.members > context.limits.formula_nodes:
         findings, members = len(context.findings), context.members
         meant = make(context, body)
-        if len(context.findings) > findings:
-            return meant
+        if len(context.findings) > findings or context.members > context.limits.formula_nodes:
+            return meant  # something was said of it, or has been said once for all that come after
         known = Body(rests_on, meant, context.members - members)
     else:
         context.members += known.members
@@ -86,23 +86,26 @@ def _rests_on(context: Context) -> tuple[object, ...]:
     return context.step, context.steps, context.dimension, context.limits, *context.graphs.values()
 
 
-def _stands_for(context: Context, name: str) -> object:
-    """What a name in a formula means; it is found under its kind alone."""
-    match declared.kind if (declared := context.names.declared.get(name)) else None:
+def _stands_for(context: Context, name: str) -> tuple[Kind, object] | None:
+    """What a name in a formula means, found under its kind alone; of a team also how large it says that it is."""
+    declared = context.names.declared.get(name)
+    if declared is None:
+        return None
+    match declared.kind:
         case Kind.PARAM:
-            return context.params.get(name)
+            return declared.kind, context.params.get(name)
         case Kind.REGION:
-            return context.regions.get(name)
+            return declared.kind, context.regions.get(name)
         case Kind.BEACON:
-            return context.beacons.get(name)
+            return declared.kind, context.beacons.get(name)
         case Kind.TEAM | Kind.AGENT | Kind.GROUP:
-            return context.sets.get(name)
+            return declared.kind, (context.sets.get(name), context.sizes.get(name))
         case Kind.FORMATION:
-            return context.formations.get(name)
+            return declared.kind, context.formations.get(name)
         case Kind.LET:
-            return context.lets.get(name)
-        case Kind.GRAPH | Kind.OBSTACLE | None:  # all graphs are regarded; of an obstacle nothing can be asked
-            return None
+            return declared.kind, context.lets.get(name)
+        case Kind.GRAPH | Kind.OBSTACLE:  # all graphs are regarded; of an obstacle nothing can be asked
+            return declared.kind, None
 
 
 def resolve_formula(context: Context, formula: ast.Formula) -> Typed:

@@ -111,6 +111,7 @@ class _Reader:
                 kept.keep(passage, tuple(said))
             if len(findings) >= MOST_FINDINGS:
                 break
+        before.lost()
         return declarations, findings
 
     def _followed(

@@ -54,6 +54,12 @@ class Kept:
         passage.stands = source, begin
         return passage, declarations
 
+    def lost(self) -> None:
+        """What was not found again is in no text any more; whatever still speaks of it holds on to its words alone."""
+        for text, passages_of_it in self.declared.items():
+            for passage, _ in passages_of_it:
+                passage.stands = Source(passage.source.name, text), 0
+
     def keep(self, passage: Passage, declarations: tuple[ast.Declaration, ...]) -> None:
         text = passage.source.text[passage.begin : passage.begin + passage.size]
         self.declared.setdefault(text, []).append((passage, declarations))

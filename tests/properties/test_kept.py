@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import random
 import re
 from dataclasses import replace
@@ -12,6 +13,7 @@ import pytest
 
 from missionc.checking import Kept, check
 from missionc.diagnostics.render import render_json
+from missionc.limits import Limits
 from missionc.passes.facts import gather
 from missionc.results import Checked
 from missionc.source import Source, Span
@@ -188,3 +190,67 @@ def test_facts_are_of_the_mission_that_is_asked_about() -> None:
     stay = next(goal.formula for goal in mission.requirements if goal.name == "stay")
     whens = [[fact.when for fact in gather(replace(mission, steps=steps), stay).facts] for steps in (20, 30, 20)]
     assert whens[0] == whens[2] != whens[1]
+
+
+SMALL_HALL = HALL[: HALL.index("param far")]
+MANY = "".join(
+    f"require r{n}: some drone: eventually[0, 5 s] distance(base) <= {1 + n / 1000:g} m\n" for n in range(520)
+)
+TINY = "region tiny = disc at (8, 8) radius 0.1 m\n"
+IN_TINY = "require t: some drone: eventually[0, 5 s] inside(tiny)\n"
+WIDE = SMALL_HALL.replace("radius 0.1 m", "radius 0.6 m").replace("(2.5, 2)", "(4, 6)") + TINY
+THREE = SMALL_HALL.replace("drone[2]", "drone[n]").replace("at (2, 2), (2.5, 2)", "at (2, 2), (2.5, 2), (2.9, 2)")
+
+
+@pytest.mark.parametrize(
+    ("versions", "nodes"),
+    [
+        pytest.param(
+            (f"{SMALL_HALL}require q: a\nlet a = not b\nlet b = not a\n", f"{SMALL_HALL}require q: a\n"),
+            None,
+            id="names-on-a-cycle-that-go",
+        ),
+        pytest.param(
+            (
+                f"{SMALL_HALL}require q: every a: base\ngroup a = b\ngroup b = a\n",
+                f"{SMALL_HALL}require q: every a: base\n",
+            ),
+            None,
+            id="groups-on-a-cycle-that-go",
+        ),
+        pytest.param(
+            (
+                f"{SMALL_HALL}require r: every drone[0..1]: eventually[0, 5 s] base\n"
+                "group big = drone[0..1], drone[0..1], drone[0..1], drone[0..1]\nrequire s: every big: base\n",
+                f"{SMALL_HALL}require r: every drone[0..1]: eventually[0, 5 s] base\n",
+            ),
+            7,
+            id="more-members-than-there-is-room-for",
+        ),
+        pytest.param(
+            tuple(f"{THREE}require r: drone[3]: eventually[0, 5 s] base\nparam n = {n}\n" for n in (4, 2)),
+            None,
+            id="a-team-of-another-size-whose-places-do-not-fit",
+        ),
+        pytest.param((WIDE + MANY + IN_TINY, WIDE + IN_TINY + MANY), None, id="more-predicates-than-are-looked-at"),
+        pytest.param((WIDE + IN_TINY + MANY, WIDE + MANY + IN_TINY), None, id="and-the-other-way-round"),
+    ],
+)
+def test_what_went_wrong_before_is_not_believed_after_it(versions: tuple[str, ...], nodes: int | None) -> None:
+    limits = Limits() if nodes is None else Limits(formula_nodes=nodes)
+    kept = Kept()
+    said_before = []
+    for text in versions:
+        again = said(check(Source("a.mission", text), limits=limits, kept=kept))
+        assert again == said(check(Source("a.mission", text), limits=limits))
+        said_before.append(again)
+    assert said_before[0] != said_before[1]
+
+
+def test_texts_that_were_typed_are_let_go() -> None:
+    kept = Kept()
+    for number in range(40):
+        check(Source("let_go.mission", HALL.replace("box (6, 6)", f"box (6, {number / 10:g})")), kept=kept)
+    gc.collect()
+    held = [each for each in gc.get_objects() if isinstance(each, Source) and each.name == "let_go.mission"]
+    assert sum(len(each.text) for each in held) <= 3 * len(HALL)
