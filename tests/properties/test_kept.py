@@ -252,5 +252,5 @@ def test_texts_that_were_typed_are_let_go() -> None:
     for number in range(40):
         check(Source("let_go.mission", HALL.replace("box (6, 6)", f"box (6, {number / 10:g})")), kept=kept)
     gc.collect()
-    held = [each for each in gc.get_objects() if isinstance(each, Source) and each.name == "let_go.mission"]
+    held = [each for each in gc.get_objects() if type(each) is Source and each.name == "let_go.mission"]
     assert sum(len(each.text) for each in held) <= 3 * len(HALL)
