@@ -159,15 +159,17 @@ def _stretch(manifest: Mapping[str, object]) -> float | None:
 
 def _option(manifest: Mapping[str, object], name: str, otherwise: str) -> str:
     """What the command line gave, as text."""
-    options = manifest.get("options")
-    return str(options.get(name, otherwise)) if isinstance(options, dict) else otherwise
+    return str(_options(manifest).get(name, otherwise))
 
 
 def _overrides(manifest: Mapping[str, object]) -> dict[str, str]:
     """The parameters that the command line gave: the options that begin with ``-D``."""
+    return {name[3:]: str(text) for name, text in _options(manifest).items() if name.startswith("-D ")}
+
+
+def _options(manifest: Mapping[str, object]) -> dict[str, object]:
     options = manifest.get("options")
-    given = options if isinstance(options, dict) else {}
-    return {name[3:]: str(text) for name, text in given.items() if name.startswith("-D ")}
+    return options if isinstance(options, dict) else {}
 
 
 def _unusable(folder: Path, why: str) -> Diagnostic:

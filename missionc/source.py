@@ -62,6 +62,11 @@ class Passage:
     stands: tuple[Source, int]
     size: int
 
+    @staticmethod
+    def of(source: Source, begin: int, end: int) -> Passage:
+        """From one offset up to, but not at, another."""
+        return Passage((source, begin), end - begin)
+
     @property
     def source(self) -> Source:
         return self.stands[0]

@@ -38,11 +38,9 @@ def impossible(mission: Mission, found: Impossible, explained: Explained | None)
             notes=notes,
             help="give the agents more time or more room, or look at their starts and finishes",
         )
-    names = ", ".join(f"`{name}`" for name, _ in spans)
-    conflict = f"{names} cannot be satisfied together" if len(spans) > 1 else f"{names} cannot be satisfied"
     return Diagnostic(
         IMPOSSIBLE,
-        f"{conflict} on the roadmap",
+        f"{found.says} on the roadmap",
         Label(spans[0][1], "this" if len(spans) > 1 else ""),
         tuple(Label(span, "and this") for _, span in spans[1:]),
         notes,
@@ -85,12 +83,12 @@ def not_found(found: NotFound, explained: Explained | None) -> Diagnostic:
         "NO_ROADMAP": (NO_ROADMAP, "look at the starts, the dynamics and the room between obstacles"),
         "SOLVER": (SOLVER_GAVE_UP, "try another seed with `--seed`, or another solver with `--solver`"),
     }[found.reason.name]
-    said = () if found.statement == found.reason.value else (found.statement,)
+    head, *more = found.says
     return Diagnostic(
         code,
-        f"undecided: {found.reason.value}",
+        head,
         None,
-        notes=(*said, "this says nothing about whether a plan exists"),
+        notes=(*more, "this says nothing about whether a plan exists"),
         help=f"{help_}; {_smallest(explained)}" if explained and explained.relaxations else help_,
     )
 

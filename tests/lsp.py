@@ -8,14 +8,20 @@ from missionc.checking import check
 from missionc.lsp.text import Memory, OpenText
 from missionc.source import Source
 
-URI = "file:///somewhere/typed.mission"
+NAME = "/somewhere/typed.mission"
+URI = f"file://{NAME}"
 
 
 def opened(
-    text: str, encoding: str = types.PositionEncodingKind.Utf16, memory: Memory | None = None, checked: bool = True
+    text: str,
+    encoding: str = types.PositionEncodingKind.Utf16,
+    memory: Memory | None = None,
+    checked: bool = True,
+    name: str = NAME,
+    version: int = 1,
 ) -> OpenText:
     """A text as the server holds it, once it is checked."""
-    found = OpenText(URI, 1, Source("/somewhere/typed.mission", text), encoding, memory or Memory())
+    found = OpenText(f"file://{name}", version, Source(name, text), encoding, memory or Memory())
     if checked:
         found.found = check(found.source, kept=found.memory.checked)
         found.memory.meant = found.found.mission or found.memory.meant

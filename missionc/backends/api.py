@@ -154,10 +154,14 @@ class Impossible:
     statement: str
     report: Report
 
-    def __str__(self) -> str:
+    @property
+    def says(self) -> str:
+        """Which requirements are in conflict, of those there are any."""
         names = ", ".join(f"`{name}`" for name in self.conflict)
-        together = " together" if len(self.conflict) > 1 else ""
-        head = f"{names} cannot be satisfied{together}" if names else "no plan exists, whatever the requirements"
+        return f"{names} cannot be satisfied together" if len(self.conflict) > 1 else f"{names} cannot be satisfied"
+
+    def __str__(self) -> str:
+        head = self.says if self.conflict else "no plan exists, whatever the requirements"
         return f"{head}, on the roadmap\n  {self.statement}"
 
     _repr_pretty_ = printed
@@ -237,9 +241,14 @@ class NotFound:
     report: Report
     best: Attempt | None = None
 
+    @property
+    def says(self) -> tuple[str, ...]:
+        """That it is undecided and why; and the statement, where it says more."""
+        head = f"undecided: {self.reason.value}"
+        return (head,) if self.statement == self.reason.value else (head, self.statement)
+
     def __str__(self) -> str:
-        lines = [f"undecided: {self.reason.value}"]
-        lines += [f"  {self.statement}"] if self.statement != self.reason.value else []
+        lines = ["\n  ".join(self.says)]
         lines += [f"  the best candidate {self.best.violation(self.best.trace.step)}"] if self.best else []
         return "\n".join(lines)
 

@@ -49,7 +49,7 @@ def _token(text: OpenText, offset: int) -> tuple[Token | None, Token | None]:
     if len(text.source.text) > LIMITS.file_bytes:
         return None, None
     begin, end = next((begin, end) for begin, end in passages(text.source.text) if offset <= end)
-    tokens, _ = tokenise(Passage((text.source, begin), end - begin), LIMITS)
+    tokens, _ = tokenise(Passage.of(text.source, begin, end), LIMITS)
     for number, token in enumerate(tokens[:-1]):
         if token.span.start <= offset < token.span.end or (token.span.end == offset and token.text[-1].isalnum()):
             return (tokens[number - 1] if number else None), token

@@ -128,7 +128,7 @@ def _unread(source: Source, limits: Limits, kept: Kept) -> Iterator[Token]:
     """The words of the passages in which something is wrong."""
     for begin, end in passages(source.text):
         if source.text[begin:end] not in kept.declared:
-            tokens, _ = tokenise(Passage((source, begin), end - begin), limits)
+            tokens, _ = tokenise(Passage.of(source, begin, end), limits)
             yield from tokens[:-1]
 
 

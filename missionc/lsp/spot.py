@@ -65,7 +65,7 @@ def spot(source: Source, offset: int, limits: Limits) -> Spot | None:
     word = _WORD.search(text, line, offset)
     start = word.start() if word else offset
     begin = next(begin for begin, end in passages(text) if start < end or end == len(text))
-    tokens, _ = tokenise(Passage((source, begin), start - begin), limits)
+    tokens, _ = tokenise(Passage.of(source, begin, start), limits)
     return _after(tokens[:-1], start, not text[line:start].strip())
 
 

@@ -71,7 +71,14 @@ class Ground:
         rules: Recent[tuple[float, float, Literal], Rule] = Recent()
         if before is not None and before.atlas.alike(atlas):
             atlas, rules = before.atlas, before.rules
-        rests_on = atlas, *_rests_on(mission)
+        rests_on = (
+            atlas,
+            mission.agents,
+            mission.obstacles,
+            mission.separation,
+            mission.clearance,
+            mission.horizon,
+        )
         if before is not None and before.rests_on == rests_on:
             return replace(before, mission=mission)
         still = [obstacle.shape for obstacle in mission.obstacles if isinstance(obstacle.motion, Still)]
@@ -115,10 +122,6 @@ class Ground:
             taken = union([atlas.inner(shape) for shape in shapes], len(atlas.heights))
         blocked = atlas.grown(taken, radius + mission.clearance - SLACK, outer=False)
         return common(without(atlas.whole(), blocked), atlas.whole())
-
-
-def _rests_on(mission: Mission) -> tuple[object, ...]:
-    return mission.agents, mission.obstacles, mission.separation, mission.clearance, mission.horizon
 
 
 def _hair(mission: Mission) -> float:

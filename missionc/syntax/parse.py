@@ -102,7 +102,7 @@ class _Reader:
                 kept.keep(*again)
                 declarations += again[1]
                 continue
-            passage = Passage((source, begin), end - begin)
+            passage = Passage.of(source, begin, end)
             outcomes, odd = read_passage(passage, self.limits)
             said, wrong = self._followed(outcomes, odd, source, chain)
             declarations += said
@@ -157,7 +157,7 @@ def _with_neighbours(passage: Passage) -> Passage:
     cuts = list(passages(passage.source.text))
     here = next(at for at, (first, _) in enumerate(cuts) if first == passage.begin)
     begin, end = cuts[max(here - 1, 0)][0], cuts[min(here + 1, len(cuts) - 1)][1]
-    return Passage((passage.source, begin), end - begin)
+    return Passage.of(passage.source, begin, end)
 
 
 def _read_declarations(tokens: Sequence[Token], here: int, end: int, limits: Limits) -> list[Outcome]:

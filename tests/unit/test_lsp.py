@@ -24,7 +24,7 @@ from missionc.lsp.formatting import formatting
 from missionc.lsp.hover import hover
 from missionc.lsp.positions import Places
 from missionc.lsp.rename import RefusedError, renamable, rename
-from missionc.lsp.text import Memory, OpenText
+from missionc.lsp.text import Memory
 from missionc.source import Span
 from missionc.syntax.format import format_mission
 from missionc.syntax.tokens import WORDS
@@ -135,8 +135,7 @@ def test_the_older_of_two_versions_is_never_published() -> None:
         checks = Checks(lambda checked: published.append(checked.version))
         memory = Memory()
         for version in range(5):
-            older = opened(text(HOME), memory=memory, checked=False)
-            checks.ask(OpenText(older.uri, version, older.source, older.encoding, memory))
+            checks.ask(opened(text(HOME), memory=memory, checked=False, version=version))
         while not published:
             await asyncio.sleep(0.01)
         await asyncio.sleep(0.2)

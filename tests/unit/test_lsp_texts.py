@@ -11,18 +11,14 @@ from missionc.lsp.checks import Checks
 from missionc.lsp.goto import highlights, references
 from missionc.lsp.rename import rename
 from missionc.lsp.text import Memory, OpenText
-from missionc.source import Source
+from tests.lsp import opened
 from tests.small import SMALL
-
-
-def opened(name: str, text: str, version: int = 1, memory: Memory | None = None) -> OpenText:
-    return OpenText(f"file://{name}", version, Source(name, text), "utf-16", memory or Memory())
 
 
 def test_a_place_beside_an_include_is_counted_once(tmp_path: Path) -> None:
     (tmp_path / "base.mission").write_text("region base = box (1, 1) to (3, 3)\n")
     words = 'include "base.mission" region goal = box (6, 6) to (8, 8)\nlet near = goal\n'
-    text = opened(str(tmp_path / "a.mission"), words)
+    text = opened(words, checked=False, name=str(tmp_path / "a.mission"))
     here = types.Position(0, words.index("goal") + 1)
     assert len(highlights(text, here)) == 2
     assert len(references(text, here, declaration=True)) == 2
@@ -37,7 +33,9 @@ def test_who_waits_gets_the_version_that_came_while_it_waited() -> None:
         published: list[int] = []
         checks = Checks(lambda text: published.append(text.version))
         memory = Memory()
-        first, second = (opened("/a.mission", SMALL + "#\n" * number, number, memory) for number in (1, 2))
+        first, second = (
+            opened(SMALL + "#\n" * number, memory=memory, checked=False, version=number) for number in (1, 2)
+        )
         checks.ask(first)
         waiting = asyncio.create_task(checks.settled(first.uri))
         await asyncio.sleep(0)

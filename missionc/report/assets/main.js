@@ -58,7 +58,7 @@ function paintAgents() {
 // (`follow`) to be told what is shown, to say so of the next.
 function open() {
   const time = Number(view.get("t"));
-  if (Number.isFinite(time)) state.time = Math.min(model.horizon, Math.max(0, time));
+  if (Number.isFinite(time)) state.time = model.within(time);
   if (SPEEDS.includes(Number(view.get("speed")))) state.speed = Number(view.get("speed"));
   if (["dark", "light"].includes(view.get("theme"))) state.theme = view.get("theme");
   state.playing = view.has("play") && state.time < model.horizon;

@@ -63,6 +63,7 @@ function readModel(data) {
     placeAt,
     dash,
     stepAt,
+    within: (time) => Math.min(horizon, Math.max(0, time)),
     graphs: data.graphs.map((graph) => ({ name: graph.name, runs: readRuns(graph.runs) })),
     formations: data.formations.map((formation) => ({ ...formation, margins: metres(formation.margins) })),
     charts: data.charts.map((chart) => ({ ...chart, series: chart.series.map((each) => ({ ...each, values: metres(each.values) })) })),

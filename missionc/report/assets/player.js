@@ -9,8 +9,7 @@ function player(model, state, change) {
   const { step } = model.data;
   range.max = model.horizon;
   for (const each of SPEEDS) speed.append(new Option(`${each}×`, each, false, each === state.speed));
-  const clamp = (time) => Math.min(model.horizon, Math.max(0, time));
-  const stepBy = (steps) => change({ time: clamp((Math.round(state.time / step) + steps) * step), playing: false });
+  const stepBy = (steps) => change({ time: model.within((Math.round(state.time / step) + steps) * step), playing: false });
   const toggle = () => change({ playing: !state.playing, ...(state.playing || state.time < model.horizon - 1e-9 ? {} : { time: 0 }) });
 
   play.addEventListener("click", toggle);
@@ -54,7 +53,7 @@ function player(model, state, change) {
     }
     const passed = last ? Math.min(now - last, 100) / 1000 : 0;
     last = now;
-    const time = clamp(state.time + passed * state.speed);
+    const time = model.within(state.time + passed * state.speed);
     change({ time, playing: time < model.horizon - 1e-9 });
     requestAnimationFrame(tick);
   }
