@@ -112,15 +112,18 @@ def test_agents_move_with_time(relay: Opened) -> None:
 
 def test_a_click_on_a_lane_shows_its_words_in_the_source(relay: Opened) -> None:
     relay.page.click(".lane[data-lane='5'] code")
+    relay.settle()
     assert relay.page.locator("mark").all_inner_texts() == ["far implies true reach[hops 0..2 on radio] base"]
     assert relay.page.locator("#words li.chosen").count() == 1
     assert relay.page.get_attribute(".lane[data-lane='5']", "aria-selected") == "true"
     relay.page.click(".lane[data-lane='5'] code")
+    relay.settle()
     assert relay.page.locator("mark").count() == 0
 
 
 def test_a_click_on_the_source_chooses_its_lane(relay: Opened) -> None:
     relay.page.click("#words li:has-text('require goal')")
+    relay.settle()
     assert relay.page.get_attribute(".lane[data-lane='0']", "aria-selected") == "true"
 
 
