@@ -16,15 +16,19 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, assert_never
+from typing import TYPE_CHECKING
 
 from missionc import unplanned
 from missionc.backends.api import (
+    Backend,
     Budget,
+    CutShort,
     Impossible,
     NotFound,
     Options,
+    Outcome,
     Planned,
     Progress,
     Reason,
@@ -33,13 +37,16 @@ from missionc.backends.api import (
     ignore,
 )
 from missionc.backends.load import load as load_backend
+from missionc.bring_home import Home, bring_home, takes
 from missionc.checking import ANY_BACKEND, Stopwatch, check
+from missionc.deadline import last_call
 from missionc.diagnostics.code import NOT_BETWEEN, TRACE_UNREADABLE
 from missionc.diagnostics.model import Diagnostic
+from missionc.ir import Mission
 from missionc.keeping import Checkpoints, unusable, with_checkpoints
+from missionc.kernel.nodes import Kernel
 from missionc.limits import Limits
-from missionc.plan import Plan
-from missionc.provenance import asked_for, given, inputs
+from missionc.memory import limited
 from missionc.reading import read_text
 from missionc.results import (
     Checked,
@@ -47,13 +54,13 @@ from missionc.results import (
     CompileOutcome,
     Monitored,
     Refused,
-    Unverified,
     Verified,
 )
 from missionc.seeking import others, seek
 from missionc.signals import asked, hold
 from missionc.source import Source
 from missionc.units import Seconds
+from missionc.within import Ended, within
 
 if TYPE_CHECKING:
     from missionc.verify.certificate import Between
@@ -94,8 +101,9 @@ def compile(
         limits: as for ``check``.
         vehicle: as for ``check``.
         seed: of everything drawn at random.
-        time_limit: seconds from now.
-        memory_limit: bytes, of the solver.
+        time_limit: seconds from now, of the whole compilation. A search ends so early that its plan can be verified and
+            written; whatever else is late is interrupted, in the main thread.
+        memory_limit: bytes, of this process and of what a solver takes beside it.
         options: choices only a backend understands.
         listen: is told where a backend is.
         keep: is given, as the run goes on, the bytes of a checkpoint.
@@ -105,8 +113,35 @@ def compile(
         explain_limit: seconds of the time limit that may go into what would make an impossible mission possible.
     """
     budget = Budget(time.monotonic() + time_limit, memory_limit, seed, limits or Limits(), listen)
-    checked = check(file, overrides=overrides, backend=backend, limits=limits, vehicle=vehicle)
+    checked = check_within(
+        budget, file, overrides=overrides or {}, backend=backend, limits=budget.limits, vehicle=vehicle
+    )
+    if not isinstance(checked, Checked):
+        return checked
     return plan(checked, options or Options(), budget, Checkpoints(keep, resume), exports, continuous, explain_limit)
+
+
+def check_within(
+    budget: Budget,
+    file: str | Path | Source,
+    *,
+    overrides: Mapping[str, str],
+    backend: str,
+    limits: Limits,
+    vehicle: str,
+) -> Checked | Compiled:
+    """``check`` within the time and memory of a compilation; the end of that compilation, where they do not suffice."""
+
+    def work() -> Checked:
+        return check(file, overrides=overrides, backend=backend, limits=limits, vehicle=vehicle)
+
+    with limited(budget.memory_bytes):
+        checked = within(last_call(budget.deadline), work)
+    if isinstance(checked, Checked):
+        return checked
+    name = file.name if isinstance(file, Source) else str(file)
+    found = _not_found(checked, "check")
+    return Compiled(Checked(name, ()), found, (unplanned.not_found(found, None),), ())
 
 
 def plan(
@@ -130,7 +165,21 @@ def plan(
             planned while there is time, without checkpoints.
         explain_limit: seconds for ``Compiled.explained``; 0 leaves that out.
     """
-    first = _plan(checked, options, budget, checkpoints or Checkpoints(), exports, continuous, explain_limit)
+    with limited(budget.memory_bytes):
+        return _throughout(checked, options, budget, checkpoints or Checkpoints(), exports, continuous, explain_limit)
+
+
+def _throughout(
+    checked: Checked,
+    options: Options,
+    budget: Budget,
+    checkpoints: Checkpoints,
+    exports: tuple[str, ...],
+    continuous: bool,
+    explain_limit: Seconds,
+) -> Compiled:
+    """``plan``; again with other seeds where a plan holds at its steps alone and that is not enough."""
+    first = _plan(checked, options, budget, checkpoints, exports, continuous, explain_limit)
     if not _leaps(first) or checked.mission is None:
         return first
     tried = 1
@@ -163,12 +212,12 @@ def _plan(
     explain_limit: Seconds,
 ) -> Compiled:
     """``plan``, once."""
-    mission, kernel, choice = checked.mission, checked.kernel, checked.choice
     watch = Stopwatch(list(checked.seconds))
 
     def ended(outcome: CompileOutcome, *findings: Diagnostic) -> Compiled:
         return Compiled(checked, outcome, (*checked.findings, *findings), tuple(watch.seconds))
 
+    mission, kernel, choice = checked.mission, checked.kernel, checked.choice
     if mission is None or kernel is None or choice is None or not checked.ok:
         return ended(Refused())
     backend = load_backend(choice.backend, options, checkpoints.asked)
@@ -177,90 +226,77 @@ def _plan(
     kept = with_checkpoints(checked, options, budget, checkpoints)
     if isinstance(kept, Diagnostic):
         return ended(Refused(), kept)
-    whole = kept
-    budget = whole if backend.refutes else replace(whole, deadline=_to_search(whole.deadline, explain_limit))
+    moment = last_call(kept.deadline)
+    left = kept.deadline - time.monotonic()
+    whole = replace(kept, deadline=kept.deadline - takes(len(mission.agents), mission.steps, left))
     try:
-        found = seek(backend, mission, kernel, options, budget)
+        found = _found(backend, mission, kernel, options, whole, explain_limit, moment)
     except UnusableSnapshot as wrong:
         return ended(Refused(), unusable(checkpoints.name, wrong))
-    except MemoryError:
-        found = NotFound(Reason.MEMORY, "the compiler itself ran out of memory", Report())
     watch.seconds.extend(found.report.seconds)
-    match found:
-        case Impossible() | NotFound():
-            explained = None
-            if explain_limit > 0 and (isinstance(found, Impossible) or found.best is not None):
-                hold()
-                from missionc.relaxing.run import explain
+    if isinstance(found, Planned):
+        hold()
+        home = within(moment, partial(bring_home, checked, found, options, kept, watch, exports, continuous))
+        if isinstance(home, Home):
+            return ended(home.outcome, *home.findings)
+        found = unplanned.not_brought_home(home, found, watch.seconds)
+        return ended(found, unplanned.not_found(found, None))
+    explained = None
+    if explain_limit > 0 and (isinstance(found, Impossible) or found.best is not None):
+        hold()
+        from missionc.relaxing.run import explain
 
-                with watch.stage("explain"):
-                    explained = explain(checked, found, backend, options, whole, explain_limit)
-            why = (
-                unplanned.impossible(mission, found, explained)
-                if isinstance(found, Impossible)
-                else unplanned.not_found(found, explained)
-            )
-            return replace(ended(found, why), explained=explained)
-        case Planned(trace, report):
-            hold()
-        case _:
-            assert_never(found)
-    # Imported here: what judges and writes plans loads scipy, for which nobody waits who only checks.
-    from missionc.emit import Provenance, emit
-    from missionc.monitoring import monitor as judge
-    from missionc.verify import verify
+        with watch.stage("explain"):
+            why = within(moment, partial(explain, checked, found, backend, options, whole, explain_limit))
+        explained = None if isinstance(why, Ended) else why
+    said = (
+        unplanned.impossible(mission, found, explained)
+        if isinstance(found, Impossible)
+        else unplanned.not_found(found, explained)
+    )
+    return replace(ended(found, said), explained=explained)
 
-    if options.stretch != 1:
-        slower = _slower(checked, options, budget)
-        if slower.mission is None or slower.kernel is None or not slower.ok:
-            return ended(Refused(), *(each for each in slower.findings if not each.code.warning))
-        checked, mission, kernel = slower, slower.mission, slower.kernel
-        from missionc.world.slowed import slowed
 
-        trace = slowed(mission, trace)
-    budget.listen(Progress("verify"))
-    with watch.stage("verify"):
-        certificate = verify(mission, kernel, trace)
-        judgements = judge(mission, kernel, trace)[: len(kernel.requirements)]
-    if not certificate.passed and options.stretch != 1:
-        from missionc.emit.refusals import not_slower
+def _found(
+    backend: Backend,
+    mission: Mission,
+    kernel: Kernel,
+    options: Options,
+    budget: Budget,
+    explain_limit: Seconds,
+    moment: float,
+) -> Outcome:
+    """A backend's answer; the last plan that it had, where it had to be interrupted while it made a better one.
 
-        return ended(Refused(), not_slower(mission, certificate, judgements, options.stretch))
-    if not certificate.passed:
-        return ended(Unverified(certificate, report), unplanned.not_verified(certificate))
-    verified = Plan(mission.name, choice.backend, budget.seed, trace, judgements)
-    budget.listen(Progress("emit"))
-    with watch.stage("emit"):
-        cut_short = report.cut_short.value if report.cut_short else ""
-        provenance = Provenance(
-            inputs(checked), (*given(checked, options), *asked_for(exports)), cut_short, options.stretch
-        )
-        output = emit(mission, kernel, verified, certificate, provenance, exports)
-    if isinstance(output, Diagnostic):
-        return ended(Refused(), output)
-    report = replace(report, notes=(*report.notes, *output.notes))
-    not_between = unplanned.not_between(mission, output.certificate) if continuous else ()
-    if not_between:
-        return ended(Refused(), *not_between)
-    return ended(Verified(verified, output.certificate, report, output.files), *output.findings)
+    Raises:
+        UnusableSnapshot: the run that is to go on cannot.
+    """
+    plans: list[Planned] = []
+    stages: list[str] = []
+
+    def listen(progress: Progress) -> None:
+        stages.append(progress.stage)
+        budget.listen(progress)
+
+    until = budget.deadline if backend.refutes else _to_search(budget.deadline, explain_limit)
+    asked_of = replace(budget, deadline=until, listen=listen, found=plans.append)
+    answer = within(moment, partial(seek, backend, mission, kernel, options, asked_of))
+    if not isinstance(answer, Ended):
+        return answer
+    if plans:
+        return replace(plans[-1], report=replace(plans[-1].report, cut_short=CutShort.TIME))
+    return _not_found(answer, stages[-1] if stages else "lower")
+
+
+def _not_found(ended: Ended, stage: str) -> NotFound:
+    """A limit came before there was a plan. Which stage was under way when time ended depends on the machine alone."""
+    timed = ended.reason is Reason.TIME
+    return NotFound(ended.reason, ended.reason.value if timed else ended.during(stage), Report())
 
 
 def _to_search(deadline: float, explain_limit: Seconds) -> float:
     """Until when a search goes on that nothing but a plan or the deadline ends: some time is left to explain it."""
     return deadline - min(explain_limit, KEPT_BACK * max(0.0, deadline - time.monotonic()))
-
-
-def _slower(checked: Checked, options: Options, budget: Budget) -> Checked:
-    """The same mission with a horizon as much later as the plan is to be slower, for the same backend."""
-    longer = check(
-        checked.sources[0],
-        overrides=checked.overrides,
-        backend=ANY_BACKEND,
-        limits=budget.limits,
-        stretch=options.stretch,
-        vehicle=checked.vehicle,
-    )
-    return replace(longer, choice=checked.choice, seconds=checked.seconds)
 
 
 def monitor(

@@ -174,7 +174,7 @@ memory_limit = click.option(
     metavar="SIZE",
     default="8GB",
     show_default=True,
-    help="Of the solver; 512 is 512 MB.",
+    help="Of the compiler and its solver; 512 is 512 MB.",
 )
 
 vehicle = click.option(

@@ -98,12 +98,22 @@ def folder_of(order: Order, checked: Checked) -> Path:
 
 
 def _compiled(order: Order, deadline: float, listen: Callable[[Progress], None]) -> Answer:
-    checked = check(order)
+    budget = Budget(deadline, order.memory_limit, order.seed, order.limits, listen)
+    checked = driver.check_within(
+        budget,
+        order.file,
+        overrides=dict(order.overrides),
+        backend=order.backend,
+        limits=order.limits,
+        vehicle=order.vehicle,
+    )
+    if isinstance(checked, Compiled):
+        return Answer(checked, Status.UNDECIDED)
     if order.wanted and not order.writes and not order.plot and set(order.wanted) <= set(stages.BEFORE_PLANNING):
         compiled = Compiled(checked, Refused(), checked.findings, checked.seconds)
         return Answer(compiled, Status.DONE if checked.ok else Status.MISSION_ERRORS)
     folder = folder_of(order, checked) if order.writes else None
-    return _planned(order, checked, folder, Budget(deadline, order.memory_limit, order.seed, order.limits, listen))
+    return _planned(order, checked, folder, budget)
 
 
 def _planned(order: Order, checked: Checked, folder: Path | None, budget: Budget) -> Answer:

@@ -5,9 +5,10 @@ says MC601 to MC607 MC710
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from missionc.backends.api import Impossible, NotFound
+from missionc.backends.api import Impossible, NotFound, Planned
 from missionc.diagnostics.code import (
     IMPOSSIBLE,
     NO_ROADMAP,
@@ -21,6 +22,8 @@ from missionc.diagnostics.code import (
 from missionc.diagnostics.model import Diagnostic, Label
 from missionc.ir import Mission
 from missionc.results import Explained, Trial
+from missionc.units import Seconds
+from missionc.within import Ended
 
 if TYPE_CHECKING:
     from missionc.verify import Certificate
@@ -91,6 +94,14 @@ def not_found(found: NotFound, explained: Explained | None) -> Diagnostic:
         notes=(*more, "this says nothing about whether a plan exists"),
         help=f"{help_}; {_smallest(explained)}" if explained and explained.relaxations else help_,
     )
+
+
+def not_brought_home(ended: Ended, planned: Planned, seconds: Sequence[tuple[str, Seconds]]) -> NotFound:
+    """A plan was found, and a limit came before it was verified and written; ``seconds`` are those of each stage."""
+    searched = sum(spent for _, spent in planned.report.seconds)
+    stage = seconds[-1][0] if seconds else "verify"
+    statement = f"a plan was found in {searched:.1f} s, and not yet verified and written: {ended.during(stage)}"
+    return NotFound(ended.reason, statement, planned.report)
 
 
 def not_between(mission: Mission, certificate: Certificate) -> tuple[Diagnostic, ...]:

@@ -78,6 +78,10 @@ def forget(snapshot: Snapshot) -> None:
     """What is kept of a run that nobody will take up again."""
 
 
+def unheard(planned: Planned) -> None:
+    """Nobody needs a plan before the best one is there."""
+
+
 @dataclass(frozen=True, slots=True)
 class Budget:
     """What a run may use, and whom it tells.
@@ -85,6 +89,7 @@ class Budget:
     Args:
         deadline: on the clock of ``time.monotonic``.
         keep: is given what is needed to take the run up again, as it goes on.
+        found: is given each plan that a run goes on to make better.
         resume: what another run of the same mission, seed and options has kept.
     """
 
@@ -94,6 +99,7 @@ class Budget:
     limits: Limits = field(default_factory=Limits)
     listen: Callable[[Progress], None] = ignore
     keep: Callable[[Snapshot], None] = forget
+    found: Callable[[Planned], object] = unheard
     resume: Snapshot | None = None
 
 

@@ -70,7 +70,7 @@ from missionc.units import Seconds
     default=float(driver.DEFAULT_TIME_LIMIT),
     show_default=True,
     metavar="SECONDS",
-    help="End the search after so long, with the best plan so far.",
+    help="End after so long, with the best plan so far.",
 )
 @flags.memory_limit
 @click.option(

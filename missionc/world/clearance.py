@@ -31,6 +31,9 @@ NOTHING = 1e-12
 BULGE = 0.01
 """Metres: a bent motion is tested as chords from which it strays no more, grown by as much."""
 
+BLOCK = 1 << 17
+"""Segments that are measured at once."""
+
 CORNERS = 64
 """Of the polygon that stands for a disc cut by another shape."""
 
@@ -123,8 +126,9 @@ def clear_of(obstacles: tuple[Solid, ...], start: Array, end: Array, margin: Arr
         low, high = _bounds(solid, start.shape[1])
         reach = margin[:, None]
         near = np.flatnonzero(clear & np.all((least <= high + reach) & (most >= low - reach), axis=1))
-        if len(near):
-            clear[near] = ~_touches(solid, start[near], end[near], margin[near])
+        for begin in range(0, len(near), BLOCK):
+            block = near[begin : begin + BLOCK]
+            clear[block] = ~_touches(solid, start[block], end[block], margin[block])
     return clear
 
 

@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import Any, Generic, NoReturn, TypeAlias, TypeVar
 
 from missionc.backends.api import Progress
+from missionc.memory import copies
 from missionc.signals import HANDLED, end_with_parent
 
 Piece = TypeVar("Piece")
@@ -120,18 +121,19 @@ class Children(Generic[Piece, Answer]):
 
 @contextmanager
 def children(count: int, work: Callable[[Piece, Say], Answer], listen: Say) -> Iterator[Children[Piece, Answer]]:
-    """Within, so many children that do this work; ``listen`` hears what they say at it.
+    """Within, so many children that do this work, or as many as the limit on memory leaves room for.
 
     Args:
         work: what a child makes of a piece, on its own copy of all that it reads. Pieces and answers
             are of types that ``multiprocessing`` passes on.
+        listen: hears what they say at it.
 
     Raises:
         MemoryError: there is no room for so many.
     """
     made = Children(work, listen)
     try:
-        made.start(count)
+        made.start(copies(count))
         yield made
     finally:
         made.end()

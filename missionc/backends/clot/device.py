@@ -26,6 +26,21 @@ def one_thread() -> Iterator[None]:
         torch.set_num_threads(before)
 
 
+@contextmanager
+def enough_memory() -> Iterator[None]:
+    """Within, what torch says where memory runs out is said as Python says it.
+
+    Raises:
+        MemoryError: torch was refused memory, on whichever device.
+    """
+    try:
+        yield
+    except RuntimeError as error:
+        if isinstance(error, torch.OutOfMemoryError) or "allocate memory" in str(error):
+            raise MemoryError from error
+        raise
+
+
 def seeded(seed: int, device: torch.device) -> torch.Generator:
     """A generator on the device. Any whole number is a seed."""
     return torch.Generator(device).manual_seed(seed % 2**63)

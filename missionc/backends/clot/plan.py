@@ -44,7 +44,7 @@ from missionc.backends.clot.at_once import at_once
 from missionc.backends.clot.cost_graph import CostGraph, build
 from missionc.backends.clot.costs import Costs
 from missionc.backends.clot.demand import Demand
-from missionc.backends.clot.device import one_thread
+from missionc.backends.clot.device import enough_memory, one_thread
 from missionc.backends.clot.frames import frames
 from missionc.backends.clot.guide import Guide
 from missionc.backends.clot.improve import improve
@@ -97,7 +97,7 @@ class ClotBackend:
 
     def plan(self, mission: Mission, kernel: Kernel, options: Options, budget: Budget) -> Outcome:
         """A joint motion that satisfies every requirement."""
-        with one_thread():
+        with one_thread(), enough_memory():
             return Run(mission, kernel, options, budget).plan()
 
 
@@ -249,6 +249,7 @@ class Run:
         if reached.final:
             return made
         hold()
+        self.budget.found(Planned(made, self.account.report()))
         self.keep(number, reached=reached)
         self.tell("improve", number)
         with self.account.stage("improve"):

@@ -32,11 +32,16 @@ from torch import Tensor
 from missionc.backends.clot.polytope import Polytope, directions, rotations
 from missionc.backends.clot.prior import smoother
 from missionc.backends.clot.sinkhorn import row_softmax, sinkhorn
+from missionc.memory import reserve
 
 Cost: TypeAlias = Callable[[Tensor, Tensor], Tensor]
 """From waypoints (batch, steps, dim) and probes (batch, steps, probes, dim), metres, to what each trajectory would
 cost if that waypoint alone moved to that probe: (batch, steps, probes), finite; terms that no probe changes may be left
 out. Of fixed waypoints nothing is read."""
+
+
+ARRAYS = 12
+"""Arrays with a number for each probe that a cost and its weights have in memory at once, about."""
 
 
 class Coupling(Enum):
@@ -106,6 +111,9 @@ def transport(
     Returns:
         (batch, steps, dim), metres, of the type of ``waypoints``.
 
+    Raises:
+        MemoryError: there is no room for so many trajectories.
+
     Source:
         [clot] Algorithm 1, with these differences. Every waypoint has a
         rotation of its own: were it shared, even marginals would keep the mean
@@ -117,6 +125,10 @@ def transport(
     """
     batch, steps, dim = waypoints.shape
     corners = directions(settings.polytope, dim).to(waypoints)
+    moved_to = len(corners) * settings.probes
+    numbers = batch * steps * (dim * dim * 2 + dim * (len(corners) + moved_to) + ARRAYS * moved_to)
+    if not waypoints.is_cuda:
+        reserve(numbers * waypoints.element_size(), f"{batch} trajectories of {steps} waypoints")
     # Farthest last; the same order for every direction, so that costs fold back into (directions, probes).
     fractions = torch.arange(1, settings.probes + 1).to(waypoints) / settings.probes
     with torch.no_grad():

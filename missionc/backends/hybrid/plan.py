@@ -17,11 +17,11 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from missionc.backends import smt
-from missionc.backends.api import Budget, Impossible, NotFound, Options, Outcome, Planned
+from missionc.backends.api import Budget, Impossible, NotFound, Options, Outcome, Planned, ignore, unheard
 from missionc.backends.clot.active import Choices
 from missionc.backends.clot.cost_graph import GreatestOver, Until
 from missionc.backends.clot.demand import Demand
-from missionc.backends.clot.device import one_thread
+from missionc.backends.clot.device import enough_memory, one_thread
 from missionc.backends.clot.plan import ATTEMPTS, NOISE
 from missionc.backends.clot.plan import Run as Smooth
 from missionc.backends.clot.run_state import Reached
@@ -52,7 +52,7 @@ class HybridBackend:
 
     def plan(self, mission: Mission, kernel: Kernel, options: Options, budget: Budget) -> Outcome:
         """A joint motion that satisfies every requirement."""
-        with one_thread():
+        with one_thread(), enough_memory():
             return Run(mission, kernel, options, budget).plan()
 
 
@@ -114,7 +114,7 @@ class Run:
         deadline = now + SHARE * (budget.deadline - now)
         seed = budget.seed * ATTEMPTS + number
         with account.stage("discrete"):
-            asked = replace(budget, deadline=deadline, seed=seed, listen=lambda progress: None)
+            asked = replace(budget, deadline=deadline, seed=seed, listen=ignore, found=unheard)
             outcome = smt.BACKEND.plan(self.on_roadmap, self.asked.kernel, Options(self.options.solver), asked)
         match outcome:
             case Planned(trace, report):

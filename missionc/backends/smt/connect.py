@@ -23,6 +23,7 @@ from scipy.spatial import cKDTree
 from missionc.backends.smt.edges import NONE, Edges, are_clear, joined
 from missionc.backends.smt.sample_nodes import Ground
 from missionc.ir import DoubleIntegrator
+from missionc.memory import reserve
 from missionc.plan import Array, Flags
 from missionc.world.dynamics import States, can_wait, speeds, steer, turn_in_step
 
@@ -45,6 +46,12 @@ FOREVER = np.iinfo(np.int64).max
 
 JOINS = 2
 """Edges that join one part of the roadmap to the largest one."""
+
+PAIR_BYTES = 200
+"""Of memory that a pair of nodes takes while it is looked at, about."""
+
+BLOCK = 1 << 19
+"""Pairs of nodes that are looked at at once."""
 
 ROUNDS = 4
 """How often parts that stay apart are joined."""
@@ -102,11 +109,15 @@ def _search(ground: Ground, nodes: States, neighbours: int, side: int) -> list[E
     found: list[Edges] = []
     while len(rows):
         look = min(look, len(nodes) - 1, MOST_LOOKED)
-        picked, enough = _pick(ground, nodes, tree, rows, look, neighbours, side)
-        if look == min(len(nodes) - 1, MOST_LOOKED):
-            enough[:] = True
-        found.append(picked.take(np.isin(picked.source, rows[enough])))
-        rows, look = rows[~enough], 2 * look
+        left: list[Indices] = []
+        for begin in range(0, len(rows), max(1, BLOCK // look)):
+            block = rows[begin : begin + max(1, BLOCK // look)]
+            picked, enough = _pick(ground, nodes, tree, block, look, neighbours, side)
+            if look == min(len(nodes) - 1, MOST_LOOKED):
+                enough[:] = True
+            found.append(picked.take(np.isin(picked.source, block[enough])))
+            left.append(block[~enough])
+        rows, look = np.concatenate(left), 2 * look
     return found
 
 
@@ -165,6 +176,7 @@ def _join(ground: Ground, nodes: States, edges: Edges) -> Edges:
     largest = np.argmax(np.bincount(part))
     inside, outside = np.flatnonzero(part == largest), np.flatnonzero(part != largest)
     look = min(len(inside), MOST_LOOKED)
+    reserve(len(outside) * look * PAIR_BYTES, f"{len(outside)} nodes that nothing leads to, with {look} others each,")
     distance, near = _nearest(cKDTree(nodes.position[inside]), nodes.position[outside], look)
     pairs = _steered(ground, nodes, np.repeat(outside, look), inside[near.ravel()], 0)
     order = np.lexsort((distance.ravel(), pairs.count, part[pairs.source]))

@@ -20,7 +20,11 @@ import numpy as np
 
 from missionc.backends.smt.clauses import FALSE, TRUE, Clauses, Literals
 from missionc.backends.smt.roadmap import Indices, Roadmap
+from missionc.memory import reserve
 from missionc.plan import Array, Flags
+
+MOVE_BYTES = 100
+"""Of memory that a move at a step takes on its way into clauses, about."""
 
 PAIRWISE = 5
 """Up to so many literals, at most one of them is said pair by pair."""
@@ -166,6 +170,7 @@ def _template(roadmap: Roadmap, ways: Flags, limit: int) -> tuple[Clauses, Liter
         add_at_most_one(clauses, at_once)
     source, target = roadmap.moves[:, 0], roadmap.moves[:, 1]
     live = ways[:-1, source] & ways[1:, target] & roadmap.allowed
+    reserve(MOVE_BYTES * int(live.sum()), f"the moves of {len(ways) - 1} steps among {ways.shape[1]} states")
     into = np.argsort(target, kind="stable")
     add_moves(clauses, literals[:-1], literals[1:], live, source, target)
     add_moves(clauses, literals[1:], literals[:-1], live[:, into], target[into], source[into])

@@ -33,6 +33,7 @@ from missionc.backends.smt.solve import Solvers, Stopped, Unsatisfiable
 from missionc.backends.smt.turns import Turns
 from missionc.ir import Mission, Objective
 from missionc.kernel.nodes import Kernel
+from missionc.memory import left
 from missionc.plan import Flags
 from missionc.signals import hold
 
@@ -75,8 +76,10 @@ class SmtBackend:
             return run.plan()
         except TooLarge as error:
             return run.not_found(Reason.SIZE, f"{error}; the limit is {budget.limits.clauses}")
-        except MemoryError:
-            return run.not_found(Reason.MEMORY, "the compiler's own memory ran out while the clauses were built")
+        except MemoryError as error:
+            return run.not_found(
+                Reason.MEMORY, str(error) or "the compiler's own memory ran out while the clauses were built"
+            )
         except Unexpressible as error:
             return run.not_found(Reason.SOLVER, f"the solver cannot be asked for {error}")
 
@@ -182,6 +185,7 @@ class Run:
         if isinstance(result, Found):
             if kernel.preferences or self.mission.objective is not Objective.NONE:
                 hold()
+                self.budget.found(Planned(lift(result.states, problem.motion, self.mission), account.report()))
             result = improve(result, kernel, lowered.goals, search)
             if solvers.cut:
                 account.cut()
@@ -202,7 +206,7 @@ class Run:
                 return self.not_found(reason, detail)
 
     def solvers(self) -> Solvers:
-        return Solvers(self.options.solver, self.budget.memory_bytes, self.budget.seed, self.budget.deadline)
+        return Solvers(self.options.solver, left(self.budget.memory_bytes), self.budget.seed, self.budget.deadline)
 
     def record(self, problem: Problem | None, rounds: int, solvers: Solvers) -> None:
         """The sizes of the largest problem there was, if there was any, and the rounds of all."""

@@ -16,6 +16,7 @@ from missionc.backends.smt.grow import grow
 from missionc.backends.smt.sample_nodes import Ground, NoRoadmap, free_ground, sample_nodes
 from missionc.backends.smt.unroll import Unrolled, unroll
 from missionc.ir import Agent, Anywhere, Exactly, Mission, Place
+from missionc.memory import reserve
 from missionc.plan import Array, Flags
 from missionc.world.clearance import Motions, clear_of_movers, clear_places
 from missionc.world.distance import signed_distance
@@ -107,6 +108,7 @@ def _build(ground: Ground, count: int, neighbours: int, generator: np.random.Gen
             return NoRoadmap(f"no way into {_written(agent.finish)} for `{agent.name}`")
     number = np.cumsum(kept) - 1
     states, moves = whole.states.take(kept), number[whole.moves[kept[whole.moves].all(axis=1)]]
+    reserve(mission.steps * (len(states) + len(moves)), f"{mission.steps} steps among {len(states)} states")
     motions = Motions(*motion_of(dynamics, states.take(moves[:, 0]), states.take(moves[:, 1]), mission.step))
     return Roadmap(
         agents=tuple(agent.index for agent in ground.agents),
@@ -143,13 +145,18 @@ def _useful(whole: Unrolled, starts: list[Flags], ending: Flags, steps: int) -> 
     has nowhere to start: a short mission may well end before such a way does.
     """
     source, target = whole.moves[:, 0], whole.moves[:, 1]
-    able = [np.ones(len(whole.states), dtype=bool)]  # able[k]: it can make k moves more
-    while len(able) == 1 or not np.array_equal(able[-1], able[-2]):
+    able = np.ones(len(whole.states), dtype=bool)  # it can make so many moves more as were counted
+    able_at_start, count = able, 0
+    while True:
         goes_on = ending.copy()
-        goes_on[source[able[-1][target]]] = True
-        able.append(able[-1] & goes_on)
-    usable = able[-1] if all(np.any(start & able[-1]) for start in starts) else able[0]
-    reached: Flags = np.any(starts, axis=0) & usable & able[min(steps, len(able) - 1)]
+        goes_on[source[able[target]]] = True
+        before, able, count = able, able & goes_on, count + 1
+        if count <= steps:
+            able_at_start = able
+        if np.array_equal(before, able):
+            break
+    usable = able if all(np.any(start & able) for start in starts) else np.ones(len(whole.states), dtype=bool)
+    reached: Flags = np.any(starts, axis=0) & usable & able_at_start
     while True:
         after = reached.copy()
         after[target[reached[source]]] = True

@@ -20,7 +20,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from missionc.backends.api import Progress
+from missionc.backends.api import Planned, Progress
 from missionc.backends.smt.alone import Alone
 from missionc.backends.smt.bystanders import Settled
 from missionc.backends.smt.calm import calm
@@ -138,6 +138,7 @@ class Turns:
         with self.setting.account.stage("calm"):
             chosen = frozenset(self.settled.agents) - self.settled.alone
             goals = [goal.formula for goal in self.kernel.requirements]
+            self.setting.budget.found(Planned(lift(whole.states, motion, mission), self.setting.account.report()))
             return lift(calm(whole.states, chosen, goals, motion, mission), motion, mission)
 
     def failing_alone(self) -> list[Part]:

@@ -1,0 +1,189 @@
+"""The limits of time and memory hold for every stage of a compilation, and not for its search alone."""
+
+from __future__ import annotations
+
+import signal
+import sys
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from typing import NoReturn
+
+import numpy as np
+import pytest
+
+from missionc import bring_home, checking, driver, memory, seeking
+from missionc.backends.api import Budget, CutShort, NotFound, Options, Outcome, Planned, Reason
+from missionc.backends.smt import BACKEND
+from missionc.deadline import OutOfTime, interrupted_at, last_call
+from missionc.ir import Mission
+from missionc.kernel.nodes import Kernel
+from missionc.results import Compiled, Verified
+from missionc.source import Source
+from missionc.units import Seconds
+from missionc.within import Ended, within
+from tests.small import SMALL
+
+SHORT = Seconds(0.5)
+FAR = 3600.0
+linux = pytest.mark.skipif(sys.platform != "linux", reason="only Linux limits the memory of a process")
+
+
+def endless(*_: object, **__: object) -> NoReturn:
+    """Work that looks at no clock."""
+    while True:
+        sum(range(1000))
+
+
+def greedy(*_: object, **__: object) -> NoReturn:
+    """Work that takes all memory there is."""
+    held = []
+    while True:
+        held.append(np.ones(1 << 22))
+
+
+def compiled(limit: Seconds = SHORT, memory_limit: int = 1 << 30) -> Compiled:
+    return driver.compile(Source("a.mission", SMALL), backend="smt", time_limit=limit, memory_limit=memory_limit)
+
+
+def test_work_that_looks_at_no_clock_is_interrupted() -> None:
+    assert within(time.monotonic() + 0.05, endless) == Ended(Reason.TIME)
+
+
+def test_work_that_is_done_in_time_is_not() -> None:
+    assert within(time.monotonic() + FAR, lambda: 7) == 7
+    assert signal.getitimer(signal.ITIMER_REAL)[0] < FAR / 2, "nothing is left to go off"
+
+
+def test_the_earlier_of_two_limits_comes_first_and_the_later_one_still_holds() -> None:
+    begin = time.monotonic()
+
+    def work() -> NoReturn:
+        assert within(begin + 0.05, endless) == Ended(Reason.TIME)
+        with interrupted_at(begin + FAR):
+            endless()
+
+    with pytest.raises(OutOfTime), interrupted_at(begin + 0.1):
+        work()
+
+
+def test_an_interruption_that_a_destructor_swallows_comes_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    class Deaf:
+        def __del__(self) -> None:
+            endless()
+
+    monkeypatch.setattr("missionc.deadline.AGAIN", 0.05)
+    monkeypatch.setattr(sys, "unraisablehook", lambda _: None)
+
+    def work() -> NoReturn:
+        deaf = Deaf()
+        del deaf
+        endless()
+
+    assert within(time.monotonic() + 0.05, work) == Ended(Reason.TIME)
+
+
+def test_in_another_thread_nothing_is_interrupted() -> None:
+    found: list[object] = []
+    thread = threading.Thread(target=lambda: found.append(within(time.monotonic() - 1, lambda: sum(range(10_000)))))
+    thread.start()
+    thread.join()
+    assert found == [sum(range(10_000))]
+
+
+@pytest.mark.parametrize(
+    ("module", "name", "stage"),
+    [(driver, "check", "check"), (seeking, "tightened", "lower"), (driver, "bring_home", "")],
+    ids=["check", "search", "bring home"],
+)
+@pytest.mark.parametrize(
+    ("work", "reason"),
+    [(endless, Reason.TIME), pytest.param(greedy, Reason.MEMORY, marks=linux)],
+    ids=["time", "memory"],
+)
+def test_a_limit_that_comes_in_any_stage_is_undecided_and_what_took_the_memory_is_named(
+    module: object,
+    name: str,
+    stage: str,
+    work: Callable[..., NoReturn],
+    reason: Reason,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(seeking, "missed", lambda _: 0.1)
+    monkeypatch.setattr(module, name, work)
+    result = compiled(SHORT if reason is Reason.TIME else Seconds(60.0))
+    assert isinstance(result.outcome, NotFound)
+    assert result.outcome.reason is reason
+    assert [each.code.name for each in result.findings] == ["MC602" if reason is Reason.TIME else "MC603"]
+    assert reason is Reason.TIME or stage in result.outcome.statement
+    assert not result.files
+
+
+def test_a_plan_that_cannot_be_written_in_time_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(driver, "bring_home", endless)
+    result = compiled(Seconds(3.0))
+    assert isinstance(result.outcome, NotFound)
+    assert "a plan was found" in result.outcome.statement
+
+
+def test_a_search_that_is_interrupted_gives_the_last_plan_it_had(monkeypatch: pytest.MonkeyPatch) -> None:
+    plan = BACKEND.plan
+
+    class Dawdling:
+        name, refutes = "smt", True
+
+        def plan(self, mission: Mission, kernel: Kernel, options: Options, budget: Budget) -> Outcome:
+            found = plan(mission, kernel, options, replace(budget, deadline=time.monotonic() + FAR))
+            assert isinstance(found, Planned)
+            budget.found(found)
+            endless()
+
+    monkeypatch.setattr(driver, "load_backend", lambda *_: Dawdling())
+    limits = iter([FAR, 2.0, FAR])  # of the check, the search, and what comes after it
+    monkeypatch.setattr(driver, "within", lambda _, work: within(time.monotonic() + next(limits), work))
+    outcome = compiled(Seconds(60.0)).outcome
+    assert isinstance(outcome, Verified)
+    assert outcome.report.cut_short is CutShort.TIME
+
+
+def test_time_is_kept_back_for_what_comes_after_a_search() -> None:
+    assert bring_home.takes(2, 10, 100.0) < bring_home.takes(20, 10, 100.0) < bring_home.takes(20, 100, 100.0)
+    assert bring_home.takes(10_000, 10_000, 8.0) == 2.0
+    assert bring_home.takes(2, 10, -1.0) == 0.0
+
+
+def test_a_search_that_is_late_has_a_moment_to_end_by_itself() -> None:
+    now = time.monotonic()
+    assert 0 < last_call(now + 10) - (now + 10) < 1 + 0.05 * 10
+
+
+@linux
+def test_a_size_that_there_is_no_room_for_is_refused_before_it_is_taken() -> None:
+    with memory.limited(1 << 28):
+        memory.reserve(1 << 20, "a few numbers")
+        with pytest.raises(MemoryError, match=r"the stars of the sky take about 1 GB, and \S+ MB are left"):
+            memory.reserve(1 << 30, "the stars of the sky")
+    memory.reserve(1 << 50, "where nothing is limited they")
+
+
+@linux
+def test_as_many_copies_of_a_process_are_made_as_there_is_room_for() -> None:
+    own = memory.held()
+    assert memory.copies(256) == 256, "without a limit"
+    with memory.limited(1 << 30):
+        assert memory.copies(1) == 1
+        assert 1 <= memory.copies(10**9) <= (memory.ROOM + (2 << 30)) // own + 1
+
+
+@linux
+def test_too_many_steps_for_a_roadmap_are_refused_by_size() -> None:
+    checked = checking.check(Source("a.mission", SMALL), backend="smt")
+    assert checked.mission is not None
+    assert checked.kernel is not None
+    long = replace(checked.mission, steps=2_000_000)
+    with memory.limited(1 << 28):
+        outcome = BACKEND.plan(long, checked.kernel, Options(), Budget(time.monotonic() + 60))
+    assert isinstance(outcome, NotFound)
+    assert outcome.reason is Reason.MEMORY
+    assert outcome.statement.startswith("2000000 steps among ")
