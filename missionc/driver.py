@@ -47,6 +47,7 @@ from missionc.keeping import Checkpoints, unusable, with_checkpoints
 from missionc.kernel.nodes import Kernel
 from missionc.limits import Limits
 from missionc.memory import limited
+from missionc.provenance import with_manifest
 from missionc.reading import read_text
 from missionc.results import (
     Checked,
@@ -254,7 +255,7 @@ def _plan(
         if isinstance(found, Impossible)
         else unplanned.not_found(found, explained)
     )
-    return replace(ended(found, said), explained=explained)
+    return with_manifest(replace(ended(found, said), explained=explained))
 
 
 def _found(

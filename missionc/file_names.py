@@ -12,6 +12,10 @@ SIMULATION, SIMULATION_SCHEMA = "simulation.json", "missionc.simulation/1"
 """Where ``simulate`` leaves what it flew, and what that says it is."""
 REPORT = "report.html"
 """The page that is drawn of a folder."""
+MANIFEST, MANIFEST_SCHEMA = "manifest.json", "missionc.manifest/1"
+"""The file that lists all others of a folder, and what that says it is."""
+PLAN, NEAR_MISS, PROOF, EXPORT = "plan", "near_miss", "proof", "export"
+"""What a folder may hold, as its manifest says; one that does not say so holds a plan."""
 
 
 def polynomials_file(file: str) -> str:

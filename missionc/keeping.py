@@ -43,7 +43,7 @@ class KeptRun:
 
     def checkpoints(self, limits: Limits) -> Checkpoints | Diagnostic:
         """What the driver is to know; or what stands in the way, before anything is planned."""
-        from missionc.emit.folder import refuse_file
+        from missionc.emit.file import refuse_file
 
         content: bytes | Diagnostic | None = None
         if self.checkpoint is not None and (refused := refuse_file(self.checkpoint)):
@@ -56,7 +56,7 @@ class KeptRun:
 
     def write(self, content: bytes) -> None:
         """As a whole, so that whoever is killed leaves the one before."""
-        from missionc.emit.folder import write_file
+        from missionc.emit.file import write_file
 
         if self.checkpoint is not None and self.wrong is None:
             self.wrong = write_file(self.checkpoint, content)

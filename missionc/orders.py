@@ -10,7 +10,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import assert_never
+from typing import TYPE_CHECKING, assert_never
 
 from missionc import driver, stages, summary
 from missionc.answers import Status, say
@@ -21,6 +21,9 @@ from missionc.limits import Limits
 from missionc.progress import shown
 from missionc.results import Checked, Compiled, Refused, Unverified, Verified
 from missionc.units import Seconds
+
+if TYPE_CHECKING:
+    from missionc.emit.overlap import Output
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,11 +122,13 @@ def _compiled(order: Order, deadline: float, listen: Callable[[Progress], None])
 def _planned(order: Order, checked: Checked, folder: Path | None, budget: Budget) -> Answer:
     """Plan and write. What can be known to forbid writing is said before any planning."""
     from missionc.emit.folder import refuse
+    from missionc.emit.overlap import overlapping
     from missionc.emit.plot import missing
     from missionc.export import FORMATS
 
     absent = next(filter(None, (FORMATS[name].missing() for name in order.exports)), None)
-    refused = (order.plot and missing()) or absent or (folder and refuse(folder, order.force))
+    refused = (order.plot and missing()) or absent or overlapping(*_paths(order, checked, folder))
+    refused = refused or (refuse(folder, order.force) if folder else None)
     if refused and checked.ok:
         return _refused(Compiled(checked, Refused(), checked.findings, checked.seconds), refused)
     kept = KeptRun(order.checkpoint, order.resume)
@@ -138,6 +143,17 @@ def _planned(order: Order, checked: Checked, folder: Path | None, budget: Budget
         findings = (*answer.compiled.findings, kept.wrong)
         return Answer(replace(answer.compiled, findings=findings), Status.MISSION_ERRORS, answer.output)
     return answer
+
+
+def _paths(order: Order, checked: Checked, folder: Path | None) -> tuple[list[Output], list[Path]]:
+    """All that is to be written, and all that was read; a run may be kept in the file that it is taken up from."""
+    from missionc.emit.overlap import Output, within
+
+    named = [("-o", folder), ("--plot", order.plot), ("--checkpoint", order.checkpoint)]
+    outputs = [Output(flag, path, flag == "-o") for flag, path in named if path]
+    again = order.resume and order.checkpoint and within(order.resume, order.checkpoint)
+    resumed = [order.resume] if order.resume and not again else []
+    return outputs, [order.file, *(Path(source.name) for source in checked.sources[1:]), *resumed]
 
 
 def _answer(compiled: Compiled, folder: Path | None, force: bool, plot: Path | None) -> Answer:
@@ -166,7 +182,8 @@ def _write(
     plot: Path | None,
 ) -> Answer:
     """The folder, whole or not at all; then the map."""
-    from missionc.emit.folder import write_file, write_folder
+    from missionc.emit.file import write_file
+    from missionc.emit.folder import write_folder
     from missionc.emit.plot import plot as draw
 
     mission = compiled.checked.mission

@@ -1,12 +1,14 @@
-"""What a plan came from: the mission's files, and what of the command line changes the plan."""
+"""Provenance of what is written: the mission's files, and what of the command line changes the plan."""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from missionc.backends.api import Options
-from missionc.results import Checked
+from missionc.file_names import MANIFEST, NEAR_MISS, PROOF
+from missionc.results import Checked, Compiled
 
 if TYPE_CHECKING:
     from missionc.emit import Option
@@ -41,3 +43,15 @@ def given(checked: Checked, options: Options) -> tuple[tuple[str, Option], ...]:
 def asked_for(exports: tuple[str, ...]) -> tuple[tuple[str, Option], ...]:
     """What of the command line changes nothing but which files there are."""
     return (("export", ",".join(dict.fromkeys(exports))),) if exports else ()
+
+
+def with_manifest(compiled: Compiled) -> Compiled:
+    """A compilation that ended without a plan, with a manifest of the files that it leaves, if it leaves any."""
+    files, mission = dict(compiled.files), compiled.checked.mission
+    if not files or mission is None:
+        return compiled
+    from missionc.emit.manifest import without_plan  # loads what writes plans
+
+    missed = compiled.explained.near_miss.files if compiled.explained and compiled.explained.near_miss else ()
+    holds = NEAR_MISS if len(missed) == len(files) else PROOF
+    return replace(compiled, listing=((MANIFEST, without_plan(mission.name, holds, files).encode()),))

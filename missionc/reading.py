@@ -14,6 +14,7 @@ from __future__ import annotations
 import codecs
 import os
 import stat
+import sys
 from collections.abc import Callable
 from pathlib import Path, PurePosixPath
 from typing import TypeAlias
@@ -72,20 +73,29 @@ def read_text(
 ) -> str | Diagnostic:
     """A file's text: UTF-8, with or without a byte order mark, without NUL; arguments as of ``read_bytes``."""
     content = read_bytes(path, name, limit, code, cause)
-    if isinstance(content, Diagnostic):
-        return content
-    if b"\0" in content:
-        return _unreadable(code, name, f"it is binary: byte {content.index(0) + 1} is zero", cause)
-    try:
-        return content.removeprefix(codecs.BOM_UTF8).decode("utf-8")
-    except UnicodeDecodeError as error:
-        line = content.count(b"\n", 0, error.start) + 1
-        return _unreadable(code, name, f"byte {error.start + 1}, on line {line}, is not UTF-8", cause)
+    return content if isinstance(content, Diagnostic) else _text(content, name, code, cause)
 
 
 def read_source(path: Path, name: str, limits: Limits, cause: Span | None = None) -> Source | Diagnostic:
     """A mission file, within the limits."""
     text = read_text(path, name, limits.file_bytes, UNREADABLE, cause)
+    return text if isinstance(text, Diagnostic) else Source(name, text)
+
+
+def read_standard_input(limits: Limits) -> Source | Diagnostic:
+    """A mission from standard input, within the limits; no more than that is read, however much there is."""
+    name, limit = "<stdin>", limits.file_bytes
+    # Python has no such file where the process was started with it closed.
+    if sys.stdin is None:
+        return _unreadable(UNREADABLE, name, "standard input is closed", None)
+    try:
+        content = sys.stdin.buffer.read(limit + 1)
+    except (OSError, ValueError) as error:
+        why = _reason(error) if isinstance(error, OSError) else "standard input is closed"
+        return _unreadable(UNREADABLE, name, why, None)
+    if len(content) > limit:
+        return _too_large(UNREADABLE, name, len(content), limit, None, more=True)
+    text = _text(content, name, UNREADABLE, None)
     return text if isinstance(text, Diagnostic) else Source(name, text)
 
 
@@ -117,6 +127,16 @@ def loader(main: Path, name: str, limits: Limits) -> Loader:
     return load
 
 
+def _text(content: bytes, name: str, code: Code, cause: Span | None) -> str | Diagnostic:
+    if b"\0" in content:
+        return _unreadable(code, name, f"it is binary: byte {content.index(0) + 1} is zero", cause)
+    try:
+        return content.removeprefix(codecs.BOM_UTF8).decode("utf-8")
+    except UnicodeDecodeError as error:
+        line = content.count(b"\n", 0, error.start) + 1
+        return _unreadable(code, name, f"byte {error.start + 1}, on line {line}, is not UTF-8", cause)
+
+
 def _content(handle: int, name: str, limit: int, cause: Span | None, code: Code) -> bytes | Diagnostic:
     before = os.fstat(handle)
     if not stat.S_ISREG(before.st_mode):
@@ -127,7 +147,7 @@ def _content(handle: int, name: str, limit: int, cause: Span | None, code: Code)
     content = _read(handle, limit + 1)
     after = os.fstat(handle)
     if len(content) != after.st_size or (before.st_size, before.st_mtime_ns) != (after.st_size, after.st_mtime_ns):
-        return _changed(name, cause)
+        return changed_meanwhile(name, cause)
     return content
 
 
@@ -157,17 +177,19 @@ def _unreadable(code: Code, name: str, reason: str, cause: Span | None) -> Diagn
     )
 
 
-def _too_large(code: Code, name: str, size: int, limit: int, cause: Span | None) -> Diagnostic:
-    raised = f"allow more with `--limit {LIMITS[code]}={size}`"
+def _too_large(code: Code, name: str, size: int, limit: int, cause: Span | None, *, more: bool = False) -> Diagnostic:
+    """``more``: there may be any number of bytes beyond ``size``."""
+    raised = f"allow more with `--limit {LIMITS[code]}={'BYTES' if more else size}`"
     return Diagnostic(
         FILE_TOO_LARGE,
-        f"`{name}` has {size} bytes; the limit is {limit}",
+        f"`{name}` has {size} bytes{' or more' if more else ''}; the limit is {limit}",
         Label(cause, "asked for here") if cause else None,
         help=f"split the mission with `include`, or {raised}" if code is UNREADABLE else raised,
     )
 
 
-def _changed(name: str, cause: Span | None) -> Diagnostic:
+def changed_meanwhile(name: str, cause: Span | None = None) -> Diagnostic:
+    """What to say of a file that somebody writes to while it is read, or before what was made of it is written."""
     return Diagnostic(
         FILE_CHANGED,
         f"`{name}` changed while it was read",

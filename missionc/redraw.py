@@ -2,16 +2,19 @@
 
 in   Replayed; or a folder and the text of a simulation
 out  the page's bytes; the folder with both, and with a manifest that lists them
-says MC708, and why a file cannot be written
+says MC701 MC708, and why a file cannot be written
 """
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
+from missionc.diagnostics.code import OUTPUT_EXISTS
 from missionc.diagnostics.model import Diagnostic
-from missionc.emit.folder import write_file
+from missionc.emit.file import write_file
 from missionc.emit.manifest import relisted
+from missionc.emit.unwritable import shown
 from missionc.file_names import REPORT, SIMULATION
 from missionc.limits import Limits
 from missionc.monitoring import monitor
@@ -42,11 +45,15 @@ def redrawn(replayed: Replayed) -> bytes:
 def laid(folder: Path, simulation: bytes, limits: Limits | None = None) -> tuple[Diagnostic, ...]:
     """Write a simulation and the page that shows it, and list both; no other entry of the manifest is touched.
 
-    A file that was changed by hand is still not the one that was written.
+    A file that was changed by hand is still not the one that was written. A
+    simulation or a page that is not the one that was written is left alone.
     """
     before = reopen(folder, limits)
     if not isinstance(before, Reopened):
         return before
+    strange = next((name for name in (SIMULATION, REPORT) if _foreign(before, name)), None)
+    if strange:
+        return (_left_alone(folder / strange),)
     for name, content in ((SIMULATION, simulation), (MANIFEST, relisted(before.manifest, {SIMULATION: simulation}))):
         wrong = write_file(folder / name, content)
         if wrong:
@@ -59,3 +66,21 @@ def laid(folder: Path, simulation: bytes, limits: Limits | None = None) -> tuple
         folder / MANIFEST, relisted(with_it.manifest, {REPORT: page})
     )
     return (wrong,) if wrong else ()
+
+
+def _foreign(opened: Reopened, name: str) -> bool:
+    """Whether something stands under this name that the manifest does not list as it is."""
+    path = opened.path / name
+    if path.is_symlink():
+        return True
+    return os.path.lexists(path) and (name not in opened.files or name in opened.differing)
+
+
+def _left_alone(path: Path) -> Diagnostic:
+    return Diagnostic(
+        OUTPUT_EXISTS,
+        f"`{shown(path)}` exists and is not what the compiler wrote",
+        None,
+        notes=("the flight is not added to the folder",),
+        help="move the file out of the folder and compile the mission again, or fly another folder",
+    )

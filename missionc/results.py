@@ -185,16 +185,18 @@ class Compiled:
     seconds: tuple[tuple[str, Seconds], ...]
     explained: Explained | None = None
     """Of a mission that is impossible, or has a best candidate at least, where that was asked for."""
+    listing: tuple[tuple[str, bytes], ...] = ()
+    """The manifest of the files that there are without a plan; nothing where there are none."""
 
     @property
     def files(self) -> tuple[tuple[str, bytes], ...]:
-        """What belongs into the output folder: of a plan everything, else a refusal's proof and the nearest miss."""
+        """The files of the output folder: a plan's, else a refusal's proof and the nearest miss; and their manifest."""
         missed = self.explained.near_miss if self.explained else None
         match self.outcome:
             case Verified(files=files):
                 return files
             case Impossible(report=report) | NotFound(report=report):
-                return report.files + (missed.files if missed else ())
+                return report.files + (missed.files if missed else ()) + self.listing
             case Refused() | Unverified():
                 return ()
             case _:

@@ -9,8 +9,12 @@ import click
 from missionc import summary
 from missionc.answers import Status, say
 from missionc.diagnostics.model import Diagnostic
+from missionc.emit.file import beside
 from missionc.emit.folder import write_folder
+from missionc.emit.manifest import without_plan
+from missionc.emit.overlap import Output, overlapping
 from missionc.export import FORMATS, Exported, flight
+from missionc.file_names import EXPORT, MANIFEST
 from missionc.flags import export_name, exports, folder, folders, limits_and_form, one_of, read_limits
 from missionc.replay import Replayed, replay
 
@@ -36,7 +40,7 @@ def command(
 ) -> Status:
     """Write a compiled folder's flight in other forms, once it has been verified again."""
     replayed = replay(path, read_limits(limits))
-    target = output or path.absolute().with_name(f"{path.absolute().name}-export")
+    target = output or beside(path, "-export")
     findings = list(replayed.findings)
     files: dict[str, bytes] = {}
     notes: list[str] = []
@@ -47,8 +51,9 @@ def command(
             notes += made.notes
         elif made is not None:
             findings.append(made)
-    if not findings:
-        wrong = write_folder(target, files.items(), force)
+    if not findings and replayed.reopened:
+        files[MANIFEST] = without_plan(replayed.reopened.mission.name, EXPORT, files).encode()
+        wrong = overlapping([Output("-o", target, True)], [path]) or write_folder(target, files.items(), force)
         findings += [wrong] if wrong else []
     done = not findings
     lines = summary.exported_lines(str(target), tuple(files.items()), notes) if done else []

@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 import difflib
-import sys
 from pathlib import Path
 
 import click
 
 from missionc.answers import Status, say
 from missionc.diagnostics.model import Diagnostic
-from missionc.emit.folder import write_file
+from missionc.emit.file import write_file
 from missionc.flags import existing, files, limits_and_form, read_limits
 from missionc.limits import Limits
-from missionc.reading import read_source
+from missionc.reading import changed_meanwhile, read_source, read_standard_input
 from missionc.source import Source
 from missionc.syntax.format import format_mission
 from missionc.syntax.parse import parse
@@ -59,8 +58,9 @@ def command(
         changed.append(str(path))
         if diff:
             lines += _difference(str(path), before, text)
-        elif not check and (wrong := write_file(path, text.encode("utf-8"))):
+        elif not check and (wrong := _rewrite(path, before, text, allowed)):
             findings.append(wrong)
+            changed.pop()
     verb = "would change" if check or diff else "changed"
     lines += [] if diff and not check else [f"{name}: {verb}" for name in changed]
     say(findings, lines, form, {"changed": changed})
@@ -69,14 +69,19 @@ def command(
 
 def _read(path: Path, limits: Limits) -> tuple[str, str] | list[Diagnostic]:
     """A file's text, and in the one layout; what it includes is not looked at: each file has its own."""
-    if path == STANDARD_INPUT:
-        source: Source | Diagnostic = Source("<stdin>", sys.stdin.read())
-    else:
-        source = read_source(path, str(path), limits)
+    source = read_standard_input(limits) if path == STANDARD_INPUT else read_source(path, str(path), limits)
     if isinstance(source, Diagnostic):
         return [source]
     program, findings = parse(source, limits, lambda written, span: Source(written, ""))
     return findings if program is None else (source.text, format_mission(source, program, limits))
+
+
+def _rewrite(path: Path, before: str, text: str, limits: Limits) -> Diagnostic | None:
+    """The file with this text, unless somebody saved it since it was read; what went wrong, if anything did."""
+    now = read_source(path, str(path), limits)
+    if isinstance(now, Diagnostic):
+        return now
+    return changed_meanwhile(str(path)) if now.text != before else write_file(path, text.encode("utf-8"))
 
 
 def _difference(name: str, before: str, after: str) -> list[str]:

@@ -16,7 +16,7 @@ from missionc.answers import Status, say
 from missionc.checking import check
 from missionc.diagnostics.code import NAME_NOT_ALLOWED, OUTPUT_EXISTS
 from missionc.diagnostics.model import Diagnostic
-from missionc.emit.folder import refuse_file, write_file
+from missionc.emit.file import refuse_file, write_file
 from missionc.flags import form_flag
 from missionc.limits import Limits
 from missionc.source import Source

@@ -7,8 +7,13 @@ from pathlib import Path
 import click
 
 from missionc.answers import Status, say
+from missionc.diagnostics.model import Diagnostic
 from missionc.flags import folder, folders, limits_and_form, read_limits
 from missionc.replay import replay
+
+TITLE = "· missionc report</title>".encode()
+HEAD = 4096
+"""Bytes of a page, within which its title stands."""
 
 
 @click.command("report")
@@ -23,19 +28,35 @@ from missionc.replay import replay
 @limits_and_form
 def command(path: Path, output: Path | None, limits: tuple[tuple[str, str], ...], form: str) -> Status:
     """Draw the page of a compiled folder anew, from its files; one that fails is drawn too."""
-    from missionc.emit.folder import refuse_file, write_file
+    from missionc.emit.file import beside, refuse_file, write_file
+    from missionc.emit.overlap import Output, overlapping
     from missionc.redraw import redrawn
 
-    target = output or path.absolute().with_suffix(".html")
+    target = output or beside(path, ".html")
     replayed = replay(path, read_limits(limits))
     page = redrawn(replayed)
     findings = replayed.findings
     written = False
     if page:
-        wrong = refuse_file(target) or write_file(target, page)
+        wrong = overlapping([Output("-o", target)], [path]) or (None if output else _not_ours(target))
+        wrong = wrong or refuse_file(target) or write_file(target, page)
         findings, written = (*findings, wrong) if wrong else findings, not wrong
     lines = [f"written to {target}"] if written else []
     say(findings, lines, form, {"output": str(target) if written else None})
     if not written:
         return Status.MISSION_ERRORS
     return Status.DONE if replayed.passed else Status.NOT_VERIFIED
+
+
+def _not_ours(target: Path) -> Diagnostic | None:
+    """What forbids replacing a file that nobody named: it is no page of the compiler's."""
+    from missionc.emit.unwritable import exists
+
+    try:
+        with target.open("rb") as file:
+            head = file.read(HEAD)
+    except OSError:
+        return None
+    return (
+        None if TITLE in head else exists(target, " and is no page of the compiler's", instead="another file with `-o`")
+    )

@@ -91,7 +91,7 @@ def command(
     from missionc.simulation.trials import Trial
 
     allowed = read_limits(limits)
-    refused = _refused(trace, plot)
+    refused = _refused(path, trace, plot)
     if refused:
         say([refused], [], form, {"passed": None})
         return Status.MISSION_ERRORS
@@ -108,8 +108,8 @@ def command(
         flown = simulation_json(simulated.reopened.mission, document, simulated.trials.flown)
         findings += laid(path, flown, allowed)
     if (trace or plot) and simulated.reopened and simulated.trials:
+        from missionc.emit.file import write_file
         from missionc.emit.flights import draw, table
-        from missionc.emit.folder import write_file
 
         if trace:
             findings += filter(None, [write_file(trace, table(simulated.reopened.mission, simulated.trials.flown))])
@@ -122,14 +122,21 @@ def command(
     return Status.DONE if simulated.passed else Status.VIOLATED
 
 
-def _refused(trace: Path | None, plot: Path | None) -> Diagnostic | None:
+def _refused(path: Path, trace: Path | None, plot: Path | None) -> Diagnostic | None:
     """What forbids writing, said before anything is flown."""
     if not (trace or plot):
         return None
-    from missionc.emit.folder import refuse_file
+    from missionc.emit.file import refuse_file
+    from missionc.emit.overlap import Output, overlapping
     from missionc.emit.plot import missing
 
-    return (plot and (missing() or refuse_file(plot))) or (trace and refuse_file(trace)) or None
+    outputs = [Output(flag, file) for flag, file in (("--trace", trace), ("--plot", plot)) if file]
+    return (
+        overlapping(outputs, [path])
+        or (plot and (missing() or refuse_file(plot)))
+        or (trace and refuse_file(trace))
+        or None
+    )
 
 
 @contextmanager

@@ -1,4 +1,7 @@
-"""The manifest: what went in, what came out, and with what, so that the same bytes can be produced again."""
+"""The manifest: what went in, what came out, and with what, so that the same bytes can be produced again.
+
+Every folder that is written has one: by it ``ownership`` tells what is the compiler's.
+"""
 
 from __future__ import annotations
 
@@ -9,6 +12,7 @@ from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
 
 from missionc.emit.text import compact, record
+from missionc.file_names import MANIFEST_SCHEMA
 from missionc.plan import Plan
 from missionc.version import __version__
 
@@ -37,20 +41,25 @@ class Provenance:
 
 def manifest(plan: Plan, provenance: Provenance, files: Mapping[str, bytes]) -> str:
     """The text of ``manifest.json``; ``files`` are all others of the folder."""
-    blocks: dict[str, dict[str, object]] = {
-        "inputs": {name: sha256(content) for name, content in provenance.inputs},
-        "files": {name: sha256(files[name]) for name in sorted(files)},
-        "versions": {"missionc": __version__, "python": platform.python_version(), **versions()},
-        "options": dict(provenance.options),
-    }
     head = {
-        "schema": "missionc.manifest/1",
+        "schema": MANIFEST_SCHEMA,
         "mission": plan.mission,
         "backend": plan.backend,
         "seed": plan.seed,
         "cut_short": provenance.cut_short or None,
     }
-    return _text({**head, **blocks})
+    inputs = {name: sha256(content) for name, content in provenance.inputs}
+    return _text({**head, "inputs": inputs, **_blocks(files), "options": dict(provenance.options)})
+
+
+def without_plan(mission: str, holds: str, files: Mapping[str, bytes]) -> str:
+    """The text of the ``manifest.json`` of a folder that holds no plan.
+
+    Args:
+        holds: what it holds instead, as ``file_names`` calls it.
+        files: all others of the folder.
+    """
+    return _text({"schema": MANIFEST_SCHEMA, "mission": mission, "holds": holds, **_blocks(files)})
 
 
 def relisted(before: Mapping[str, object], files: Mapping[str, bytes]) -> bytes:
@@ -59,6 +68,13 @@ def relisted(before: Mapping[str, object], files: Mapping[str, bytes]) -> bytes:
     known = dict(listed) if isinstance(listed, dict) else {}
     known.update((name, sha256(content)) for name, content in files.items())
     return _text({**before, "files": {name: known[name] for name in sorted(known)}}).encode()
+
+
+def _blocks(files: Mapping[str, bytes]) -> dict[str, object]:
+    return {
+        "files": {name: sha256(files[name]) for name in sorted(files)},
+        "versions": {"missionc": __version__, "python": platform.python_version(), **versions()},
+    }
 
 
 def _text(entries: Mapping[str, object]) -> str:

@@ -37,6 +37,7 @@ def test_names_that_are_no_text_are_listed_too(tmp_path: Path) -> None:
     assert [os.fsencode(name) for name in contents(tmp_path)] == [b"\xff"]
 
 
+@pytest.mark.slow
 def test_a_folder_in_a_thousand_folders_is_no_matter_of_recursion(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -18,6 +18,7 @@ from missionc.export import format as form_module
 from missionc.results import Verified
 from missionc.source import Source
 from tests.flights import wandered
+from tests.folders import content, unlisted
 from tests.plans import NOTHING, mission_of, straight
 from tests.small import SMALL
 
@@ -30,10 +31,6 @@ def compiled(tmp_path: Path) -> Path:
     words = ["compile", str(tmp_path / "small.mission"), "-o", str(tmp_path / "out"), "--quiet"]
     assert main([*words, "--export", "crazyswarm2,cflib", "--export", "skybrush"]) == 0
     return tmp_path / "out"
-
-
-def content(folder: Path) -> dict[str, bytes]:
-    return {path.relative_to(folder).as_posix(): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
 
 
 def test_what_is_compiled_with_exports_has_them_in_its_manifest_and_is_verified(compiled: Path) -> None:
@@ -49,16 +46,16 @@ def test_what_is_compiled_with_exports_has_them_in_its_manifest_and_is_verified(
 
 def test_a_compiled_folder_is_exported_to_the_same_bytes(compiled: Path, tmp_path: Path) -> None:
     assert main(["export", str(compiled), "skybrush", "cflib", "crazyswarm2", "-o", str(tmp_path / "other")]) == 0
-    assert content(tmp_path / "other") == content(compiled / "export")
+    assert unlisted(tmp_path / "other") == content(compiled / "export")
     assert main(["export", str(compiled), "px4"]) == 0
-    assert set(content(tmp_path / "out-export")) == {"px4/drone0.csv", "px4/drone1.csv"}
+    assert set(unlisted(tmp_path / "out-export")) == {"px4/drone0.csv", "px4/drone1.csv"}
 
 
 def test_an_export_folder_is_replaced_by_force_only(compiled: Path, tmp_path: Path) -> None:
     assert main(["export", str(compiled), "px4"]) == 0
     assert main(["export", str(compiled), "ros2"]) == 1
     assert main(["export", str(compiled), "ros2", "--force"]) == 0
-    assert set(content(tmp_path / "out-export")) == {"ros2/trajectory.yaml"}
+    assert set(unlisted(tmp_path / "out-export")) == {"ros2/trajectory.yaml"}
 
 
 def test_what_is_not_verified_is_not_exported(

@@ -312,6 +312,36 @@ def test_the_page_lies_beside_the_folder_where_nothing_else_is_said(folder: Path
     assert (tmp_path / "out.html").exists()
 
 
+def test_a_page_is_drawn_over_a_page_and_over_no_other_file_that_nobody_named(folder: Path, tmp_path: Path) -> None:
+    page = tmp_path / "out.html"
+    words = ["report", str(folder)]
+    assert CliRunner().invoke(commands, words, standalone_mode=False).return_value == 0
+    assert CliRunner().invoke(commands, words, standalone_mode=False).return_value == 0
+    page.write_text("dear")
+    run = CliRunner().invoke(commands, words, standalone_mode=False)
+    assert run.return_value == 1
+    assert "MC701" in run.output
+    assert page.read_text() == "dear"
+    assert CliRunner().invoke(commands, [*words, "-o", str(page)], standalone_mode=False).return_value == 0
+    assert page.read_text() != "dear"
+
+
+def test_a_page_has_its_folder_s_whole_name(folder: Path, tmp_path: Path) -> None:
+    folder.rename(tmp_path / "v1.2")
+    run = CliRunner().invoke(commands, ["report", str(tmp_path / "v1.2")], standalone_mode=False)
+    assert run.return_value == 0
+    assert (tmp_path / "v1.2.html").exists()
+
+
+def test_a_page_is_not_drawn_into_the_folder_that_it_shows(folder: Path) -> None:
+    before = (folder / "report.html").read_bytes(), sorted(folder.rglob("*"))
+    for name in ("report.html", "mission/page.html", "plan.json"):
+        run = CliRunner().invoke(commands, ["report", str(folder), "-o", str(folder / name)], standalone_mode=False)
+        assert run.return_value == 1
+        assert "MC702" in run.output
+    assert ((folder / "report.html").read_bytes(), sorted(folder.rglob("*"))) == before
+
+
 def test_a_folder_that_fails_is_drawn_with_what_fails(folder: Path, tmp_path: Path) -> None:
     mission = folder / "mission" / "a.mission"
     mission.write_text(mission.read_text() + "\nrequire corner: drone[0]: eventually[0, 3 s] (x >= 3.9 and y <= 0.1)\n")

@@ -26,6 +26,7 @@ from missionc.simulation.trials import TRACKING, Trial, run
 from missionc.source import Source
 from missionc.units import Seconds
 from missionc.verify.columns import Pieces, read
+from tests.folders import content
 from tests.plans import NOTHING, mission_of, moving, still
 
 Captured = pytest.CaptureFixture[str]
@@ -220,12 +221,43 @@ def test_a_simulation_changed_by_hand_is_refused_and_so_is_what_was_changed_befo
     assert main(["simulate", str(folder)]) == 0
     assert main(["verify", str(folder)]) == 5
     assert "trajectories.csv" in capsys.readouterr().err
+    csv.write_text(csv.read_text(encoding="utf-8").removesuffix("\n"), encoding="utf-8")
     assert write_folder(folder, files(), force=True) is None
     assert main(["simulate", str(folder)]) == 0
     path = folder / "simulation.json"
     path.write_text(path.read_text(encoding="utf-8").replace('"seed": 0', '"seed": 1'), encoding="utf-8")
     assert main(["verify", str(folder)]) == 5
     assert "simulation.json" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("name", ["simulation.json", "report.html"])
+@pytest.mark.parametrize("how", ["changed", "a link"])
+def test_a_file_that_somebody_put_where_the_flight_would_lie_is_left_alone(
+    name: str, how: str, folder: Path, capsys: Captured
+) -> None:
+    mine = folder.parent / "mine"
+    mine.write_bytes((folder / name).read_bytes() if (folder / name).exists() else b"dear")
+    (folder / name).unlink(missing_ok=True)
+    if how == "a link":
+        (folder / name).symlink_to(mine)
+    else:
+        (folder / name).write_text("dear")
+    before = content(folder)
+    assert main(["simulate", str(folder)]) == 1
+    said = capsys.readouterr()
+    assert "MC701" in said.err
+    assert f"{name}` exists" in said.err
+    assert "satisfied" in said.out, "what was flown is said all the same"
+    assert content(folder) == before
+
+
+@pytest.mark.parametrize("flag", ["--trace", "--plot"])
+def test_a_file_of_the_folder_that_is_flown_is_not_written_over(flag: str, folder: Path, capsys: Captured) -> None:
+    before = content(folder)
+    name = "plan.json" if flag == "--trace" else "map.svg"
+    assert main(["simulate", str(folder), flag, str(folder / name)]) == 1
+    assert "MC702" in capsys.readouterr().err
+    assert content(folder) == before
 
 
 def test_nothing_that_plans_or_fits_is_loaded(folder: Path) -> None:
