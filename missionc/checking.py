@@ -24,7 +24,7 @@ from missionc.passes.expand import expand
 from missionc.passes.ground import Ground
 from missionc.passes.remembered import Meanings
 from missionc.passes.resolve import resolve
-from missionc.reading import loader, read_source
+from missionc.reading import Loader, loader, read_source
 from missionc.results import Checked
 from missionc.source import Source, Span
 from missionc.syntax import passages
@@ -81,6 +81,7 @@ def check(
     vehicle: str = "",
     kept: Kept | None = None,
     before: Callable[[str], None] = ignore,
+    load: Loader | None = None,
 ) -> Checked:
     """Every finding that needs no solving, and the mission as meant where there is no error.
 
@@ -93,6 +94,7 @@ def check(
         vehicle: the name of the profile that flies teams which name none; empty for none.
         kept: what is known of the same file from before it was changed; from then on, what is known of it now.
         before: called with the name of each stage before it runs; what it raises ends the check.
+        load: finds what the mission includes; read from beside it if left out.
 
     Raises:
         ValueError: there is no such profile.
@@ -107,10 +109,10 @@ def check(
     watch = Stopwatch(before=before)
     sources = [source]
     unread: list[str] = []
-    load = loader(Path(name), name, limits)
+    find = load or loader(Path(name), name, limits)
 
     def load_and_keep(written: str, span: Span) -> Source | Diagnostic:
-        included = load(written, span)
+        included = find(written, span)
         if isinstance(included, Source):
             sources.append(included)
         elif included.code is not INCLUDE_NOT_ALLOWED:

@@ -323,7 +323,7 @@ def monitor(
     text = read_text(Path(trace), str(trace), limits.trace_bytes, TRACE_UNREADABLE)
     if isinstance(text, Diagnostic):
         return Monitored(checked, (), (), (*checked.findings, text))
-    motion, findings = read_trace(Source(str(trace), text), checked.mission)
+    motion, findings = read_trace(Source(str(trace), text), checked.mission, limits)
     if motion is None:
         return Monitored(checked, (), (), (*checked.findings, *findings))
     judgements = judge(checked.mission, checked.kernel, motion)

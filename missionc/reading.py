@@ -15,8 +15,9 @@ import codecs
 import os
 import stat
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path, PurePosixPath
+from posixpath import normpath
 from typing import TypeAlias
 
 from missionc.diagnostics.code import (
@@ -59,11 +60,11 @@ def read_bytes(
     try:
         handle = os.open(path, os.O_RDONLY | os.O_CLOEXEC | os.O_NONBLOCK)
     except OSError as error:
-        return _unreadable(code, name, _reason(error), cause)
+        return cannot_read(code, name, error, cause)
     try:
-        return _content(handle, name, limit, cause, code)
+        return bytes_of(handle, name, limit, cause, code)
     except OSError as error:
-        return _unreadable(code, name, _reason(error), cause)
+        return cannot_read(code, name, error, cause)
     finally:
         os.close(handle)
 
@@ -73,7 +74,18 @@ def read_text(
 ) -> str | Diagnostic:
     """A file's text: UTF-8, with or without a byte order mark, without NUL; arguments as of ``read_bytes``."""
     content = read_bytes(path, name, limit, code, cause)
-    return content if isinstance(content, Diagnostic) else _text(content, name, code, cause)
+    return content if isinstance(content, Diagnostic) else text_of(content, name, code, cause)
+
+
+def text_of(content: bytes, name: str, code: Code = UNREADABLE, cause: Span | None = None) -> str | Diagnostic:
+    """The text that bytes are; arguments as of ``read_bytes``."""
+    if b"\0" in content:
+        return _unreadable(code, name, f"it is binary: byte {content.index(0) + 1} is zero", cause)
+    try:
+        return content.removeprefix(codecs.BOM_UTF8).decode("utf-8")
+    except UnicodeDecodeError as error:
+        line = content.count(b"\n", 0, error.start) + 1
+        return _unreadable(code, name, f"byte {error.start + 1}, on line {line}, is not UTF-8", cause)
 
 
 def read_source(path: Path, name: str, limits: Limits, cause: Span | None = None) -> Source | Diagnostic:
@@ -94,8 +106,8 @@ def read_standard_input(limits: Limits) -> Source | Diagnostic:
         why = _reason(error) if isinstance(error, OSError) else "standard input is closed"
         return _unreadable(UNREADABLE, name, why, None)
     if len(content) > limit:
-        return _too_large(UNREADABLE, name, len(content), limit, None, more=True)
-    text = _text(content, name, UNREADABLE, None)
+        return too_large(UNREADABLE, name, len(content), limit, more=True)
+    text = text_of(content, name)
     return text if isinstance(text, Diagnostic) else Source(name, text)
 
 
@@ -110,11 +122,10 @@ def loader(main: Path, name: str, limits: Limits) -> Loader:
     names = {main.resolve(): name}
 
     def load(written: str, span: Span) -> Source | Diagnostic:
-        target = PurePosixPath(written)
-        if target.is_absolute() or not written or "\0" in written or "\\" in written:
+        if _strange(written):
             return _not_allowed(written, "the path is not relative", span)
         try:
-            path = (paths[span.source.name].parent / target).resolve()
+            path = (paths[span.source.name].parent / written).resolve()
         except (OSError, RuntimeError, ValueError):
             return _unreadable(UNREADABLE, written, "its links lead nowhere", span)
         # Whether a file outside exists is nobody's business, so this comes before any look at it.
@@ -127,28 +138,75 @@ def loader(main: Path, name: str, limits: Limits) -> Loader:
     return load
 
 
-def _text(content: bytes, name: str, code: Code, cause: Span | None) -> str | Diagnostic:
-    if b"\0" in content:
-        return _unreadable(code, name, f"it is binary: byte {content.index(0) + 1} is zero", cause)
-    try:
-        return content.removeprefix(codecs.BOM_UTF8).decode("utf-8")
-    except UnicodeDecodeError as error:
-        line = content.count(b"\n", 0, error.start) + 1
-        return _unreadable(code, name, f"byte {error.start + 1}, on line {line}, is not UTF-8", cause)
+def held(main: str, folder: str, files: Mapping[str, bytes], limits: Limits) -> tuple[Source | Diagnostic, Loader]:
+    """A mission whose files are in hand already, and the function that finds what it includes among them.
+
+    Args:
+        main: the mission's name, one of ``files``.
+        folder: in which messages say that they lie.
+        files: what each holds, by its name relative to the folder.
+    """
+
+    def source(name: str, cause: Span | None = None) -> Source | Diagnostic:
+        shown = f"{folder}/{name}"
+        if name not in files:
+            return _unreadable(UNREADABLE, shown, "it is not one of the mission's files", cause)
+        if len(files[name]) > limits.file_bytes:
+            return too_large(UNREADABLE, shown, len(files[name]), limits.file_bytes, cause)
+        text = text_of(files[name], shown, UNREADABLE, cause)
+        return text if isinstance(text, Diagnostic) else Source(shown, text)
+
+    def load(written: str, span: Span) -> Source | Diagnostic:
+        if _strange(written):
+            return _not_allowed(written, "the path is not relative", span)
+        beside = PurePosixPath(span.source.name).relative_to(folder).parent
+        name = normpath(str(beside / written))
+        if name.startswith("../"):
+            return _not_allowed(written, "it lies outside the mission's own folder", span)
+        return source(name, span)
+
+    return source(main), load
 
 
-def _content(handle: int, name: str, limit: int, cause: Span | None, code: Code) -> bytes | Diagnostic:
+def _strange(written: str) -> bool:
+    return PurePosixPath(written).is_absolute() or not written or "\0" in written or "\\" in written
+
+
+def bytes_of(handle: int, name: str, limit: int, cause: Span | None, code: Code) -> bytes | Diagnostic:
+    """What an open file holds; arguments as of ``read_bytes``.
+
+    Raises:
+        OSError: it cannot be read.
+    """
     before = os.fstat(handle)
     if not stat.S_ISREG(before.st_mode):
         what = "a folder" if stat.S_ISDIR(before.st_mode) else "not a regular file"
         return _unreadable(code, name, f"it is {what}", cause)
     if before.st_size > limit:
-        return _too_large(code, name, before.st_size, limit, cause)
+        return too_large(code, name, before.st_size, limit, cause)
     content = _read(handle, limit + 1)
     after = os.fstat(handle)
     if len(content) != after.st_size or (before.st_size, before.st_mtime_ns) != (after.st_size, after.st_mtime_ns):
         return changed_meanwhile(name, cause)
     return content
+
+
+def too_large(
+    code: Code, name: str, size: int, limit: int, cause: Span | None = None, *, more: bool = False
+) -> Diagnostic:
+    """What is said of ``size`` bytes, and ``more`` where there may be any number beyond, where ``limit`` are allowed."""
+    raised = f"allow more with `--limit {LIMITS[code]}={'BYTES' if more else size}`"
+    return Diagnostic(
+        FILE_TOO_LARGE,
+        f"`{name}` has {size} bytes{' or more' if more else ''}; the limit is {limit}",
+        Label(cause, "asked for here") if cause else None,
+        help=f"split the mission with `include`, or {raised}" if code is UNREADABLE else raised,
+    )
+
+
+def cannot_read(code: Code, name: str, error: OSError, cause: Span | None = None) -> Diagnostic:
+    """What is said where the system refuses to open or read a file."""
+    return _unreadable(code, name, _reason(error), cause)
 
 
 def _read(handle: int, limit: int) -> bytes:
@@ -174,17 +232,6 @@ def _unreadable(code: Code, name: str, reason: str, cause: Span | None) -> Diagn
         help="give a file that is there and can be read"
         if code in (CHECKPOINT_UNREADABLE, FOLDER_UNREADABLE)
         else "give a file of UTF-8 text that is there and can be read",
-    )
-
-
-def _too_large(code: Code, name: str, size: int, limit: int, cause: Span | None, *, more: bool = False) -> Diagnostic:
-    """``more``: there may be any number of bytes beyond ``size``."""
-    raised = f"allow more with `--limit {LIMITS[code]}={'BYTES' if more else size}`"
-    return Diagnostic(
-        FILE_TOO_LARGE,
-        f"`{name}` has {size} bytes{' or more' if more else ''}; the limit is {limit}",
-        Label(cause, "asked for here") if cause else None,
-        help=f"split the mission with `include`, or {raised}" if code is UNREADABLE else raised,
     )
 
 

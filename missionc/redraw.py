@@ -17,29 +17,21 @@ from missionc.emit.manifest import relisted
 from missionc.emit.unwritable import shown
 from missionc.file_names import REPORT, SIMULATION
 from missionc.limits import Limits
-from missionc.monitoring import monitor
-from missionc.plan import Plan
-from missionc.provenance import texts
+from missionc.rebuild import page
 from missionc.reopen import MANIFEST, Reopened, reopen
 from missionc.replay import Replayed, judged
-from missionc.report import Plotted, report
 
 
 def redrawn(replayed: Replayed) -> bytes:
-    """The page's bytes; none where the folder could not be read."""
-    opened, certificate = replayed.reopened, replayed.certificate
-    if opened is None or certificate is None:
+    """The page's bytes; none where the folder could not be read.
+
+    What fails of the files is on the page, but for the page that it takes the place of.
+    """
+    opened, certificate, flown = replayed.reopened, replayed.certificate, replayed.flown
+    if opened is None or certificate is None or flown is None:
         return b""
-    mission, kernel, trace = opened.mission, opened.kernel, opened.trace
-    seed = opened.manifest.get("seed")
-    judgements = monitor(mission, kernel, trace)[: len(kernel.requirements)]
-    plan = Plan(
-        mission.name, str(opened.manifest.get("backend", "")), seed if isinstance(seed, int) else 0, trace, judgements
-    )
-    simulation = opened.files.get(SIMULATION, b"").decode("utf-8", errors="replace")
-    return report(
-        Plotted(mission, kernel, plan, certificate, opened.flights, texts(opened.checked), simulation=simulation)
-    )
+    sound = all(check.passed or check.subject == REPORT for check in certificate.checks)
+    return page(opened, flown if sound else certificate)
 
 
 def laid(folder: Path, simulation: bytes, limits: Limits | None = None) -> tuple[Diagnostic, ...]:
@@ -61,9 +53,9 @@ def laid(folder: Path, simulation: bytes, limits: Limits | None = None) -> tuple
     with_it = reopen(folder, limits)
     if not isinstance(with_it, Reopened):
         return with_it
-    page = redrawn(judged(with_it))
-    wrong = write_file(folder / REPORT, page) or write_file(
-        folder / MANIFEST, relisted(with_it.manifest, {REPORT: page})
+    drawn = redrawn(judged(with_it))
+    wrong = write_file(folder / REPORT, drawn) or write_file(
+        folder / MANIFEST, relisted(with_it.manifest, {REPORT: drawn})
     )
     return (wrong,) if wrong else ()
 

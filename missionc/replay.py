@@ -1,7 +1,7 @@
 """Verification once more, from a folder's files alone: neither a backend nor what fits polynomials is imported here.
 
 in   Reopened
-out  Certificate: of the files as they are, whoever wrote them
+out  Certificate: of the files as they are, whoever wrote them; of the plan and its flight alone
 says MC709
 """
 
@@ -11,13 +11,18 @@ import hashlib
 from dataclasses import dataclass
 from pathlib import Path
 
+from missionc.contents import printable
 from missionc.diagnostics.code import FOLDER_REFUSED
 from missionc.diagnostics.model import Diagnostic
 from missionc.limits import Limits
+from missionc.rebuild import check_documents
+from missionc.rebuild.verdict import DOCUMENT
 from missionc.reopen import CERTIFICATE, PLAN, Reopened, reopen
 from missionc.verify import verify, verify_between, verify_polynomials
 from missionc.verify.certificate import Certificate, Check
 from missionc.verify.stated import check_stated
+
+UNLISTED = "the manifest does not list it"
 
 MOST_REASONS = 8
 """Failed checks that a message names; the first of them are the ones to look at."""
@@ -25,12 +30,16 @@ MOST_REASONS = 8
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Replayed:
-    """What a folder's files come to; ``certificate`` is absent where they could not be read."""
+    """What a folder's files come to; ``certificate`` is absent where they could not be read.
+
+    ``flown`` is the part of it that is about the plan and its flight, and about no file.
+    """
 
     folder: Path
     findings: tuple[Diagnostic, ...]
     reopened: Reopened | None = None
     certificate: Certificate | None = None
+    flown: Certificate | None = None
 
     @property
     def passed(self) -> bool:
@@ -38,38 +47,42 @@ class Replayed:
 
 
 def replay(folder: Path, limits: Limits | None = None) -> Replayed:
-    """Judge the plan and the polynomials that a folder holds, and whether its files are those of its manifest."""
+    """Judge the plan and the polynomials that a folder holds, and everything else that lies in it."""
     reopened = reopen(folder, limits)
     return judged(reopened) if isinstance(reopened, Reopened) else Replayed(folder, reopened)
 
 
 def judged(reopened: Reopened) -> Replayed:
     """``replay``, of what was read already."""
-    mission, trace = reopened.mission, reopened.trace
-    found = verify(mission, reopened.kernel, trace)
-    if found.passed:
-        found = found.joined(verify_polynomials(mission, reopened.kernel, trace, reopened.flights))
-        if found.passed:
-            found = found.joined(verify_between(mission, reopened.kernel, trace, reopened.flights))
-            found = found.joined(Certificate(mission.name, _stated(reopened, found)))
-    certificate = Certificate(mission.name, _files(reopened)).joined(found)
+    mission, kernel, trace = reopened.mission, reopened.kernel, reopened.trace
+    flown = verify(mission, kernel, trace)
+    if flown.passed:
+        flown = flown.joined(verify_polynomials(mission, kernel, trace, reopened.flights))
+    documents: tuple[Check, ...] = ()
+    if flown.passed:
+        flown = flown.joined(verify_between(mission, kernel, trace, reopened.flights))
+        documents = (*_stated(reopened, flown), *check_documents(reopened, flown))
+    certificate = Certificate(mission.name, _files(reopened)).joined(flown)
+    certificate = certificate.joined(Certificate(mission.name, documents))
     findings = () if certificate.passed else (_refused(reopened.path, certificate),)
-    return Replayed(reopened.path, findings, reopened, certificate)
+    return Replayed(reopened.path, findings, reopened, certificate, flown)
 
 
 def _files(reopened: Reopened) -> tuple[Check, ...]:
-    """That every file is the one that was written."""
+    """That every file is the one that was written, and that no other one lies beside them."""
     detail = "its SHA-256 is the one in the manifest"
-    return tuple(
+    listed = (
         Check("manifest", name, 0.0, "", 0.0, name not in reopened.differing, detail=detail)
         for name in sorted(reopened.files)
     )
+    beside = (Check("manifest", name, 0.0, "", 0.0, False, detail=UNLISTED) for name in reopened.unlisted)
+    return (*listed, *beside)
 
 
 def _stated(reopened: Reopened, flown: Certificate) -> tuple[Check, ...]:
     """That the folder's certificate states what its files come to."""
-    text = reopened.files.get(CERTIFICATE, b"").decode("utf-8", errors="replace")
-    return tuple(check_stated(text, hashlib.sha256(reopened.files[PLAN]).hexdigest(), flown))
+    plan = hashlib.sha256(reopened.files[PLAN]).hexdigest()
+    return tuple(check_stated(reopened.text(CERTIFICATE), plan, flown))
 
 
 def _refused(folder: Path, certificate: Certificate) -> Diagnostic:
@@ -87,7 +100,10 @@ def _refused(folder: Path, certificate: Certificate) -> Diagnostic:
 def _reason(check: Check) -> str:
     """One failed check in words: what, of whom, by how much and when."""
     if check.name == "manifest":
-        return f"file `{check.subject}`: its content is not the one that was written"
+        why = check.detail if check.detail == UNLISTED else "its content is not the one that was written"
+        return f"file `{printable(check.subject)}`: {why}"
+    if check.name == DOCUMENT:
+        return f"file `{check.subject}`: {check.detail}"
     if check.name == "certificate":
         return f"file `{CERTIFICATE}`: {check.detail}"
     amount = f" by {-check.margin:.3g} {check.unit}" if check.margin < 0 else ""

@@ -23,6 +23,8 @@ import numpy as np
 from missionc.diagnostics.code import TRACE_MISMATCH, TRACE_UNREADABLE
 from missionc.diagnostics.model import Diagnostic, Label
 from missionc.ir import DoubleIntegrator, Mission
+from missionc.json_text import NotJsonError, parse_json
+from missionc.limits import Limits
 from missionc.plan import Array, Trace
 from missionc.source import Source, Span
 
@@ -43,10 +45,15 @@ class _State:
     span: Span
 
 
-def read_trace(source: Source, mission: Mission) -> tuple[Trace | None, list[Diagnostic]]:
-    """The trace a text holds, or everything that keeps it from being one."""
+def read_trace(source: Source, mission: Mission, limits: Limits | None = None) -> tuple[Trace | None, list[Diagnostic]]:
+    """The trace a text holds, or everything that keeps it from being one.
+
+    Args:
+        limits: no number in it is larger than their ``magnitude``.
+    """
     opening = source.text.lstrip()[:1]
     states, findings = _from_json(source) if opening in ("{", "[") else _from_csv(source, mission)
+    findings += _too_large(states, (limits or Limits()).magnitude)
     if findings:
         return None, findings[:MOST_FINDINGS]
     return _assemble(source, mission, states)
@@ -75,7 +82,7 @@ def _from_csv(source: Source, mission: Mission) -> tuple[list[_State], list[Diag
         if len(row) != len(header):
             findings.append(_unreadable(span, f"{len(row)} values where the first line names {len(header)} columns"))
             continue
-        words = {name: word for name, word in zip(header, row, strict=True) if name != "agent"}
+        words = {name: word for name, word in zip(header, row, strict=True) if name in _NUMBERS}
         numbers = {name: value for name, word in words.items() if (value := _number(word)) is not None}
         strange = [word for name, word in words.items() if name not in numbers and name in (*needed, *_MOTION)]
         if strange:
@@ -86,6 +93,8 @@ def _from_csv(source: Source, mission: Mission) -> tuple[list[_State], list[Diag
 
 
 _MOTION = ("vx", "vy", "vz", "yaw")
+_NUMBERS = ("t", "x", "y", "z", *_MOTION)
+"""The columns that are read."""
 
 
 def _number(word: object) -> float | None:
@@ -100,12 +109,10 @@ def _number(word: object) -> float | None:
 
 def _from_json(source: Source) -> tuple[list[_State], list[Diagnostic]]:
     try:
-        document = json.loads(source.text)
-    except json.JSONDecodeError as error:
-        place = Span(source, error.pos, min(error.pos + 1, len(source.text)))
-        return [], [_unreadable(place, f"this is not JSON: {error.msg}")]
-    except (ValueError, RecursionError):
-        return [], [_unreadable(_first_line(source), "a number is too long, or the lists too deep")]
+        document = parse_json(source.text)
+    except NotJsonError as error:
+        place = Span(source, error.place, min(error.place + 1, len(source.text)))
+        return [], [_unreadable(place, error.reason)]
     try:
         times, agents = _list(document["times"]), _list(document["agents"])
     except (KeyError, TypeError):
@@ -154,6 +161,20 @@ def _vector(agent: str, key: str, axes: tuple[str, ...], value: Any) -> dict[str
     if not numbers or len(finite) != len(numbers):
         raise _StrangeError(f"`{agent}` has an entry in `{key}` that is not up to {len(axes)} finite numbers")
     return finite
+
+
+def _too_large(states: list[_State], magnitude: float) -> list[Diagnostic]:
+    """Numbers with which arithmetic would not stay within doubles."""
+    return [
+        _unreadable(
+            state.span,
+            f"`{name}` of `{state.agent}` is {number:g} at {state.time:g} s; the largest number may be {magnitude:g}",
+            "give positions in metres from an origin nearby, or allow more with `--limit magnitude=…`",
+        )
+        for state in states
+        for name, number in {"t": state.time, **state.numbers}.items()
+        if abs(number) > magnitude
+    ]
 
 
 def _list(value: Any) -> list[Any]:

@@ -16,7 +16,7 @@ from missionc.verify.certificate import Certificate, Check
 ROOM = frozenset(("requirement", "separation", "obstacle", "flown requirement", "flown separation", "flown obstacle"))
 """Kinds of checks whose margin, in metres, is room that the motion might have had more of."""
 
-OF_FILES = frozenset(("manifest", "certificate"))
+OF_FILES = frozenset(("manifest", "certificate", "document"))
 """Kinds of checks about a folder's files and not about the plan: shown where they fail."""
 
 

@@ -1,44 +1,59 @@
-"""Whether a certificate that somebody wrote states nothing that its files do not come to.
+"""The certificate that somebody wrote, held against the one that its folder's files come to.
 
     in   its JSON, and the Certificate that was computed from the files
     out  Checks, each failed one with its reason
 
-Margins may be worse than they are, never better. Every box is looked at: its
-bound is computed anew on its stretch of the flight, and the boxes of a check
-have to cover all of it.
+Everything it states is compared; nothing is missing, and nothing else is there.
+A proved margin may be as much worse than the computed one as a proof may fall
+short, never better. Every box is looked at: its bound is computed anew on its
+stretch of the flight, and the boxes of a check have to cover all of it.
 """
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict
-from typing import Any, TypeGuard
+from typing import Any
 
+from missionc.json_text import NotJsonError, parse_json
+from missionc.verify.agreement import close, difference, is_number, shown
+from missionc.verify.bounding import SHARE
 from missionc.verify.boxes import Boxes, fault
 from missionc.verify.certificate import Certificate, Check, Figure
+from missionc.verify.tolerances import CERTAIN
 
 SCHEMA = "missionc.certificate/2"
 
-SAME = 1e-8
-"""Numbers that differ by less, times themselves where they are above 1, are the same: machines differ in rounding."""
+KEYS = (
+    "schema",
+    "mission",
+    "plan_sha256",
+    "passed",
+    "checks",
+    "figures",
+    "between_steps",
+    "boxes",
+    "warnings",
+)
+"""Of the document, in its order."""
+
+MOMENT = 2e-6
+"""Seconds: the time ``at`` which a margin is tight is written to a millionth."""
 
 
 def check_stated(text: str, plan_sha256: str, found: Certificate) -> list[Check]:
     """What ``certificate.json`` states, held against what was found."""
     try:
-        stated = json.loads(text)
-    except (ValueError, RecursionError):
+        stated = parse_json(text)
+    except NotJsonError:
         stated = None
     if not isinstance(stated, dict) or stated.get("schema") != SCHEMA:
         return [_check("schema", "it is no certificate that this version of the compiler writes")]
-    head = {"mission": found.mission, "plan_sha256": plan_sha256, "passed": found.passed}
-    wrong = next((key for key, value in head.items() if stated.get(key) != value), None)
     return [
-        _check("head", wrong and f"its `{wrong}` is not that of the folder"),
-        _check("checks", _entries(stated.get("checks"), found.checks)),
-        _check("figures", _entries(stated.get("figures"), found.figures)),
+        _check("head", _head(stated, plan_sha256, found)),
+        _check("checks", _entries(stated.get("checks"), found.checks, found)),
+        _check("figures", _entries(stated.get("figures"), found.figures, found)),
         _check("warnings", None if stated.get("warnings") == list(found.warnings) else "its warnings are not all"),
         _check("between_steps", _between(stated.get("between_steps"), found)),
         _check("boxes", _boxes(stated, found)),
@@ -49,39 +64,83 @@ def _check(subject: str, reason: str | None) -> Check:
     return Check("certificate", subject, 0.0, "", 0.0, reason is None, detail=reason or "it states what the files say")
 
 
-def _entries(stated: object, found: Sequence[Check | Figure]) -> str | None:
+def _head(stated: Mapping[str, object], plan_sha256: str, found: Certificate) -> str | None:
+    head = {"mission": found.mission, "plan_sha256": plan_sha256, "passed": found.passed}
+    wrong = next((key for key, value in head.items() if difference(stated.get(key), value)), None)
+    if wrong is not None:
+        return f"its `{wrong}` is not that of the folder"
+    strange = next((key for key in stated if key not in KEYS), None)
+    return None if strange is None else f"it has {shown(strange)}, which does not belong there"
+
+
+def _entries(stated: object, found: Sequence[Check | Figure], whole: Certificate) -> str | None:
     """What is wrong with checks or figures: none left out, none added, no number nicer than it is."""
     if not isinstance(stated, list) or not all(isinstance(entry, dict) for entry in stated):
         return "something is missing in it"
     if [(entry.get("name"), entry.get("subject")) for entry in stated] != [(each.name, each.subject) for each in found]:
         return "it does not have the checks and figures that the folder's files come to"
-    reasons = (_entry(entry, each) for entry, each in zip(stated, found, strict=True))
+    proved = {_name_of(boxes) for boxes in whole.boxes}
+    reasons = (
+        _entry(entry, each, (each.name, each.subject) in proved) for entry, each in zip(stated, found, strict=True)
+    )
     return next((reason for reason in reasons if reason is not None), None)
 
 
-def _entry(stated: Mapping[str, Any], found: Check | Figure) -> str | None:
+def _entry(stated: Mapping[str, Any], found: Check | Figure, proved: bool) -> str | None:
     who = f"{found.name} of {found.subject}"
-    for key, value in asdict(found).items():
-        if key in ("at", "agents"):
-            # Where the margin is equally small at two places, machines may name either.
+    computed = _plain(asdict(found))
+    if set(stated) != set(computed):
+        return f"{who}: it does not have what belongs to it"
+    # What is met to rounding is tightest where rounding is worst: machines may name any time, and anybody.
+    exact = isinstance(found, Figure) or abs(found.margin) > found.tolerance
+    for key, value in computed.items():
+        said = stated[key]
+        if key == "at" and not _moment(said, value, exact):
+            return f"{who}: its `at` is {shown(said)}, where {shown(value)} is what the files come to"
+        if key == "at" or (key == "agents" and not exact and _names(said, value)):
             continue
-        said = stated.get(key)
-        if not isinstance(value, float):
-            if said != value:
-                return f"{who}: its `{key}` is {said!r}, not {value!r}"
-        elif not math.isfinite(value):
-            if said is not None:
-                return f"{who}: its `{key}` is {said!r}, where there is no bound"
-        elif not _number(said) or (abs(said - value) > _near(value) and not (key == "margin" and said < value)):
-            return f"{who}: its `{key}` is {said!r}, where {value:.9g} is what the files come to"
+        worse = CERTAIN + SHARE * abs(value) if key == "margin" and proved and is_number(value) else 0.0
+        if is_number(said) and is_number(value) and value - worse <= said <= value:
+            continue
+        wrong = difference(said, value, key)
+        if wrong is not None:
+            return f"{who}: {wrong}"
     return None
+
+
+def _plain(entry: dict[str, Any]) -> dict[str, Any]:
+    """As JSON has it: what is without bounds is null, a tuple a list."""
+    return {
+        key: list(value)
+        if isinstance(value, tuple)
+        else None
+        if isinstance(value, float) and not math.isfinite(value)
+        else value
+        for key, value in entry.items()
+    }
+
+
+def _moment(said: object, value: float | None, exact: bool) -> bool:
+    if value is None or not is_number(said):
+        return said is value
+    return abs(said - value) <= MOMENT + 1e-12 * abs(value) if exact else said >= 0
+
+
+def _names(said: object, value: list[str]) -> bool:
+    return isinstance(said, list) and len(said) == len(value) and all(isinstance(name, str) for name in said)
 
 
 def _between(stated: object, found: Certificate) -> str | None:
     """What is wrong with the verdicts between the steps."""
+    computed = [_plain({**asdict(each), "verdict": each.verdict.value}) for each in found.between]
     rows = stated if isinstance(stated, list) else []
-    said = [(row.get("requirement"), row.get("verdict")) if isinstance(row, dict) else None for row in rows]
-    same = said == [(each.requirement, each.verdict.value) for each in found.between]
+    same = len(rows) == len(computed) and all(
+        isinstance(row, dict)
+        and set(row) == set(each)
+        and _moment(row["at"], each["at"], True)
+        and difference({**row, "at": None}, {**each, "at": None}) is None
+        for row, each in zip(rows, computed, strict=True)
+    )
     return None if same else "what it states between the steps is not what the files come to"
 
 
@@ -90,15 +149,16 @@ def _boxes(stated: Mapping[str, object], found: Certificate) -> str | None:
     rows = stated.get("boxes")
     if not isinstance(rows, list) or [_name(row) for row in rows] != [_name_of(boxes) for boxes in found.boxes]:
         return "it does not have boxes for every check along the flight"
-    checks = stated["checks"]
-    margins = {_name_of_check(entry): entry.get("margin") for entry in checks} if isinstance(checks, list) else {}
+    checks = stated.get("checks")
+    entries = [entry for entry in checks if isinstance(entry, dict)] if isinstance(checks, list) else []
+    margins = {(str(entry.get("name")), str(entry.get("subject"))): entry.get("margin") for entry in entries}
     for row, boxes in zip(rows, found.boxes, strict=True):
         name, subject = _name_of(boxes)
         read = _read(row, boxes)
         reason = read if isinstance(read, str) else fault(read)
         if reason is None and isinstance(read, Boxes):
             margin = margins.get((name, subject))
-            if not _number(margin) or margin > read.least + 1e-12:
+            if not is_number(margin) or margin > read.least + 1e-12:
                 reason = "its boxes do not prove its margin"
         if reason is not None:
             return f"{name} of {subject}: {reason}"
@@ -108,6 +168,8 @@ def _boxes(stated: Mapping[str, object], found: Certificate) -> str | None:
 def _read(row: Mapping[str, object], boxes: Boxes) -> Boxes | str:
     """The row's boxes, about the claim that the folder's files make."""
     claim = boxes.claim
+    if set(row) != {"check", "of", "unit", "times", "agents", "ends", "bounds"} or row.get("unit") != claim.unit:
+        return "it does not have what belongs to it"
     times, ends, bounds = (
         list(_rows([row.get("times")])),
         list(_rows(row.get("ends"))),
@@ -115,9 +177,9 @@ def _read(row: Mapping[str, object], boxes: Boxes) -> Boxes | str:
     )
     if len(times) != 1 or len(times[0]) != claim.times.size:
         return "its times are not those of the flight"
-    if any(abs(said - true) > _near(true) for said, true in zip(times[0], claim.times.tolist(), strict=True)):
+    if any(not close(said, true) for said, true in zip(times[0], claim.times.tolist(), strict=True)):
         return "its times are not those of the flight"
-    if row.get("agents") != claim.agents.tolist():
+    if difference(row.get("agents"), claim.agents.tolist()) is not None:
         return "its boxes are not about the agents of the mission"
     if any(not each for each in (*ends, *bounds)):
         return "its boxes do not cover the flight"
@@ -127,16 +189,8 @@ def _read(row: Mapping[str, object], boxes: Boxes) -> Boxes | str:
 def _rows(value: object) -> Iterator[tuple[float, ...]]:
     """Lists of finite numbers; an empty one where there is something else."""
     for row in value if isinstance(value, list) else []:
-        whole = isinstance(row, list) and all(_number(number) for number in row)
+        whole = isinstance(row, list) and all(is_number(number) for number in row)
         yield tuple(float(number) for number in row) if whole else ()
-
-
-def _number(value: object) -> TypeGuard[int | float]:
-    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
-
-
-def _near(value: float) -> float:
-    return SAME * max(1.0, abs(value))
 
 
 def _name(row: object) -> tuple[object, object] | None:
@@ -145,7 +199,3 @@ def _name(row: object) -> tuple[object, object] | None:
 
 def _name_of(boxes: Boxes) -> tuple[str, str]:
     return boxes.claim.name, boxes.claim.subject
-
-
-def _name_of_check(entry: object) -> tuple[object, object] | None:
-    return (entry.get("name"), entry.get("subject")) if isinstance(entry, dict) else None

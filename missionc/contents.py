@@ -1,0 +1,87 @@
+"""A folder's contents, walked and read without following a symbolic link.
+
+    in   a folder's path, a name in it
+    out  the status of everything below it; the bytes of one file
+    says MC009 MC004 MC708
+
+The folder itself may be named through a link; whatever lies in it may not be one.
+"""
+
+from __future__ import annotations
+
+import os
+import stat
+from pathlib import Path, PurePosixPath
+
+from missionc.diagnostics.code import FOLDER_UNREADABLE
+from missionc.diagnostics.model import Diagnostic
+from missionc.reading import bytes_of, cannot_read
+
+MOST_ENTRIES = 100_000
+"""Files and folders that are looked at; a folder with more was not written by the compiler."""
+
+
+def contents(folder: Path) -> dict[str, os.stat_result]:
+    """Everything below a folder, folders included, by its name with ``/`` between the parts; links are not followed.
+
+    Ends after ``MOST_ENTRIES`` and one more.
+
+    Raises:
+        OSError: a folder cannot be listed.
+    """
+    found: dict[str, os.stat_result] = {}
+    waiting = [""]
+    while waiting:
+        below = waiting.pop()
+        with os.scandir(folder / below) as entries:
+            for entry in entries:
+                name = f"{below}/{entry.name}" if below else entry.name
+                found[name] = entry.stat(follow_symlinks=False)
+                if stat.S_ISDIR(found[name].st_mode):
+                    waiting.append(name)
+                if len(found) > MOST_ENTRIES:
+                    return found
+    return found
+
+
+def kind(status: os.stat_result) -> str:
+    """What something is, with its article; empty for a regular file or a folder."""
+    mode = status.st_mode
+    if stat.S_ISREG(mode) or stat.S_ISDIR(mode):
+        return ""
+    return "a symbolic link" if stat.S_ISLNK(mode) else "not a regular file"
+
+
+def printable(name: str) -> str:
+    """A file's name as text that can be written: bytes that are no UTF-8 are spelt out."""
+    return name.encode("utf-8", "backslashreplace").decode("utf-8")
+
+
+def is_normal(name: str) -> bool:
+    """A name that is spelt in the one way: relative, with ``/``, without ``.`` and ``..`` and empty parts."""
+    parts = name.split("/")
+    return "\0" not in name and "\\" not in name and not any(part in ("", ".", "..") for part in parts)
+
+
+def read_inside(folder: Path, name: str, limit: int) -> bytes | Diagnostic:
+    """What a regular file in a folder holds, at most ``limit`` bytes; no part of its name may be a link.
+
+    Args:
+        name: in normal form.
+    """
+    shown = printable(str(folder / name))
+    *between, last = PurePosixPath(name).parts
+    handles: list[int] = []
+    try:
+        handles.append(os.open(folder, os.O_RDONLY | os.O_CLOEXEC | os.O_DIRECTORY))
+        for part in between:
+            handles.append(
+                os.open(part, os.O_RDONLY | os.O_CLOEXEC | os.O_DIRECTORY | os.O_NOFOLLOW, dir_fd=handles[-1])
+            )
+        handles.append(os.open(last, os.O_RDONLY | os.O_CLOEXEC | os.O_NONBLOCK | os.O_NOFOLLOW, dir_fd=handles[-1]))
+        return bytes_of(handles[-1], shown, limit, None, FOLDER_UNREADABLE)
+    except OSError as error:
+        return cannot_read(FOLDER_UNREADABLE, shown, error)
+    finally:
+        for handle in handles:
+            os.close(handle)

@@ -1,0 +1,70 @@
+"""``report.html`` drawn anew from what was verified, and compared with the one that lies in the folder."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from missionc.file_names import REPORT, SIMULATION
+from missionc.json_text import parse_json
+from missionc.plan import Plan
+from missionc.provenance import texts
+from missionc.rebuild.plan_document import plan_of
+from missionc.rebuild.verdict import verdict
+from missionc.reopen import Reopened
+from missionc.report import Plotted, report
+from missionc.verify.agreement import difference, is_number
+from missionc.verify.certificate import Certificate, Check
+
+BEGIN, END = '<script type="application/json" id="data">', "</script>"
+OTHER = "it is not the page that this version of the compiler draws"
+NOISE = 1e-6
+"""A margin no larger is met to rounding: when it is tightest, and whose it is, depends on the machine."""
+
+
+def page(reopened: Reopened, certificate: Certificate, plan: Plan | None = None) -> bytes:
+    """The page of a folder, with what a certificate says of it."""
+    plotted = Plotted(
+        reopened.mission,
+        reopened.kernel,
+        plan or plan_of(reopened),
+        certificate,
+        reopened.flights,
+        texts(reopened.checked),
+        simulation=reopened.text(SIMULATION),
+    )
+    return report(plotted)
+
+
+def check_page(reopened: Reopened, plan: Plan, flown: Certificate) -> Check:
+    """The same program, words and pictures; numbers but for rounding."""
+    drawn, lying = page(reopened, flown, plan).decode("utf-8"), reopened.files[REPORT]
+    if lying == drawn.encode("utf-8"):
+        return verdict(REPORT, None)
+    try:
+        shell, data = _split(lying.decode("utf-8"))
+        own_shell, own = _split(drawn)
+    except ValueError:
+        return verdict(REPORT, OTHER)
+    return verdict(REPORT, difference(_settled(data), _settled(own)) if shell == own_shell else OTHER)
+
+
+def _split(text: str) -> tuple[tuple[str, str], Any]:
+    """The page without its data, and the data.
+
+    Raises:
+        ValueError: there are none.
+    """
+    before, begin, rest = text.partition(BEGIN)
+    data, end, after = rest.partition(END)
+    if not (begin and end):
+        raise ValueError("no data")
+    return (before, after), parse_json(data)
+
+
+def _settled(data: Any) -> Any:
+    """Without the time and the agents of what is met to rounding."""
+    rows = data.get("checks") if isinstance(data, dict) else None
+    for row in rows if isinstance(rows, list) else []:
+        if isinstance(row, dict) and is_number(row.get("margin")) and abs(row["margin"]) <= NOISE:
+            row["at"] = row["agents"] = None
+    return data

@@ -1,0 +1,102 @@
+"""A document that was read compared with the one that was computed: the first place where they differ.
+
+Both are values as JSON holds them. Texts, truths and whole numbers are the same
+or not; numbers with a fraction may differ by rounding, as machines do.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from typing import TypeGuard
+
+SAME = 1e-8
+"""Numbers that differ by less, times themselves where they are above 1, are the same: machines differ in rounding."""
+
+FRACTION = re.compile(r"-?\d+\.\d+(?:e[+-]?\d+)?|-?\d+e[+-]\d+")
+"""A number with a fraction or an exponent, as Python writes it."""
+
+LONGEST = 40
+"""Characters of a text that a message repeats."""
+
+
+def difference(read: object, computed: object, place: str = "") -> str | None:
+    """Where a document says something else than it should, and what; None where it does not.
+
+    Args:
+        place: of both in the whole document, ``agents[0].radius``.
+    """
+    match computed:
+        case dict():
+            return _of_records(read, computed, place)
+        case list():
+            return _of_lists(read, computed, place)
+        case float() if is_number(read) and close(read, computed):
+            return None
+        case int() | str() | None if type(read) is type(computed) and read == computed:
+            return None
+        case _:
+            return f"{_named(place)} is {shown(read)}, where {shown(computed)} is what the files come to"
+
+
+def close(read: float, computed: float) -> bool:
+    """Two numbers that differ by no more than rounding."""
+    return abs(read - computed) <= SAME * max(1.0, abs(computed))
+
+
+def is_number(value: object) -> TypeGuard[int | float]:
+    """A finite number, and no truth value."""
+    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+
+
+def same_text(read: str, computed: str) -> bool:
+    """Two texts alike, but for the rounding of numbers with a fraction."""
+    if read == computed:
+        return True
+    if FRACTION.split(read) != FRACTION.split(computed):
+        return False
+    numbers = zip(map(float, FRACTION.findall(read)), map(float, FRACTION.findall(computed)), strict=True)
+    return all(math.isfinite(one) and math.isfinite(other) and close(one, other) for one, other in numbers)
+
+
+def shown(value: object) -> str:
+    """A value as a message repeats it."""
+    match value:
+        case dict():
+            return "a record"
+        case list():
+            return f"a list of {len(value)}"
+        case None | bool():
+            return {None: "null", True: "true", False: "false"}[value]
+        case float():
+            return f"{value:.9g}"
+        case _:
+            text = str(value)
+            return f"`{text if len(text) <= LONGEST else text[: LONGEST - 1] + '…'}`"
+
+
+def _of_records(read: object, computed: dict[str, object], place: str) -> str | None:
+    if not isinstance(read, dict):
+        return f"{_named(place)} is {shown(read)}, and no record"
+    for key in computed:
+        if key not in read:
+            return f"{_named(place)} has no `{key}`"
+    for key in read:
+        if key not in computed:
+            return f"{_named(place)} has {shown(key)}, which does not belong there"
+    found = (difference(read[key], value, f"{place}.{key}" if place else key) for key, value in computed.items())
+    return next((each for each in found if each is not None), None)
+
+
+def _of_lists(read: object, computed: list[object], place: str) -> str | None:
+    if not isinstance(read, list):
+        return f"{_named(place)} is {shown(read)}, and no list"
+    if len(read) != len(computed):
+        return f"{_named(place)} has {len(read)} entries, where the files come to {len(computed)}"
+    pairs = enumerate(zip(read, computed, strict=True))
+    found = (difference(one, other, f"{place}[{number}]") for number, (one, other) in pairs)
+    return next((each for each in found if each is not None), None)
+
+
+def _named(place: str) -> str:
+    return f"its `{place}`" if place else "it"
