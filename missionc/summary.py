@@ -191,7 +191,13 @@ def replayed_document(replayed: Replayed) -> dict[str, object]:
         "passed": certificate.passed if certificate else None,
         "checks": len(certificate.checks) if certificate else 0,
         "failures": [
-            {"name": check.name, "subject": check.subject, "margin": check.margin, "unit": check.unit, "at": check.at}
+            {
+                "name": check.name,
+                "subject": check.subject,
+                "margin": _finite(check.margin),
+                "unit": check.unit,
+                "at": check.at,
+            }
             for check in failures
         ],
         "between_steps": [_between(each) for each in certificate.between] if certificate else [],

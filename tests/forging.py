@@ -45,17 +45,33 @@ def stated(files: Mapping[str, bytes], change: Callable[[dict[str, object]], Non
     return {**files, "certificate.json": json.dumps(certificate).encode()}
 
 
-def forged(folder: Path, files: Mapping[str, bytes]) -> Path:
-    """The folder, with a manifest whose hashes are those of its files."""
+def hashed(files: Mapping[str, bytes], keep: bool = False) -> Files:
+    """The files, with a manifest whose hashes are theirs.
+
+    Args:
+        keep: the manifest's own names and hashes stay as they are, whatever they are.
+    """
+    if keep:
+        return dict(files)
     manifest = json.loads(files["manifest.json"])
     for name in manifest["files"]:
         manifest["files"][name] = hashlib.sha256(files[name]).hexdigest()
     for name in manifest["inputs"]:
         manifest["inputs"][name] = hashlib.sha256(files[f"mission/{name}"]).hexdigest()
-    for name, content in {**files, "manifest.json": json.dumps(manifest).encode()}.items():
+    return {**files, "manifest.json": json.dumps(manifest).encode()}
+
+
+def laid(folder: Path, files: Mapping[str, bytes]) -> Path:
+    """The folder, with these files in it."""
+    for name, content in files.items():
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         (folder / name).write_bytes(content)
     return folder
+
+
+def forged(folder: Path, files: Mapping[str, bytes]) -> Path:
+    """The folder, with a manifest whose hashes are those of its files."""
+    return laid(folder, hashed(files))
 
 
 def bumped(table: Table) -> Table:

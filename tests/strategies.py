@@ -128,7 +128,7 @@ def _larger(part: st.SearchStrategy[ast.Formula]) -> st.SearchStrategy[ast.Formu
             st.just(NOWHERE),
             one,
             lengths,
-            st.sampled_from(["<=", "<", ">", ">="]),
+            st.sampled_from(["<=", "<", ">", ">=", "="]),
             counts,
         ),
         st.builds(ast.Quantified, st.just(NOWHERE), st.sampled_from(["every", "some"]), st.none(), agents, part),

@@ -43,7 +43,7 @@ from missionc.verify.certificate import Certificate, Check
 from missionc.verify.columns import Pieces, written
 from missionc.verify.curves import Curves, Indices, motion, refined, values
 from missionc.verify.polynomials import verify_polynomials
-from missionc.verify.tolerances import TUBE
+from missionc.verify.tolerances import TUBE, WAYPOINT
 from missionc.verify.vehicles import PIECE_BYTES
 
 ROUNDS = 12
@@ -58,8 +58,8 @@ EXCESS = 1e-6
 """Metres: a bound of the fit that is exceeded by more is not kept."""
 COMPRESSED, COMPRESSED_YAW, COMPRESSED_ENDS = {2: 31, 3: 45}, 14, 11
 """Bytes of a piece in the firmware's compressed format, by the mission's dimension; of its yaw; of the two ends."""
-SLACK = 5e-3
-"""Metres: how far from a step's position a piece of several steps may pass."""
+SLACK = 0.98 * WAYPOINT
+"""Metres: how far from a step's position a piece of several steps is fitted to pass; the rest is for rounding."""
 HALVINGS, SHORTEST = 3, 0.1
 """How often a step's pieces may be halved; and the seconds that they last at least, after the first time."""
 

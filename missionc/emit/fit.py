@@ -239,7 +239,7 @@ def _waypoints(rows: Rows, index: Array, course: Course, origin: Array) -> None:
     inner = np.flatnonzero(course.fixed & ~course.pinned)
     if not inner.size:
         return
-    spare = course.slack / sqrt(dim)
+    spare = max(course.slack - course.safe, course.slack / 2) / sqrt(dim)
     target = course.joint[:, inner] - origin[:, None]
     leg = np.broadcast_to(inner[:, None], target.shape)
     rows.add(

@@ -121,6 +121,7 @@ FORMULAS: dict[str, Callable[..., object]] = {
     "term": term,
     "window": window,
     "compare": lambda span, relation: relation,
+    "number_compare": lambda span, relation: relation,
     "false": lambda span: ast.Truth(span, False),
     "length_of": lambda span, metric: metric,
     "true": lambda span: ast.Truth(span, True),

@@ -31,6 +31,9 @@ def foreign_sign(place: Place) -> Diagnostic | None:
     if found.text == '"':
         return finding("the text that starts here has no end", found.span, 'close it with `"` on the same line')
     if found.text in ("==", "!=", "<>", "><"):
+        if found.text != "==" and counts(place):
+            advice = "ask for either: `count[…] f < 2 or count[…] f > 2`"
+            return finding(f"`{found.text}` does not compare a count", found.span, advice)
         if "=" in place.expected:
             return finding(f"`{found.text}` is not a sign of the language", found.span, "write `=`", "=")
         if found.text == "==" and not counts(place) and place.before.kind == NAME and place.before.text not in STATES:
@@ -59,13 +62,8 @@ def equals(place: Place) -> Diagnostic | None:
 
 
 def _never_equal(place: Place) -> Diagnostic:
-    found = place.found
-    if counts(place):
-        message, advice = f"`{found.text}` does not compare", "ask for both: `count[…] f >= 2 and count[…] f <= 2`"
-    else:
-        message = f"`{found.text}` compares nothing: no two measures are ever exactly equal"
-        advice = "say how close: `x >= 2 and x <= 2.1`"
-    return finding(message, found.span, advice)
+    message = f"`{place.found.text}` compares nothing: no two measures are ever exactly equal"
+    return finding(message, place.found.span, "say how close: `x >= 2 and x <= 2.1`")
 
 
 def counts(place: Place) -> bool:

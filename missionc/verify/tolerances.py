@@ -12,7 +12,7 @@ CERTAIN = 1e-5
 TUBE = 0.1
 """Metres: how far a polynomial may stray from the verified motion."""
 
-WAYPOINT = 1e-2
+WAYPOINT = 5e-3
 """Metres: how far from a step's position a polynomial may be at its time, where the mission is judged once more."""
 
 ROUNDING = 1e-5

@@ -1,0 +1,132 @@
+"""A compiled folder with one place changed, by chance: refused with a code, or the same in all that people read."""
+
+from __future__ import annotations
+
+import json
+import sys
+import tempfile
+import warnings
+from collections import Counter
+from collections.abc import Mapping
+from contextlib import redirect_stderr, redirect_stdout
+from functools import cache
+from io import StringIO
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from missionc.cli import main
+from tests.forging import Files, laid
+from tests.mutating import mutated
+from tests.small import SMALL
+
+MISSION = (
+    SMALL.replace("horizon 6 s", "horizon 4 s").replace("[0, 6 s]", "[0, 4 s]")
+    + """\
+graph radio = proximity 3 m
+obstacle post = disc at (2, 0.5) radius 0.2 m
+require near: always[0, 4 s] connected(radio)
+prefer mild: drone[0]: eventually[0, 4 s] goal
+"""
+)
+
+BLOCKS = 10
+EACH = 8
+
+PROVENANCE = ("backend", "seed", "versions", "cut_short", "options")
+"""Entries of a manifest that nobody can compute; what follows from some of them elsewhere is compared there."""
+
+COMPUTED = ("schema", "passed", "flights", "planned", "fractions")
+"""Entries of a simulation that follow from the plan, or from each other."""
+
+
+@cache
+def files() -> Files:
+    """Of a folder with everything in it: exports, and a flight in simulation."""
+    with tempfile.TemporaryDirectory() as name:
+        (Path(name) / "a.mission").write_text(MISSION)
+        folder = Path(name) / "out"
+        said = StringIO()
+        with redirect_stdout(said), redirect_stderr(said):
+            exports = "crazyswarm2,cflib,skybrush,ros2,px4"
+            compiled = main(["compile", f"{name}/a.mission", "-o", str(folder), "--export", exports])
+            assert compiled == 0, said.getvalue()
+            assert main(["simulate", str(folder)]) in (0, 3), said.getvalue()
+            assert main(["verify", str(folder)]) == 0, said.getvalue()
+        return {str(path.relative_to(folder)): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+
+
+def outcome(found: Mapping[str, bytes], *words: str) -> tuple[int, str]:
+    """The exit status of a command on a folder, and what it said; a warning is an exception."""
+    with tempfile.TemporaryDirectory() as name, warnings.catch_warnings():
+        warnings.simplefilter("error")
+        folder = laid(Path(name) / "out", found)
+        said = StringIO()
+        with redirect_stdout(said), redirect_stderr(said):
+            status = main([words[0], str(folder), *words[1:], "--format", "json"])
+        return status, said.getvalue()
+
+
+def as_read(name: str, content: bytes) -> Any:
+    """What people read of a document, for comparing; to the byte where it is no JSON."""
+    if not name.endswith(".json"):
+        return content
+    document = json.loads(content)
+    if name == "manifest.json":
+        return {key: value for key, value in document.items() if key not in PROVENANCE}
+    if name == "simulation.json":
+        # How flights went is what whoever ran them says.
+        return {key: document[key] for key in COMPUTED}
+    if name == "certificate.json":
+        # The boxes of a proof may be worse than they need to be.
+        return {key: value for key, value in document.items() if key != "boxes"}
+    return document
+
+
+def alike(one: Any, other: Any) -> bool:
+    """The same, but for what nobody can see of a number."""
+    if isinstance(one, dict) and isinstance(other, dict):
+        return one.keys() == other.keys() and all(alike(one[key], other[key]) for key in one)
+    if isinstance(one, list) and isinstance(other, list):
+        return len(one) == len(other) and all(map(alike, one, other))
+    if isinstance(one, float | int) and isinstance(other, float | int) and not isinstance(one, bool):
+        return one == other or abs(one - other) <= 2e-5 + 1e-3 * abs(one)
+    return type(one) is type(other) and one == other
+
+
+def judged(seed: int) -> tuple[str, str]:
+    """``refused`` or ``accepted``, and what was done."""
+    found, what = mutated(files(), seed)
+    status, said = outcome(found, "verify")
+    assert status in (0, 1, 5), f"{seed}: {what}: {status}: {said[-600:]}"
+    if status:
+        codes = [each["code"] for each in json.loads(said)["diagnostics"]]
+        assert codes, f"{seed}: {what}"
+        assert "MC901" not in codes
+        return "refused", what
+    for name, content in files().items():
+        # A manifest that was made to fit has other hashes.
+        if name != "manifest.json" or what.startswith(name):
+            assert alike(as_read(name, found[name]), as_read(name, content)), f"{seed}: {what}: accepted"
+    return "accepted", what
+
+
+@pytest.mark.parametrize("block", range(BLOCKS))
+def test_a_folder_changed_by_chance_is_refused_or_says_the_same(block: int) -> None:
+    outcomes = [judged(block * EACH + number)[0] for number in range(EACH)]
+    assert set(outcomes) <= {"refused", "accepted"}
+
+
+if __name__ == "__main__":
+    first, last = map(int, sys.argv[1:3])
+    counted: Counter[str] = Counter()
+    for seed in range(first, last):
+        try:
+            verdict, what = judged(seed)
+        except Exception as error:
+            verdict, what = "EXCEPTION", f"{type(error).__name__}: {str(error)[:1500]}"
+        counted[verdict] += 1
+        if verdict != "refused":
+            print(seed, verdict, what, flush=True)
+    print(dict(counted))
