@@ -2,7 +2,7 @@
 
     in   a folder's path, a name in it
     out  the status of everything below it; the bytes of one file
-    says MC009 MC004 MC708
+    says MC002 MC004 MC708
 
 The folder itself may be named through a link; whatever lies in it may not be one.
 """

@@ -2,7 +2,7 @@
 
     in   the folder's path
     out  Reopened, or what stands in the way
-    says MC009 MC708, and what the files in it deserve
+    says MC004 MC708, and what the files in it deserve
 
 Nothing but the folder's own files is read, each once and through no symbolic
 link, and none of them is believed: whoever wants to know whether they belong

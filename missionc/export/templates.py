@@ -11,6 +11,7 @@ from importlib.resources import files
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from jinja2 import Template
     from jinja2.sandbox import SandboxedEnvironment
 
 FOLDER = "templates"
@@ -54,8 +55,13 @@ def code(value: object) -> Quoted:
 
 def render(template: str, /, **given: object) -> bytes:
     """The text of a template of this package, in UTF-8."""
+    return _compiled(template).render(given).encode()
+
+
+@cache
+def _compiled(template: str) -> Template:
     source = (files("missionc.export") / FOLDER / template).read_text(encoding="utf-8")
-    return _environment().from_string(source).render(given).encode()
+    return _environment().from_string(source)
 
 
 @cache

@@ -9,7 +9,6 @@ import warnings
 from collections import Counter
 from collections.abc import Mapping
 from contextlib import redirect_stderr, redirect_stdout
-from functools import cache
 from io import StringIO
 from pathlib import Path
 from typing import Any
@@ -17,19 +16,9 @@ from typing import Any
 import pytest
 
 from missionc.cli import main
-from tests.forging import Files, laid
+from tests.forging import laid
 from tests.mutating import mutated
-from tests.small import SMALL
-
-MISSION = (
-    SMALL.replace("horizon 6 s", "horizon 4 s").replace("[0, 6 s]", "[0, 4 s]")
-    + """\
-graph radio = proximity 3 m
-obstacle post = disc at (2, 0.5) radius 0.2 m
-require near: always[0, 4 s] connected(radio)
-prefer mild: drone[0]: eventually[0, 4 s] goal
-"""
-)
+from tests.whole_folder import files
 
 BLOCKS = 10
 EACH = 8
@@ -39,22 +28,6 @@ PROVENANCE = ("backend", "seed", "versions", "cut_short", "options")
 
 COMPUTED = ("schema", "passed", "flights", "planned", "fractions")
 """Entries of a simulation that follow from the plan, or from each other."""
-
-
-@cache
-def files() -> Files:
-    """Of a folder with everything in it: exports, and a flight in simulation."""
-    with tempfile.TemporaryDirectory() as name:
-        (Path(name) / "a.mission").write_text(MISSION)
-        folder = Path(name) / "out"
-        said = StringIO()
-        with redirect_stdout(said), redirect_stderr(said):
-            exports = "crazyswarm2,cflib,skybrush,ros2,px4"
-            compiled = main(["compile", f"{name}/a.mission", "-o", str(folder), "--export", exports])
-            assert compiled == 0, said.getvalue()
-            assert main(["simulate", str(folder)]) in (0, 3), said.getvalue()
-            assert main(["verify", str(folder)]) == 0, said.getvalue()
-        return {str(path.relative_to(folder)): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
 
 
 def outcome(found: Mapping[str, bytes], *words: str) -> tuple[int, str]:
