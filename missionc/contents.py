@@ -1,7 +1,7 @@
 """A folder's contents, walked and read without following a symbolic link.
 
     in   a folder's path, a name in it
-    out  the status of everything below it; the bytes of one file
+    out  the status of everything in it by its relative name; the bytes of one file
     says MC002 MC004 MC708
 
 The folder itself may be named through a link; whatever lies in it may not be one.
@@ -11,6 +11,8 @@ from __future__ import annotations
 
 import os
 import stat
+from collections.abc import Iterator
+from itertools import islice
 from pathlib import Path, PurePosixPath
 
 from missionc.diagnostics.code import FOLDER_UNREADABLE
@@ -22,26 +24,36 @@ MOST_ENTRIES = 100_000
 
 
 def contents(folder: Path) -> dict[str, os.stat_result]:
-    """Everything below a folder, folders included, by its name with ``/`` between the parts; links are not followed.
+    """Everything in a folder that is no plain directory, and directories that hold nothing, by relative POSIX names.
 
-    Ends after ``MOST_ENTRIES`` and one more.
+    A symbolic link is there as itself, wherever it leads. Names that are not
+    UTF-8 are as ``os.fsdecode`` gives them. It ends after ``MOST_ENTRIES`` and one more.
 
     Raises:
-        OSError: a folder cannot be listed.
+        OSError: the folder, or one in it, cannot be read.
     """
-    found: dict[str, os.stat_result] = {}
-    waiting = [""]
-    while waiting:
-        below = waiting.pop()
-        with os.scandir(folder / below) as entries:
-            for entry in entries:
-                name = f"{below}/{entry.name}" if below else entry.name
-                found[name] = entry.stat(follow_symlinks=False)
-                if stat.S_ISDIR(found[name].st_mode):
-                    waiting.append(name)
-                if len(found) > MOST_ENTRIES:
-                    return found
-    return found
+    return dict(sorted(islice(entries(folder), MOST_ENTRIES + 1)))
+
+
+def entries(folder: Path) -> Iterator[tuple[str, os.stat_result]]:
+    """``contents``, one after the other as they are found.
+
+    Raises:
+        OSError: as of ``contents``.
+    """
+    root = os.path.join(folder, "")
+    unread = [("", os.lstat(folder))]
+    while unread:
+        within, own = unread.pop()
+        with os.scandir(root + within) as found:
+            inside = [(within + entry.name, entry.stat(follow_symlinks=False)) for entry in found]
+        if not inside and within:
+            yield within.removesuffix("/"), own
+        for name, status in inside:
+            if stat.S_ISDIR(status.st_mode):
+                unread.append((f"{name}/", status))
+            else:
+                yield name, status
 
 
 def kind(status: os.stat_result) -> str:

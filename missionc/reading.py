@@ -194,7 +194,7 @@ def bytes_of(handle: int, name: str, limit: int, cause: Span | None, code: Code)
 def too_large(
     code: Code, name: str, size: int, limit: int, cause: Span | None = None, *, more: bool = False
 ) -> Diagnostic:
-    """What is said of ``size`` bytes, and ``more`` where there may be any number beyond, where ``limit`` are allowed."""
+    """What is said of ``size`` bytes, or ``more`` of which nobody knows how many, where ``limit`` are allowed."""
     raised = f"allow more with `--limit {LIMITS[code]}={'BYTES' if more else size}`"
     return Diagnostic(
         FILE_TOO_LARGE,

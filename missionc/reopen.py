@@ -193,13 +193,9 @@ def _absent(lying: Mapping[str, os.stat_result], names: Sequence[str]) -> str:
     return ""
 
 
-def _unlisted(lying: Mapping[str, os.stat_result], names: Sequence[str]) -> tuple[str, ...]:
-    """What lies in the folder and is neither one of these files nor a folder on the way to one."""
-    known = set(names)
-    for name in names:
-        parts = name.split("/")[:-1]
-        known.update("/".join(parts[: depth + 1]) for depth in range(len(parts)))
-    return tuple(sorted(set(lying) - known))
+def _unlisted(lying: Iterable[str], names: Iterable[str]) -> tuple[str, ...]:
+    """What lies in the folder and is none of these files."""
+    return tuple(sorted(set(lying) - set(names)))
 
 
 # ---------------------------------------------------------------------- the manifest

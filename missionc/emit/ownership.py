@@ -21,9 +21,9 @@ from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path, PurePosixPath
 
+from missionc.contents import entries, is_normal
 from missionc.diagnostics.code import FOLDER_UNREADABLE
 from missionc.diagnostics.model import Diagnostic
-from missionc.emit.contents import entries
 from missionc.emit.unwritable import reason, shown
 from missionc.file_names import MANIFEST, MANIFEST_SCHEMA, PLAN
 from missionc.limits import Limits
@@ -157,7 +157,7 @@ def sha256_of(path: Path) -> str:
 
 def _parents(files: Iterable[str]) -> set[str]:
     """The folders that files lie in, of those below their own folder."""
-    return {str(parent) for name in files for parent in PurePosixPath(name).parents} - {"."}
+    return {str(parent) for name in files if is_normal(name) for parent in PurePosixPath(name).parents} - {"."}
 
 
 def _quoted(name: str) -> str:

@@ -27,7 +27,7 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
-from missionc.emit.contents import entries
+from missionc.contents import entries
 from missionc.emit.ownership import Ours, listed, ownership, remove, remove_folders
 from missionc.file_names import MANIFEST
 
