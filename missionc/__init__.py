@@ -7,11 +7,9 @@ never print.
 
 from __future__ import annotations
 
-from importlib import import_module
-from typing import TYPE_CHECKING
-
 from missionc.version import __version__
 
+TYPE_CHECKING = False  # checkers take it for true; what brings it would be loaded before signals are seen to
 if TYPE_CHECKING:
     from missionc.backends.api import Attempt, CutShort, Fault, Impossible, NotFound, Options, Progress, Reason
     from missionc.diagnostics.model import Diagnostic, Severity
@@ -98,6 +96,8 @@ HOMES = {
 
 
 def __getattr__(name: str) -> object:
+    from importlib import import_module
+
     for home, names in HOMES.items():
         if name in names:
             return getattr(import_module(home), name)

@@ -1,15 +1,25 @@
-"""Where the process begins: signals first, so that even the imports end well."""
+"""Where the process begins: signals first, so that even the imports end well.
+
+As little as can be is imported before: until then a signal meets the interpreter's own ways.
+"""
 
 from __future__ import annotations
 
-import io
-import sys
-
-from missionc.signals import Stopped, stoppable
+import signal
 
 
 def main() -> int:
     """Run the command that ``sys.argv`` gives; returns the exit status."""
+    # There is nothing to tidy up yet, and the system ends a process at once and in silence.
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+    import io
+    import os
+    import sys
+
+    from missionc.signals import Stopped, stoppable
+    from missionc.streams import finished, hold_numbers
+
+    hold_numbers()
     for stream in (sys.stdout, sys.stderr):
         # A letter that the terminal lacks, or a file name in no encoding, must not stop a message.
         if isinstance(stream, io.TextIOWrapper):
@@ -18,9 +28,10 @@ def main() -> int:
         with stoppable():
             from missionc.cli import main as run
 
-            return run(sys.argv[1:])
+            return finished(run(sys.argv[1:]))
     except Stopped as stopped:
-        return stopped.status
+        # Everything is tidied up; the interpreter's own way out would wait for threads that are still at work.
+        os._exit(finished(stopped.status))
 
 
 if __name__ == "__main__":

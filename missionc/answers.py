@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import sys
 from collections.abc import Iterable
@@ -11,9 +10,11 @@ from pathlib import Path
 
 import click
 
-from missionc.diagnostics.code import INTERNAL
+from missionc.diagnostics.code import INTERNAL, OUT_OF_MEMORY
 from missionc.diagnostics.model import Diagnostic
+from missionc.diagnostics.plain import as_json, plain
 from missionc.diagnostics.render import render_json, render_text
+from missionc.streams import HUNG_UP, NOT_SAID
 
 
 class Status(IntEnum):
@@ -27,6 +28,8 @@ class Status(IntEnum):
     NOT_VERIFIED = 5
     VIOLATED = 3
     DEFECT = 70
+    NOT_SAID = NOT_SAID
+    HUNG_UP = HUNG_UP
 
 
 def say(findings: Iterable[Diagnostic], lines: Iterable[str], form: str, document: dict[str, object]) -> None:
@@ -34,17 +37,21 @@ def say(findings: Iterable[Diagnostic], lines: Iterable[str], form: str, documen
     if form == "sarif":
         from missionc.diagnostics.sarif import render_sarif  # few ask for it
 
-        click.echo(json.dumps(render_sarif(list(findings)), indent=2))
+        click.echo(as_json(render_sarif(list(findings))))
         return
     if form == "json":
-        whole = {**document, "diagnostics": render_json(list(findings))}
-        click.echo(json.dumps(whole, indent=2, ensure_ascii=False, allow_nan=False))
+        click.echo(as_json({**document, "diagnostics": render_json(list(findings))}))
         return
     text = render_text(list(findings), _colours(sys.stderr.isatty()))
     if text:
         click.echo(text, err=True, color=True)
     for line in lines:
-        click.echo(line)
+        say_line(line)
+
+
+def say_line(line: str) -> None:
+    """A line on standard output, harmless to a terminal whatever it names."""
+    click.echo(plain(line))
 
 
 def defect(error: Exception) -> Diagnostic:
@@ -60,6 +67,12 @@ def defect(error: Exception) -> Diagnostic:
         notes=(str(error)[:200],) if str(error) else (),
         help="report it with the mission, the command and `missionc --version`; MISSIONC_TRACEBACK=1 shows more",
     )
+
+
+def out_of_memory() -> Diagnostic:
+    """What is said where there is no memory for what limits that were raised, or a large team, ask for."""
+    help_ = "make it smaller, or run it where there is more memory; `--limit` bounds what a mission may hold"
+    return Diagnostic(OUT_OF_MEMORY, "there is not enough memory for what this mission holds", None, help=help_)
 
 
 def _colours(terminal: bool) -> bool:

@@ -6,13 +6,16 @@ json`` standard output is one document that holds the diagnostics too.
 
 from __future__ import annotations
 
+import io
 import os
 import sys
 from importlib import import_module
 
 import click
 
-from missionc.answers import Status, defect, say
+from missionc.answers import Status, defect, out_of_memory, say
+from missionc.diagnostics.plain import plain
+from missionc.streams import Unsaid, speaking
 from missionc.version import __version__
 
 MODULES = (
@@ -37,17 +40,48 @@ def main(arguments: list[str] | None = None) -> int:
     """Run one command and return its exit status; nothing comes out but ``Stopped``, a traceback least of all."""
     words = sys.argv[1:] if arguments is None else arguments
     try:
+        with speaking():
+            return _run(words)
+    except Unsaid as unsaid:
+        return unsaid.status
+
+
+def _run(words: list[str]) -> int:
+    try:
         return int(commands.main(args=words, prog_name="missionc", standalone_mode=False) or Status.DONE)
     except click.exceptions.Exit as left:
         return left.exit_code
     except click.ClickException as error:
-        error.show()
-        return Status.USAGE
+        return _refused(error)
+    except Unsaid:
+        raise
+    except MemoryError:
+        say([out_of_memory()], [], _form(words), {})
+        return Status.MISSION_ERRORS
     except Exception as error:
+        if _nowhere():
+            return _refused(click.UsageError("the folder that this runs in is gone; change to one that is there"))
         if os.environ.get("MISSIONC_TRACEBACK"):
             raise
         say([defect(error)], [], _form(words), {})
         return Status.DEFECT
+
+
+def _refused(error: click.ClickException) -> Status:
+    """Say what is wrong with a command line, which may hold anything."""
+    said = io.StringIO()
+    error.show(said)
+    click.echo(plain(said.getvalue()), err=True, nl=False)
+    return Status.USAGE
+
+
+def _nowhere() -> bool:
+    """Whether the working directory has been removed."""
+    try:
+        os.getcwd()
+    except OSError:
+        return True
+    return False
 
 
 class Commands(click.Group):

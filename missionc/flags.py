@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import errno
+import math
+import os
 from collections.abc import Callable, Collection, Iterable
 from dataclasses import fields, replace
 from pathlib import Path
@@ -11,7 +14,7 @@ import click
 from click.shell_completion import CompletionItem
 
 from missionc import stages
-from missionc.limits import Limits
+from missionc.limits import Limits, most
 from missionc.nearest import nearest
 from missionc.vehicles import profiles
 
@@ -26,24 +29,69 @@ SIZES = {"": 1 << 20, "B": 1, "KB": 1 << 10, "MB": 1 << 20, "GB": 1 << 30}
 """Bytes in each unit of memory; a bare number is in megabytes."""
 
 
+class Number(click.FloatRange):
+    """A finite number within bounds; 0 has no sign."""
+
+    def convert(self, value: Any, parameter: click.Parameter | None, context: click.Context | None) -> float:
+        number = float(super().convert(value, parameter, context))
+        if not math.isfinite(number):
+            self.fail(f"{value!r} is not a finite number.", parameter, context)
+        return number + 0.0
+
+
 def existing(value: str) -> Path:
     """A file that is there. Whether it can be read and believed is ``reading``'s to say."""
-    path = Path(value)
-    if not path.exists():
+    path = _path(value)
+    if not os.path.exists(path):
         raise click.UsageError(f"there is no file `{value}`")
-    if path.is_dir():
+    if os.path.isdir(path):
         raise click.UsageError(f"`{value}` is a folder; name a file in it")
     return path
 
 
 def folder(value: str) -> Path:
     """A folder that is there."""
-    path = Path(value)
-    if not path.exists():
+    path = _path(value)
+    if not os.path.exists(path):
         raise click.UsageError(f"there is no folder `{value}`")
-    if not path.is_dir():
+    if not os.path.isdir(path):
         raise click.UsageError(f"`{value}` is a file; name the folder that `missionc compile` wrote")
     return path
+
+
+def named(path: Path) -> Path:
+    """A folder by its whole path, for what is written beside it under its name."""
+    whole = Path(os.path.abspath(path))
+    if not whole.name:
+        raise click.UsageError(f"`{path}` has no name; say with `-o` where to write")
+    return whole
+
+
+def folder_to_write(value: str) -> Path:
+    """A path for a folder. Whether it may be written is ``emit.folder``'s to say."""
+    return _path(value)
+
+
+def file_to_write(value: str) -> Path:
+    """A path for a file, at which there is no folder."""
+    path = _path(value)
+    if os.path.isdir(path):
+        raise click.UsageError(f"`{value}` is a folder; name a file in it")
+    return path
+
+
+def _path(value: str) -> Path:
+    """A path that the system can have, whether there is something or not."""
+    if not value:
+        raise click.UsageError("a path is empty; name a file or a folder")
+    try:
+        os.lstat(value)
+    except ValueError:
+        raise click.UsageError(f"`{value}` holds characters that no path has") from None
+    except OSError as error:
+        if error.errno == errno.ENAMETOOLONG:
+            raise click.UsageError(f"`{value[:40]}…` is longer than the system lets a path be") from None
+    return Path(value)
 
 
 def vehicle_name(value: str) -> str:
@@ -112,7 +160,7 @@ def memory(value: str) -> int:
         size = float(number) * SIZES[word[len(number) :]]
     except (ValueError, KeyError):
         raise click.UsageError(f"`{value}` is not a size such as 512, 512MB or 2GB") from None
-    if not 1 <= size <= 1 << 60:
+    if not 1 <= size <= 1 << 60:  # nor anything that is no number
         raise click.UsageError(f"`{value}` is out of range")
     return int(size)
 
@@ -146,12 +194,14 @@ def read_limits(pairs: tuple[tuple[str, str], ...]) -> Limits:
             hint = f"; did you mean `{near}`?" if isinstance(near, str) else f"; there are {', '.join(kinds)}"
             raise click.UsageError(f"there is no limit `{name}`{hint}")
         try:
-            value = kinds[name](float(text))
-        except (ValueError, OverflowError):
+            value = float(text)
+        except ValueError:
             raise click.UsageError(f"the limit `{name}` needs a number, not `{text}`") from None
-        if not value > 0:
-            raise click.UsageError(f"the limit `{name}` must be above 0")
-        limits = replace(limits, **{name: value})
+        if not 0 < value <= most(name):
+            raise click.UsageError(f"the limit `{name}` must be above 0, and {most(name):g} at most")
+        if kinds[name] is int and not value.is_integer():
+            raise click.UsageError(f"the limit `{name}` needs a whole number, not `{text}`")
+        limits = replace(limits, **{name: kinds[name](value)})
     return limits
 
 
@@ -191,7 +241,7 @@ no_open = click.option("--no-open", is_flag=True, help="Say where the page is, a
 
 explain_limit = click.option(
     "--explain-limit",
-    type=click.FloatRange(min=0, max=1e9),
+    type=Number(min=0, max=1e9),
     default=20.0,
     show_default=True,
     metavar="SECONDS",

@@ -4,14 +4,24 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+MOST = 10**15
+"""The largest value of a limit: a whole number that arithmetic in floating point still holds exactly."""
+
+DEEPEST = 256
+"""Levels of nesting, and of includes, that every pass holds; some of them recurse."""
+
 
 @dataclass(frozen=True, slots=True)
 class Limits:
-    """The sizes a mission may have; each field is a ``--limit NAME=VALUE`` of the command line."""
+    """The sizes a mission may have; each field is a ``--limit NAME=VALUE`` of the command line.
+
+    Raises:
+        ValueError: one is not above 0, or above what it may be raised to.
+    """
 
     file_bytes: int = 1 << 16
     """Of a mission with all it includes: 6 times one of 200 lines, and so little that any is checked in two seconds."""
-    nesting: int = 256
+    nesting: int = DEEPEST
     name_length: int = 128
     digits: int = 15
     magnitude: float = 1e9
@@ -24,3 +34,13 @@ class Limits:
     clauses: int = 60_000_000
     trace_bytes: int = 1 << 28
     checkpoint_bytes: int = 1 << 28
+
+    def __post_init__(self) -> None:
+        for name in self.__slots__:
+            if not 0 < getattr(self, name) <= most(name):
+                raise ValueError(f"the limit `{name}` must be above 0, and {most(name):g} at most")
+
+
+def most(name: str) -> int:
+    """The largest value that a limit may be given."""
+    return DEEPEST if name in ("nesting", "include_depth") else MOST

@@ -6,9 +6,12 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from shutil import get_terminal_size
 from typing import TYPE_CHECKING, TextIO
+
+from missionc.diagnostics.plain import plain_line
+from missionc.streams import Unsaid
 
 if TYPE_CHECKING:
     from missionc.backends.api import Progress
@@ -49,8 +52,7 @@ class ProgressLine:
     def __exit__(self, *exception: object) -> None:
         self._done.set()
         self._drawer.join()
-        self._stream.write("\r\x1b[K")
-        self._stream.flush()
+        self._show("")
 
     def _draw(self) -> None:
         while not self._done.wait(EVERY):
@@ -58,7 +60,12 @@ class ProgressLine:
             left = "" if self._deadline is None else f", {max(0.0, self._deadline - now):.0f} s left"
             line = f"{now - self._begin:5.1f} s{left}  {self._says}"
             # A line that wraps would not be erased whole.
-            self._stream.write("\r\x1b[K" + line[: get_terminal_size().columns - 1])
+            self._show(plain_line(line)[: get_terminal_size().columns - 1])
+
+    def _show(self, line: str) -> None:
+        # Nobody misses a line that goes away anyway.
+        with suppress(Unsaid):
+            self._stream.write(f"\r\x1b[K{line}")
             self._stream.flush()
 
 

@@ -184,7 +184,7 @@ def bytes_of(handle: int, name: str, limit: int, cause: Span | None, code: Code)
         return _unreadable(code, name, f"it is {what}", cause)
     if before.st_size > limit:
         return too_large(code, name, before.st_size, limit, cause)
-    content = _read(handle, limit + 1)
+    content = _read(handle, before.st_size + 1)
     after = os.fstat(handle)
     if len(content) != after.st_size or (before.st_size, before.st_mtime_ns) != (after.st_size, after.st_mtime_ns):
         return changed_meanwhile(name, cause)

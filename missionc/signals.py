@@ -1,20 +1,27 @@
-"""Ctrl-C and SIGTERM as one exception, so that every ``finally`` runs and the exit status is right.
+"""Ctrl-C, SIGTERM and SIGHUP as one exception, so that every ``finally`` runs and the exit status is right.
 
 Once there is a plan (``hold``), the first one no longer raises: ``asked`` tells of it, whoever is still at work on a
 better plan ends, and the plan that is there is verified and written.
+
+The interpreter hands a signal on between two of its own instructions, and an exception can be lost in code that lets
+none out. A thread that the system tells of each signal ends the process where it has not ended by itself.
 """
 
 from __future__ import annotations
 
 import os
+import select
 import signal
+import sys
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from types import FrameType
 
-HANDLED = (signal.SIGINT, signal.SIGTERM)
+HANDLED = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+
+PATIENCE = 1.5
+"""Seconds that the process may take to tidy up."""
 
 
 class Stopped(BaseException):
@@ -25,12 +32,11 @@ class Stopped(BaseException):
         self.status = 128 + signal_number
 
 
-@dataclass(slots=True)
 class _State:
     """Of the process, as its signal handlers are."""
 
-    seen: bool = False
-    held: bool = False
+    seen = False
+    held = False
 
 
 _now = _State()
@@ -51,13 +57,73 @@ def stoppable() -> Iterator[None]:
         yield  # only the main thread may install handlers
         return
     _now.seen = _now.held = False
-    before = {number: signal.signal(number, stop) for number in HANDLED}
+    with _ended_by_force(), _lost_in_silence():
+        before = {number: signal.signal(number, stop) for number in HANDLED if not _nobody_hangs_up(number)}
+        try:
+            yield
+        finally:
+            for number, handler in before.items():
+                signal.signal(number, handler or signal.SIG_DFL)
+            _now.seen = _now.held = False
+
+
+def _nobody_hangs_up(number: signal.Signals) -> bool:
+    """Whether it was started to go on when the terminal is closed, as by ``nohup``."""
+    return number == signal.SIGHUP and signal.getsignal(number) == signal.SIG_IGN
+
+
+@contextmanager
+def _ended_by_force() -> Iterator[None]:
+    """Within, the process ends ``PATIENCE`` after a signal that leaves nothing to bring home, and at a second one."""
+    told, tell = os.pipe()
+    os.set_blocking(tell, False)
+    threading.Thread(target=_watch, args=(told,), daemon=True).start()
+    before = signal.set_wakeup_fd(tell, warn_on_full_buffer=False)
     try:
         yield
     finally:
-        for number, handler in before.items():
-            signal.signal(number, handler or signal.SIG_DFL)
-        _now.seen = _now.held = False
+        signal.set_wakeup_fd(before)
+        os.close(tell)
+
+
+def _watch(told: int) -> None:
+    """End the process where it does not do so itself; until nothing more can be told."""
+    number = _next_signal(told)
+    if number and (not select.select([told], [], [], None if _now.held else PATIENCE)[0] or _next_signal(told)):
+        os._exit(128 + number)
+    os.close(told)
+
+
+def _next_signal(told: int) -> int:
+    """The next that is handled here; 0 where there will be none."""
+    while number := os.read(told, 1):
+        if number[0] in HANDLED:
+            return number[0]
+    return 0
+
+
+@contextmanager
+def _lost_in_silence() -> Iterator[None]:
+    """Within, a ``Stopped`` that code lets not out, as that of a destructor, is no longer reported."""
+    before = sys.unraisablehook
+
+    def report(unraisable: sys.UnraisableHookArgs) -> None:
+        if unraisable.exc_type is not Stopped:
+            before(unraisable)
+
+    sys.unraisablehook = report
+    try:
+        yield
+    finally:
+        sys.unraisablehook = before
+
+
+def leave_signals() -> None:
+    """For a child that was forked: it is its parent's to act on signals, and to end it."""
+    signal.set_wakeup_fd(-1)
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGHUP, signal.SIG_IGN)
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
 
 
 def hold() -> None:

@@ -10,11 +10,14 @@ from missionc import driver, flags, stages
 from missionc.answers import Status
 from missionc.backends.api import DEVICES, PRESETS, Options
 from missionc.flags import (
+    Number,
     Pairs,
     existing,
     export_names,
     exports,
+    file_to_write,
     files,
+    folder_to_write,
     of_mission,
     read_limits,
     several_of,
@@ -27,7 +30,9 @@ from missionc.units import Seconds
 @click.command("compile")
 @click.argument("file", type=existing, shell_complete=files)
 @of_mission
-@click.option("-o", "--output", type=click.Path(path_type=Path), help="The folder to write; build/MISSION if left out.")
+@click.option(
+    "-o", "--output", type=folder_to_write, metavar="FOLDER", help="The folder to write; build/MISSION if left out."
+)
 @click.option("--force", is_flag=True, help="Replace the folder if it exists.")
 @flags.vehicle
 @click.option("--backend", type=click.Choice(["auto", "smt", "clot", "hybrid"]), default="auto", show_default=True)
@@ -48,7 +53,7 @@ from missionc.units import Seconds
 )
 @click.option(
     "--margin",
-    type=click.FloatRange(min=0, max=1e3),
+    type=Number(min=0, max=1e3),
     metavar="METRES",
     help="Keep every requirement by so much where that is possible; its vehicles' tracking margin if left out.",
 )
@@ -60,13 +65,11 @@ from missionc.units import Seconds
     metavar="N",
     help="Child processes of clot and hybrid; the plan is the same.",
 )
-@click.option(
-    "--stretch", type=click.FloatRange(1, 1000), default=1.0, metavar="S", help="Fly the plan S times slower."
-)
+@click.option("--stretch", type=Number(1, 1000), default=1.0, metavar="S", help="Fly the plan S times slower.")
 @click.option("--seed", type=click.IntRange(0, 2**32 - 1), default=0, show_default=True, metavar="N")
 @click.option(
     "--time-limit",
-    type=click.FloatRange(min=0, min_open=True, max=1e9),
+    type=Number(min=0, min_open=True, max=1e9),
     default=float(driver.DEFAULT_TIME_LIMIT),
     show_default=True,
     metavar="SECONDS",
@@ -75,7 +78,7 @@ from missionc.units import Seconds
 @flags.memory_limit
 @click.option(
     "--checkpoint",
-    type=click.Path(path_type=Path, dir_okay=False),
+    type=file_to_write,
     metavar="FILE",
     help="Keep what the search knows in a file, as it goes on.",
 )
@@ -101,7 +104,7 @@ from missionc.units import Seconds
     help="Write the flight in other forms as well; `missionc export --list` names them.",
 )
 @click.option("--timings", is_flag=True, help="Say how long each stage took.")
-@click.option("--plot", type=click.Path(path_type=Path, dir_okay=False), help="Draw the plan: FILE.svg or FILE.png.")
+@click.option("--plot", type=file_to_write, metavar="FILE", help="Draw the plan: FILE.svg or FILE.png.")
 @click.option("--certify", is_flag=True, help="Leave the CNF and a DRAT proof beside an `impossible`.")
 @click.option("--continuous", is_flag=True, help="Refuse a plan whose requirements fail between the steps.")
 @flags.explain_limit

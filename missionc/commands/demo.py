@@ -8,7 +8,7 @@ from pathlib import Path
 import click
 
 from missionc import flags
-from missionc.answers import Status
+from missionc.answers import Status, say_line
 from missionc.file_names import REPORT
 from missionc.opening import said
 from missionc.orders import Order, fulfil
@@ -24,7 +24,7 @@ FOLDER = "missionc-demo"
 @click.option(
     "-o",
     "--output",
-    type=click.Path(path_type=Path),
+    type=flags.folder_to_write,
     metavar="FOLDER",
     help=f"The folder to write; {FOLDER} if left out, with a number where that exists.",
 )
@@ -35,8 +35,8 @@ def command(output: Path | None, no_open: bool) -> Status:
     if answer.output:
         written = Path(answer.output)
         page = written / REPORT
-        click.echo(said(page.absolute().as_uri(), no_open, str(page)))
-        click.echo(f"its mission, to copy and change: {written / 'mission' / f'{MISSION}.mission'}")
+        say_line(said(page.absolute().as_uri(), no_open, str(page)))
+        say_line(f"its mission, to copy and change: {written / 'mission' / f'{MISSION}.mission'}")
     return answer.status
 
 

@@ -15,7 +15,17 @@ from missionc.emit.manifest import without_plan
 from missionc.emit.overlap import Output, overlapping
 from missionc.export import FORMATS, Exported, flight
 from missionc.file_names import EXPORT, MANIFEST
-from missionc.flags import export_name, exports, folder, folders, limits_and_form, one_of, read_limits
+from missionc.flags import (
+    export_name,
+    exports,
+    folder,
+    folder_to_write,
+    folders,
+    limits_and_form,
+    named,
+    one_of,
+    read_limits,
+)
 from missionc.replay import Replayed, replay
 
 
@@ -31,7 +41,9 @@ def _list(context: click.Context, parameter: click.Parameter, asked: bool) -> No
 @click.command("export")
 @click.argument("path", type=folder, shell_complete=folders, metavar="FOLDER")
 @click.argument("names", nargs=-1, required=True, type=export_name, shell_complete=one_of(exports), metavar="NAME...")
-@click.option("-o", "--output", type=click.Path(path_type=Path), help="The folder to write; FOLDER-export if left out.")
+@click.option(
+    "-o", "--output", type=folder_to_write, metavar="FOLDER", help="The folder to write; FOLDER-export if left out."
+)
 @click.option("--force", is_flag=True, help="Replace the folder if it exists.")
 @click.option("--list", is_flag=True, is_eager=True, expose_value=False, callback=_list, help="List the names.")
 @limits_and_form
@@ -40,7 +52,7 @@ def command(
 ) -> Status:
     """Write a compiled folder's flight in other forms, once it has been verified again."""
     replayed = replay(path, read_limits(limits))
-    target = output or beside(path, "-export")
+    target = output or beside(named(path), "-export")
     findings = list(replayed.findings)
     files: dict[str, bytes] = {}
     notes: list[str] = []

@@ -8,7 +8,7 @@ import click
 
 from missionc.answers import Status, say
 from missionc.diagnostics.model import Diagnostic
-from missionc.flags import folder, folders, limits_and_form, read_limits
+from missionc.flags import file_to_write, folder, folders, limits_and_form, named, read_limits
 from missionc.replay import replay
 
 TITLE = "· missionc report</title>".encode()
@@ -21,7 +21,7 @@ HEAD = 4096
 @click.option(
     "-o",
     "--output",
-    type=click.Path(path_type=Path, dir_okay=False),
+    type=file_to_write,
     metavar="FILE",
     help="The page to write; FOLDER.html beside the folder if left out.",
 )
@@ -32,7 +32,7 @@ def command(path: Path, output: Path | None, limits: tuple[tuple[str, str], ...]
     from missionc.emit.overlap import Output, overlapping
     from missionc.redraw import redrawn
 
-    target = output or beside(path, ".html")
+    target = output or beside(named(path), ".html")
     replayed = replay(path, read_limits(limits))
     page = redrawn(replayed)
     findings = replayed.findings

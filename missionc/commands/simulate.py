@@ -13,7 +13,7 @@ import click
 from missionc import summary
 from missionc.answers import Status, say
 from missionc.diagnostics.model import Diagnostic
-from missionc.flags import folder, folders, limits_and_form, read_limits
+from missionc.flags import Number, file_to_write, folder, folders, limits_and_form, read_limits
 from missionc.progress import ProgressLine
 
 ENGINES = ("quadrotor", "rotorpy", "crazyflow")
@@ -42,26 +42,22 @@ def wind(value: str) -> tuple[float, float]:
 @click.option("--wind", "air", type=wind, default="0", metavar="MEAN[,GUST]", help="In m/s; level, from anywhere.")
 @click.option(
     "--mass-error",
-    type=click.FloatRange(0, 50),
+    type=Number(0, 50),
     default=0.0,
     metavar="PERCENT",
     help="Each vehicle weighs up to so much more or less than its controller thinks.",
 )
 @click.option(
     "--start-error",
-    type=click.FloatRange(0, 1),
+    type=Number(0, 1),
     default=0.0,
     metavar="METRES",
     help="Each begins up to so far beside its start, along x and along y.",
 )
-@click.option(
-    "--clock-error", type=click.FloatRange(0, 1), default=0.0, metavar="SECONDS", help="Each begins up to so late."
-)
+@click.option("--clock-error", type=Number(0, 1), default=0.0, metavar="SECONDS", help="Each begins up to so late.")
 @click.option("--seed", type=click.IntRange(0, 2**32 - 1), default=0, show_default=True, metavar="N")
-@click.option(
-    "--trace", type=click.Path(path_type=Path, dir_okay=False), help="Write the first flight's path: FILE.csv."
-)
-@click.option("--plot", type=click.Path(path_type=Path, dir_okay=False), help="Draw the flights: FILE.svg or FILE.png.")
+@click.option("--trace", type=file_to_write, metavar="FILE", help="Write the first flight's path: FILE.csv.")
+@click.option("--plot", type=file_to_write, metavar="FILE", help="Draw the flights: FILE.svg or FILE.png.")
 @click.option("--quiet", is_flag=True, help="No progress.")
 def command(
     path: Path,

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import json
-
 import click
 
 from missionc import summary
 from missionc.answers import Status
+from missionc.diagnostics.plain import as_json
 from missionc.flags import form_flag, one_of, vehicle_name
 from missionc.passes.show_vehicle import show_vehicle
 from missionc.vehicles import profiles
@@ -21,7 +20,7 @@ def command(name: str | None, form: str) -> Status:
     known = profiles()
     chosen = list(known.values()) if name is None else [known[name]]
     if form == "json":
-        click.echo(json.dumps(summary.vehicles_document(chosen), indent=2, allow_nan=False))
+        click.echo(as_json(summary.vehicles_document(chosen)))
         return Status.DONE
     for line in map(show_vehicle, chosen) if name is None else summary.vehicle_lines(chosen[0]):
         click.echo(line)

@@ -4,8 +4,8 @@
     out  text in the manner of rustc, or plain dictionaries
 
 A span over several lines is underlined on its first. Columns are those of a
-terminal: a tab is four, a wide character two, a combining one none. Control
-characters of the mission never reach the terminal.
+terminal: a tab is four, a wide character two, a combining one none. What a
+terminal would act on is written out (``plain``).
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from dataclasses import dataclass
 from itertools import groupby
 
 from missionc.diagnostics.model import Diagnostic, Label, Severity
+from missionc.diagnostics.plain import plain, plain_line
 from missionc.source import Source, Span
 
 TAB = 4
@@ -106,7 +107,7 @@ def _place(span: Span | None) -> dict[str, object]:
 def _finding(finding: Diagnostic, colour: bool) -> str:
     paint = Paint(colour, RED if finding.severity is Severity.ERROR else YELLOW)
     head = f"{finding.severity.value}[{finding.code.name}]"
-    lines = [f"{paint(paint.severity, head)}{paint(BOLD, ': ' + _plain(finding.message))}"]
+    lines = [f"{paint(paint.severity, head)}{paint(BOLD, ': ' + plain(finding.message))}"]
     labels = [*([finding.primary] if finding.primary else []), *finding.labels]
     numbers = [label.span.source.place(label.span.start)[0] for label in labels]
     gutter = max((len(str(number)) for number in numbers), default=1)
@@ -119,7 +120,7 @@ def _finding(finding: Diagnostic, colour: bool) -> str:
 
 def _hanging(head: str, indent: int, text: str) -> str:
     """Text after a head, its further lines indented below the first."""
-    return f"{head} " + ("\n" + " " * indent).join(_plain(text).split("\n"))
+    return f"{head} " + ("\n" + " " * indent).join(plain(text).split("\n"))
 
 
 def _snippets(finding: Diagnostic, labels: list[Label], gutter: int, paint: Paint) -> list[str]:
@@ -131,7 +132,7 @@ def _snippets(finding: Diagnostic, labels: list[Label], gutter: int, paint: Pain
     for number, here in enumerate(by_source.values()):
         line, column = here[0].span.source.place(here[0].span.start)
         arrow = "-->" if number == 0 else ":::"
-        lines.append(f"{' ' * gutter}{paint(BLUE, arrow)} {_plain(here[0].span.source.name)}:{line}:{column}")
+        lines.append(f"{' ' * gutter}{paint(BLUE, arrow)} {plain_line(here[0].span.source.name)}:{line}:{column}")
         lines.extend(_source_lines(here[0].span.source, here, finding.primary, gutter, paint))
     return lines
 
@@ -170,7 +171,7 @@ def _marked(
             column(label.span.start),
             max(column(label.span.end), column(label.span.start) + 1),
             label is primary,
-            _plain(label.message),
+            plain(label.message),
         )
         for label in labels
     ]
@@ -217,9 +218,9 @@ def _cells(text: str) -> tuple[str, list[int]]:
     shown: list[str] = []
     columns = [0]
     for letter in text:
-        width = TAB - columns[-1] % TAB if letter == "\t" else _width(letter)
-        shown.append(" " * width if letter == "\t" else _plain(letter))
-        columns.append(columns[-1] + width)
+        cell = " " * (TAB - columns[-1] % TAB) if letter == "\t" else plain(letter)
+        shown.append(cell)
+        columns.append(columns[-1] + sum(map(_width, cell)))
     return "".join(shown), columns
 
 
@@ -227,13 +228,3 @@ def _width(letter: str) -> int:
     if unicodedata.combining(letter):
         return 0
     return 2 if unicodedata.east_asian_width(letter) in "WF" else 1
-
-
-def _plain(text: str) -> str:
-    """The text with every control and formatting character (line ends aside) made visible and harmless."""
-    if text.isascii() and text.isprintable():
-        return text
-    return "".join(
-        letter if letter == "\n" or unicodedata.category(letter) not in ("Cc", "Cf", "Cs", "Zl", "Zp") else "\ufffd"
-        for letter in text
-    )

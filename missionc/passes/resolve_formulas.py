@@ -297,7 +297,7 @@ def _within_limits(context: Context, formula: Typed) -> Typed:
             code.NESTED_TOO_DEEP,
             f"the formula is nested {formula.depth} deep with every `let` spelt out; the limit is {limits.nesting}",
             formula.span,
-            help="make it flatter, or raise the limit with `--limit nesting=VALUE`",
+            help="make it flatter: a chain such as `a and b and c` is one operator",
         )
         return replace(formula, size=math.nan)
     return formula

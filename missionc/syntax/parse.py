@@ -24,7 +24,7 @@ from missionc.diagnostics.code import (
     NESTED_TOO_DEEP,
 )
 from missionc.diagnostics.model import Diagnostic, Label
-from missionc.limits import Limits
+from missionc.limits import DEEPEST, Limits
 from missionc.source import Passage, Source, Span
 from missionc.syntax import ast, table
 from missionc.syntax.build import FUNCTIONS, NESTS
@@ -254,11 +254,13 @@ def _too_large(source: Source, sizes: list[int], chain: tuple[Span, ...], limits
 
 
 def _too_deep(span: Span, limits: Limits) -> Diagnostic:
+    raised = min(2 * limits.nesting, DEEPEST)
+    more = f", or raise the limit: `--limit nesting={raised}`" if raised > limits.nesting else ""
     return Diagnostic(
         NESTED_TOO_DEEP,
         f"nested more than {limits.nesting} deep",
         Label(span),
-        help=f"name the inner part with `let`, or raise the limit: `--limit nesting={2 * limits.nesting}`",
+        help=f"name the inner part with `let`{more}",
     )
 
 

@@ -7,9 +7,7 @@ import time
 from dataclasses import replace
 from pathlib import Path
 
-import click
-
-from missionc.answers import Status, say
+from missionc.answers import Status, say, say_line
 from missionc.diagnostics.code import OUTPUT_EXISTS
 from missionc.diagnostics.render import counts, render_text
 from missionc.file_names import REPORT
@@ -30,8 +28,8 @@ def watch(order: Order, no_open: bool) -> Status:
     ours: set[Path] = set()  # folders that were not there before
     with Planner() as planner, Live(order.file.name) as live:
         planner.ready(FIRST)
-        click.echo(said(live.address, no_open, live.address))
-        click.echo(f"watching {order.file} and what it includes; Ctrl-C ends")
+        say_line(said(live.address, no_open, live.address))
+        say_line(f"watching {order.file} and what it includes; Ctrl-C ends")
         while True:
             _begin(order, missions, planner, live, ours)
             while not missions.saved():

@@ -418,7 +418,9 @@ def test_arithmetic_and_shapes_nest_as_deeply_as_the_limit(text: str) -> None:
     assert findings_of(text.format("- " * 256 if "{}1" in text else " + b" * 256)) == []
     (finding,) = findings_of(text.format("- " * 257 if "{}1" in text else " + b" * 257))
     assert finding.code.name == "MC005"
-    assert "--limit nesting=" in finding.help
+    assert "--limit" not in finding.help
+    (finding,) = findings_of("param a = (((1)))", Limits(nesting=2))
+    assert "--limit nesting=4" in finding.help
 
 
 def test_brackets_that_never_close_are_counted_too() -> None:

@@ -18,7 +18,7 @@ from typing import Any, Generic, NoReturn, TypeAlias, TypeVar
 
 from missionc.backends.api import Progress
 from missionc.memory import copies
-from missionc.signals import HANDLED, end_with_parent
+from missionc.signals import HANDLED, end_with_parent, leave_signals
 
 Piece = TypeVar("Piece")
 Answer = TypeVar("Answer")
@@ -140,8 +140,7 @@ def children(count: int, work: Callable[[Piece, Say], Answer], listen: Say) -> I
 
 
 def _serve(pipe: Connection, work: Callable[[Any, Say], Any]) -> None:
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    leave_signals()
     signal.pthread_sigmask(signal.SIG_UNBLOCK, HANDLED)
     end_with_parent()
 
