@@ -47,8 +47,11 @@ def ahead(formula: ir.Formula) -> int:
     if isinstance(formula, ir.Apply):
         further = max(ahead(operand) for operand in formula.operands)
         if isinstance(formula.bounds, ir.Window):
-            high = formula.bounds.high
-            return further + (formula.bounds.low if high is None else high)
+            high = formula.bounds.low if formula.bounds.high is None else formula.bounds.high
+            if formula.operator.name in ("until", "release"):
+                before, last = map(ahead, formula.operands)
+                return max(high + last, high - 1 + before if high > 0 else 0)
+            return further + high
         return further + (formula.operator.name == "next")
     if isinstance(formula, ir.AtLeastOf | ir.OfAgent):
         return ahead(formula.body)

@@ -185,7 +185,11 @@ def applied(draw: st.DrawFn, operator: Operator, mission: ir.Mission, budget: in
             bounds, budget = ir.Window(Steps(low), None, SPAN), 0
     elif operator.bounds is Bounds.LENGTH:
         bounds = draw(lengths(mission))
-    operands = tuple(draw(formulas(mission, budget, depth - 1)) for _ in range(operator.arity))
+    budgets = [budget] * operator.arity
+    if operator.name in ("until", "release") and isinstance(bounds, ir.Window) and bounds.high != 0:
+        # The left side is asked up to the step before the last one of the window.
+        budgets[0] += 1
+    operands = tuple(draw(formulas(mission, each, depth - 1)) for each in budgets)
     if operator.name == "count":
         comparison = draw(st.sampled_from([">=", ">", "<", "<=", "="]))
         return ir.Apply(operator, operands, bounds, SPAN, comparison, draw(st.integers(0, 3)))

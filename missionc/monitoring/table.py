@@ -75,22 +75,26 @@ def _temporal(node: Node) -> bool:
     return isinstance(node, Throughout | Sometime | Until)
 
 
+def _same_moment(node: Node) -> bool:
+    """Whether the node has its operands at the step it is asked at, each at one agent: what it is worth follows theirs."""
+    return isinstance(node, Not | All | Any | AtLeast | At)
+
+
 def chain(roots: Iterable[Node]) -> list[Node]:
-    """What the verdict at step 0 is made of down to the first windows, which are in it, operands first."""
+    """What the verdict at step 0 is made of down to the first windows, which are in it, operands first.
+
+    A window below a spatial operator is not among them: of what is looked at in others, all counts as known at once.
+    """
     order = postorder(roots)
     timed: set[Node] = set()
     for node in order:
-        if _temporal(node) or any(child in timed for child in children(node)):
+        if _temporal(node) or (_same_moment(node) and any(child in timed for child in children(node))):
             timed.add(node)
     reached = set(roots)
     for node in reversed(order):
-        if node in reached and isinstance(node, Not | All | Any | AtLeast | At):
+        if node in reached and _same_moment(node):
             reached.update(children(node))
-    return [
-        node
-        for node in order
-        if node in reached and node in timed and (_temporal(node) or isinstance(node, Not | All | Any | AtLeast | At))
-    ]
+    return [node for node in order if node in reached and node in timed]
 
 
 def _unfolded(

@@ -11,7 +11,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from missionc import ir
-from missionc.kernel.nodes import Node, Sometime, Throughout, Until
+from missionc.kernel.ahead import steps_ahead
+from missionc.kernel.nodes import All, Any, Node, Not, Sometime, Throughout, Until
 from missionc.kernel.walk import children, postorder
 from missionc.language.operator import Bounds, Operator
 from missionc.language.operators import OPERATORS, by_name
@@ -150,16 +151,23 @@ def finer(trace: Trace) -> Trace:
 
 
 def stretched(root: Node) -> Node:
-    """The formula with its windows counted in the finer steps."""
+    """The formula with its windows counted in the finer steps.
+
+    What holds until something else is not asked at those from which it looks past the last one.
+    """
     new: dict[Node, Node] = {}
+    ahead = steps_ahead((root,))
     for node in postorder((root,)):
         below = [new[child] for child in children(node)]
         match node:
             case Throughout(_, low, high) | Sometime(_, low, high):
                 far = None if high is None else high * FINER
                 new[node] = type(node)(below[0], low * FINER, far)
-            case Until(_, _, low, high):
-                new[node] = Until(below[0], below[1], low * FINER, None if high is None else high * FINER)
+            case Until(hold, _, low, high):
+                further = ahead[hold] * FINER
+                beyond = Not(Sometime(All(()), further, further))
+                far = None if high is None else high * FINER
+                new[node] = Until(Any((below[0], beyond)), below[1], low * FINER, far)
             case _:
                 new[node] = with_children(node, below)
     return new[root]

@@ -2,18 +2,26 @@
 
 from __future__ import annotations
 
+import os
+from dataclasses import replace
+
 import numpy as np
-from hypothesis import given
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from missionc import ir
 from missionc.kernel.nodes import Kernel
+from missionc.language.operator import Bounds
+from missionc.language.operators import OPERATORS, by_name
 from missionc.margins.links import all_links
 from missionc.monitoring import robustness, truth
 from missionc.monitoring.table import table
 from missionc.monitoring.witness import Witnesses
 from missionc.passes.expand import expand
 from tests import reference
-from tests.runs import SPAN, Case, cases, mission_of
+from tests.runs import SPAN, Case, applied, cases, formulas, mission_of
+
+EXAMPLES = int(os.environ.get("MISSIONC_FUZZ", "60"))
 
 
 def kernel_of(case: Case) -> tuple[ir.Mission, Kernel] | None:
@@ -26,7 +34,30 @@ def kernel_of(case: Case) -> tuple[ir.Mission, Kernel] | None:
     return mission, kernel
 
 
-@given(cases())
+@st.composite
+def windows_below_routes(draw: st.DrawFn) -> Case:
+    """Formulas whose routes, as a rule, look at others' windows; and conditions and quantifiers around them."""
+    case = draw(cases(draw(st.sampled_from([operator for operator in OPERATORS if operator.spatial]))))
+    size, steps = len(case.trace.position), case.run.last
+    mission = mission_of(size, steps)
+    operator = draw(st.sampled_from([each for each in OPERATORS if each.bounds is Bounds.TIME or each.name == "next"]))
+    route = case.formula
+    if isinstance(route, ir.Apply):
+        inside = tuple(draw(applied(operator, mission, steps, 1)) for _ in route.operands)
+        route = replace(route, operands=inside)
+    around = draw(st.sampled_from(["nothing", "not", "and", "every", "some"]))
+    if around in ("not", "and"):
+        other = draw(formulas(mission, steps, 1))
+        operands = (route,) if around == "not" else (route, other)
+        route = ir.Apply(by_name[around], operands, None, SPAN)
+    elif around != "nothing":
+        everyone = ir.AgentSet("these", tuple(range(size)), SPAN)
+        route = ir.AtLeastOf(around, size if around == "every" else 1, everyone, route, SPAN)
+    return replace(case, formula=route)
+
+
+@settings(max_examples=EXAMPLES)
+@given(st.one_of(cases(), windows_below_routes()))
 def test_rows_agree_with_the_monitor(case: Case) -> None:
     made = kernel_of(case)
     if made is None:
@@ -52,7 +83,8 @@ def test_rows_agree_with_the_monitor(case: Case) -> None:
         assert (flags[:size, :1] <= row.possibly).all()
 
 
-@given(cases())
+@settings(max_examples=EXAMPLES)
+@given(st.one_of(cases(), windows_below_routes()))
 def test_what_is_not_asked_cannot_be_seen_in_the_verdict(case: Case) -> None:
     made = kernel_of(case)
     if made is None:
@@ -71,7 +103,8 @@ def test_what_is_not_asked_cannot_be_seen_in_the_verdict(case: Case) -> None:
         np.testing.assert_array_equal(robustness(goal.formula, mission, moved)[:, 0], before)
 
 
-@given(cases())
+@settings(max_examples=EXAMPLES)
+@given(st.one_of(cases(), windows_below_routes()))
 def test_the_links_of_a_witness_are_links_of_a_graph(case: Case) -> None:
     made = kernel_of(case)
     if made is None:

@@ -134,6 +134,36 @@ def test_until_fails_where_what_holds_is_broken_before() -> None:
     lasts(found, Verdict.FAILS, 1.4, 1.6)
 
 
+AT_THE_END = (
+    "(next not gate) until[4 s, 4 s] hall",
+    "(next not gate) until[4 s, end] hall",
+    "(eventually[1 s, 2 s] not gate) until[3 s, 3 s] hall",
+    "(always[0, 2 s] not gate) until[3 s, 3 s] hall",
+    "((next not gate) until[1 s, 2 s] (next hall)) until[2 s, 2 s] next hall",
+    "not ((next gate) release[4 s, 4 s] not hall)",
+    "next ((next not gate) until[3 s, 3 s] hall)",
+    "eventually[0, 1 s] ((next not gate) until[3 s, 3 s] hall)",
+    "always[0, 1 s] ((next not gate) until[2 s, 3 s] hall)",
+    "(always[0, 90 s] gate) until[0, 0] hall",
+)
+"""Formulas whose left sides look past the horizon from moments after the last step at which they are asked."""
+
+
+@pytest.mark.parametrize("formula", AT_THE_END)
+def test_what_would_look_past_the_mission_is_not_asked_between_the_steps(formula: str) -> None:
+    path = rest((3, 3), (4, 3), (4, 4), (2, 4), (2, 3))
+    line = f"require end: drone[0]: {formula}"
+    assert between([path], line) == Between("end", Verdict.HOLDS)
+
+
+def test_a_left_side_that_looks_ahead_fails_where_it_looks() -> None:
+    found = between(
+        [[(3, 3), (3, 3), (2, 0), (0, 2), (3, 3)]], "require end: drone[0]: (next not gate) until[4 s, 4 s] hall"
+    )
+    # The gate is cut from 2.4 s to 2.6 s; asked at 1.4 s to 1.6 s, `next` looks there.
+    lasts(found, Verdict.FAILS, 2.4, 2.6)
+
+
 def test_what_holds_at_every_moment_holds_throughout() -> None:
     path = rest((3, 3), (4, 3), (4, 4), (2, 4))
     for line in (

@@ -12,6 +12,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from missionc.ir import Mission
+from missionc.kernel.ahead import steps_ahead
 from missionc.kernel.nodes import Goal, Kernel
 from missionc.kernel.walk import postorder
 from missionc.monitoring import truths
@@ -56,7 +57,8 @@ def _judged(goal: Goal, evaluation: Evaluation, trace: Trace) -> Between:
         return Between(goal.name, Verdict.HOLDS)
     certain = bool(signal.never) and signal.never[0][0] == 0
     at_steps = truths(postorder((goal.formula,)), motion.mission, trace)
-    culprits = Search(known, at_steps, certain, motion.end).culprits(goal.formula)
+    ahead = steps_ahead((goal.formula,))
+    culprits = Search(known, at_steps, certain, ahead, motion.end).culprits(goal.formula)
     begin, stop = (round(float(motion.seconds(tick)), 6) for tick in stretch(culprits[0]))
     agents = sorted({agent for culprit in culprits for agent in agents_of(culprit, motion)})
     return Between(

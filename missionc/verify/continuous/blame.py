@@ -21,7 +21,7 @@ from missionc.kernel.nodes import (
     Until,
 )
 from missionc.plan import Flags
-from missionc.verify.continuous.evaluate import Signals
+from missionc.verify.continuous.evaluate import Signals, last_asked
 from missionc.verify.continuous.motion import STEP
 from missionc.verify.continuous.spans import Spans, common
 
@@ -80,11 +80,19 @@ class Search:
         known: when each node holds, at whom.
         truths: what each node is at the steps, (agents or 1, steps + 1 or 1).
         certain: whether the verdict is that it surely fails; else, that it may.
+        ahead: how many steps ahead each node looks.
         end: of the mission, in ticks.
     """
 
-    def __init__(self, known: dict[Node, Signals], truths: dict[Node, Flags], certain: bool, end: int) -> None:
-        self.known, self.truths, self.certain, self.end = known, truths, certain, end
+    def __init__(
+        self,
+        known: dict[Node, Signals],
+        truths: dict[Node, Flags],
+        certain: bool,
+        ahead: dict[Node, int],
+        end: int,
+    ) -> None:
+        self.known, self.truths, self.certain, self.ahead, self.end = known, truths, certain, ahead, end
 
     def culprits(self, root: Node) -> tuple[Culprit, ...]:
         """Why the formula fails, or may fail, at time 0."""
@@ -156,11 +164,12 @@ class Search:
         return [moment for moment in moments if self.is_new(moment)][:1] or moments[:1]
 
     def _of_until(self, place: _Place, node: Until) -> list[_Place]:
-        _, last = self._window(place.tick, node.low, node.high)
         if place.value:
             return self._in_window(place, node.end, node.low, node.high, one=True)
         goals = self._in_window(place, node.end, node.low, node.high, one=False)
-        breaks = common(self.when(node.hold, place.agent, False), ((place.tick, last),))
+        last = min(self._window(place.tick, node.low, node.high)[1], last_asked(self.ahead[node.hold], self.end))
+        asked = ((place.tick, last),) if place.tick <= last else ()
+        breaks = common(self.when(node.hold, place.agent, False), asked)
         if breaks and not (goals and breaks[0][0] >= goals[0].tick and self._is_so(goals[0])):
             return [place.to(node.hold, tick=breaks[0][0])]
         return goals

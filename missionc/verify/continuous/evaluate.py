@@ -10,6 +10,7 @@ from typing import assert_never
 import numpy as np
 
 from missionc.ir import Graph, InFormation, Predicate
+from missionc.kernel.ahead import steps_ahead
 from missionc.kernel.nodes import (
     All,
     Any,
@@ -32,7 +33,7 @@ from missionc.verify.continuous import graphs
 from missionc.verify.continuous.atoms import atom_signals
 from missionc.verify.continuous.graphs import Links
 from missionc.verify.continuous.motion import STEP, Motion
-from missionc.verify.continuous.spans import Signal, of_parts, sometime, throughout, until
+from missionc.verify.continuous.spans import Signal, asked_until, of_parts, sometime, throughout, until
 
 TEAM = -1
 """In the place of an agent, where none is asked."""
@@ -53,9 +54,15 @@ class Evaluation:
         """A formula about the team, and whatever is below it, at the agents that it is asked of there."""
         order = postorder((root,))
         asked = _asked(root, order)
+        ahead = steps_ahead((root,))
         known: dict[Node, Signals] = {}
         for node in order:
-            known[node] = self._signals(node, sorted(asked[node]), [known[child] for child in children(node)])
+            below = [known[child] for child in children(node)]
+            if isinstance(node, Until):
+                last = last_asked(ahead[node.hold], self.motion.end)
+                hold, goal = below
+                below = [{agent: asked_until(last, each, self.motion.end) for agent, each in hold.items()}, goal]
+            known[node] = self._signals(node, sorted(asked[node]), below)
         return known
 
     def links(self, graph: Graph) -> Links:
@@ -129,6 +136,11 @@ class Evaluation:
         if not graph.agents:
             return {}
         return dict(zip(graph.agents, judge(self.links(graph), *operands, self.motion), strict=True))
+
+
+def last_asked(ahead: int, end: int) -> int:
+    """The last moment, in ticks, from which something that looks so many steps ahead does not look past the mission."""
+    return end - ahead * STEP
 
 
 def _window(low: int, high: int | None) -> tuple[int, int | None]:

@@ -91,6 +91,16 @@ def until(hold: Signal, goal: Signal, low: int, high: int | None, end: int) -> S
     return Signal(_until(hold.sure, goal.sure, low, high, end), _never_until(hold.never, goal.never, low, high, end))
 
 
+def asked_until(last: int, signal: Signal, end: int) -> Signal:
+    """What is asked at the moments up to ``last`` alone, and stands in nobody's way from then on."""
+    if last < 0:
+        return Signal(((0, end),), ())
+    sure, never = (common(spans, ((0, last),)) for spans in (signal.sure, signal.never))
+    # Just after `last` nothing is asked any more; closed sets can say so from the next tick on.
+    begin = last if sure and sure[-1][1] == last else last + 1
+    return Signal(merged((*sure, (begin, end))), never)
+
+
 def _dilated(spans: Spans, low: int, high: int | None, end: int) -> Spans:
     """The moments from which some moment of the window is one of the set."""
     return merged(
