@@ -15,11 +15,11 @@ if TYPE_CHECKING:
 
 
 def inputs(checked: Checked) -> tuple[tuple[str, bytes], ...]:
-    """Every file of the mission, by its name relative to the mission's folder."""
+    """Every file of the mission, by its name relative to the mission's folder; one that is no text is made text."""
     folder = Path(checked.file).parent
-    return tuple(
-        (Path(source.name).relative_to(folder).as_posix(), source.text.encode("utf-8")) for source in checked.sources
-    )
+    names = (Path(source.name).relative_to(folder).as_posix() for source in checked.sources)
+    texts = (name.encode("utf-8", "backslashreplace").decode("utf-8") for name in names)
+    return tuple((name, source.text.encode("utf-8")) for name, source in zip(texts, checked.sources, strict=True))
 
 
 def texts(checked: Checked) -> tuple[tuple[str, str], ...]:
