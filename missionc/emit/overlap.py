@@ -63,10 +63,10 @@ def _of_inputs(output: Output, inputs: Sequence[Path]) -> Diagnostic | None:
     for read in inputs:
         if output.folder and within(read, output.path):
             return exists(output.path, f" and holds `{shown(read)}`, which this command reads")
-        if within(output.path, read):
-            where = (
-                f"it lies in `{shown(read)}`, which this command reads" if read.is_dir() else "this command reads it"
-            )
+        if _same(output.path, read):
+            return cannot_write(output.path, "this command reads it", _elsewhere(output))
+        if read.is_dir() and within(output.path, read):
+            where = f"it lies in `{shown(read)}`, which this command reads"
             return cannot_write(output.path, where, _elsewhere(output))
     return None
 
@@ -77,9 +77,14 @@ def _of_outputs(output: Output, others: Iterable[Output]) -> Diagnostic | None:
             return cannot_write(
                 output.path, f"it lies in `{shown(other.path)}`, which is written as a whole", _elsewhere(output)
             )
-        if not output.folder and not other.folder and within(output.path, other.path):
+        if not output.folder and not other.folder and _same(output.path, other.path):
             return cannot_write(output.path, f"`{other.flag}` names it too", _elsewhere(output))
     return None
+
+
+def _same(one: Path, other: Path) -> bool:
+    """Whether two paths lead to one file; one below another file, which can be none, is not the same."""
+    return within(one, other) and within(other, one)
 
 
 def _elsewhere(output: Output) -> str:

@@ -273,6 +273,14 @@ def test_an_existing_folder_is_kept_without_force_and_replaced_with_it(folder: P
     assert (folder / "out" / "plan.json").read_bytes() != before
 
 
+def test_a_mission_whose_name_is_no_text_is_compiled_and_its_folder_verified(folder: Path) -> None:
+    name = os.fsdecode(b"\xff.mission")
+    (folder / name).write_bytes((folder / "small.mission").read_bytes())
+    for force in ([], ["--force"]):
+        assert main(["compile", name, "-o", "out", "--quiet", *force]) == 0
+    assert main(["verify", "out"]) == 0
+
+
 def test_force_does_not_replace_what_the_compiler_did_not_write(folder: Path, capsys: Captured) -> None:
     (folder / "out").mkdir()
     (folder / "out" / "thesis.tex").write_text("years of work")
