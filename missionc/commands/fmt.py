@@ -9,7 +9,7 @@ import click
 
 from missionc.answers import Status, say
 from missionc.diagnostics.model import Diagnostic
-from missionc.emit.file import write_file
+from missionc.emit.file import refuse_file, write_file
 from missionc.flags import existing, files, limits_and_form, read_limits
 from missionc.limits import Limits
 from missionc.reading import changed_meanwhile, read_source, read_standard_input
@@ -81,7 +81,9 @@ def _rewrite(path: Path, before: str, text: str, limits: Limits) -> Diagnostic |
     now = read_source(path, str(path), limits)
     if isinstance(now, Diagnostic):
         return now
-    return changed_meanwhile(str(path)) if now.text != before else write_file(path, text.encode("utf-8"))
+    if now.text != before:
+        return changed_meanwhile(str(path))
+    return refuse_file(path) or write_file(path, text.encode("utf-8"))
 
 
 def _difference(name: str, before: str, after: str) -> list[str]:

@@ -11,6 +11,7 @@ again once it is put aside, and what somebody added to it by then is kept.
 from __future__ import annotations
 
 import os
+import stat
 from collections.abc import Iterable
 from pathlib import Path
 
@@ -82,6 +83,9 @@ def _put(staged: Staging, target: Path, force: bool) -> Diagnostic | None:
     if isinstance(owner, Diagnostic):
         return owner
     keep_rights(staged.new, place)
+    mode = staged.new.stat().st_mode
+    # A folder is not moved by an owner who may not write to it.
+    staged.new.chmod(mode | stat.S_IRWXU)
     place.rename(staged.old)
     try:
         # Whoever put something into it since it was judged did not know that it was to go.
@@ -89,6 +93,7 @@ def _put(staged: Staging, target: Path, force: bool) -> Diagnostic | None:
         if isinstance(now, Foreign):
             return _exists(target, now)
         staged.new.rename(place)
+        place.chmod(mode)
     finally:
         if os.path.lexists(staged.new) and os.path.lexists(staged.old):
             staged.put_back()
@@ -127,6 +132,6 @@ def _exists(target: Path, foreign: Foreign) -> Diagnostic:
 def _kept(target: Path, where: Path) -> Diagnostic:
     return exists(
         target,
-        ", written anew; what came into the old one meanwhile is kept",
-        (f"it lies in `{shown(where)}`",),
+        ", written anew; what is left of the old one is kept",
+        (f"it lies in `{shown(where)}`: it came there meanwhile, or cannot be removed",),
     )

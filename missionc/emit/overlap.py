@@ -61,6 +61,8 @@ def _of_inputs(output: Output, inputs: Sequence[Path]) -> Diagnostic | None:
     if output.folder and os.path.exists(output.path) and within(Path.cwd(), output.path):
         return exists(output.path, ", and this command runs in it")
     for read in inputs:
+        if output.folder and read.is_dir() and _same(output.path, read):
+            return exists(output.path, ", and this command reads it")
         if output.folder and within(read, output.path):
             return exists(output.path, f" and holds `{shown(read)}`, which this command reads")
         if _same(output.path, read):

@@ -198,9 +198,23 @@ def test_force_does_not_replace_a_file_and_does_not_follow_a_link(tmp_path: Path
 
 def test_the_mode_of_a_folder_is_kept(tmp_path: Path) -> None:
     target = written(tmp_path / "out", FILES)
-    target.chmod(0o2710)
-    assert replaced(target) == ""
-    assert stat.S_IMODE(target.stat().st_mode) == 0o2710
+    for mode in (0o2710, 0o700):
+        target.chmod(mode)
+        assert replaced(target) == ""
+        assert stat.S_IMODE(target.stat().st_mode) == mode
+
+
+@pytest.mark.parametrize("inner", [".", "crazyflie"])
+def test_a_folder_made_read_only_is_replaced_whole_or_kept_whole_and_nothing_is_left_hidden(
+    tmp_path: Path, inner: str
+) -> None:
+    target = written(tmp_path / "out", FILES)
+    (target / inner).chmod(0o500)
+    refused = write_folder(target, with_manifest(NEW), force=True)
+    (target / inner if (target / inner).exists() else target).chmod(0o700)
+    assert unlisted(target) in (FILES, NEW)
+    assert (unlisted(target) == NEW) or refused is not None
+    assert [path.name for path in tmp_path.iterdir() if path.name.startswith(".")] == []
 
 
 def test_what_comes_into_a_folder_after_it_was_judged_brings_the_folder_back(
