@@ -15,10 +15,14 @@ if TYPE_CHECKING:
 
 
 def inputs(checked: Checked) -> tuple[tuple[str, bytes], ...]:
-    """Every file of the mission, by its name relative to the mission's folder; one that is no text is made text."""
+    """Every file of the mission, by its name relative to the mission's folder.
+
+    The mission's own name need be no text, and may hold a backslash; both are replaced, since a folder's names have
+    to be read everywhere.
+    """
     folder = Path(checked.file).parent
     names = (Path(source.name).relative_to(folder).as_posix() for source in checked.sources)
-    texts = (name.encode("utf-8", "backslashreplace").decode("utf-8") for name in names)
+    texts = (name.encode("utf-8", "replace").decode("utf-8").replace("\\", "?") for name in names)
     return tuple((name, source.text.encode("utf-8")) for name, source in zip(texts, checked.sources, strict=True))
 
 

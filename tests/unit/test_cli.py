@@ -273,8 +273,8 @@ def test_an_existing_folder_is_kept_without_force_and_replaced_with_it(folder: P
     assert (folder / "out" / "plan.json").read_bytes() != before
 
 
-def test_a_mission_whose_name_is_no_text_is_compiled_and_its_folder_verified(folder: Path) -> None:
-    name = os.fsdecode(b"\xff.mission")
+@pytest.mark.parametrize("name", [os.fsdecode(b"\xff.mission"), "a\\b.mission"])
+def test_a_mission_with_a_strange_name_is_compiled_and_its_folder_verified(folder: Path, name: str) -> None:
     (folder / name).write_bytes((folder / "small.mission").read_bytes())
     for force in ([], ["--force"]):
         assert main(["compile", name, "-o", "out", "--quiet", *force]) == 0

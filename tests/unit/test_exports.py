@@ -18,7 +18,7 @@ from missionc.export import format as form_module
 from missionc.results import Verified
 from missionc.source import Source
 from tests.flights import wandered
-from tests.folders import content, unlisted
+from tests.outputs import content, unlisted
 from tests.plans import NOTHING, mission_of, straight
 from tests.small import SMALL
 

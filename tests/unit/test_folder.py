@@ -16,7 +16,7 @@ from missionc.emit.folder import refuse, write_folder
 from missionc.emit.ownership import ownership
 from missionc.emit.ownership import remove as remove_folder
 from missionc.file_names import EXPORT, NEAR_MISS, PROOF
-from tests.folders import content, unlisted, with_manifest, written
+from tests.outputs import content, unlisted, with_manifest, written
 
 FILES = {"plan.json": b"{}\n", "crazyflie/drone0.csv": b"1,2\n", "mission/a.mission": b"mission a\n"}
 NEW = {"plan.json": b"new"}

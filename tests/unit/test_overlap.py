@@ -8,7 +8,7 @@ import pytest
 
 from missionc.cli import main
 from missionc.emit.overlap import Output, overlapping
-from tests.folders import content, written
+from tests.outputs import content, written
 from tests.small import SMALL
 
 Captured = pytest.CaptureFixture[str]
@@ -41,7 +41,6 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         ["-o", "ours/.."],
         ["-o", "a.mission"],
         ["-o", "/"],
-        ["-o", ""],
         ["-o", "to_here"],
         ["-o", "to_ours"],
         ["--plot", "picture.svg"],

@@ -26,7 +26,7 @@ from missionc.simulation.trials import TRACKING, Trial, run
 from missionc.source import Source
 from missionc.units import Seconds
 from missionc.verify.columns import Pieces, read
-from tests.folders import content
+from tests.outputs import content
 from tests.plans import NOTHING, mission_of, moving, still
 
 Captured = pytest.CaptureFixture[str]

@@ -12,7 +12,7 @@ import pytest
 
 from missionc.emit.folder import write_folder
 from missionc.emit.staging import staging, sweep
-from tests.folders import content, unlisted, with_manifest, written
+from tests.outputs import content, unlisted, with_manifest, written
 
 FILES = {"plan.json": b"{}\n", "crazyflie/drone0.csv": b"1,2\n"}
 TOKEN = "0123456789abcdef"
