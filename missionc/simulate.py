@@ -11,13 +11,18 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+
 from missionc.diagnostics.code import FOLDER_REFUSED
 from missionc.diagnostics.model import Diagnostic
+from missionc.ir import Mission
 from missionc.limits import Limits
 from missionc.monitoring import monitor
 from missionc.plan import Judgement
 from missionc.reopen import Reopened, reopen
 from missionc.simulation import engines
+from missionc.simulation.course import setpoints
+from missionc.simulation.fly import sample_times
 from missionc.simulation.trials import Trial, Trials, nobody, run
 from missionc.verify.columns import Pieces, read
 
@@ -52,20 +57,31 @@ def simulate(
         return Simulated(folder, reopened)
     mission = reopened.mission
     found = {agent.name: read(reopened.flights[agent.name]) for agent in mission.agents}
-    wrong = {name: why for name, why in found.items() if isinstance(why, str)}
+    wrong = {name: f"cannot be read: {why}" for name, why in found.items() if isinstance(why, str)}
     if wrong:
         return Simulated(folder, (_unread(folder, wrong),), reopened)
     pieces = [own for own in found.values() if isinstance(own, Pieces)]
+    beyond = _beyond(mission, pieces, limits or Limits())
+    if beyond:
+        return Simulated(folder, (_unread(folder, beyond),), reopened)
     trials = run(mission, reopened.kernel, pieces, trial, listen)
     return Simulated(folder, (), reopened, monitor(mission, reopened.kernel, reopened.trace), trials)
+
+
+@np.errstate(over="ignore", invalid="ignore")
+def _beyond(mission: Mission, pieces: list[Pieces], limits: Limits) -> dict[str, str]:
+    """Whose polynomials ask for what no arithmetic follows, and why."""
+    times = sample_times(mission.horizon)
+    told = ((agent.name, np.abs(setpoints(own, times))) for agent, own in zip(mission.agents, pieces, strict=True))
+    why = f"lead beyond {limits.magnitude:g} m, m/s or m/s^2"
+    return {name: why for name, each in told if not (each <= limits.magnitude).all()}
 
 
 def _unread(folder: Path, wrong: dict[str, str]) -> Diagnostic:
     name, why = next(iter(wrong.items()))
     return Diagnostic(
         FOLDER_REFUSED,
-        f"`{folder}` is not to be flown: the polynomials of `{name}` cannot be read",
+        f"`{folder}` is not to be flown: the polynomials of `{name}` {why}",
         None,
-        notes=(why,),
         help="compile the mission again",
     )

@@ -18,6 +18,7 @@ from missionc.json_text import NotJsonError, parse_json
 from missionc.monitoring import monitor
 from missionc.rebuild.verdict import verdict
 from missionc.reopen import Reopened
+from missionc.report.simulated import FARTHEST
 from missionc.simulation.course import SETPOINTS_PER_SECOND
 from missionc.simulation.engines import ENGINES
 from missionc.simulation.fly import sample_times
@@ -171,12 +172,16 @@ def _path(found: Any, reopened: Reopened) -> Iterator[str]:
     planned = curves_of(pieces, slice(0, 3)).at(np.minimum(times, pieces[0].times[-1]))
     for agent, each in zip(agents, found["tracking"], strict=True):
         rows = flight["agents"][agent.name]
-        if len(rows) != 3 or any(len(row) != times.size or not all(map(is_number, row)) for row in rows):
+        if len(rows) != 3 or any(len(row) != times.size or not all(map(_near, row)) for row in rows):
             yield f"its path of `{agent.name}` has not three coordinates at {times.size} times"
             return
         error = np.linalg.norm(np.array(rows, dtype=np.float64).T - planned[agent.index], axis=-1).max()
         if error > each["most"] + NEAR:
             yield f"its path of `{agent.name}` is {error:.3f} m off, more than it says"
+
+
+def _near(value: object) -> bool:
+    return is_number(value) and abs(value) <= FARTHEST
 
 
 def _whole(value: object, most: int) -> bool:

@@ -16,11 +16,14 @@ import numpy as np
 
 from missionc.file_names import SIMULATION_SCHEMA
 from missionc.ir import Mission
+from missionc.limits import Limits
 from missionc.plan import Array
 from missionc.report.sampled import Placed
 from missionc.verify.certificate import Check
 from missionc.verify.curves import Curves
 
+FARTHEST = Limits().magnitude
+"""Metres: what is further away was flown by nobody."""
 MOST_ERRORS = 2_000
 """Errors that a chart shows: where there are more, the largest of neighbours."""
 
@@ -61,7 +64,7 @@ def _read(mission: Mission, found: Any, flown: Curves, rate: int) -> Simulated |
     agents = len(mission.agents)
     if position.shape[0] != agents or position.shape[2] != 3 or position.shape[1] < 2 or allowed.shape != (agents,):
         return None
-    if not (often > 0 and np.isfinite(position).all() and np.isfinite(allowed).all()):
+    if not (often > 0 and (np.abs(position) <= FARTHEST).all() and (np.abs(allowed) <= FARTHEST).all()):
         return None
     times = np.arange(position.shape[1]) / often
     if times[-1] < mission.horizon - 1 / often:

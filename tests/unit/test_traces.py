@@ -16,6 +16,7 @@ from missionc.diagnostics.code import TRACE_MISMATCH, TRACE_UNREADABLE
 from missionc.diagnostics.model import Diagnostic
 from missionc.emit.plan_json import plan_json
 from missionc.emit.trajectories import trajectories
+from missionc.limits import Limits
 from missionc.plan import Trace
 from missionc.source import Source
 from missionc.traces import read_trace
@@ -127,6 +128,10 @@ def changed(line: int, text: str) -> str:
         (changed(2, ""), TRACE_MISMATCH, 3, "first seen at 0.1 s"),
         (changed(3, ""), TRACE_MISMATCH, 4, "from 0 s to 0.2 s"),
         ("agent,t,x,y\n", TRACE_MISMATCH, 1, "`drone[0]`"),
+        (changed(3, "drone[0],0.1,1e200,1"), TRACE_UNREADABLE, 3, "`x` of `drone[0]` is 1e+200 at 0.1 s"),
+        (changed(3, "drone[0],0.1,1,-2e9"), TRACE_UNREADABLE, 3, "the largest number may be 1e+09"),
+        ('{"times": [], "times": [], "agents": []}', TRACE_UNREADABLE, 1, "comes twice"),
+        ('{"times": [], "agents": ["\\ud800"]}', TRACE_UNREADABLE, 1, "half of a surrogate pair"),
         ("{", TRACE_UNREADABLE, 1, "not JSON"),
         ("[]", TRACE_UNREADABLE, 1, "`times` and `agents`"),
         ("[" * 100_000, TRACE_UNREADABLE, 1, ""),
@@ -159,6 +164,8 @@ def document() -> dict[str, object]:
         ("velocity", [[1, 1], [1, 1], [1, float("inf")]], TRACE_UNREADABLE),
         ("velocity", 7, TRACE_UNREADABLE),
         ("yaw", [0, 0], TRACE_UNREADABLE),
+        ("yaw", [0, 1e160, 0], TRACE_UNREADABLE),
+        ("velocity", [[1, 1], [1, 1], [1, 1e308]], TRACE_UNREADABLE),
     ],
 )
 def test_a_plan_with_a_strange_entry_is_refused_at_the_agents_name(key: str, value: object, code: object) -> None:
@@ -170,6 +177,16 @@ def test_a_plan_with_a_strange_entry_is_refused_at_the_agents_name(key: str, val
     assert finding.primary is not None
     if key != "name":
         assert finding.primary.span.text == '"drone[0]"'
+
+
+def test_a_column_that_is_not_read_may_hold_any_number() -> None:
+    header, *lines = TABLE.strip().splitlines()
+    same(good("\n".join([header + ",stamp", *(f"{line},1.7e18" for line in lines)])), good(TABLE))
+
+
+def test_larger_numbers_are_read_where_the_limit_allows_them() -> None:
+    text = TABLE.replace("drone[0],0.1,1.1,1", "drone[0],0.1,2e9,1")
+    assert read_trace(Source("trace", text), MISSION, Limits(magnitude=1e10))[1] == []
 
 
 def test_a_plan_without_velocities_is_read() -> None:
