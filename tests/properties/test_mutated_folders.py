@@ -20,7 +20,7 @@ from tests.forging import laid
 from tests.mutating import mutated
 from tests.whole_folder import files
 
-BLOCKS = 10
+BLOCKS = 5
 EACH = 8
 
 PROVENANCE = ("backend", "seed", "versions", "cut_short", "options")

@@ -178,6 +178,18 @@ def test_polynomials_that_cannot_be_read_are_refused(folder: Path, capsys: Captu
     assert "drone[1]" in err
 
 
+def test_polynomials_that_lead_beyond_all_numbers_are_refused(folder: Path, capsys: Captured) -> None:
+    path = folder / "crazyflie" / "drone1.csv"
+    lines = path.read_text().split("\n")
+    words = lines[2].split(",")
+    words[5] = "3e38"
+    path.write_text("\n".join([*lines[:2], ",".join(words), *lines[3:]]))
+    assert main(["simulate", str(folder)]) == 1
+    err = capsys.readouterr().err
+    assert "MC709" in err
+    assert "the polynomials of `drone[1]` lead beyond 1e+09 m" in err
+
+
 def test_a_place_one_cannot_write_to_is_refused_before_anything_is_flown(folder: Path, capsys: Captured) -> None:
     assert main(["simulate", str(folder), "--trace", "nowhere/flown.csv"]) == 1
     out, err = capsys.readouterr()

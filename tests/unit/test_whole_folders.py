@@ -12,6 +12,9 @@ import pytest
 
 from missionc.cli import main
 from missionc.limits import Limits
+from missionc.rebuild.manifest_entries import check_manifest
+from missionc.rebuild.simulation_document import check_simulation
+from missionc.reopen import Reopened, reopen
 from missionc.replay import Replayed, replay
 from tests.forging import Files, forged, hashed, laid
 from tests.whole_folder import files
@@ -21,6 +24,12 @@ def refused(replayed: Replayed) -> dict[str, str]:
     """Of each document that fails, the reason."""
     assert replayed.certificate is not None
     return {check.subject: check.detail for check in replayed.certificate.failures}
+
+
+def opened(folder: Path) -> Reopened:
+    found = reopen(folder)
+    assert isinstance(found, Reopened)
+    return found
 
 
 def edited(name: str, change: Callable[[Any], None]) -> Files:
@@ -123,12 +132,15 @@ def test_a_page_shows_what_was_verified(old: bytes, tmp_path: Path) -> None:
         (lambda found: found["tracking"][0].update(most=1e-9, mean=0.0, usual=0.0), "more than it says"),
         (lambda found: found["flight"]["agents"]["drone[0]"][0].pop(), "has not three coordinates"),
         (lambda found: found.update(room=[]), "`room`"),
+        (lambda found: found["flight"]["agents"]["drone[0]"][0].insert(0, 1e200), "has not three coordinates"),
+        (lambda found: found["flight"]["agents"]["drone[0]"][0].__setitem__(0, 1e200), "has not three coordinates"),
         (lambda found: found.clear(), ""),
     ],
 )
 def test_a_simulation_fits_the_plan_and_itself(change: Callable[[Any], None], words: str, tmp_path: Path) -> None:
-    reasons = refused(replay(forged(tmp_path, edited("simulation.json", change))))
-    assert words in reasons["simulation.json"]
+    check = check_simulation(opened(forged(tmp_path, edited("simulation.json", change))))
+    assert not check.passed
+    assert words in check.detail
 
 
 @pytest.mark.parametrize(
@@ -155,7 +167,9 @@ def test_a_simulation_fits_the_plan_and_itself(change: Callable[[Any], None], wo
 )
 def test_a_manifest_says_nothing_that_cannot_be(key: str, value: object, tmp_path: Path) -> None:
     found = edited("manifest.json", lambda manifest: manifest.update({key: value}))
-    assert "manifest.json" in refused(replay(laid(tmp_path, found)))
+    assert "manifest.json" in {
+        check.subject for check in check_manifest(opened(laid(tmp_path, found))) if not check.passed
+    }
 
 
 # ------------------------------------------------------------ what a folder holds
@@ -321,9 +335,7 @@ def test_each_file_is_read_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
 # ---------------------------------------------------------------- numbers and texts
 
 
-@pytest.mark.parametrize(
-    "text", ["9" * 400, "1e400", '"\\ud800"', "[" * 5_000 + "]" * 5_000, "NaN", "null", "{}", "-1e308", "true"]
-)
+@pytest.mark.parametrize("text", ["9" * 400, "1e400", '"\\ud800"', "[" * 5_000 + "]" * 5_000, "NaN", "-1e308"])
 @pytest.mark.parametrize("name", ["manifest.json", "plan.json", "certificate.json", "simulation.json"])
 def test_every_strange_value_ends_in_a_code(name: str, text: str, tmp_path: Path) -> None:
     key = {"manifest.json": "seed", "plan.json": "step", "certificate.json": "checks", "simulation.json": "room"}[name]
