@@ -45,7 +45,10 @@ def check_page(reopened: Reopened, plan: Plan, flown: Certificate) -> Check:
         own_shell, own = _split(drawn)
     except ValueError:
         return verdict(REPORT, OTHER)
-    return verdict(REPORT, difference(_settled(data), _settled(own)) if shell == own_shell else OTHER)
+    mission = reopened.mission
+    names, end = {agent.name for agent in mission.agents}, float(mission.horizon) + NOISE
+    same = shell == own_shell
+    return verdict(REPORT, difference(_settled(data, names, end), _settled(own, names, end)) if same else OTHER)
 
 
 def _split(text: str) -> tuple[tuple[str, str], Any]:
@@ -61,10 +64,14 @@ def _split(text: str) -> tuple[tuple[str, str], Any]:
     return (before, after), parse_json(data)
 
 
-def _settled(data: Any) -> Any:
-    """Without the time and the agents of what is met to rounding."""
+def _settled(data: Any, names: set[str], end: float) -> Any:
+    """Without the time and the agents of what is met to rounding, where they can be right."""
     rows = data.get("checks") if isinstance(data, dict) else None
     for row in rows if isinstance(rows, list) else []:
         if isinstance(row, dict) and is_number(row.get("margin")) and abs(row["margin"]) <= NOISE:
-            row["at"] = row["agents"] = None
+            when, who = row.get("at"), row.get("agents")
+            if is_number(when) and 0 <= when <= end:
+                row["at"] = None
+            if isinstance(who, list) and names.issuperset(map(str, who)):
+                row["agents"] = len(who)
     return data

@@ -14,7 +14,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict
-from typing import Any
+from typing import Any, TypeAlias
 
 from missionc.json_text import NotJsonError, parse_json
 from missionc.verify.agreement import close, difference, is_number, shown
@@ -37,6 +37,9 @@ KEYS = (
     "warnings",
 )
 """Of the document, in its order."""
+
+Anywhere: TypeAlias = tuple[set[str], float]
+"""Whose and when a margin may be tight: agents, and the last second."""
 
 MOMENT = 2e-6
 """Seconds: the time ``at`` which a margin is tight is written to a millionth."""
@@ -80,13 +83,21 @@ def _entries(stated: object, found: Sequence[Check | Figure], whole: Certificate
     if [(entry.get("name"), entry.get("subject")) for entry in stated] != [(each.name, each.subject) for each in found]:
         return "it does not have the checks and figures that the folder's files come to"
     proved = {_name_of(boxes) for boxes in whole.boxes}
+    somewhere = _anywhere(whole)
     reasons = (
-        _entry(entry, each, (each.name, each.subject) in proved) for entry, each in zip(stated, found, strict=True)
+        _entry(entry, each, (each.name, each.subject) in proved, somewhere)
+        for entry, each in zip(stated, found, strict=True)
     )
     return next((reason for reason in reasons if reason is not None), None)
 
 
-def _entry(stated: Mapping[str, Any], found: Check | Figure, proved: bool) -> str | None:
+def _anywhere(whole: Certificate) -> Anywhere:
+    """Every agent that a check is about, and the end of the flight."""
+    ends = [float(boxes.claim.times[-1]) for boxes in whole.boxes]
+    return {agent for check in whole.checks for agent in check.agents}, max(ends, default=0.0)
+
+
+def _entry(stated: Mapping[str, Any], found: Check | Figure, proved: bool, anywhere: Anywhere) -> str | None:
     who = f"{found.name} of {found.subject}"
     computed = _plain(asdict(found))
     if set(stated) != set(computed):
@@ -95,9 +106,9 @@ def _entry(stated: Mapping[str, Any], found: Check | Figure, proved: bool) -> st
     exact = isinstance(found, Figure) or abs(found.margin) > found.tolerance
     for key, value in computed.items():
         said = stated[key]
-        if key == "at" and not _moment(said, value, exact):
+        if key == "at" and not (_moment(said, value) or (not exact and is_number(said) and 0 <= said <= anywhere[1])):
             return f"{who}: its `at` is {shown(said)}, where {shown(value)} is what the files come to"
-        if key == "at" or (key == "agents" and not exact and _names(said, value)):
+        if key == "at" or (key == "agents" and not exact and _names(said, value, anywhere[0])):
             continue
         worse = CERTAIN + SHARE * abs(value) if key == "margin" and proved and is_number(value) else 0.0
         if is_number(said) and is_number(value) and value - worse <= said <= value:
@@ -120,14 +131,14 @@ def _plain(entry: dict[str, Any]) -> dict[str, Any]:
     }
 
 
-def _moment(said: object, value: float | None, exact: bool) -> bool:
+def _moment(said: object, value: float | None) -> bool:
     if value is None or not is_number(said):
         return said is value
-    return abs(said - value) <= MOMENT + 1e-12 * abs(value) if exact else said >= 0
+    return abs(said - value) <= MOMENT + 1e-12 * abs(value)
 
 
-def _names(said: object, value: list[str]) -> bool:
-    return isinstance(said, list) and len(said) == len(value) and all(isinstance(name, str) for name in said)
+def _names(said: object, value: list[str], agents: set[str]) -> bool:
+    return isinstance(said, list) and len(said) == len(value) and all(name in agents for name in map(str, said))
 
 
 def _between(stated: object, found: Certificate) -> str | None:
@@ -137,7 +148,7 @@ def _between(stated: object, found: Certificate) -> str | None:
     same = len(rows) == len(computed) and all(
         isinstance(row, dict)
         and set(row) == set(each)
-        and _moment(row["at"], each["at"], True)
+        and _moment(row["at"], each["at"])
         and difference({**row, "at": None}, {**each, "at": None}) is None
         for row, each in zip(rows, computed, strict=True)
     )

@@ -122,6 +122,27 @@ def test_a_page_shows_what_was_verified(old: bytes, tmp_path: Path) -> None:
     assert set(refused(replay(forged(tmp_path, found)))) == {"report.html"}
 
 
+def test_what_is_met_to_rounding_is_still_about_somebody_at_some_time(tmp_path: Path) -> None:
+    """Which rounding is worst depends on the machine, so that the time may be another, but not any."""
+
+    def nobody(certificate: Any) -> None:
+        next(check for check in certificate["checks"] if check["name"] == "joints")["agents"] = ["nobody"]
+
+    def never(certificate: Any) -> None:
+        next(check for check in certificate["checks"] if check["name"] == "joints")["at"] = 99.0
+
+    def later(certificate: Any) -> None:
+        next(check for check in certificate["checks"] if check["name"] == "joints")["at"] = 2.5
+
+    def stated(change: Callable[[Any], None], folder: str) -> bool:
+        replayed = replay(forged(tmp_path / folder, edited("certificate.json", change)))
+        return "checks" not in refused(replayed)
+
+    assert [stated(nobody, "a"), stated(never, "b"), stated(later, "c")] == [False, False, True]
+    page = files()["report.html"].replace(b'"agents":["drone[0]"]', b'"agents":["nobody"]')
+    assert "report.html" in refused(replay(forged(tmp_path / "d", {**files(), "report.html": page})))
+
+
 @pytest.mark.parametrize(
     ("change", "words"),
     [
