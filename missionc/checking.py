@@ -16,6 +16,7 @@ from missionc.diagnostics.code import INCLUDE_NOT_ALLOWED
 from missionc.diagnostics.model import Diagnostic, has_errors
 from missionc.ir import PLAIN
 from missionc.limits import Limits
+from missionc.monitoring.check_ends import check_ends
 from missionc.passes.check_horizons import check_horizons
 from missionc.passes.check_requirements import check_requirements
 from missionc.passes.check_world import check_world
@@ -152,6 +153,8 @@ def check(
         return replace(so_far(findings), program=program, mission=mission, choice=choice)
     with watch.stage("expand"):
         kernel, more = expand(mission, limits)
+        if kernel is not None and ground is not None:
+            more = [*more, *check_ends(mission, kernel, ground)]
     return replace(so_far([*findings, *more]), program=program, mission=mission, choice=choice, kernel=kernel)
 
 

@@ -1,4 +1,4 @@
-"""Formulas of a random mission: of every operator, predicate and bound, with windows that often look exactly to the end."""
+"""Formulas of a random mission: every operator, predicate and bound, and windows that often look exactly to the end."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class Names:
 
 
 class Formulas:
-    """Random formulas; ``room`` is how many steps ahead one may look, ``depth`` how many operators are within each other."""
+    """Random formulas; ``room`` is how many steps ahead one may look, ``depth`` how many operators are nested."""
 
     def __init__(self, generator: np.random.Generator, names: Names) -> None:
         self.random, self.names = generator, names
@@ -151,7 +151,7 @@ class Formulas:
         word = self.one(words)
         if word == "next":
             return f"next ({part(room - 1, depth - 1)})"
-        low, high, bounds = self._window(room)
+        high, bounds = self._window(room)
         left = room - high
         if word in ("always", "eventually"):
             return f"{word}{bounds} ({part(left, depth - 1)})"
@@ -159,13 +159,13 @@ class Formulas:
         before = (left + 1 if high > 0 else room + 3) if self.odds(0.5) else left
         return f"(({part(before, depth - 1)}) {word}{bounds} ({part(left, depth - 1)}))"
 
-    def _window(self, room: int) -> tuple[int, int, str]:
-        """The first step, the last, and both as text; one that is open to the end takes all the room."""
+    def _window(self, room: int) -> tuple[int, str]:
+        """The last step, and the window as text; one that is open to the end takes all the room."""
         high = room if self.odds(0.4) else int(self.random.integers(0, room + 1))
         low = 0 if self.odds(0.5) else int(self.random.integers(0, high + 1))
         if self.odds(0.15):
-            return low, room, f"[{self._time(low)}, end]"
-        return low, high, f"[{self._time(low)}, {self._time(high)}]"
+            return room, f"[{self._time(low)}, end]"
+        return high, f"[{self._time(low)}, {self._time(high)}]"
 
     def _time(self, steps: int) -> str:
         return f"{steps} steps" if self.odds(0.1) else f"{steps * self.names.step:g} s" if steps else "0"

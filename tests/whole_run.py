@@ -1,4 +1,4 @@
-"""One mission taken through every command, in this process: what each answers must be an answer, and one agree with another."""
+"""One mission taken through every command, in this process: each has to answer, and the answers to agree."""
 
 from __future__ import annotations
 
@@ -46,10 +46,11 @@ def codes(document: dict[str, Any]) -> tuple[str, ...]:
     return tuple(sorted({each["code"] for each in document["diagnostics"] if each["severity"] == "error"}))
 
 
-def taken_through(
-    files: dict[str, str], folder: Path, seconds: float, continuous: bool, explaining: str = "0"
-) -> Ended:
+def taken_through(files: dict[str, str], folder: Path, flags: tuple[str, ...] = ()) -> Ended:
     """Write the files, ``m.mission`` first among them, and ask every command for all that it can say of them.
+
+    Args:
+        flags: for ``compile``.
 
     Raises:
         AssertionError: two answers contradict each other, or a plan is not one.
@@ -65,13 +66,12 @@ def taken_through(
         return Ended("refused", codes(checked))
     _described(mission)
     out = folder / "out"
-    words = ["compile", mission, "-o", str(out), "--time-limit", f"{seconds:g}", "--explain-limit", explaining]
-    status, compiled = said(*words, *(["--continuous"] if continuous else []), "--quiet")
+    status, compiled = said("compile", mission, "-o", str(out), "--quiet", *flags)
     ended = Ended(str(compiled["outcome"]), codes(compiled), str(compiled["backend"]))
     assert ended.outcome != "unverified", compiled["diagnostics"]
     assert (status == Status.DONE) == (ended.outcome == "planned")
     if ended.outcome == "planned":
-        _read_again(mission, out, continuous)
+        _read_again(mission, out, "--continuous" in flags)
     return ended
 
 

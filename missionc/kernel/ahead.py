@@ -36,10 +36,10 @@ def steps_ahead(roots: Iterable[Node]) -> dict[Node, int]:
         match node:
             case Throughout(body, low, high) | Sometime(body, low, high):
                 known[node] = low if high is None else high + known[body]
-            case Until(_, _, low, None):
-                known[node] = low
-            case Until(hold, end, _, int(high)):
-                known[node] = max(high + known[end], high - 1 + known[hold] if high > 0 else 0)
+            case Until(hold, end, low, high):
+                ends = low if high is None else high + known[end]
+                held = high - 1 + known[hold] if high else 0
+                known[node] = max(ends, held)
             case Atom() | Is() | Not() | All() | Any() | AtLeast() | Nearby() | Reach() | Route() | Apart() | At():
                 known[node] = max((known[child] for child in children(node)), default=0)
             case _:

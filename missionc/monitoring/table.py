@@ -76,7 +76,7 @@ def _temporal(node: Node) -> bool:
 
 
 def _same_moment(node: Node) -> bool:
-    """Whether the node has its operands at the step it is asked at, each at one agent: what it is worth follows theirs."""
+    """Whether the node asks its operands at the step it is asked at itself, each at one agent."""
     return isinstance(node, Not | All | Any | AtLeast | At)
 
 

@@ -230,6 +230,7 @@ solve with clot
 def test_a_plan_that_leaps_over_a_wall_is_told_from_one_that_does_not(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
+    pytest.importorskip("torch")
     monkeypatch.chdir(tmp_path)
     Path("leap.mission").write_text(LEAP, encoding="utf-8")
     refused = compile("leap.mission", continuous=True)

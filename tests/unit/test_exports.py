@@ -111,6 +111,7 @@ def test_a_missing_package_is_said_before_anything_else(monkeypatch: pytest.Monk
 
 def test_a_form_that_cannot_hold_the_flight_costs_only_itself() -> None:
     """Two that start one above the other cannot rise from the floor at once; their polynomials are sound."""
+    pytest.importorskip("torch")
     tower = """\
 mission tower
 time step 1 s, horizon 3 s

@@ -152,17 +152,30 @@ def reads_speed(predicate: Predicate) -> bool:
 
 
 def _needed(goals: tuple[Term, ...], order: Sequence[Term], steps: int) -> dict[Term, tuple[int, int]]:
+    """The steps at which each term's value is laid out.
+
+    What holds until something else is laid out at the last step of its window as well, where it is not asked. A window
+    below it that would run past the mission from there is laid out as far as the mission goes.
+    """
     needed: dict[Term, tuple[int, int]] = dict.fromkeys(goals, (0, 0))
+    asked: dict[Term, int] = dict.fromkeys(goals, 0)
     for term in reversed(order):
         first, last = needed[term]
+        final = dict.fromkeys(below(term), asked[term])
         if isinstance(term, LeastOver | GreatestOver | Until | Release):
             shape = window(term)
-            if last + (shape.low if shape.high is None else shape.high) >= steps:
+            if asked[term] + (shape.low if shape.high is None else shape.high) >= steps:
                 raise ValueError("a window runs past the last step")
-            first, last = first + shape.first, steps - 1 if shape.high is None else last + shape.high
+            first = first + shape.first
+            last = steps - 1 if shape.high is None else min(last + shape.high, steps - 1)
+            until = steps - 1 if shape.high is None else asked[term] + shape.high
+            final = dict.fromkeys(below(term), until)
+            if shape.hold is not None and shape.hold is not shape.end:
+                final[shape.hold] = until - 1
         for part in below(term):
             before = needed.get(part, (first, last))
             needed[part] = (min(first, before[0]), max(last, before[1]))
+            asked[part] = max(asked.get(part, 0), final[part])
     return needed
 
 

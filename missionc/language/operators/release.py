@@ -9,6 +9,8 @@ from missionc.language.operator import Bounds, Fixity, Operator, Use
 def expand(use: Use) -> Node:
     frees, held = use.arguments
     window = use.window
+    if window.high == 0:
+        return held
     broken = Until(Not(frees, use.span), Not(held, use.span), window.low, window.high, use.span)
     return Not(broken, use.span)
 

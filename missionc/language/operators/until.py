@@ -11,6 +11,8 @@ from missionc.language.operator import Bounds, Fixity, Operator, Use
 
 def expand(use: Use) -> Node:
     hold, end = use.arguments
+    if use.window.high == 0:  # there is no step before, and so none from which the left one is asked how it goes on
+        return end
     return Until(hold, end, use.window.low, use.window.high, use.span)
 
 
