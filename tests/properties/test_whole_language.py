@@ -19,7 +19,7 @@ pytest.importorskip("torch")
 
 USUAL = 20
 FIRST = 20_000
-SECONDS = "1"
+SECONDS = "0.5"
 PRESETS = ("search", "paper", "fsot", "mpot")
 
 
