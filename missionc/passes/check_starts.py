@@ -65,15 +65,16 @@ def _outside(mission: Mission, ground: Ground, stage: Stage) -> list[Diagnostic]
 
 
 def _in_obstacles(mission: Mission, ground: Ground, stage: Stage) -> list[Diagnostic]:
-    places = [place.point for _, place in stage.exact]
-    margins = [agent.radius + mission.clearance for agent, _ in stage.exact]
+    exact = stage.exact
+    places = [place.point for _, place in exact]
+    margins = [agent.radius + mission.clearance for agent, _ in exact]
     findings: list[Diagnostic] = []
     for obstacle in mission.obstacles:
         near = dict(too_near(obstacle, stage.time, places, margins))
-        distances = {stage.exact[place][0].index: distance for place, distance in near.items()}
+        distances = {exact[place][0].index: distance for place, distance in near.items()}
         findings.extend(
             _touches_obstacle(mission, stage, obstacle, there, distances[there[0][0].index])
-            for there in _by_span(stage.exact[place] for place in near)
+            for there in _by_span(exact[place] for place in near)
         )
     return findings
 
