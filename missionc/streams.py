@@ -74,7 +74,7 @@ def hold_numbers() -> None:
 def finished(status: int) -> int:
     """The exit status once all that was said has left; what no stream takes is dropped."""
     for stream in (sys.stdout, sys.stderr):
-        if stream is None:
+        if stream is None or stream.closed:
             continue
         try:
             Voice(stream).flush()

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from itertools import islice
 from textwrap import wrap
 
 from missionc.explaining.diagram import WIDTH, Span, draw, windows
@@ -59,13 +60,37 @@ class Explained:
     traps: tuple[Trap, ...]
 
 
+MOST_GOALS = 100
+"""Requirements and preferences on one page."""
+
+MOST_LETTERS = 100_000
+"""In the sentences of one page; once there are more, what comes after is left out."""
+
+MOST_WINDOWS = 10_000
+"""Of one formula that are looked at."""
+
+
 def explained(mission: Mission, name: str | None = None) -> tuple[Explained, ...]:
-    """Every requirement, then every preference, or those with that name."""
-    return tuple(_explained(mission, goal) for goal in goals(mission) if name in (None, goal.name))
+    """Every requirement, then every preference, or those with that name; the first ones where they fill a page."""
+    parts: list[Explained] = []
+    letters = 0
+    for goal in (goal for goal in goals(mission) if name in (None, goal.name)):
+        if len(parts) == MOST_GOALS or letters > MOST_LETTERS:
+            break
+        parts.append(_explained(mission, goal))
+        letters += parts[-1].said.letters
+    return tuple(parts)
+
+
+def left_out(parts: tuple[Explained, ...], mission: Mission) -> int:
+    """How many requirements and preferences a page has no room for; none of a page about one of them."""
+    total = len(list(goals(mission)))
+    full = len(parts) == MOST_GOALS or sum(part.said.letters for part in parts) > MOST_LETTERS
+    return total - len(parts) if full and len(parts) > 1 else 0
 
 
 def _explained(mission: Mission, goal: Requirement | Preference) -> Explained:
-    spans = tuple(windows(goal.formula, mission))
+    spans = tuple(islice(windows(goal.formula, mission), MOST_WINDOWS))
     required = needs_of(goal.formula)
     features = {need.feature for need in required}
     return Explained(
@@ -120,6 +145,9 @@ def lines(parts: tuple[Explained, ...], mission: Mission, choice: Choice | None,
     said = [f"mission {mission.name}: {agents}, {mission.steps} steps of {number(mission.step)} s"]
     for part in parts:
         said += ["", *_part_lines(part, mission, unicode)]
+    if left := left_out(parts, mission):
+        more = f"{left} more {'is' if left == 1 else 'are'} not explained here; name one: `missionc explain FILE NAME`"
+        said += ["", more]
     if choice is not None:
         said += ["", *choice.explanation.rstrip("\n").split("\n")]
     known = {trap.name: trap for part in parts for trap in part.traps}
@@ -137,6 +165,8 @@ def _part_lines(part: Explained, mission: Mission, unicode: bool) -> Iterator[st
     yield from _wrapped(part.said.whole, 2)
     for more in part.said.parts:
         yield from _wrapped(more.sentence, 4)
+    if part.said.left_out:
+        yield from _wrapped(f"{part.said.left_out} more of what these name, at least, is not explained here.", 4)
     for thing in part.things:
         yield from _wrapped(f"{thing}.", 4)
     drawing = draw(iter(part.windows), mission, unicode)
@@ -186,6 +216,7 @@ def document(parts: Iterable[Explained], mission: Mission, choice: Choice | None
         "backend": None if choice is None else choice.backend,
         "backend_because": None if choice is None else choice.explanation,
         "goals": [_goal(part) for part in parts],
+        "goals_left_out": left_out(parts, mission),
         "traps": [_trap(trap) for trap in traps.values()],
     }
 
@@ -199,6 +230,7 @@ def _goal(part: Explained) -> dict[str, object]:
         "formula": part.written,
         "sentence": part.said.whole,
         "where": [{"name": more.name, "sentence": more.sentence} for more in part.said.parts],
+        "where_left_out": part.said.left_out,
         "things": list(part.things),
         "windows": [_window(span) for span in part.windows],
         "needs_steps": part.needed if math.isfinite(part.needed) else None,

@@ -40,6 +40,10 @@ DEEP = 6
 """Operators within each other beyond which a sentence ends and another one goes on."""
 
 
+MOST_PARTS, LONGEST = 20, 2_000
+"""Formulas that are explained under one that uses them, and letters of one sentence, that are said."""
+
+
 @dataclass(frozen=True, slots=True)
 class Part:
     """A formula that a sentence calls by a name, and what it means."""
@@ -52,6 +56,12 @@ class Part:
 class Sentences:
     whole: str
     parts: tuple[Part, ...] = ()
+    left_out: int = 0
+    """Formulas that come up with a name and are not explained."""
+
+    @property
+    def letters(self) -> int:
+        return len(self.whole) + sum(len(part.sentence) for part in self.parts)
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,19 +90,22 @@ def sentences(formula: ir.Formula, mission: ir.Mission) -> Sentences:
     speaker = _Speaker(mission, formula)
     whole = _ended(speaker.clause(formula, Around("the agent", True), named=False).text, mission)
     parts: list[Part] = []
-    while len(parts) < len(speaker.named):
+    while len(parts) < min(len(speaker.named), MOST_PARTS):
         part = speaker.order[len(parts)]
         of = " of an agent" if part in speaker.of_agents else ""
         text = speaker.clause(part, Around("the agent", False), named=False).text
         parts.append(Part(speaker.named[part], _ended(f"{speaker.named[part]} means{of}: {text}", mission)))
-    return Sentences(whole, tuple(parts))
+    return Sentences(whole, tuple(parts), len(speaker.named) - len(parts))
 
 
 def _ended(text: str, mission: ir.Mission) -> str:
     """The text with a full stop, and a capital where it does not begin with a name."""
     first = text.split(" ", 1)[0].rstrip(",")
     named = first.startswith("`") or any(agent.name == first for agent in mission.agents)
-    return f"{text if named else text[0].upper() + text[1:]}."
+    said = text if named else text[0].upper() + text[1:]
+    if len(said) > LONGEST:
+        return f"{said[:LONGEST].rsplit(' ', 1)[0]} … and {len(said) - LONGEST:,} letters more, which are left out."
+    return f"{said}."
 
 
 @dataclass(slots=True)
@@ -106,6 +119,7 @@ class _Speaker:
     sizes: dict[ir.Formula, int] = field(default_factory=dict)
     of_agents: set[ir.Formula] = field(default_factory=set)
     lets: dict[ir.Formula, str] = field(default_factory=dict)
+    said: dict[tuple[ir.Formula, Around, bool], Clause] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         for formula in bottom_up([self.root]):
@@ -193,6 +207,12 @@ class _Speaker:
         if named:
             name = self._name(formula)
             return Clause(f"{around.who} meets {name}" if formula in self.of_agents else f"{name} holds", True)
+        key = (formula, around, named)
+        if key not in self.said:
+            self.said[key] = self._clause(formula, around)
+        return self.said[key]
+
+    def _clause(self, formula: ir.Formula, around: Around) -> Clause:
         match formula:
             case ir.Truth(value, _):
                 return Clause("this is so in any case" if value else "this is never so", True)

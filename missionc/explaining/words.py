@@ -11,6 +11,9 @@ from missionc.passes.show_formula import number, show_predicate
 from missionc.passes.wording import seconds
 from missionc.syntax.ast import Metric
 
+MOST_NAMES = 20
+"""Agents that are named one by one."""
+
 
 @dataclass(frozen=True, slots=True)
 class Verb:
@@ -104,7 +107,9 @@ def names(agents: tuple[int, ...], mission: ir.Mission) -> str:
     for known in (*mission.teams, *mission.groups):
         if known.agents == agents:
             return f"`{known.name}`"
-    return joined([mission.agents[agent].name for agent in agents], "and")
+    one_by_one = [mission.agents[agent].name for agent in agents[:MOST_NAMES]]
+    more = len(agents) - MOST_NAMES
+    return joined([*one_by_one, f"{more:,} more"] if more > 0 else one_by_one, "and")
 
 
 def joined(parts: list[str], word: str, separator: str = ",") -> str:

@@ -6,7 +6,8 @@ A text comes whole with every change: it is small, and nothing can go wrong betw
 from __future__ import annotations
 
 import gc
-from typing import Any
+import sys
+from typing import Any, BinaryIO, cast
 
 from lsprotocol import types
 from pygls.lsp.server import LanguageServer
@@ -22,6 +23,7 @@ from missionc.lsp.hover import hover
 from missionc.lsp.rename import renamable, rename
 from missionc.lsp.symbols import symbols
 from missionc.lsp.text import Memory, OpenText, name_of
+from missionc.lsp.wire import Incoming, Protocol
 from missionc.source import Source
 from missionc.version import __version__
 
@@ -30,7 +32,8 @@ class Server(LanguageServer):
     """What is open, and the checks of it."""
 
     def __init__(self) -> None:
-        super().__init__("missionc", __version__, text_document_sync_kind=types.TextDocumentSyncKind.Full)
+        full = types.TextDocumentSyncKind.Full
+        super().__init__("missionc", __version__, text_document_sync_kind=full, protocol_cls=Protocol)
         self.open: dict[str, OpenText] = {}
         self.checks = Checks(self.publish)
 
@@ -57,9 +60,11 @@ class Server(LanguageServer):
 
 def serve() -> None:
     """Answer on standard input and output until the client hangs up."""
+    if sys.stdin is None:
+        return  # closed, so that nobody will ever ask
     gc.freeze()
     gc.set_threshold(50_000)
-    made().start_io()
+    made().start_io(cast(BinaryIO, Incoming(sys.stdin.buffer)))
 
 
 def made() -> Server:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -9,6 +10,7 @@ from pathlib import Path
 from pygls.uris import from_fs_path, to_fs_path
 
 from missionc.checking import Kept
+from missionc.diagnostics.plain import plain_line
 from missionc.ir import Mission
 from missionc.limits import Limits
 from missionc.lsp.outline import Outline
@@ -68,5 +70,9 @@ class OpenText:
 
 
 def name_of(uri: str) -> str:
-    """How messages call a text: its path where it has one."""
-    return to_fs_path(uri) or uri
+    """How messages call a text: its path where it has one; written out where no file can be called so."""
+    name = to_fs_path(uri) or uri
+    try:
+        return name if os.fsencode(name) and "\0" not in name else plain_line(name)
+    except UnicodeEncodeError:
+        return plain_line(name)

@@ -1,4 +1,4 @@
-"""Whatever stands on the command line, a command ends with a documented status, says nothing odd and keeps to its folder.
+"""Whatever stands on the command line, a command ends with a documented status and keeps to its folder.
 
 ``MISSIONC_FUZZ_COMMANDS=5000`` runs so many command lines instead of the usual number; `make fuzz` does.
 """

@@ -1,0 +1,47 @@
+"""Messages from a client, whatever it sends: one that is none is answered as the protocol says, or passed over."""
+
+from __future__ import annotations
+
+import re
+from typing import Any, BinaryIO
+
+from pygls.exceptions import JsonRpcException
+from pygls.protocol import LanguageServerProtocol
+from pygls.protocol.json_rpc import JsonRPCNotification
+
+LONGEST = 1 << 28
+"""Bytes of one message; a longer one is a client's mistake, and nothing is made ready for it."""
+
+LENGTH = re.compile(rb"Content-Length: (\d+)\r\n\Z")
+
+
+class Incoming:
+    """Standard input as the server reads it: line by line to a message's length, and then so many bytes."""
+
+    def __init__(self, stream: BinaryIO) -> None:
+        self._stream = stream
+
+    def readline(self) -> bytes:
+        """A line; after something that was no message, from the next message's length on. Nothing at the end."""
+        line = self._stream.readline()
+        found = LENGTH.search(line)
+        if found is None:
+            return line
+        digits = found[1].lstrip(b"0")
+        return found[0] if len(digits) < 10 and int(digits or b"0") <= LONGEST else b"\r\n"
+
+    def read(self, count: int) -> bytes:
+        return self._stream.read(count)
+
+
+class Protocol(LanguageServerProtocol):
+    """The protocol, with an answer to each request, also to one that cannot be read."""
+
+    def structure_message(self, data: dict[str, Any]) -> Any:
+        try:
+            return super().structure_message(data)
+        except JsonRpcException as wrong:
+            asked = data.get("id")
+            if "method" in data and isinstance(asked, int | str):
+                self._send_response(asked, error=wrong.to_response_error())
+            return JsonRPCNotification(method="", params=None, jsonrpc="")  # of no version, so that nobody acts on it
