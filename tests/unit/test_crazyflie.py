@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 from itertools import pairwise
 from math import comb
@@ -20,6 +21,7 @@ from missionc.emit.splines import rounded
 from missionc.plan import Trace
 from missionc.verify import Certificate, verify, verify_polynomials
 from missionc.verify.columns import COLUMNS, Pieces, read
+from missionc.verify.tolerances import WAYPOINT
 from tests.plans import NOTHING, mission_of, moving, pushed, still, straight, wandering
 
 SQUARE = [[2.0, 2.0], [3.0, 2.0], [3.0, 3.0], [2.0, 3.0], [2.0, 2.0], [2.0, 2.0]]
@@ -273,7 +275,19 @@ def test_a_piece_is_for_several_steps_where_the_memory_holds_no_more() -> None:
     assert set(pieces.duration.tolist()) == {0.25, 0.5}
     assert found.certificate.warnings == ()
     away = positions(found.files["drone[0]"], 0.25 * np.arange(41))[:, :2] - path[0]
-    assert np.linalg.norm(away, axis=-1).max() <= 5.01e-3
+    assert np.linalg.norm(away, axis=-1).max() <= WAYPOINT == 5e-3
+
+
+@pytest.mark.parametrize("far", [0.0, 2_000.0])
+def test_a_flight_with_few_pieces_keeps_what_is_promised_of_waypoints(far: float) -> None:
+    path = np.array([[[far + 1.0 + 0.07 * step, 1.0 + 0.1 * (step % 3)] for step in range(61)]])
+    mission = mission_of([[far + 1.0, 1.0]], 60, step=0.3)
+    found = flown(
+        replace(mission, world=replace(mission.world, low=(far, 0.0), high=(far + 8.0, 8.0))), straight(path, 0.3)
+    )
+    (check,) = [check for check in found.certificate.checks if check.name == "waypoints"]
+    assert check.tolerance == WAYPOINT
+    assert 1e-3 < -check.margin <= WAYPOINT
 
 
 def test_more_pieces_than_the_memory_holds_are_warned_of() -> None:

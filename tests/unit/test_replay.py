@@ -53,7 +53,7 @@ def test_a_changed_requirement_is_judged_as_it_stands_now(folder: Path) -> None:
 def test_a_plan_moved_by_hand_no_longer_fits_the_flight(folder: Path) -> None:
     plan = json.loads((folder / "plan.json").read_text())
     for position in plan["agents"][0]["position"]:
-        position[0] += 0.01
+        position[0] += 0.006
     (folder / "plan.json").write_text(json.dumps(plan))
     assert {"manifest", "waypoints"} <= failed(replay(folder))
 
