@@ -40,11 +40,12 @@ format: ## put the code in the one format
 slow: ## the tests that take longer than a few seconds
 	$(BIN)/pytest -m slow
 
-fuzz: ## random missions through every command, mutated ones through `check`, edits and formulas, far more than in `make check`
+fuzz: ## random missions through every command, mutated ones through `check`, command lines, edits and formulas, far more than in `make check`
 	MISSIONC_FUZZ=200000 $(BIN)/pytest -q --timeout 0 tests/properties/test_mutated_missions.py
 	MISSIONC_FUZZ=10000 $(BIN)/pytest -q --timeout 0 tests/properties/test_lsp_typing.py
 	MISSIONC_FUZZ=5000 $(BIN)/pytest -q --timeout 0 tests/properties/test_table.py tests/properties/test_interval.py
 	MISSIONC_FUZZ=2000 $(BIN)/pytest -q --timeout 0 tests/properties/test_whole_language.py
+	MISSIONC_FUZZ=5000 $(BIN)/pytest -q --timeout 0 tests/properties/test_hostile_commands.py
 
 bench: ## the measurements of docs/performance.md
 	for program in bench/*.py; do $(BIN)/python $$program || exit; done

@@ -1,6 +1,6 @@
 """Whatever stands on the command line, a command ends with a documented status and keeps to its folder.
 
-``MISSIONC_FUZZ_COMMANDS=5000`` runs so many command lines instead of the usual number; `make fuzz` does.
+``MISSIONC_FUZZ=5000`` runs so many command lines instead of the usual number; `make fuzz` does.
 """
 
 from __future__ import annotations
@@ -204,7 +204,7 @@ def test_every_command_line_ends_well(
     part: int, anew: Callable[[], Path], capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("MISSIONC_TRACEBACK", "1")
-    for number in range(part, int(os.environ.get("MISSIONC_FUZZ_COMMANDS", USUAL)), PARTS):
+    for number in range(part, int(os.environ.get("MISSIONC_FUZZ", USUAL)), PARTS):
         words = command_line(random.Random(number))
         if number % 10 == part:
             place = anew()

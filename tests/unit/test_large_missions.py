@@ -1,0 +1,94 @@
+"""Missions as large as the limits let them be: work grows with the text, and what is printed has an end."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from types import FrameType
+
+import pytest
+
+from missionc.checking import check
+from missionc.explaining.page import document, explained, lines
+from missionc.explaining.sentences import LONGEST, MOST_PARTS
+from missionc.source import Source
+from tests.small import SMALL
+
+MORE_THAN_LINEAR = 3.0
+"""Of the work for twice as much; what looks at all pairs does four times as much."""
+
+
+def calls(work: Callable[[], object]) -> int:
+    """How many functions are called, those of the interpreter included."""
+    count = 0
+
+    def note(frame: FrameType, event: str, argument: object) -> None:
+        nonlocal count
+        count += event in ("call", "c_call")
+
+    sys.setprofile(note)
+    try:
+        work()
+    finally:
+        sys.setprofile(None)
+    return count
+
+
+def checks(text: str) -> int:
+    return calls(lambda: check(Source("a.mission", text)))
+
+
+def crowd(agents: int) -> str:
+    """Every start lies in each of three obstacles."""
+    obstacles = [f"obstacle o{n} = polygon (0, 0), (4, 0), (4, 4), (2, {3 + n / 10}), (0, 4)" for n in range(3)]
+    team = SMALL.replace("drone[2]", f"drone[{agents}]").replace("start    in base", "start grid (0.1, 0.1) to (3, 1)")
+    return "\n".join([team.replace("radius   0.1 m", "radius 0.001 m"), *obstacles])
+
+
+def unknown(names: int) -> str:
+    return f"{SMALL}require a: every drone: ({' or '.join(f'unknown_{n}' for n in range(names))})\n"
+
+
+def chains(requirements: int) -> str:
+    """Each requirement speaks of a hundred formulas with names."""
+    lets = [f"let b{n + 1} = (b{n} or not base or goal) and (goal or base)" for n in range(100)]
+    asked = [f"require a{n}: every drone: always[0, 2 s] b{100 - n % 3}" for n in range(requirements)]
+    return "\n".join([SMALL, "let b0 = base and goal", *lets, *asked, ""])
+
+
+@pytest.mark.parametrize(("text", "size"), [(crowd, 400), (unknown, 500)])
+def test_a_check_of_twice_as_much_is_twice_the_work(text: Callable[[int], str], size: int) -> None:
+    checks(text(10))  # what is worked out once
+    assert checks(text(2 * size)) < MORE_THAN_LINEAR * checks(text(size))
+
+
+@pytest.mark.parametrize("requirements", [150, 300])
+def test_a_page_about_many_long_formulas_has_an_end_and_says_what_it_leaves_out(requirements: int) -> None:
+    checked = check(Source("a.mission", chains(requirements)))
+    assert checked.mission is not None
+    parts = explained(checked.mission)
+    page = "\n".join(lines(parts, checked.mission, checked.choice, True))
+    assert len(page) < 200_000
+    left = requirements + 1 - len(parts)
+    assert left > 0
+    assert f"{left} more are not explained here; name one: `missionc explain FILE NAME`" in page
+    assert document(parts, checked.mission, checked.choice)["goals_left_out"] == left
+
+
+def test_one_requirement_out_of_many_is_explained_by_its_name() -> None:
+    checked = check(Source("a.mission", chains(150)))
+    assert checked.mission is not None
+    parts = explained(checked.mission, "a149")
+    (part,) = parts
+    assert len(part.said.parts) == MOST_PARTS
+    assert part.said.left_out > 0
+    assert "more are not explained" not in "\n".join(lines(parts, checked.mission, checked.choice, True))
+
+
+def test_a_sentence_that_would_fill_pages_is_cut_and_says_by_how_much() -> None:
+    text = f"{SMALL}let c = (not base or goal)\nrequire a: some drone: ({' or '.join(['(c and not base)'] * 2_000)})\n"
+    checked = check(Source("a.mission", text))
+    assert checked.mission is not None
+    (part,) = explained(checked.mission, "a")
+    assert len(part.said.whole) < LONGEST + 100
+    assert "letters more, which are left out." in part.said.whole
