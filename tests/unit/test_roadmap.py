@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from missionc.backends.smt.roadmap import NoRoadmap, Roadmap, build_roadmaps
+from missionc.backends.smt.rows import distinct
 from missionc.ir import Mission
 from missionc.limits import Limits
 from missionc.passes.resolve import resolve
@@ -211,3 +212,14 @@ def test_a_region_named_in_a_requirement_has_a_state_however_small_it_is(shape: 
         roadmaps = build_roadmaps(mission, nodes, 6, np.random.default_rng(1))
         assert not isinstance(roadmaps, NoRoadmap), roadmaps.statement
         assert signed_distance(np, spot.shape, roadmaps[0].position).min() <= 0
+
+
+@pytest.mark.parametrize("kind", [np.float64, np.int64, np.uint8])
+def test_rows_are_told_apart_as_numpy_does(kind: type[np.generic]) -> None:
+    rows = np.random.default_rng(1).integers(0, 3, size=(200, 3)).astype(kind)
+    found, first, kinds = np.unique(rows, axis=0, return_index=True, return_inverse=True)
+    own_first, own_kinds = distinct(rows)
+    assert np.array_equal(own_first, first)
+    assert np.array_equal(own_kinds, kinds.reshape(-1))
+    assert np.array_equal(rows[own_first], found)
+    assert distinct(rows[:0])[0].size == 0

@@ -21,6 +21,7 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from missionc.backends.smt.edges import NONE, Edges, are_clear, joined
+from missionc.backends.smt.rows import distinct
 from missionc.backends.smt.sample_nodes import Ground
 from missionc.ir import DoubleIntegrator
 from missionc.memory import reserve
@@ -163,7 +164,7 @@ def _both_ways(found: list[Edges], mirror: Indices) -> Edges:
     back = [Edges(mirror[edges.target], mirror[edges.source], edges.count, -edges.bend) for edges in found]
     both = joined([*found, *back])
     names = np.stack([both.source, both.target, np.sign(both.bend).astype(np.int64)], axis=1)
-    _, first = np.unique(names, axis=0, return_index=True)
+    first, _ = distinct(names)
     return both.take(first)
 
 

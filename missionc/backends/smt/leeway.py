@@ -17,6 +17,7 @@ import numpy as np
 from missionc.backends.smt.goals import Goals
 from missionc.backends.smt.lift import lift
 from missionc.backends.smt.roadmap import Indices
+from missionc.backends.smt.rows import distinct
 from missionc.kernel.nodes import (
     All,
     Any,
@@ -174,8 +175,8 @@ class Found:
         here, others = self.motion.roadmap(self.agent).position[states, None], self.trace.position[None, :, step]
         columns += [np.asarray(link_margin(graph, here, others) > 0) for graph in graphs]
         rows = np.packbits(np.concatenate([np.zeros((states.size, 1), np.bool_), *columns], axis=1), axis=1)
-        _, first, kind = np.unique(rows, axis=0, return_index=True, return_inverse=True)
-        return states[first], kind.ravel()
+        first, kind = distinct(rows)
+        return states[first], kind
 
     def _some(self, count: int, options: Iterable[tuple[Node, bool, int, int]]) -> None:
         """Keeps so many of the options that hold: first those that the agent has no part in, then as they come."""

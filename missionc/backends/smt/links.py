@@ -17,6 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from missionc.backends.smt.roadmap import Indices
+from missionc.backends.smt.rows import distinct
 from missionc.ir import Graph
 from missionc.margins import link_margin
 from missionc.plan import Array, Flags
@@ -68,8 +69,9 @@ class Links:
 
 def links_between(graph: Graph, position: Array) -> Links:
     """The links between places, (places, dim), metres."""
-    points, first, point = np.unique(position, axis=0, return_index=True, return_inverse=True)
-    place = Places(graph, points, first, point.reshape(-1))
+    first, point = distinct(position)
+    points = position[first]
+    place = Places(graph, points, first, point)
     sizes, linked = place.links(np.arange(len(position)), 0)
     groups = np.zeros((0, WIDTH), dtype=np.int64)
     if len(linked) > DENSE * len(points):

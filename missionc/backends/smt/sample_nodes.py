@@ -15,6 +15,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 from scipy.spatial.distance import pdist
 
+from missionc.backends.smt.rows import distinct
 from missionc.ir import Agent, Anywhere, Exactly, Mission, Region, Vector
 from missionc.plan import Array, Flags
 from missionc.world.clearance import ROUNDING, Solid, clear_of, clear_places, standing_solids
@@ -118,7 +119,7 @@ def sample_nodes(ground: Ground, count: int, generator: np.random.Generator) -> 
     for region in mission.regions:
         nodes = np.concatenate([nodes, _cover(ground, region, nodes, generator)])
     nodes = np.concatenate([nodes, _fill(ground, count, nodes, generator)])
-    _, first = np.unique(nodes, axis=0, return_index=True)
+    first, _ = distinct(nodes)
     return nodes[np.sort(first)]
 
 

@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from missionc.backends.smt.edges import Edges, paths
+from missionc.backends.smt.rows import distinct
 from missionc.ir import DoubleIntegrator, Dynamics
 from missionc.plan import Array, Flags
 from missionc.world.dynamics import States, can_wait, headings_along, turn_in_step
@@ -138,4 +139,5 @@ def _joined(parts: list[States]) -> States:
 
 
 def _sorted(moves: list[Indices]) -> Indices:
-    return np.unique(np.concatenate(moves), axis=0)
+    every = np.concatenate(moves)
+    return every[distinct(every)[0]]
