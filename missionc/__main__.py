@@ -15,6 +15,9 @@ def main() -> int:
     import io
     import os
     import sys
+    import time
+
+    began = time.monotonic()
 
     from missionc.signals import Stopped, stoppable
     from missionc.streams import finished, hold_numbers
@@ -28,7 +31,7 @@ def main() -> int:
         with stoppable():
             from missionc.cli import main as run
 
-            return finished(run(sys.argv[1:]))
+            return finished(run(sys.argv[1:], began))
     except Stopped as stopped:
         # Everything is tidied up; the interpreter's own way out would wait for threads that are still at work.
         os._exit(finished(stopped.status))

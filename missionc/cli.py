@@ -36,19 +36,23 @@ MODULES = (
 """The commands, each in a module of its own."""
 
 
-def main(arguments: list[str] | None = None) -> int:
-    """Run one command and return its exit status; nothing comes out but ``Stopped``, a traceback least of all."""
+def main(arguments: list[str] | None = None, began: float | None = None) -> int:
+    """Run one command and return its exit status; nothing comes out but ``Stopped``, a traceback least of all.
+
+    Args:
+        began: when the process did, on the clock of ``time.monotonic``, where its time limit counts from there.
+    """
     words = sys.argv[1:] if arguments is None else arguments
     try:
         with speaking():
-            return _run(words)
+            return _run(words, began)
     except Unsaid as unsaid:
         return unsaid.status
 
 
-def _run(words: list[str]) -> int:
+def _run(words: list[str], began: float | None) -> int:
     try:
-        return int(commands.main(args=words, prog_name="missionc", standalone_mode=False) or Status.DONE)
+        return int(commands.main(args=words, prog_name="missionc", standalone_mode=False, obj=began) or Status.DONE)
     except click.exceptions.Exit as left:
         return left.exit_code
     except click.ClickException as error:

@@ -11,8 +11,11 @@ import threading
 import time
 from types import FrameType, TracebackType
 
-GRACE, SHARE = 0.2, 0.03
+GRACE, SHARE = 0.1, 0.02
 """Seconds after its deadline, and a share of the time it had, that a search has to end by itself."""
+
+IMPORTING = 0.05
+"""Seconds until the next try where the interruption would meet an import: half a module would stay behind."""
 
 AGAIN = 1.0
 """Seconds after which the interruption comes once more: one that meets a destructor is lost."""
@@ -70,5 +73,17 @@ class interrupted_at:  # noqa: N801 (it is used as a statement)
             signal.setitimer(signal.ITIMER_REAL, max(SOON, left - (time.perf_counter() - self.begin)), interval)
 
     def _interrupt(self, number: int, frame: FrameType | None) -> None:
-        if not self.over:
-            raise OutOfTime
+        if self.over:
+            return
+        if _importing(frame):
+            signal.setitimer(signal.ITIMER_REAL, IMPORTING, AGAIN)
+            return
+        raise OutOfTime
+
+
+def _importing(frame: FrameType | None) -> bool:
+    while frame is not None:
+        if frame.f_code.co_filename == "<frozen importlib._bootstrap>":
+            return True
+        frame = frame.f_back
+    return False

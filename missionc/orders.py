@@ -54,6 +54,8 @@ class Order:
     form: str = "text"
     quiet: bool = False
     timings: bool = False
+    began: float | None = None
+    """When the time limit began to run, on the clock of ``time.monotonic``; None for when the work begins."""
 
     @property
     def writes(self) -> bool:
@@ -72,7 +74,7 @@ class Answer:
 
 def fulfil(order: Order) -> Answer:
     """Compile, write, and say what came of it."""
-    deadline = time.monotonic() + order.time_limit
+    deadline = (time.monotonic() if order.began is None else order.began) + order.time_limit
     with shown(order.quiet or order.form == "json", deadline) as listen:
         answer = _compiled(order, deadline, listen)
     compiled = answer.compiled

@@ -111,7 +111,9 @@ from missionc.units import Seconds
 @click.option("--quiet", is_flag=True, help="No summary and no progress.")
 @flags.watch
 @flags.no_open
+@click.pass_obj
 def command(
+    began: float | None,
     file: Path,
     overrides: Pairs,
     limits: Pairs,
@@ -179,6 +181,7 @@ def command(
         form,
         quiet,
         timings,
+        None if watch else began,
     )
     if watch:
         from missionc.watching.loop import watch as again  # for those who ask for it

@@ -33,7 +33,7 @@ from missionc.results import Compiled, Refused, Verified
 from missionc.source import Source
 from missionc.units import Seconds
 from tests.small import SMALL
-from tests.unit.test_cut_short import MIXED, ROW, time_is_up
+from tests.unit.test_cut_short import LIMIT, MIXED, ROW, time_is_up
 
 ROOT = Path(__file__).resolve().parents[2]
 PAIR = ROW.split("prefer")[0]
@@ -50,7 +50,7 @@ def compiled(
     keep: Callable[[bytes], object] | None = None,
     resume: bytes | None = None,
     seed: int = 0,
-    limit: float = 200.0,
+    limit: float = LIMIT,
 ) -> Compiled:
     return driver.compile(
         Source("a.mission", text),

@@ -8,6 +8,8 @@ import threading
 import time
 from collections.abc import Callable
 from dataclasses import replace
+from importlib import import_module
+from pathlib import Path
 from typing import NoReturn
 
 import numpy as np
@@ -187,3 +189,18 @@ def test_too_many_steps_for_a_roadmap_are_refused_by_size() -> None:
     assert isinstance(outcome, NotFound)
     assert outcome.reason is Reason.MEMORY
     assert outcome.statement.startswith("2000000 steps among ")
+
+
+def test_an_import_is_not_interrupted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "slow_to_load.py").write_text("import time\nwhile time.monotonic() < END:\n    pass\nLOADED = True\n")
+    begin = time.monotonic()
+    monkeypatch.setattr("builtins.END", begin + 0.3, raising=False)
+    monkeypatch.syspath_prepend(str(tmp_path))
+    loaded: list[bool] = []
+
+    def work() -> NoReturn:
+        loaded.append(import_module("slow_to_load").LOADED)
+        endless()
+
+    assert within(begin + 0.05, work) == Ended(Reason.TIME)
+    assert loaded == [True]
