@@ -27,8 +27,9 @@ LEAST, MOST = Seconds(0.3), 0.25
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Home:
-    """What became of a trace."""
+    """What became of a trace; ``checked`` is the mission that it was judged by, slower where it was to be."""
 
+    checked: Checked
     outcome: Verified | Unverified | Refused
     findings: tuple[Diagnostic, ...] = ()
 
@@ -67,7 +68,7 @@ def bring_home(
     if options.stretch != 1:
         slower = _slower(checked, options, budget)
         if slower.mission is None or slower.kernel is None or not slower.ok:
-            return Home(Refused(), tuple(each for each in slower.findings if not each.code.warning))
+            return Home(checked, Refused(), tuple(each for each in slower.findings if not each.code.warning))
         checked, mission, kernel = slower, slower.mission, slower.kernel
         from missionc.world.slowed import slowed
 
@@ -79,9 +80,9 @@ def bring_home(
     if not certificate.passed and options.stretch != 1:
         from missionc.emit.refusals import not_slower
 
-        return Home(Refused(), (not_slower(mission, certificate, judgements, options.stretch),))
+        return Home(checked, Refused(), (not_slower(mission, certificate, judgements, options.stretch),))
     if not certificate.passed:
-        return Home(Unverified(certificate, report), (unplanned.not_verified(certificate),))
+        return Home(checked, Unverified(certificate, report), (unplanned.not_verified(certificate),))
     verified = Plan(mission.name, choice.backend, budget.seed, trace, judgements)
     budget.listen(Progress("emit"))
     with watch.stage("emit"):
@@ -91,12 +92,12 @@ def bring_home(
         )
         output = emit(mission, kernel, verified, certificate, provenance, exports)
     if isinstance(output, Diagnostic):
-        return Home(Refused(), (output,))
+        return Home(checked, Refused(), (output,))
     report = replace(report, notes=(*report.notes, *output.notes))
     not_between = unplanned.not_between(mission, output.certificate) if continuous else ()
     if not_between:
-        return Home(Refused(), not_between)
-    return Home(Verified(verified, output.certificate, report, output.files), output.findings)
+        return Home(checked, Refused(), not_between)
+    return Home(checked, Verified(verified, output.certificate, report, output.files), output.findings)
 
 
 def _slower(checked: Checked, options: Options, budget: Budget) -> Checked:

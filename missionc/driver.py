@@ -239,6 +239,7 @@ def _plan(
         hold()
         home = within(moment, partial(bring_home, checked, found, options, kept, watch, exports, continuous))
         if isinstance(home, Home):
+            checked = home.checked
             return ended(home.outcome, *home.findings)
         found = unplanned.not_brought_home(home, found, watch.seconds)
         return ended(found, unplanned.not_found(found, None))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from pathlib import PurePath
 
 from missionc.ir import Agent
 
@@ -16,6 +17,16 @@ MANIFEST, MANIFEST_SCHEMA = "manifest.json", "missionc.manifest/1"
 """The file that lists all others of a folder, and what that says it is."""
 PLAN, NEAR_MISS, PROOF, EXPORT = "plan", "near_miss", "proof", "export"
 """What a folder may hold, as its manifest says; one that does not say so holds a plan."""
+
+
+def input_name(source: str, folder: PurePath) -> str:
+    """A mission's file relative to the mission's folder; its own name where it lies elsewhere.
+
+    The name need be no text, and may hold a backslash; both are replaced, since names have to be read everywhere.
+    """
+    path = PurePath(source)
+    name = (path.relative_to(folder) if path.is_relative_to(folder) else path).as_posix()
+    return name.encode("utf-8", "replace").decode("utf-8").replace("\\", "?")
 
 
 def polynomials_file(file: str) -> str:

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from missionc.backends.api import Options
-from missionc.file_names import MANIFEST, NEAR_MISS, PROOF
+from missionc.file_names import MANIFEST, NEAR_MISS, PROOF, input_name
 from missionc.results import Checked, Compiled
 
 if TYPE_CHECKING:
@@ -15,15 +15,9 @@ if TYPE_CHECKING:
 
 
 def inputs(checked: Checked) -> tuple[tuple[str, bytes], ...]:
-    """Every file of the mission, by its name relative to the mission's folder.
-
-    The mission's own name need be no text, and may hold a backslash; both are replaced, since a folder's names have
-    to be read everywhere.
-    """
+    """Every file of the mission, by its name relative to the mission's folder."""
     folder = Path(checked.file).parent
-    names = (Path(source.name).relative_to(folder).as_posix() for source in checked.sources)
-    texts = (name.encode("utf-8", "replace").decode("utf-8").replace("\\", "?") for name in names)
-    return tuple((name, source.text.encode("utf-8")) for name, source in zip(texts, checked.sources, strict=True))
+    return tuple((input_name(source.name, folder), source.text.encode("utf-8")) for source in checked.sources)
 
 
 def texts(checked: Checked) -> tuple[tuple[str, str], ...]:

@@ -45,9 +45,19 @@ def cannot_write(target: Path, why: str, instead: str = ANOTHER_FOLDER) -> Diagn
 
 def reason(error: OSError | ValueError) -> str:
     """The words for what the system says, or for a name that it cannot hold at all."""
+    if isinstance(error, FileNotFoundError) and _nowhere():
+        return "the folder that this runs in is gone"
     if isinstance(error, OSError):
         return error.strerror or str(error)
     return "its name holds a character that no file name may hold"
+
+
+def _nowhere() -> bool:
+    try:
+        os.getcwd()
+    except OSError:
+        return True
+    return False
 
 
 def shown(name: str | os.PathLike[str]) -> str:

@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from missionc.file_names import input_name
 from missionc.ir import Agent, Formation, Graph, Mission, Obstacle, Path
 from missionc.kernel.nodes import Kernel
 from missionc.margins import formation_margin
@@ -97,8 +98,7 @@ def places(plotted: Plotted) -> Places:
     numbers = {name: number for number, (name, _) in enumerate(plotted.texts)}
 
     def place(span: Span) -> list[int] | None:
-        path = PurePath(span.source.name)
-        name = path.relative_to(folder).as_posix() if path.is_relative_to(folder) else ""
+        name = input_name(span.source.name, folder)
         return [numbers[name], span.start, span.end] if name in numbers else None
 
     return place

@@ -257,9 +257,13 @@ def test_a_file_that_somebody_put_where_the_flight_would_lie_is_left_alone(
     before = content(folder)
     assert main(["simulate", str(folder)]) == 1
     said = capsys.readouterr()
-    assert "MC701" in said.err
-    assert f"{name}` exists" in said.err
-    assert "satisfied" in said.out, "what was flown is said all the same"
+    if how == "a link":
+        assert f"MC708]: `{folder}` is no folder that" in said.err
+        assert f"`{name}` in it is a symbolic link" in said.err
+    else:
+        assert "MC701" in said.err
+        assert f"{name}` exists" in said.err
+        assert "satisfied" in said.out, "what was flown is said all the same"
     assert content(folder) == before
 
 
