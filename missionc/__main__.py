@@ -13,7 +13,6 @@ def main() -> int:
     # There is nothing to tidy up yet, and the system ends a process at once and in silence.
     signal.signal(signal.SIGINT, signal.SIG_DFL)
     import io
-    import os
     import sys
     import time
 
@@ -33,9 +32,19 @@ def main() -> int:
 
             return finished(run(sys.argv[1:], began))
     except Stopped as stopped:
-        # Everything is tidied up; the interpreter's own way out would wait for threads that are still at work.
-        os._exit(finished(stopped.status))
+        return finished(stopped.status)
+
+
+def run() -> None:
+    """Run the command and end the process at once.
+
+    Everything is written and tidied up; the interpreter's own way out would wait for threads that are still at work,
+    and take up to a second to take apart what large libraries built.
+    """
+    import os
+
+    os._exit(main())
 
 
 if __name__ == "__main__":
-    raise SystemExit(main())
+    run()
