@@ -15,6 +15,7 @@ import click
 
 from missionc.answers import Status, defect, out_of_memory, say
 from missionc.diagnostics.plain import plain
+from missionc.reading import nowhere
 from missionc.streams import Unsaid, speaking
 from missionc.version import __version__
 
@@ -63,7 +64,7 @@ def _run(words: list[str], began: float | None) -> int:
         say([out_of_memory()], [], _form(words), {})
         return Status.MISSION_ERRORS
     except Exception as error:
-        if _nowhere():
+        if nowhere():
             return _refused(click.UsageError("the folder that this runs in is gone; change to one that is there"))
         if os.environ.get("MISSIONC_TRACEBACK"):
             raise
@@ -77,15 +78,6 @@ def _refused(error: click.ClickException) -> Status:
     error.show(said)
     click.echo(plain(said.getvalue()), err=True, nl=False)
     return Status.USAGE
-
-
-def _nowhere() -> bool:
-    """Whether the working directory has been removed."""
-    try:
-        os.getcwd()
-    except OSError:
-        return True
-    return False
 
 
 class Commands(click.Group):

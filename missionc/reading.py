@@ -218,6 +218,15 @@ def _read(handle: int, limit: int) -> bytes:
     return b"".join(parts)
 
 
+def nowhere() -> bool:
+    """Whether the working directory has been removed."""
+    try:
+        os.getcwd()
+    except OSError:
+        return True
+    return False
+
+
 def _reason(error: OSError) -> str:
     """The system's words for a failure, as the end of a sentence."""
     words = os.strerror(error.errno) if error.errno else str(error)

@@ -11,6 +11,7 @@ from pathlib import Path
 
 from missionc.diagnostics.code import CANNOT_WRITE, OUTPUT_EXISTS
 from missionc.diagnostics.model import Diagnostic
+from missionc.reading import nowhere
 
 MOST_NAMED = 5
 """Things in a folder that a message names."""
@@ -45,19 +46,11 @@ def cannot_write(target: Path, why: str, instead: str = ANOTHER_FOLDER) -> Diagn
 
 def reason(error: OSError | ValueError) -> str:
     """The words for what the system says, or for a name that it cannot hold at all."""
-    if isinstance(error, FileNotFoundError) and _nowhere():
+    if isinstance(error, FileNotFoundError) and nowhere():
         return "the folder that this runs in is gone"
     if isinstance(error, OSError):
         return error.strerror or str(error)
     return "its name holds a character that no file name may hold"
-
-
-def _nowhere() -> bool:
-    try:
-        os.getcwd()
-    except OSError:
-        return True
-    return False
 
 
 def shown(name: str | os.PathLike[str]) -> str:
