@@ -27,6 +27,9 @@ MIDWAY = 0.072
 EARLY = 0.3
 """Of the way between two key frames: how far an agent is ahead half-way, or behind; from a third on it turns back."""
 
+AT_ONCE = 1 << 13
+"""Candidates that are drawn in one call, which no limit of time can interrupt."""
+
 LATE = 0.12
 """Of the mission: how long after its parent, or before, an agent comes past the same place."""
 
@@ -110,6 +113,9 @@ class FirstMotions:
 
     def _from_prior(self, agent: int, samples: int, generator: torch.Generator, still: bool = False) -> Tensor:
         """Drawn from the prior, every candidate with a deviation of its own; ``still``: their deviations alone."""
+        if samples > AT_ONCE:
+            blocks = [min(AT_ONCE, samples - done) for done in range(0, samples, AT_ONCE)]
+            return torch.cat([self._from_prior(agent, block, generator, still) for block in blocks])
         steps, mission = self.mission.steps, self.mission
         dim = mission.dimension
         begin, end = (torch.from_numpy(frame.position[agent]).float() for frame in (self.key[0], self.key[-1]))
