@@ -114,9 +114,7 @@ def compile(
         explain_limit: seconds of the time limit that may go into what would make an impossible mission possible.
     """
     budget = Budget(time.monotonic() + time_limit, memory_limit, seed, limits or Limits(), listen)
-    checked = check_within(
-        budget, file, overrides=overrides or {}, backend=backend, limits=budget.limits, vehicle=vehicle
-    )
+    checked = check_within(budget, file, overrides=overrides or {}, backend=backend, vehicle=vehicle)
     if not isinstance(checked, Checked):
         return checked
     return plan(checked, options or Options(), budget, Checkpoints(keep, resume), exports, continuous, explain_limit)
@@ -128,13 +126,12 @@ def check_within(
     *,
     overrides: Mapping[str, str],
     backend: str,
-    limits: Limits,
     vehicle: str,
 ) -> Checked | Compiled:
     """``check`` within the time and memory of a compilation; the end of that compilation, where they do not suffice."""
 
     def work() -> Checked:
-        return check(file, overrides=overrides, backend=backend, limits=limits, vehicle=vehicle)
+        return check(file, overrides=overrides, backend=backend, limits=budget.limits, vehicle=vehicle)
 
     with limited(budget.memory_bytes):
         checked = within(last_call(budget.deadline), work)
@@ -274,10 +271,11 @@ def _found(
         UnusableSnapshot: the run that is to go on cannot.
     """
     plans: list[Planned] = []
-    stages: list[str] = []
+    stage = "lower"
 
     def listen(progress: Progress) -> None:
-        stages.append(progress.stage)
+        nonlocal stage
+        stage = progress.stage
         budget.listen(progress)
 
     until = budget.deadline if backend.refutes else _to_search(budget.deadline, explain_limit)
@@ -287,7 +285,7 @@ def _found(
         return answer
     if plans:
         return replace(plans[-1], report=replace(plans[-1].report, cut_short=CutShort.TIME))
-    return _not_found(answer, stages[-1] if stages else "lower")
+    return _not_found(answer, stage)
 
 
 def _not_found(ended: Ended, stage: str) -> NotFound:

@@ -109,7 +109,6 @@ def _compiled(order: Order, deadline: float, listen: Callable[[Progress], None])
         order.file,
         overrides=dict(order.overrides),
         backend=order.backend,
-        limits=order.limits,
         vehicle=order.vehicle,
     )
     if isinstance(checked, Compiled):

@@ -15,10 +15,10 @@ from missionc.diagnostics.model import Diagnostic
 from missionc.emit.file import write_file
 from missionc.emit.manifest import relisted
 from missionc.emit.unwritable import shown
-from missionc.file_names import REPORT, SIMULATION
+from missionc.file_names import MANIFEST, REPORT, SIMULATION
 from missionc.limits import Limits
 from missionc.rebuild import page
-from missionc.reopen import MANIFEST, Reopened, reopen
+from missionc.reopen import Reopened, reopen
 from missionc.replay import Replayed, judged
 
 

@@ -23,7 +23,7 @@ from missionc.checking import ANY_BACKEND, check
 from missionc.contents import MOST_ENTRIES, contents, is_normal, kind, printable, read_inside
 from missionc.diagnostics.code import FOLDER_UNREADABLE
 from missionc.diagnostics.model import Diagnostic
-from missionc.file_names import MISSION, file_names, polynomials_file
+from missionc.file_names import MANIFEST, MANIFEST_SCHEMA, MISSION, file_names, polynomials_file
 from missionc.ir import Mission
 from missionc.json_text import NotJsonError, parse_json
 from missionc.kernel.nodes import Kernel
@@ -35,7 +35,7 @@ from missionc.source import Source
 from missionc.traces import read_trace
 from missionc.vehicles import profiles
 
-MANIFEST, PLAN, CERTIFICATE = "manifest.json", "plan.json", "certificate.json"
+PLAN, CERTIFICATE = "plan.json", "certificate.json"
 STRETCH, VEHICLE = "stretch", "vehicle"
 SLOWEST = 1000.0
 """How many times slower than planned a plan may be flown."""
@@ -212,7 +212,7 @@ def _manifest(folder: Path, limits: Limits) -> dict[str, object] | Diagnostic:
         return _unusable(folder, f"its `{MANIFEST}` is not UTF-8")
     except NotJsonError as error:
         return _unusable(folder, f"its `{MANIFEST}` cannot be read: {error.reason}")
-    if not isinstance(manifest, dict) or manifest.get("schema") != "missionc.manifest/1":
+    if not isinstance(manifest, dict) or manifest.get("schema") != MANIFEST_SCHEMA:
         return _unusable(folder, f"its `{MANIFEST}` is not what this version of the compiler writes")
     return manifest
 

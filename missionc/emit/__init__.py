@@ -16,7 +16,7 @@ from missionc.emit.manifest import Option, Provenance, manifest, sha256
 from missionc.emit.plan_json import plan_json
 from missionc.emit.trajectories import trajectories
 from missionc.export import FORMATS, flight
-from missionc.file_names import MISSION, REPORT, file_names, polynomials_file
+from missionc.file_names import MANIFEST, MISSION, REPORT, file_names, polynomials_file
 from missionc.ir import Mission
 from missionc.kernel.nodes import Kernel
 from missionc.plan import Plan
@@ -81,5 +81,5 @@ def emit(
     files["certificate.json"] = certificate_json(whole, sha256(files["plan.json"])).encode()
     texts = tuple((name, content.decode("utf-8")) for name, content in provenance.inputs)
     files[REPORT] = report(Plotted(mission, kernel, plan, whole, flyable.files, texts))
-    files["manifest.json"] = manifest(plan, provenance, files).encode()
+    files[MANIFEST] = manifest(plan, provenance, files).encode()
     return Output(tuple(files.items()), whole, tuple(notes), tuple(findings))

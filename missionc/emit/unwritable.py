@@ -9,6 +9,7 @@ import os
 from collections.abc import Sequence
 from pathlib import Path
 
+from missionc.contents import printable
 from missionc.diagnostics.code import CANNOT_WRITE, OUTPUT_EXISTS
 from missionc.diagnostics.model import Diagnostic
 from missionc.reading import nowhere
@@ -55,5 +56,5 @@ def reason(error: OSError | ValueError) -> str:
 
 def shown(name: str | os.PathLike[str]) -> str:
     """A path as messages show it: as text, and cut in the middle where it is long."""
-    text = os.fspath(name).encode("utf-8", "backslashreplace").decode("utf-8")
+    text = printable(os.fspath(name))
     return text if len(text) <= LONGEST else f"{text[: LONGEST // 2]}…{text[-LONGEST // 2 :]}"

@@ -12,11 +12,11 @@ from collections.abc import Callable, Iterator, Mapping
 
 from missionc.backends.api import DEVICES, PRESETS, CutShort
 from missionc.emit.manifest import PACKAGES
-from missionc.file_names import MISSION, REPORT, SIMULATION, file_names, polynomials_file
+from missionc.file_names import MANIFEST, MISSION, REPORT, SIMULATION, file_names, polynomials_file
 from missionc.provenance import inputs
 from missionc.rebuild.export_files import FOLDER
 from missionc.rebuild.verdict import verdict
-from missionc.reopen import CERTIFICATE, MANIFEST, PLAN, SLOWEST, STRETCH, VEHICLE, Reopened
+from missionc.reopen import CERTIFICATE, PLAN, SLOWEST, STRETCH, VEHICLE, Reopened
 from missionc.vehicles import profiles
 from missionc.verify.agreement import shown
 from missionc.verify.certificate import Check
