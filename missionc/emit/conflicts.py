@@ -30,6 +30,8 @@ LENIENT = 2e-6
 """Metres: a plane is never tighter than the verified motion by this, or bodies that start in touch had no room."""
 
 
+NARROWEST = 1e-3
+"""Metres: a tube is not halved below this."""
 SMALLEST = 1 / 8
 """Of a leg: a moving obstacle's planes are for no smaller part than this, or what its own turns leave."""
 
@@ -209,3 +211,35 @@ def _gradient(distance: Distance, point: Array) -> Array:
     small = 1e-6 * np.eye(point.size)
     slope = distance(point + small) - distance(point - small)
     return np.asarray(slope / max(float(np.linalg.norm(slope)), 1e-300))
+
+
+def groups(planes: list[Plane], stale: set[int]) -> list[list[int]]:
+    """The agents to be fitted together: those that are ``stale``, each with all that planes tie it to."""
+    root = {index: index for index in stale}
+    for plane in planes:
+        for index in (plane.first, plane.second):
+            root.setdefault(index, index)
+
+    def find(index: int) -> int:
+        while root[index] != index:
+            root[index] = root[root[index]]
+            index = root[index]
+        return index
+
+    for plane in planes:
+        first, second = sorted((find(plane.first), find(plane.second)))
+        root[second] = first
+    groups: dict[int, list[int]] = {}
+    for index in sorted(root):
+        groups.setdefault(find(index), []).append(index)
+    return [group for group in groups.values() if stale.intersection(group)]
+
+
+def narrowed(radius: Array, again: list[Near]) -> Array:
+    """(agents, legs), metres: tubes halved where planes did not end these conflicts (a shape that is not convex)."""
+    radius = radius.copy()
+    for near in again:
+        for index in (near.first, near.other):
+            if isinstance(index, int):
+                radius[index, near.leg] = max(NARROWEST, radius[index, near.leg] / 2)
+    return radius

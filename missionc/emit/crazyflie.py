@@ -28,7 +28,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from missionc.diagnostics.model import Diagnostic
-from missionc.emit.conflicts import Held, Near, conflicts, held_apart
+from missionc.emit.conflicts import Held, Near, conflicts, groups, held_apart, narrowed
 from missionc.emit.fit import Course, Cut, Fitted, Plane, fit
 from missionc.emit.limits import Limit, Peak, cuts, limits_of, peaks
 from missionc.emit.program import NoFit
@@ -50,8 +50,6 @@ ROUNDS = 12
 """Refits with more planes before steps get more pieces."""
 CUTTING = 8
 """Refits with more cuts before the limits of a vehicle are taken to leave no room."""
-NARROWEST = 1e-3
-"""Metres: a tube is not halved below this."""
 NEGLIGIBLE = 1e-9
 """Metres: a parabola that leaves its chord by less is straight."""
 EXCESS = 1e-6
@@ -204,7 +202,7 @@ def _attempt(
     found: list[Near] = []
     for _ in range(ROUNDS):
         planes = [plane for each in held.values() for plane in each]
-        for group in _groups(planes, stale):
+        for group in groups(planes, stale):
             fitted = _within_limits(mission, course, planes, group, limits, kept)
             if isinstance(fitted, NoFit):
                 return _Stuck(None, ())
@@ -219,7 +217,7 @@ def _attempt(
             return _Beyond(tuple(beyond))
         level = refined(Curves(knots, coefficients), course.times)
         found = conflicts(apart, level, held)
-        radius = _narrowed(course.radius, [near for near in found if near in held and not near.moving])
+        radius = narrowed(course.radius, [near for near in found if near in held and not near.moving])
         more = held_apart(apart, course, held, found, level)
         if more == held and np.array_equal(radius, course.radius):
             break
@@ -291,28 +289,6 @@ def _bulge(mission: Mission, planned: Curves) -> Array:
     return np.where(bulge > NEGLIGIBLE, bulge, 0.0)
 
 
-def _groups(planes: list[Plane], stale: set[int]) -> list[list[int]]:
-    """Agents to be fitted together, of those that are ``stale`` and all that planes tie them to."""
-    root = {index: index for index in stale}
-    for plane in planes:
-        for index in (plane.first, plane.second):
-            root.setdefault(index, index)
-
-    def find(index: int) -> int:
-        while root[index] != index:
-            root[index] = root[root[index]]
-            index = root[index]
-        return index
-
-    for plane in planes:
-        first, second = sorted((find(plane.first), find(plane.second)))
-        root[second] = first
-    groups: dict[int, list[int]] = {}
-    for index in sorted(root):
-        groups.setdefault(find(index), []).append(index)
-    return [group for group in groups.values() if stale.intersection(group)]
-
-
 def _within_limits(
     mission: Mission,
     course: Course,
@@ -364,16 +340,6 @@ def _room(mission: Mission, course: Course, group: list[int]) -> tuple[Array, Ar
         np.maximum(np.minimum(low[:, None], least), mission.world.low),
         np.minimum(np.maximum(high[:, None], most), mission.world.high),
     )
-
-
-def _narrowed(radius: Array, again: list[Near]) -> Array:
-    """Planes did not end these conflicts (a shape that is not convex): the tubes are halved there."""
-    radius = radius.copy()
-    for near in again:
-        for index in (near.first, near.other):
-            if isinstance(index, int):
-                radius[index, near.leg] = max(NARROWEST, radius[index, near.leg] / 2)
-    return radius
 
 
 def _texts(mission: Mission, coefficients: Array, yaw: Array, durations: Array) -> dict[str, str]:

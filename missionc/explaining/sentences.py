@@ -19,7 +19,6 @@ from typing import assert_never
 from missionc import ir
 from missionc.explaining.words import (
     COMPARED,
-    Noun,
     Verb,
     When,
     belongs,
@@ -29,6 +28,8 @@ from missionc.explaining.words import (
     of_team,
     route_words,
     verb_of,
+    who_of,
+    window_of,
 )
 from missionc.kernel.nodes import All, Any, Is, Node, Not, Sometime, Throughout, Until
 from missionc.passes.walk import bottom_up, meaning, operands
@@ -239,14 +240,14 @@ class _Speaker:
 
     def _quantified(self, formula: ir.AtLeastOf, around: Around) -> Clause:
         members = noun(formula.agents, self.mission)
-        who = _who(formula, members)
+        who = who_of(formula, members)
         whens, end = self._windows(formula.body, around.from_start)
         verb = self.verb(end)
         literal = self._literal(end) is not None
         if verb is not None and verb.denies and formula.kind == "every" and all(each for each, _ in whens):
             adverbs = "".join(f", {when.at('any step')}" for _, when in whens)
             return Clause(f"no {members.one}{adverbs}{',' if whens else ''} {verb.plain}", literal and not whens)
-        adverbs = "".join(f", {_at(when, each, formula)}" for each, when in whens)
+        adverbs = "".join(f", {window_of(when, each, formula)}" for each, when in whens)
         if verb is not None:
             return Clause(f"{who}{adverbs}{',' if whens else ''} {verb}", literal and not whens)
         if around.who == members.this:
@@ -384,17 +385,3 @@ def _boolean(formula: ir.Formula) -> type[Node] | None:
             return type(node)
         case _:
             return None
-
-
-def _who(formula: ir.AtLeastOf, members: Noun) -> str:
-    if formula.kind == "every":
-        return f"every {members.one}"
-    if formula.kind == "some":
-        return f"at least one {members.one}"
-    return f"each of at least {formula.number} {members.one if formula.number == 1 else members.many}"
-
-
-def _at(when: When, each: bool, formula: ir.AtLeastOf) -> str:
-    """The window, and that everybody may choose a step of their own."""
-    own = "" if formula.kind == "some" else " of its own"
-    return when.at("every step" if each else f"some step{own}")

@@ -223,3 +223,18 @@ def route_words(length: ir.Length) -> str:
 
 COMPARED = {">=": "at least {}", ">": "more than {}", "<=": "at most {}", "<": "fewer than {}", "=": "exactly {}"}
 """How many, in words, for each comparison of a count."""
+
+
+def who_of(formula: ir.AtLeastOf, members: Noun) -> str:
+    """The subject of a quantified sentence."""
+    if formula.kind == "every":
+        return f"every {members.one}"
+    if formula.kind == "some":
+        return f"at least one {members.one}"
+    return f"each of at least {formula.number} {members.one if formula.number == 1 else members.many}"
+
+
+def window_of(when: When, each: bool, formula: ir.AtLeastOf) -> str:
+    """The window, and that everybody may choose a step of their own."""
+    own = "" if formula.kind == "some" else " of its own"
+    return when.at("every step" if each else f"some step{own}")

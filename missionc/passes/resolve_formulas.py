@@ -17,11 +17,11 @@ from missionc.ir import About
 from missionc.language.operator import Bounds, Operator
 from missionc.language.operators import by_name
 from missionc.language.predicates import PREDICATES
-from missionc.nearest import nearest
 from missionc.passes.check_types import Typed, check, check_definition, joined
 from missionc.passes.context import Context
 from missionc.passes.definitions import ordered
-from missionc.passes.names import AGENTS, STATE_WORDS, UNRESOLVED, Kind, Unresolved, some_of
+from missionc.passes.formula_findings import no_such_call, not_a_formula, not_on_the_graph
+from missionc.passes.names import AGENTS, STATE_WORDS, UNRESOLVED, Kind, Unresolved
 from missionc.passes.remembered import Body, Written
 from missionc.passes.resolve_agents import resolve_set
 from missionc.passes.resolve_comparisons import one_agent, resolve_comparison
@@ -142,12 +142,12 @@ def _name(context: Context, name: ast.Name) -> Typed:
     text, span = name.text, name.span
     declared = context.names.declared.get(text)
     if text in STATE_WORDS:
-        _not_a_formula(context, name, "a number that changes with time", f"compare it, as in `{text} <= 1`", None)
+        not_a_formula(context, name, "a number that changes with time", f"compare it, as in `{text} <= 1`", None)
         return stand_in(span)
     if declared is not None and declared.kind in AS_FORMULA:
         way_out = AS_FORMULA[declared.kind].format(name=text)
         fix = Fix(span, f"connected({text})") if declared.kind is Kind.GRAPH else None
-        _not_a_formula(context, name, declared.kind.value, way_out, fix, Label(declared.span, "declared here"))
+        not_a_formula(context, name, declared.kind.value, way_out, fix, Label(declared.span, "declared here"))
         return stand_in(span)
     called = next((predicate for predicate in PREDICATES if predicate.called and predicate.name == text), None)
     if declared is None and called is not None:
@@ -183,7 +183,7 @@ def _call(context: Context, call: ast.Call) -> Typed:
             predicate = _connected(context, graph, call.arguments[1:])
             return Typed(ir.Holds(predicate, call.span), About.TEAM, call.span)
         case _:
-            _no_such_call(context, call)
+            no_such_call(context, call)
             return stand_in(call.span)
 
 
@@ -204,7 +204,7 @@ def _connected(
     agents = resolve_set(context, over[0]).agents
     strangers = sorted(set(agents) - set(graph.agents))
     if strangers and graph.agents:
-        _not_on_the_graph(context, over[0], graph, strangers)
+        not_on_the_graph(context, over[0], graph, strangers)
     return ir.Connected(graph, agents)
 
 
@@ -335,53 +335,3 @@ def _one_agent(context: Context, formula: ast.OneAgent) -> Typed:
     check(context, body, About.AGENT, f"{excerpt(formula.agent.span)}:")
     resolved = ir.OfAgent(agent, body.formula, formula.span)
     return Typed(resolved, About.TEAM, formula.span, size=1 + body.size, depth=1 + body.depth)
-
-
-# ------------------------------------------------------------------ messages
-
-
-def _not_a_formula(context: Context, name: ast.Name, kind: str, way_out: str, fix: Fix | None, *labels: Label) -> None:
-    context.report(
-        code.WRONG_KIND,
-        f"`{name.text}` is {kind}; a formula is needed here",
-        name.span,
-        labels=labels,
-        help=way_out,
-        fix=fix,
-    )
-
-
-def _no_such_call(context: Context, call: ast.Call) -> None:
-    word = call.name.text
-    called = {predicate.name: predicate for predicate in PREDICATES if predicate.called}
-    if word in called:
-        parameters = [f"one {parameter}" for parameter in called[word].parameters if not parameter.endswith("?")]
-        parameters += [f"{parameter[:-1]} if you like" for parameter in called[word].parameters if parameter[-1] == "?"]
-        takes = " and ".join(parameters)
-        context.report(
-            code.WRONG_KIND,
-            f"`{word}` takes {takes}; here are {len(call.arguments)}",
-            call.span,
-            help=f"write it as in `{called[word].example}`",
-        )
-        return
-    near = nearest(word, called)
-    context.report(
-        code.UNKNOWN_NAME,
-        f"nothing that takes brackets is called `{word}`",
-        call.name.span,
-        help=f"did you mean `{near}`?" if isinstance(near, str) else f"there are {some_of(list(called))}",
-        fix=Fix(call.name.span, near) if isinstance(near, str) else None,
-    )
-
-
-def _not_on_the_graph(context: Context, over: ast.Name | ast.Member, graph: ir.Graph, strangers: list[int]) -> None:
-    name = context.agents[strangers[0]].name
-    others = f" and {shown(len(strangers) - 1)} more" if len(strangers) > 1 else ""
-    context.report(
-        code.WRONG_KIND,
-        f"`{name}`{others} of `{excerpt(over.span)}` is not on the graph `{graph.name}`",
-        over.span,
-        labels=(Label(graph.span, "declared here"),),
-        help=f"name agents that `{graph.name}` is over",
-    )
