@@ -2,7 +2,8 @@
 
 Nodes compare by identity, so a shared subformula is one object and every
 lowering memoises on it. A formula about the team is one whose truth does not
-depend on the agent it is asked of. ``span`` is the words the node came from.
+depend on the agent it is asked of. ``span`` is the words the node came from;
+one that several formulas share has none, and goes by the words of what asks for it.
 """
 
 from __future__ import annotations

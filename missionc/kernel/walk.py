@@ -41,6 +41,20 @@ def children(node: Node) -> tuple[Node, ...]:
             assert_never(node)
 
 
+def more_than(most: int, roots: Iterable[Node]) -> bool:
+    """Whether formulas have more than so many nodes, each counted once. The rest is not looked at."""
+    seen: set[Node] = set()
+    waiting = [iter(roots)]
+    while waiting and len(seen) <= most:
+        node = next(waiting[-1], None)
+        if node is None:
+            waiting.pop()
+        elif node not in seen:
+            seen.add(node)
+            waiting.append(iter(children(node)))
+    return len(seen) > most
+
+
 def postorder(roots: Iterable[Node]) -> list[Node]:
     """Every node of these formulas once, each after the nodes below it. No formula is too deep for it."""
     order: list[Node] = []

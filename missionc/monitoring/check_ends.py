@@ -11,7 +11,7 @@ hangs on anything in between is left to planning.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -34,10 +34,10 @@ from missionc.kernel.nodes import (
     Throughout,
     Until,
 )
-from missionc.margins import formation_margin
 from missionc.monitoring.interval import FIRST, Interval, Intervals
 from missionc.passes.ground import Ground
 from missionc.passes.wording import listed, metres, seconds
+from missionc.source import Span
 from missionc.world.distance import distance_between
 
 ROUNDING = 1e-9
@@ -46,12 +46,16 @@ ROUNDING = 1e-9
 
 @dataclass(frozen=True, slots=True)
 class Culprit:
-    """The smallest part that decides it, at an agent and a known step; ``upper``: by the most that it can be worth."""
+    """The smallest part that decides it, at an agent and a known step; ``upper``: by the most that it can be worth.
+
+    ``words``: those that it came from, or what asks for it.
+    """
 
     node: Node
     agent: int
     column: int
     upper: bool
+    words: Span | None = None
 
 
 def check_ends(mission: Mission, kernel: Kernel, ground: Ground) -> list[Diagnostic]:
@@ -79,14 +83,14 @@ def _bound(known: dict[Node, Interval], place: Culprit) -> float:
 
 def _culprit(intervals: Intervals, known: dict[Node, Interval], root: Node) -> Culprit:
     """Down from a requirement to what its bound is the bound of."""
-    place = Culprit(root, 0, FIRST, True)
+    place = Culprit(root, 0, FIRST, True, root.span)
     while True:
         wanted = _bound(known, place)
         below = (each for each in _below(intervals, place) if abs(_bound(known, each)) == abs(wanted))
         following = next(below, None)
         if following is None:
             return place
-        place = following
+        place = replace(following, words=following.node.span or place.words)
 
 
 def _below(intervals: Intervals, place: Culprit) -> Iterator[Culprit]:
@@ -133,7 +137,7 @@ def _finding(
     return Diagnostic(
         CONTRADICTION,
         f"requirement `{goal.name}` contradicts where {finishing or f'{listed(names)} {verb}'}",
-        Label(culprit.node.span or goal.span, f"{verdict} at {seconds(mission, step)}{by}{at_best}"),
+        Label(culprit.words or goal.span, f"{verdict} at {seconds(mission, step)}{by}{at_best}"),
         tuple(
             Label(place.span, f"{listed(written[place.span])} {verb}{_s(verb, written[place.span])} here")
             for place in {each.span: each for each in places.values() if each is not None}.values()
@@ -165,10 +169,7 @@ def _because(
 
     match culprit.node:
         case Atom(InFormation(formation)) if formation.edges:
-            errors = [
-                float(formation_margin(formation, e, position[e.first], position[e.second])) for e in formation.edges
-            ]
-            edge = formation.edges[int(np.argmin(errors))]
+            edge = intervals.worst_edge(formation, culprit.column)
             wanted = (
                 f"; `{formation.name}` has them {metres(edge.target)} apart" if isinstance(edge.target, float) else ""
             )

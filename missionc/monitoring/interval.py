@@ -23,6 +23,8 @@ from missionc.ir import (
     DistanceTo,
     Exactly,
     Feature,
+    Formation,
+    FormationEdge,
     Graph,
     InFormation,
     Mission,
@@ -42,8 +44,8 @@ from missionc.kernel.nodes import (
     Throughout,
     Until,
 )
-from missionc.kernel.walk import children, postorder
-from missionc.margins import margin
+from missionc.kernel.walk import children, more_than, postorder
+from missionc.margins import formation_margin, margin
 from missionc.margins.compare import about_team, scale
 from missionc.margins.links import all_links
 from missionc.monitoring.evaluate import Evaluation
@@ -82,14 +84,16 @@ class Intervals:
         trace = Trace(mission.step, self.position, still, np.zeros(self.reach.shape))
         self.least, self.most = (Evaluation(ROBUSTNESS, mission, trace) for _ in range(2))
         self.graphs: set[Graph] = set()
+        self.predicates: dict[Predicate, Interval] = {}
+        self.worst: dict[tuple[Formation, int], FormationEdge] = {}
 
     def of(self, roots: Iterable[Node]) -> dict[Node, Interval]:
         """The intervals of the formulas and of all below them; none where there are too many to look at."""
-        order = postorder(roots)
-        if len(order) > MOST_NODES:
+        roots = tuple(roots)
+        if more_than(MOST_NODES, roots):
             return {}
         known: dict[Node, Interval] = {}
-        for node in order:
+        for node in postorder(roots):
             known[node] = self._interval(node, [known[child] for child in children(node)])
         return known
 
@@ -107,10 +111,20 @@ class Intervals:
             self.graphs.add(graph)
         return Interval(self.least.links[graph], self.most.links[graph])
 
+    def worst_edge(self, formation: Formation, column: int) -> FormationEdge:
+        """Of a formation that has edges, the one that is furthest from as it should be, in the middle of the places."""
+        if (formation, column) not in self.worst:
+            place, edges = self.position[:, column], formation.edges
+            margins = [float(formation_margin(formation, e, place[e.first], place[e.second])) for e in edges]
+            self.worst[formation, column] = edges[int(np.argmin(margins))]
+        return self.worst[formation, column]
+
     def _interval(self, node: Node, below: list[Interval]) -> Interval:
         match node:
             case Atom(predicate):
-                return self._of_predicate(predicate)
+                if predicate not in self.predicates:
+                    self.predicates[predicate] = self._of_predicate(predicate)
+                return self.predicates[predicate]
             case Not():
                 return _denied(below[0])
             case Sometime(_, low, high):

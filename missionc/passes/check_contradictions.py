@@ -10,11 +10,13 @@ impossible is left to the solver.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+
+import numpy as np
 
 from missionc.diagnostics.code import CONTRADICTION
 from missionc.diagnostics.model import Diagnostic, Label
-from missionc.ir import Agent, Anywhere, Exactly, Inside, Mission, Place, Region, Requirement, Vector
+from missionc.ir import Agent, Exactly, Inside, Mission, Place, Region, Requirement, Vector
 from missionc.passes.facts import (
     THE_TEAM,
     Fact,
@@ -28,6 +30,7 @@ from missionc.passes.facts import (
 )
 from missionc.passes.literals import Literal, Places, Rule, Unbounded, exclude
 from missionc.passes.wording import listed, seconds
+from missionc.plan import Array
 from missionc.world.crowd import as_array
 
 MOST_FACTS = 250
@@ -61,10 +64,11 @@ def contradictions(mission: Mission, places: Places, requirements: list[Requirem
             told.add(pair)
             yield _clash(mission, one, other, steps)
     yield from _impossible_instants(mission, places, instants, told)
+    ends = Ends(mission)
     for entry in asked:
         alone = frozenset((entry.requirement,))
         if alone not in told:
-            for finding in _against_places(mission, places, entry):
+            for finding in _against_places(ends, places, entry):
                 told.add(alone)
                 yield finding
 
@@ -113,55 +117,81 @@ def _impossible_instants(
 # --------------------------------------------------------- starts and finishes
 
 
-def _against_places(mission: Mission, places: Places, entry: Asked) -> Iterator[Diagnostic]:
+@dataclass(frozen=True, slots=True, eq=False)
+class There:
+    """Agents and their places at one end of the mission; the other fields have rows of the first.
+
+    Args:
+        points: (exact, dim), metres: of those that are at a point.
+    """
+
+    placed: list[tuple[Agent, Place]]
+    exact: list[int]
+    points: Array
+    regions: dict[Region, list[int]]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Ends:
+    """Where agents start and finish, looked up once for all facts about the same ones."""
+
+    mission: Mission
+    known: dict[tuple[tuple[int, ...], int], There] = field(default_factory=dict)
+
+    def there(self, agents: tuple[int, ...], step: int) -> There:
+        """The places of these agents at the first step, or those that have one at the last."""
+        if (agents, step) not in self.known:
+            self.known[agents, step] = self._there(agents, step)
+        return self.known[agents, step]
+
+    def _there(self, agents: tuple[int, ...], step: int) -> There:
+        named = [self.mission.agents[index] for index in agents]
+        ends = [(agent, agent.start if step == 0 else agent.finish) for agent in named]
+        placed = [(agent, place) for agent, place in ends if place is not None]
+        points, exact, regions = list[Vector](), list[int](), dict[Region, list[int]]()
+        for row, (_, place) in enumerate(placed):
+            if isinstance(place, Exactly):
+                points.append(place.point)
+                exact.append(row)
+            else:
+                regions.setdefault(place.region, []).append(row)
+        return There(placed, exact, as_array(points), regions)
+
+
+def _against_places(ends: Ends, places: Places, entry: Asked) -> Iterator[Diagnostic]:
     """The start, or the finish, that makes a fact of that step impossible."""
-    fact = entry.fact
+    fact, mission = entry.fact, ends.mission
     if not fact.who.agents:
         return
-    agents = [mission.agents[index] for index in fact.who.agents]
-    starts: list[tuple[Agent, Place]] = [(agent, agent.start) for agent in agents]
-    ends = [(agent, agent.finish) for agent in agents if agent.finish is not None]
-    for step, verb, there in ((0, "start", starts), (mission.steps, "finish", ends)):
+    for step, verb in ((0, "start"), (mission.steps, "finish")):
         if same_step(fact.when, When(step, step, 0)) is None:
             continue
-        stuck = _impossible_at(places, fact.literal, there)
-        if len(agents) - len(stuck) < fact.who.number:
+        stuck = _impossible_at(places, fact.literal, ends.there(fact.who.agents, step))
+        if len(fact.who.agents) - len(stuck) < fact.who.number:
             yield _against(mission, entry, stuck, verb, step)
             return
 
 
-def _impossible_at(places: Places, literal: Literal, there: list[tuple[Agent, Place]]) -> list[tuple[Agent, Place]]:
+def _impossible_at(places: Places, literal: Literal, there: There) -> list[tuple[Agent, Place]]:
     """The agents whose places surely break the literal."""
-    regions: dict[Region, bool] = {}
-    exact = {agent.index: place.point for agent, place in there if isinstance(place, Exactly)}
-    off = dict(zip(exact, _impossible_points(places, literal, list(exact.values())), strict=True))
-    stuck = []
-    for agent, place in there:
-        if isinstance(place, Anywhere):
-            region = place.region
-            if region not in regions:
-                here = places.rule(Literal(Inside(region, False), True))
-                regions[region] = exclude(here, places.rule(literal))
-            broken = regions[region]
-        else:
-            broken = off[agent.index]
-        if broken:
-            stuck.append((agent, place))
-    return stuck
+    rows = [there.exact[point] for point in _impossible_points(places, literal, there.points)]
+    for region, within in there.regions.items():
+        if exclude(places.rule(Literal(Inside(region, False), True)), places.rule(literal)):
+            rows.extend(within)
+    return [there.placed[row] for row in sorted(rows)]
 
 
-def _impossible_points(places: Places, literal: Literal, points: list[Vector]) -> list[bool]:
-    if not points:
+def _impossible_points(places: Places, literal: Literal, points: Array) -> list[int]:
+    """Which of the points, (points, dim), the literal surely does not hold at."""
+    if len(points) == 0:
         return []
     rule = places.rule(literal)
-    within, beyond = rule.within, rule.beyond
-    there = as_array(points)
-    broken = [False] * len(points)
-    if not isinstance(within, Unbounded):
-        broken = [not held for held in places.atlas.holds(within, there)]
-    if not isinstance(beyond, Unbounded):
-        broken = [off or held for off, held in zip(broken, places.atlas.holds(beyond, there), strict=True)]
-    return broken
+    broken = np.zeros(len(points), dtype=np.bool_)
+    if not isinstance(rule.within, Unbounded):
+        broken |= ~np.array(places.atlas.holds(rule.within, points))
+    if not isinstance(rule.beyond, Unbounded):
+        broken |= np.array(places.atlas.holds(rule.beyond, points))
+    return [int(point) for point in np.flatnonzero(broken)]
 
 
 # ------------------------------------------------------------------ messages

@@ -42,7 +42,7 @@ class _Expansion:
         self.room = room
         self.findings: list[Diagnostic] = []
         self.nodes: dict[ir.Formula, Node] = {}
-        self.graphs: dict[ir.Connected, ir.Graph] = {}
+        self.linked: dict[ir.Connected, Node] = {}
 
     def expanded(self, formula: ir.Formula) -> Node:
         """The kernel form of a formula whose operands have theirs."""
@@ -76,15 +76,21 @@ class _Expansion:
         return node
 
     def connected(self, connected: ir.Connected, span: Span) -> Node:
-        """Every agent reaches the first, over these agents only."""
+        """The same nodes wherever it is asked, below one that has the words."""
         if not connected.agents:
             return All((), span)
-        if connected not in self.graphs:
-            whole = connected.agents == connected.graph.agents
-            self.graphs[connected] = connected.graph if whole else replace(connected.graph, agents=connected.agents)
-        first, *others = connected.agents
-        route = Reach(self.graphs[connected], All((), span), Is(frozenset((first,)), span), len(others), span)
-        return All(tuple(At(agent, route, span) for agent in others), span)
+        if connected not in self.linked:
+            self.linked[connected] = _linked(connected)
+        return All((self.linked[connected],), span)
+
+
+def _linked(connected: ir.Connected) -> Node:
+    """Every agent reaches the first, over these agents only."""
+    whole = connected.agents == connected.graph.agents
+    graph = connected.graph if whole else replace(connected.graph, agents=connected.agents)
+    first, *others = connected.agents
+    route = Reach(graph, All(()), Is(frozenset((first,))), len(others))
+    return All(tuple(At(agent, route) for agent in others))
 
 
 def _of_agents(kind: str, number: int, parts: tuple[Node, ...], span: Span) -> Node:

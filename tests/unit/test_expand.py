@@ -10,7 +10,7 @@ from missionc import ir
 from missionc.diagnostics.code import TOO_LARGE_TO_EXPAND
 from missionc.kernel.nodes import All, Any, At, AtLeast, Atom, Is, Kernel, Node, Not, Reach
 from missionc.kernel.show import show
-from missionc.kernel.walk import postorder
+from missionc.kernel.walk import children, postorder
 from missionc.language.operators import by_name
 from missionc.limits import Limits
 from missionc.passes.expand import expand
@@ -81,7 +81,9 @@ def test_belonging_and_truth_need_no_predicate() -> None:
 
 def test_connected_is_a_route_from_each_agent_to_the_first_over_those_agents() -> None:
     radio = graphs_of(4)[0]
-    node = node_of(holds(ir.Connected(radio, (3, 1, 2))), size=4)
+    asked = node_of(holds(ir.Connected(radio, (3, 1, 2))), size=4)
+    assert isinstance(asked, All)
+    (node,) = asked.parts
     assert isinstance(node, All)
     assert [part.agent for part in node.parts if isinstance(part, At)] == [1, 2]
     (reach,) = {part.body for part in node.parts if isinstance(part, At)}
@@ -96,6 +98,15 @@ def test_connected_over_the_whole_graph_keeps_the_graph() -> None:
     radio = mission.graphs[0]
     node = node_of(holds(ir.Connected(radio, radio.agents)))
     assert all(below.graph is radio for below in postorder([node]) if isinstance(below, Reach))
+
+
+def test_connected_is_the_same_nodes_wherever_it_is_asked_below_its_own_words() -> None:
+    mission = mission_of(3, 0)
+    radio = mission.graphs[0]
+    twice = [holds(ir.Connected(radio, radio.agents), span) for span in (SPAN, ELSEWHERE)]
+    one, other = (goal.formula for goal in kernel_of(asked(*twice)).requirements)
+    assert (one.span, other.span) == (SPAN, ELSEWHERE)
+    assert children(one) == children(other)
 
 
 def test_a_node_keeps_the_words_it_came_from() -> None:
@@ -151,9 +162,10 @@ def test_the_kernel_is_shown_one_node_a_line_with_shared_nodes_named() -> None:
         "%6 = true reach 1 hops on radio is(drone[0])\n"
         "%7 = at drone[1] %6\n"
         "%8 = all(%7)\n"
-        "%9 = (-1*speed + 2*distance(base) + 1.5 > 0) until [1..3] is(drone[0], drone[1])\n"
-        "%10 = at drone[1] %9\n"
+        "%9 = all(%8)\n"
+        "%10 = (-1*speed + 2*distance(base) + 1.5 > 0) until [1..3] is(drone[0], drone[1])\n"
+        "%11 = at drone[1] %10\n"
         "require relay = %5\n"
-        "require together = %8\n"
-        "prefer[0.5] calm = %10\n"
+        "require together = %9\n"
+        "prefer[0.5] calm = %11\n"
     )

@@ -56,7 +56,24 @@ def chains(requirements: int) -> str:
     return "\n".join([SMALL, "let b0 = base and goal", *lets, *asked, ""])
 
 
-@pytest.mark.parametrize(("text", "size"), [(crowd, 400), (unknown, 500)])
+def linked(size: int) -> str:
+    """As many requirements as agents, each about all of them."""
+    asked = [f"require a{n}: always[0, {n + 1} s] connected(radio)" for n in range(size)]
+    return "\n".join([large_team(size), "graph radio = proximity 1 m", *asked, ""])
+
+
+def formed(size: int) -> str:
+    """As many requirements as agents, each about all of them, and all broken at the start."""
+    asked = [f"require a{n}: always[0, {n + 1} s] row" for n in range(size)]
+    return "\n".join([large_team(size), "formation row = chain of drone spacing 0.8 m tolerance 1 mm", *asked, ""])
+
+
+def large_team(size: int) -> str:
+    team = SMALL.replace("drone[2]", f"drone[{size}]").replace("start    in base", "start grid (0.1, 0.1) to (3, 1)")
+    return team.replace("radius   0.1 m", "radius 0.001 m").replace("horizon 6 s", f"horizon {size + 2} s")
+
+
+@pytest.mark.parametrize(("text", "size"), [(crowd, 400), (unknown, 500), (linked, 400), (formed, 400)])
 def test_a_check_of_twice_as_much_is_twice_the_work(text: Callable[[int], str], size: int) -> None:
     checks(text(10))  # what is worked out once
     assert checks(text(2 * size)) < MORE_THAN_LINEAR * checks(text(size))

@@ -61,7 +61,7 @@ class _Place:
     def to(self, node: Node, *, agent: int | None = None, tick: int | None = None, value: bool | None = None) -> _Place:
         """One further down; words that an operator was rewritten from stay those of the whole operator."""
         value = self.value if value is None else value
-        same = node.span == self.label.span
+        same = node.span in (None, self.label.span)
         return _Place(
             node,
             self.agent if agent is None else agent,
