@@ -265,7 +265,7 @@ def _found(
     explain_limit: Seconds,
     moment: float,
 ) -> Outcome:
-    """A backend's answer; the last plan that it had, where it had to be interrupted while it made a better one.
+    """A backend's answer; the last plan that it had, where a limit ended the search for a better one.
 
     Raises:
         UnusableSnapshot: the run that is to go on cannot.
@@ -281,11 +281,17 @@ def _found(
     until = budget.deadline if backend.refutes else _to_search(budget.deadline, explain_limit)
     asked_of = replace(budget, deadline=until, listen=listen, found=plans.append)
     answer = within(moment, partial(seek, backend, mission, kernel, options, asked_of))
-    if not isinstance(answer, Ended):
-        return answer
-    if plans:
-        return replace(plans[-1], report=replace(plans[-1].report, cut_short=CutShort.TIME))
-    return _not_found(answer, stage)
+    if plans and isinstance(answer, Ended | NotFound) and answer.reason in CUT_SHORT:
+        return _cut_short(plans[-1], CUT_SHORT[answer.reason])
+    return _not_found(answer, stage) if isinstance(answer, Ended) else answer
+
+
+CUT_SHORT = {Reason.TIME: CutShort.TIME, Reason.MEMORY: CutShort.MEMORY}
+
+
+def _cut_short(plan: Planned, why: CutShort) -> Planned:
+    report = plan.report
+    return replace(plan, report=replace(report, notes=(*report.notes, why.note), cut_short=why))
 
 
 def _not_found(ended: Ended, stage: str) -> NotFound:

@@ -33,7 +33,7 @@ class Account:
     def cut(self) -> None:
         """The plan that is there is the best so far: time is up, or someone has asked to end."""
         self.cut_short = CutShort.SIGNAL if asked() else CutShort.TIME
-        self.notes.append(f"the search was cut short ({self.cut_short.value}): this is the best plan it had by then")
+        self.notes.append(self.cut_short.note)
 
     def add(self, other: Account) -> None:
         """What was done elsewhere counts here: seconds and iterations are summed, other sizes are the last ones."""

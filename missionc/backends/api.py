@@ -35,7 +35,13 @@ class CutShort(Enum):
     """What ended a search that had a plan and was still at work on a better one."""
 
     TIME = "time limit"
+    MEMORY = "memory limit"
     SIGNAL = "interruption"
+
+    @property
+    def note(self) -> str:
+        """What is said of the plan."""
+        return f"the search was cut short ({self.value}): this is the best plan it had by then"
 
 
 @dataclass(frozen=True, slots=True)

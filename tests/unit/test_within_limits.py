@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import signal
 import sys
 import threading
@@ -129,7 +130,14 @@ def test_a_plan_that_cannot_be_written_in_time_is_said(monkeypatch: pytest.Monke
     assert "a plan was found" in result.outcome.statement
 
 
-def test_a_search_that_is_interrupted_gives_the_last_plan_it_had(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize(
+    ("work", "reason"),
+    [(endless, CutShort.TIME), pytest.param(greedy, CutShort.MEMORY, marks=linux)],
+    ids=["time", "memory"],
+)
+def test_a_search_that_is_interrupted_gives_the_last_plan_it_had(
+    work: Callable[..., NoReturn], reason: CutShort, monkeypatch: pytest.MonkeyPatch
+) -> None:
     plan = BACKEND.plan
 
     class Dawdling:
@@ -139,14 +147,36 @@ def test_a_search_that_is_interrupted_gives_the_last_plan_it_had(monkeypatch: py
             found = plan(mission, kernel, options, replace(budget, deadline=time.monotonic() + FAR))
             assert isinstance(found, Planned)
             budget.found(found)
-            endless()
+            work()
 
     monkeypatch.setattr(driver, "load_backend", lambda *_: Dawdling())
-    limits = iter([FAR, 2.0, FAR])  # of the check, the search, and what comes after it
+    limits = iter(
+        [FAR, 2.0 if reason is CutShort.TIME else FAR, FAR]
+    )  # of the check, the search, and what comes after it
     monkeypatch.setattr(driver, "within", lambda _, work: within(time.monotonic() + next(limits), work))
     outcome = compiled(Seconds(60.0)).outcome
     assert isinstance(outcome, Verified)
-    assert outcome.report.cut_short is CutShort.TIME
+    assert outcome.report.cut_short is reason
+    assert f"the search was cut short ({reason.value})" in " ".join(outcome.report.notes)
+    assert json.loads(dict(outcome.files)["manifest.json"])["cut_short"] == reason.value
+
+
+def test_a_backend_that_hears_of_the_memory_itself_keeps_its_last_plan_too(monkeypatch: pytest.MonkeyPatch) -> None:
+    plan = BACKEND.plan
+
+    class Sated:
+        name, refutes = "smt", True
+
+        def plan(self, mission: Mission, kernel: Kernel, options: Options, budget: Budget) -> Outcome:
+            found = plan(mission, kernel, options, budget)
+            assert isinstance(found, Planned)
+            budget.found(found)
+            return NotFound(Reason.MEMORY, "there is no room for a better one", found.report)
+
+    monkeypatch.setattr(driver, "load_backend", lambda *_: Sated())
+    outcome = compiled(Seconds(60.0)).outcome
+    assert isinstance(outcome, Verified)
+    assert outcome.report.cut_short is CutShort.MEMORY
 
 
 def test_time_is_kept_back_for_what_comes_after_a_search() -> None:
