@@ -17,7 +17,7 @@ import stat
 import sys
 from collections.abc import Callable, Mapping
 from pathlib import Path, PurePosixPath
-from posixpath import normpath
+from posixpath import normpath, relpath
 from typing import TypeAlias
 
 from missionc.diagnostics.code import (
@@ -115,9 +115,12 @@ def loader(main: Path, name: str, limits: Limits) -> Loader:
     """The function that reads what the mission at ``main``, called ``name``, includes.
 
     A path is relative to the file that includes it. Whatever way a file is
-    reached, its source has one name, so a cycle is seen by name.
+    reached, its source has one name, so a cycle is seen by name. A link has a
+    source of its own, which includes the file that it leads to: so the sources
+    alone, under their names, are the mission.
     """
-    root = main.parent.resolve()
+    folder, root = Path(name).parent, main.parent.resolve()
+    leads: dict[str, Path] = {}
     paths = {name: root / main.name}
     names = {main.resolve(): name}
 
@@ -125,17 +128,33 @@ def loader(main: Path, name: str, limits: Limits) -> Loader:
         if _strange(written):
             return _not_allowed(written, "the path is not relative", span)
         try:
-            path = (paths[span.source.name].parent / written).resolve()
+            path = leads.get(span.source.name) or (paths[span.source.name].parent / written).resolve()
         except (OSError, RuntimeError, ValueError):
             return _unreadable(UNREADABLE, written, "its links lead nowhere", span)
         # Whether a file outside exists is nobody's business, so this comes before any look at it.
         if not path.is_relative_to(root):
             return _not_allowed(written, "it lies outside the mission's own folder", span)
-        called = names.setdefault(path, str(Path(name).parent / path.relative_to(root)))
+        link = "" if path in names else _link(Path(span.source.name).relative_to(folder).parent / written, path, root)
+        called = names.setdefault(path, str(folder / path.relative_to(root)))
         paths[called] = path
-        return read_source(path, called, limits, span)
+        source = read_source(path, called, limits, span)
+        if not link or isinstance(source, Diagnostic):
+            return source
+        leads[str(folder / link)] = path
+        return Source(str(folder / link), f'include "{relpath(path.relative_to(root), PurePosixPath(link).parent)}"\n')
 
     return load
+
+
+def _link(written: Path, path: Path, root: Path) -> str:
+    """The link in the root by which a file was reached, relative to it; empty where it was by its own name.
+
+    Also where that cannot be said in a mission: by more links than one, up and down again, or with strange characters.
+    """
+    named, own = normpath(written.as_posix()), path.relative_to(root).as_posix()
+    if named == own or named.startswith("../") or (root / named).resolve() != path:
+        return ""
+    return "" if _strange(own) or '"' in own or not own.isprintable() or not named.isprintable() else named
 
 
 def held(main: str, folder: str, files: Mapping[str, bytes], limits: Limits) -> tuple[Source | Diagnostic, Loader]:

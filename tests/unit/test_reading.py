@@ -110,6 +110,25 @@ def test_a_file_has_one_name_however_it_is_reached(tmp_path: Path) -> None:
         assert found.name == "main.mission"
 
 
+def test_a_link_is_a_source_that_includes_what_it_leads_to(tmp_path: Path) -> None:
+    (tmp_path / "far" / "parts").mkdir(parents=True)
+    (tmp_path / "far" / "parts" / "real.mission").write_text("# real")
+    (tmp_path / "near").symlink_to("far/parts")
+    main = tmp_path / "main.mission"
+    main.write_text("")
+    load = loader(main, "main.mission", Limits())
+    here = Span(Source("main.mission", ""), 0, 0)
+    link = load("near/real.mission", here)
+    assert isinstance(link, Source)
+    assert (link.name, link.text) == ("near/real.mission", 'include "../far/parts/real.mission"\n')
+    real = load("../far/parts/real.mission", Span(link, 0, 0))
+    assert isinstance(real, Source)
+    assert (real.name, real.text) == ("far/parts/real.mission", "# real")
+    again = load("near/real.mission", here)
+    assert isinstance(again, Source)
+    assert again.name == real.name, "so that it is seen to be included twice"
+
+
 @pytest.mark.parametrize("written", ["/etc/passwd", "../outside.mission", "link.mission", "linked/outside.mission", ""])
 def test_an_include_stays_in_the_folder_of_the_mission(tmp_path: Path, written: str) -> None:
     home = tmp_path / "home"

@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from missionc import driver
+from missionc.checking import check
 from missionc.emit.folder import write_folder
 from missionc.replay import Replayed, replay
 from missionc.results import Verified
@@ -40,6 +41,22 @@ def test_what_was_written_passes(folder: Path) -> None:
     replayed = replay(folder)
     assert replayed.passed
     assert not replayed.findings
+
+
+def test_a_mission_that_includes_a_link_is_written_so_that_it_reads_back(tmp_path: Path) -> None:
+    home = tmp_path / "home"
+    (home / "far" / "parts").mkdir(parents=True)
+    (home / "far" / "parts" / "real.mission").write_text('include "more.mission"\n')
+    (home / "far" / "parts" / "more.mission").write_text("region more = box (0, 0) to (4, 4)\n")
+    (home / "near").symlink_to("far/parts")
+    (home / "link.mission").symlink_to("near/real.mission")
+    asked = 'include "link.mission"\nrequire inside: every drone: always[0, 6 s] more\n'
+    (home / "a.mission").write_text(f"{SMALL}{asked}")
+    compiled = driver.compile(home / "a.mission", overrides={})
+    assert isinstance(compiled.outcome, Verified)
+    assert write_folder(tmp_path / "out", compiled.outcome.files, force=False) is None
+    assert replay(tmp_path / "out").passed
+    assert check(tmp_path / "out" / "mission" / "a.mission").ok
 
 
 def test_a_changed_requirement_is_judged_as_it_stands_now(folder: Path) -> None:
