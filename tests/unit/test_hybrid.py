@@ -9,16 +9,19 @@ pytest.importorskip("torch")
 
 from missionc import driver
 from missionc.backends.api import Impossible, NotFound, Outcome, Reason, Report
-from missionc.backends.hybrid.discrete import Clock, discrete, looks_ahead
+from missionc.backends.hybrid.discrete import Clock, discrete
 from missionc.backends.hybrid.resample import on_clock, positions
 from missionc.backends.smt.plan import SmtBackend
 from missionc.diagnostics.code import IMPOSSIBLE
 from missionc.ir import Mission, Objective
-from missionc.kernel.nodes import Kernel
+from missionc.kernel.ahead import steps_ahead
+from missionc.kernel.nodes import At, Goal, Is, Kernel, Throughout, Until
+from missionc.kernel.walk import children
 from missionc.plan import Trace
 from missionc.results import Compiled, Verified
 from missionc.source import Source
 from missionc.units import Seconds
+from tests.runs import SPAN
 
 RELAY = """\
 mission relay
@@ -136,7 +139,18 @@ def test_windows_never_look_beyond_the_last_tick() -> None:
     _, kernel = meant(RELAY.replace("always[0, 8 s] (wreck", "always[0, 4 s] always[0, 4 s] (wreck"))
     for ticks in range(1, 16):
         for goal in discrete(kernel, 16, ticks).kernel.requirements:
-            assert looks_ahead(goal.formula) <= ticks
+            assert steps_ahead([goal.formula])[goal.formula] <= ticks
+
+
+def test_what_is_held_until_then_is_asked_one_step_less_far() -> None:
+    base, field = Is(frozenset((0,))), Is(frozenset((1,)))
+    formula = Until(Throughout(base, 0, 9), field, 0, 8)
+    kernel = Kernel((Goal("hold", At(0, formula), SPAN),), ())
+    (goal,) = discrete(kernel, 16, 4).kernel.requirements
+    (until,) = children(goal.formula)
+    assert isinstance(until, Until)
+    assert isinstance(until.hold, Throughout)
+    assert (until.hold.high, until.high) == (3, 2), "no narrower, since both end with the fourth tick"
 
 
 def test_a_motion_on_a_coarse_clock_is_read_between_its_ticks() -> None:

@@ -16,6 +16,7 @@ from math import ceil, floor
 from typing import TypeAlias, assert_never
 
 from missionc.ir import InFormation
+from missionc.kernel.ahead import steps_ahead
 from missionc.kernel.nodes import (
     All,
     Any,
@@ -84,7 +85,8 @@ def discrete(kernel: Kernel, steps: int, ticks: int) -> Discrete:
         if _measures(node) or any(child in measured for child in children(node)):
             measured.add(node)
     goals = _goals(kernel, nodes, Clock(steps, ticks))
-    if any(looks_ahead(goal.formula) > ticks for goal in goals):
+    ahead = steps_ahead(goal.formula for goal in goals)
+    if any(ahead[goal.formula] > ticks for goal in goals):
         goals = _goals(kernel, nodes, Clock(steps, ticks, careful=False))
     whole = frozenset(goal.name for goal in kernel.requirements if goal.formula not in measured)
     return Discrete(Kernel(tuple(goal for goal in goals if goal.formula is not YES), ()), whole)
@@ -104,19 +106,6 @@ def _goals(kernel: Kernel, nodes: Iterable[Node], clock: Clock) -> list[Goal]:
         for holds in (True, False):
             known[node, holds] = _asked(node, holds, known, clock)
     return [Goal(goal.name, known[goal.formula, True], goal.span) for goal in kernel.requirements]
-
-
-def looks_ahead(formula: Node) -> int:
-    """The last tick, counted from now, that can change the truth of a formula."""
-    known: dict[Node, int] = {}
-    for node in postorder([formula]):
-        below = max((known[child] for child in children(node)), default=0)
-        match node:
-            case Throughout(_, low, high) | Sometime(_, low, high) | Until(_, _, low, high):
-                known[node] = below + (low if high is None else high)
-            case _:
-                known[node] = below
-    return known[formula]
 
 
 def _asked(node: Node, holds: bool, known: Known, clock: Clock) -> Node:

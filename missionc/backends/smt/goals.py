@@ -107,7 +107,8 @@ class Goals:
                 # A window counts even where it is of this step alone: it is seen to by itself.
                 return max(1, last if high is None else high + ahead[body])
             case Until(hold, end, _, high):
-                return max(1, last if high is None else high + max(ahead[hold], ahead[end]))
+                held = high - 1 + ahead[hold] if high else 0
+                return max(1, held, last if high is None else high + ahead[end])
             case _:
                 assert_never(node)
 
