@@ -149,7 +149,7 @@ class Places:
                 area = atlas.outer(region.shape)
                 return atlas.shrunk(area, self.least) if body else area
             case Literal(Touches(region), True) if _measured_outside(region.shape):
-                return atlas.grown(atlas.outer(region.shape), self.most, outer=True)
+                return atlas.near(region.shape, self.most, outer=True)
             case Literal(Compare(), _):
                 said = comparison(literal)
                 return UNBOUNDED if isinstance(said, Unbounded) else self._where(said)
@@ -170,10 +170,9 @@ class Places:
         atlas = self.atlas
         if isinstance(target, Beacon):
             return atlas.grown(atlas.point(target.position), max(distance, 0.0), outer=True)
-        area = atlas.outer(target.shape)
         if distance < 0:
-            return atlas.shrunk(area, -distance)
-        return atlas.grown(area, distance, outer=True) if _measured_outside(target.shape) else UNBOUNDED
+            return atlas.shrunk(atlas.outer(target.shape), -distance)
+        return atlas.near(target.shape, distance, outer=True) if _measured_outside(target.shape) else UNBOUNDED
 
     def _beyond(self, literal: Literal) -> Bound:
         atlas = self.atlas
@@ -181,7 +180,7 @@ class Places:
             case Literal(Inside(region, False), False):
                 return atlas.inner(region.shape)
             case Literal(Touches(region), False):
-                return atlas.grown(atlas.inner(region.shape), self.least, outer=False)
+                return atlas.near(region.shape, self.least, outer=False)
             case Literal(Compare(), _):
                 said = comparison(literal)
                 return UNBOUNDED if isinstance(said, Unbounded) else self._nearer_than(said)
@@ -196,8 +195,9 @@ class Places:
                 distance = -said.constant / weight
                 if distance <= 0:
                     return UNBOUNDED
-                area = atlas.point(target.position) if isinstance(target, Beacon) else atlas.inner(target.shape)
-                return atlas.grown(area, distance, outer=False)
+                if isinstance(target, Beacon):
+                    return atlas.grown(atlas.point(target.position), distance, outer=False)
+                return atlas.near(target.shape, distance, outer=False)
             case _:
                 return UNBOUNDED
 

@@ -103,6 +103,12 @@ class Atlas:
         gaps = _gaps(self.heights)
         return _array([shapely.union_all(wide[gaps[layer] <= distance]) for layer in range(len(wide))])
 
+    def near(self, shape: Shape, distance: float, *, outer: bool) -> Area:
+        """The places within a distance of a shape, at least (``outer``) or at most; those of a ball are a ball."""
+        if isinstance(shape, Ball):
+            return self._area(Ball(shape.centre, shape.radius + distance), outer=outer)
+        return self.grown(self._area(shape, outer=outer), distance, outer=outer)
+
     def shrunk(self, area: Area, distance: float) -> Area:
         """The places of an area that are at least so far from its border, at least (heights are left as they are)."""
         return _array([_buffered(part, -distance * SMOOTHED) for part in area])
