@@ -32,6 +32,13 @@ class Status(IntEnum):
     HUNG_UP = HUNG_UP
 
 
+def status_of(passed: bool, undecided: bool) -> Status:
+    """What the files of a folder that could be read come to."""
+    if passed:
+        return Status.DONE
+    return Status.UNDECIDED if undecided else Status.NOT_VERIFIED
+
+
 def say(findings: Iterable[Diagnostic], lines: Iterable[str], form: str, document: dict[str, object]) -> None:
     """Findings to standard error and results to standard output, or one document with both."""
     if form == "sarif":

@@ -10,6 +10,7 @@ import io
 import os
 import sys
 from importlib import import_module
+from importlib.util import find_spec
 
 import click
 
@@ -35,6 +36,8 @@ MODULES = (
     "verify",
 )
 """The commands, each in a module of its own."""
+FLYING = ("export", "report", "simulate", "verify")
+"""Those that may fly with crazyflow, which wants scipy to be told of other arrays than its own before it is loaded."""
 
 
 def main(arguments: list[str] | None = None, began: float | None = None) -> int:
@@ -89,6 +92,8 @@ class Commands(click.Group):
     def get_command(self, context: click.Context, name: str) -> click.Command | None:
         if name not in MODULES:
             return None
+        if name in FLYING and find_spec("crazyflow"):
+            os.environ.setdefault("SCIPY_ARRAY_API", "1")
         command = import_module(f"missionc.commands.{name}").command
         assert isinstance(command, click.Command)
         return command

@@ -9,8 +9,10 @@ from missionc.ir import Agent
 
 MISSION = "mission"
 """Where the mission's own files lie, so that the folder can be judged from what is in it."""
-SIMULATION, SIMULATION_SCHEMA = "simulation.json", "missionc.simulation/1"
+SIMULATION, SIMULATION_SCHEMA = "simulation.json", "missionc.simulation/2"
 """Where ``simulate`` leaves what it flew, and what that says it is."""
+SIMULATIONS_BEFORE = ("missionc.simulation/1",)
+"""What files of older versions say they are: they do not tell what their flights were flown through."""
 REPORT = "report.html"
 """The page that is drawn of a folder."""
 MANIFEST, MANIFEST_SCHEMA = "manifest.json", "missionc.manifest/1"

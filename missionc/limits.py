@@ -34,6 +34,8 @@ class Limits:
     clauses: int = 60_000_000
     trace_bytes: int = 1 << 28
     checkpoint_bytes: int = 1 << 28
+    simulated_seconds: int = 20_000
+    """Of all agents in all flights together, that are flown once more to judge a simulation: a minute or two of it."""
 
     def __post_init__(self) -> None:
         for name in self.__slots__:

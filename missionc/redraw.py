@@ -53,7 +53,7 @@ def laid(folder: Path, simulation: bytes, limits: Limits | None = None) -> tuple
     with_it = reopen(folder, limits)
     if not isinstance(with_it, Reopened):
         return with_it
-    drawn = redrawn(judged(with_it))
+    drawn = redrawn(judged(with_it, None))
     wrong = write_file(folder / REPORT, drawn) or write_file(
         folder / MANIFEST, relisted(with_it.manifest, {REPORT: drawn})
     )

@@ -2,7 +2,7 @@
 
 in   Reopened
 out  Certificate: of the files as they are, whoever wrote them; of the plan and its flight alone
-says MC709
+says MC709 MC713
 """
 
 from __future__ import annotations
@@ -12,11 +12,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from missionc.contents import printable
-from missionc.diagnostics.code import FOLDER_REFUSED
+from missionc.diagnostics.code import FOLDER_REFUSED, NOT_JUDGED
 from missionc.diagnostics.model import Diagnostic
 from missionc.limits import Limits
 from missionc.rebuild import check_documents
-from missionc.rebuild.verdict import DOCUMENT
+from missionc.rebuild.verdict import DOCUMENT, UNJUDGED
 from missionc.reopen import CERTIFICATE, PLAN, Reopened, reopen
 from missionc.verify import verify, verify_between, verify_polynomials
 from missionc.verify.certificate import Certificate, Check
@@ -45,15 +45,20 @@ class Replayed:
     def passed(self) -> bool:
         return self.certificate is not None and self.certificate.passed
 
+    @property
+    def undecided(self) -> bool:
+        """Nothing is wrong, and something cannot be judged here."""
+        return self.certificate is not None and _undecided(self.certificate)
+
 
 def replay(folder: Path, limits: Limits | None = None) -> Replayed:
     """Judge the plan and the polynomials that a folder holds, and everything else that lies in it."""
     reopened = reopen(folder, limits)
-    return judged(reopened) if isinstance(reopened, Reopened) else Replayed(folder, reopened)
+    return judged(reopened, limits or Limits()) if isinstance(reopened, Reopened) else Replayed(folder, reopened)
 
 
-def judged(reopened: Reopened) -> Replayed:
-    """``replay``, of what was read already."""
+def judged(reopened: Reopened, limits: Limits | None) -> Replayed:
+    """``replay``, of what was read already; without limits a simulation is not flown once more."""
     mission, kernel, trace = reopened.mission, reopened.kernel, reopened.trace
     flown = verify(mission, kernel, trace)
     if flown.passed:
@@ -61,10 +66,11 @@ def judged(reopened: Reopened) -> Replayed:
     documents: tuple[Check, ...] = ()
     if flown.passed:
         flown = flown.joined(verify_between(mission, kernel, trace, reopened.flights))
-        documents = (*_stated(reopened, flown), *check_documents(reopened, flown))
+        documents = (*_stated(reopened, flown), *check_documents(reopened, flown, limits))
     certificate = Certificate(mission.name, _files(reopened)).joined(flown)
     certificate = certificate.joined(Certificate(mission.name, documents))
-    findings = () if certificate.passed else (_refused(reopened.path, certificate),)
+    say = _not_judged if _undecided(certificate) else _refused
+    findings = () if certificate.passed else (say(reopened.path, certificate),)
     return Replayed(reopened.path, findings, reopened, certificate, flown)
 
 
@@ -85,6 +91,20 @@ def _stated(reopened: Reopened, flown: Certificate) -> tuple[Check, ...]:
     return tuple(check_stated(reopened.text(CERTIFICATE), plan, flown))
 
 
+def _undecided(certificate: Certificate) -> bool:
+    return {check.name for check in certificate.failures} == {UNJUDGED}
+
+
+def _not_judged(folder: Path, certificate: Certificate) -> Diagnostic:
+    return Diagnostic(
+        NOT_JUDGED,
+        f"a simulation in `{folder}` cannot be judged here; nothing else in it is wrong",
+        None,
+        notes=tuple(map(_reason, certificate.failures)),
+        help="fly it again with `missionc simulate`, or verify the folder where the simulation can be flown",
+    )
+
+
 def _refused(folder: Path, certificate: Certificate) -> Diagnostic:
     failures = sorted(certificate.failures, key=lambda check: check.name == "manifest")
     more = len(failures) - MOST_REASONS
@@ -102,7 +122,7 @@ def _reason(check: Check) -> str:
     if check.name == "manifest":
         why = check.detail if check.detail == UNLISTED else "its content is not the one that was written"
         return f"file `{printable(check.subject)}`: {why}"
-    if check.name == DOCUMENT:
+    if check.name in (DOCUMENT, UNJUDGED):
         return f"file `{check.subject}`: {check.detail}"
     if check.name == "certificate":
         return f"file `{CERTIFICATE}`: {check.detail}"

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from missionc.diagnostics.code import FOLDER_REFUSED
+from missionc.diagnostics.code import EXTRA_MISSING, FOLDER_REFUSED
 from missionc.diagnostics.model import Diagnostic
 from missionc.ir import Mission
 from missionc.limits import Limits
@@ -64,7 +64,10 @@ def simulate(
     beyond = _beyond(mission, pieces, limits or Limits())
     if beyond:
         return Simulated(folder, (_unread(folder, beyond),), reopened)
-    trials = run(mission, reopened.kernel, pieces, trial, listen)
+    try:
+        trials = run(mission, reopened.kernel, pieces, trial, listen)
+    except engines.EngineError as error:
+        return Simulated(folder, (_unable(trial.engine, error),), reopened)
     return Simulated(folder, (), reopened, monitor(mission, reopened.kernel, reopened.trace), trials)
 
 
@@ -75,6 +78,12 @@ def _beyond(mission: Mission, pieces: list[Pieces], limits: Limits) -> dict[str,
     told = ((agent.name, np.abs(setpoints(own, times))) for agent, own in zip(mission.agents, pieces, strict=True))
     why = f"lead beyond {limits.magnitude:g} m, m/s or m/s^2"
     return {name: why for name, each in told if not (each <= limits.magnitude).all()}
+
+
+def _unable(engine: str, error: engines.EngineError) -> Diagnostic:
+    message = f"`--engine {engine}` cannot be used: {error}"
+    help_ = f"install it with all it needs: `pip install 'missionc[{engine}]'`; or leave `--engine` out"
+    return Diagnostic(EXTRA_MISSING, message, None, help=help_)
 
 
 def _unread(folder: Path, wrong: dict[str, str]) -> Diagnostic:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import asdict
 from typing import TYPE_CHECKING, assert_never
 
 from missionc.backends.api import Attempt, Fault, Impossible, NotFound
@@ -338,31 +337,8 @@ def _compared(planned: tuple[Judgement, ...], flown: tuple[Judgement, ...], step
 
 def simulated_document(simulated: Simulated) -> dict[str, object]:
     """``passed`` is null where nothing was flown."""
-    trials, reopened = simulated.trials, simulated.reopened
-    if trials is None or reopened is None:
+    if simulated.trials is None or simulated.reopened is None:
         return {"passed": None}
-    trial, first = trials.trial, trials.flights[0]
-    return {
-        "passed": trials.passed,
-        "engine": trial.engine,
-        "seed": trial.seed,
-        "flights": trial.flights,
-        "planned": [each.as_record() for each in simulated.planned[: len(first.requirements)]],
-        "requirements": [each.as_record() for each in first.requirements],
-        "fractions": {
-            name: {"held": each.held, "of": each.flights, "low": each.low, "high": each.high}
-            for name, each in trials.fractions().items()
-        },
-        "tracking": [
-            {"agent": agent.name, "allowed": most, **asdict(trials.error(agent.index))}
-            for agent, most in zip(reopened.mission.agents, trials.allowed.tolist(), strict=True)
-        ],
-        "room": [
-            {"subject": check.subject, "margin": check.margin, "at": check.at, "agents": list(check.agents)}
-            for check in trials.room()
-        ],
-        "robustness": {
-            each.name: [flight.requirements[index].as_record()["robustness"] for flight in trials.flights]
-            for index, each in enumerate(first.requirements)
-        },
-    }
+    from missionc.emit.simulation import simulation_record
+
+    return simulation_record(simulated.reopened.mission, simulated.planned, simulated.trials)

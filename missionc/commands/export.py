@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from missionc import summary
-from missionc.answers import Status, say
+from missionc.answers import Status, say, status_of
 from missionc.diagnostics.model import Diagnostic
 from missionc.emit.file import beside
 from missionc.emit.folder import write_folder
@@ -73,7 +73,7 @@ def command(
     if done:
         return Status.DONE
     refused = replayed.certificate is not None and not replayed.passed
-    return Status.NOT_VERIFIED if refused else Status.MISSION_ERRORS
+    return status_of(False, replayed.undecided) if refused else Status.MISSION_ERRORS
 
 
 def _made(replayed: Replayed, name: str) -> Exported | Diagnostic | None:

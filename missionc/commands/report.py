@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from missionc.answers import Status, say
+from missionc.answers import Status, say, status_of
 from missionc.diagnostics.model import Diagnostic
 from missionc.flags import file_to_write, folder, folders, limits_and_form, named, read_limits
 from missionc.replay import replay
@@ -45,7 +45,7 @@ def command(path: Path, output: Path | None, limits: tuple[tuple[str, str], ...]
     say(findings, lines, form, {"output": str(target) if written else None})
     if not written:
         return Status.MISSION_ERRORS
-    return Status.DONE if replayed.passed else Status.NOT_VERIFIED
+    return status_of(replayed.passed, replayed.undecided)
 
 
 def _not_ours(target: Path) -> Diagnostic | None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -79,9 +78,6 @@ def command(
         raise click.BadParameter(f"`{plot}` ends neither in .svg nor in .png", param_hint="--plot")
     if engine != ENGINES[0] and (trials > 1 or any((*air, mass_error, start_error, clock_error))):
         raise click.UsageError(f"{engine} flies once and undisturbed; leave `--engine` out for trials and disturbances")
-    if engine == "crazyflow":
-        # It wants to be told before scipy is loaded, which the rest of this does.
-        os.environ.setdefault("SCIPY_ARRAY_API", "1")
     from missionc.simulate import simulate
     from missionc.simulation.disturbance import Disturbance
     from missionc.simulation.trials import Trial

@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from missionc import summary
-from missionc.answers import Status, say
+from missionc.answers import Status, say, status_of
 from missionc.flags import folder, folders, limits_and_form, read_limits
 from missionc.replay import replay
 
@@ -21,4 +21,4 @@ def command(path: Path, limits: tuple[tuple[str, str], ...], form: str) -> Statu
     say(replayed.findings, summary.replayed_lines(replayed), form, summary.replayed_document(replayed))
     if replayed.certificate is None:
         return Status.MISSION_ERRORS
-    return Status.DONE if replayed.passed else Status.NOT_VERIFIED
+    return status_of(replayed.passed, replayed.undecided)

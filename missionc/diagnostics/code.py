@@ -111,6 +111,7 @@ FOLDER_REFUSED = Code("MC709", "the folder does not hold what was verified")
 NOT_BETWEEN = Code("MC710", "a requirement does not hold between the steps")
 NEEDS_MORE_TIME = Code("MC711", "the vehicle needs more time")
 NOT_EXPORTED = Code("MC712", "the flight does not fit the form of an export")
+NOT_JUDGED = Code("MC713", "the simulation cannot be judged here")
 
 # 9xx: our own
 INTERNAL = Code("MC901", "a defect of the compiler")

@@ -1,16 +1,20 @@
-"""``simulation.json``: what flights in simulation came to, and where everybody was in the first of them."""
+"""``simulation.json``: what decided flights in simulation, what they came to, and where everybody was in the first."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
 
 import numpy as np
 
 from missionc.emit.text import compact, record
 from missionc.file_names import SIMULATION_SCHEMA
 from missionc.ir import Mission
+from missionc.plan import Judgement
+from missionc.simulation.conditions import conditions
 from missionc.simulation.course import SETPOINTS_PER_SECOND
 from missionc.simulation.fly import Flown
+from missionc.simulation.trials import Trials
 
 EACH = 4
 """Of the samples, every fourth is kept."""
@@ -18,11 +22,42 @@ DIGITS = 4
 """After the point: tenths of millimetres."""
 
 
+def simulation_record(mission: Mission, planned: Sequence[Judgement], trials: Trials) -> dict[str, object]:
+    """What flights were flown, and what they came to.
+
+    Args:
+        planned: the requirements as the plan keeps them; what follows them is left out.
+    """
+    first = trials.flights[0]
+    return {
+        "passed": trials.passed,
+        **conditions(trials.trial, float(mission.horizon)),
+        "planned": [each.as_record() for each in planned[: len(first.requirements)]],
+        "requirements": [each.as_record() for each in first.requirements],
+        "fractions": {
+            name: {"held": each.held, "of": each.flights, "low": each.low, "high": each.high}
+            for name, each in trials.fractions().items()
+        },
+        "tracking": [
+            {"agent": agent.name, "allowed": most, **asdict(trials.error(agent.index))}
+            for agent, most in zip(mission.agents, trials.allowed.tolist(), strict=True)
+        ],
+        "room": [
+            {"subject": check.subject, "margin": check.margin, "at": check.at, "agents": list(check.agents)}
+            for check in trials.room()
+        ],
+        "robustness": {
+            each.name: [flight.requirements[index].as_record()["robustness"] for flight in trials.flights]
+            for index, each in enumerate(first.requirements)
+        },
+    }
+
+
 def simulation_json(mission: Mission, said: Mapping[str, object], flown: Flown) -> bytes:
     """The same bytes for the same flight.
 
     Args:
-        said: what ``missionc simulate --format json`` says of it.
+        said: a ``simulation_record``.
     """
     position = np.round(flown.position[0, :, ::EACH], DIGITS) + 0.0
     paths = {agent.name: position[agent.index].T.tolist() for agent in mission.agents}

@@ -14,6 +14,7 @@ from collections.abc import Iterator
 
 from missionc.emit.trajectories import trajectories
 from missionc.file_names import REPORT, SIMULATION, file_names, polynomials_file
+from missionc.limits import Limits
 from missionc.rebuild.export_files import check_exports
 from missionc.rebuild.manifest_entries import check_manifest
 from missionc.rebuild.page import check_page, page
@@ -31,11 +32,12 @@ ALWAYS = (PLAN, TRAJECTORIES, CERTIFICATE, REPORT)
 """What every folder holds, beside polynomials and the mission."""
 
 
-def check_documents(reopened: Reopened, flown: Certificate) -> Iterator[Check]:
+def check_documents(reopened: Reopened, flown: Certificate, limits: Limits | None) -> Iterator[Check]:
     """What the files say and hold, compared with what the mission, the plan and the polynomials come to.
 
     Args:
         flown: of the plan, its polynomials and the time between the steps; it has passed.
+        limits: absent where a simulation was flown just now, and is not to be flown once more.
     """
     plan = plan_of(reopened)
     names = file_names(reopened.mission.agents)
@@ -48,8 +50,8 @@ def check_documents(reopened: Reopened, flown: Certificate) -> Iterator[Check]:
     for agent in reopened.mission.agents:
         yield _polynomials(polynomials_file(names[agent.name]), reopened.flights[agent.name])
     yield from check_exports(reopened)
-    if SIMULATION in reopened.files:
-        yield check_simulation(reopened)
+    if SIMULATION in reopened.files and limits:
+        yield check_simulation(reopened, limits)
     if REPORT in reopened.files:
         yield check_page(reopened, plan, flown)
 

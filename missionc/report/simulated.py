@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from missionc.file_names import SIMULATION_SCHEMA
+from missionc.file_names import SIMULATION_SCHEMA, SIMULATIONS_BEFORE
 from missionc.ir import Mission
 from missionc.limits import Limits
 from missionc.plan import Array
@@ -55,7 +55,7 @@ def simulated(mission: Mission, text: str, flown: Curves, rate: int) -> Simulate
 
 
 def _read(mission: Mission, found: Any, flown: Curves, rate: int) -> Simulated | None:
-    if found["schema"] != SIMULATION_SCHEMA or not text_of(found["engine"]):
+    if found["schema"] not in (SIMULATION_SCHEMA, *SIMULATIONS_BEFORE) or not text_of(found["engine"]):
         return None
     often = float(found["flight"]["samples_per_second"])
     places = [found["flight"]["agents"][agent.name] for agent in mission.agents]

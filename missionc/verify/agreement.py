@@ -20,18 +20,19 @@ LONGEST = 40
 """Characters of a text that a message repeats."""
 
 
-def difference(read: object, computed: object, place: str = "") -> str | None:
+def difference(read: object, computed: object, place: str = "", same: float = SAME) -> str | None:
     """Where a document says something else than it should, and what; None where it does not.
 
     Args:
         place: of both in the whole document, ``agents[0].radius``.
+        same: how far numbers with a fraction may differ, times themselves where they are above 1.
     """
     match computed:
         case dict():
-            return _of_records(read, computed, place)
+            return _of_records(read, computed, place, same)
         case list():
-            return _of_lists(read, computed, place)
-        case float() if is_number(read) and close(read, computed):
+            return _of_lists(read, computed, place, same)
+        case float() if is_number(read) and close(read, computed, same):
             return None
         case int() | str() | None if type(read) is type(computed) and read == computed:
             return None
@@ -39,9 +40,9 @@ def difference(read: object, computed: object, place: str = "") -> str | None:
             return f"{_named(place)} is {shown(read)}, where {shown(computed)} is what the files come to"
 
 
-def close(read: float, computed: float) -> bool:
+def close(read: float, computed: float, same: float = SAME) -> bool:
     """Two numbers that differ by no more than rounding."""
-    return abs(read - computed) <= SAME * max(1.0, abs(computed))
+    return abs(read - computed) <= same * max(1.0, abs(computed))
 
 
 def is_number(value: object) -> TypeGuard[int | float]:
@@ -75,7 +76,7 @@ def shown(value: object) -> str:
             return f"`{text if len(text) <= LONGEST else text[: LONGEST - 1] + '…'}`"
 
 
-def _of_records(read: object, computed: dict[str, object], place: str) -> str | None:
+def _of_records(read: object, computed: dict[str, object], place: str, same: float) -> str | None:
     if not isinstance(read, dict):
         return f"{_named(place)} is {shown(read)}, and no record"
     for key in computed:
@@ -84,17 +85,17 @@ def _of_records(read: object, computed: dict[str, object], place: str) -> str | 
     for key in read:
         if key not in computed:
             return f"{_named(place)} has {shown(key)}, which does not belong there"
-    found = (difference(read[key], value, f"{place}.{key}" if place else key) for key, value in computed.items())
+    found = (difference(read[key], value, f"{place}.{key}" if place else key, same) for key, value in computed.items())
     return next((each for each in found if each is not None), None)
 
 
-def _of_lists(read: object, computed: list[object], place: str) -> str | None:
+def _of_lists(read: object, computed: list[object], place: str, same: float) -> str | None:
     if not isinstance(read, list):
         return f"{_named(place)} is {shown(read)}, and no list"
     if len(read) != len(computed):
         return f"{_named(place)} has {len(read)} entries, where the files come to {len(computed)}"
     pairs = enumerate(zip(read, computed, strict=True))
-    found = (difference(one, other, f"{place}[{number}]") for number, (one, other) in pairs)
+    found = (difference(one, other, f"{place}[{number}]", same) for number, (one, other) in pairs)
     return next((each for each in found if each is not None), None)
 
 

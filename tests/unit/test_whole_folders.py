@@ -13,7 +13,6 @@ import pytest
 from missionc.cli import main
 from missionc.limits import Limits
 from missionc.rebuild.manifest_entries import check_manifest
-from missionc.rebuild.simulation_document import check_simulation
 from missionc.reopen import Reopened, reopen
 from missionc.replay import Replayed, replay
 from tests.forging import Files, forged, hashed, laid
@@ -141,27 +140,6 @@ def test_what_is_met_to_rounding_is_still_about_somebody_at_some_time(tmp_path: 
     assert [stated(nobody, "a"), stated(never, "b"), stated(later, "c")] == [False, False, True]
     page = files()["report.html"].replace(b'"agents":["drone[0]"]', b'"agents":["nobody"]')
     assert "report.html" in refused(replay(forged(tmp_path / "d", {**files(), "report.html": page})))
-
-
-@pytest.mark.parametrize(
-    ("change", "words"),
-    [
-        (lambda found: found.update(passed=not found["passed"]), "`passed`"),
-        (lambda found: found["planned"][0].update(robustness=9.99), "`planned[0].robustness`"),
-        (lambda found: found.update(flights=7), ""),
-        (lambda found: found.update(engine="wings"), "`engine`"),
-        (lambda found: found["tracking"][0].update(most=1e-9, mean=0.0, usual=0.0), "more than it says"),
-        (lambda found: found["flight"]["agents"]["drone[0]"][0].pop(), "has not three coordinates"),
-        (lambda found: found.update(room=[]), "`room`"),
-        (lambda found: found["flight"]["agents"]["drone[0]"][0].insert(0, 1e200), "has not three coordinates"),
-        (lambda found: found["flight"]["agents"]["drone[0]"][0].__setitem__(0, 1e200), "has not three coordinates"),
-        (lambda found: found.clear(), ""),
-    ],
-)
-def test_a_simulation_fits_the_plan_and_itself(change: Callable[[Any], None], words: str, tmp_path: Path) -> None:
-    check = check_simulation(opened(forged(tmp_path, edited("simulation.json", change))))
-    assert not check.passed
-    assert words in check.detail
 
 
 @pytest.mark.parametrize(

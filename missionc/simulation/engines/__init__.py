@@ -23,6 +23,8 @@ from missionc.verify.columns import Pieces
 QUADROTOR = "quadrotor"
 OTHERS = ("rotorpy", "crazyflow")
 ENGINES = (QUADROTOR, *OTHERS)
+LONGEST = 200
+"""Characters of what an engine says that a message repeats."""
 
 Engine: TypeAlias = Callable[[Sequence[Pieces], float], Flown]
 """One undisturbed flight of so many seconds."""
@@ -37,8 +39,19 @@ def missing(name: str) -> Diagnostic | None:
     return Diagnostic(EXTRA_MISSING, message, None, help=help_)
 
 
+class EngineError(Exception):
+    """An engine that is installed does not start, and says why."""
+
+
 def fly_with(name: str, pieces: Sequence[Pieces], seconds: float) -> Flown:
-    """A flight by an installed package's engine; what that has to say goes to standard error."""
+    """A flight by an installed package's engine; what that has to say goes to standard error.
+
+    Raises:
+        EngineError: the package cannot be loaded, as where another one that it needs is missing.
+    """
     with redirect_stdout(sys.stderr):
-        engine: Engine = import_module(f"missionc.simulation.engines.with_{name}").fly
+        try:
+            engine: Engine = import_module(f"missionc.simulation.engines.with_{name}").fly
+        except (ImportError, RuntimeError) as error:
+            raise EngineError(str(error).partition("\n")[0][:LONGEST]) from error
         return engine(pieces, seconds)
