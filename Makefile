@@ -43,7 +43,7 @@ slow: ## the tests that take longer than a few seconds
 fuzz: ## random missions through every command, mutated ones through `check`, command lines, edits and formulas, far more than in `make check`
 	MISSIONC_FUZZ=200000 $(BIN)/pytest -q --timeout 0 tests/properties/test_mutated_missions.py
 	MISSIONC_FUZZ=10000 $(BIN)/pytest -q --timeout 0 tests/properties/test_lsp_typing.py
-	MISSIONC_FUZZ=5000 $(BIN)/pytest -q --timeout 0 tests/properties/test_table.py tests/properties/test_interval.py
+	MISSIONC_FUZZ=5000 $(BIN)/pytest -q --timeout 0 tests/properties/test_verdict_table.py tests/properties/test_interval_robustness.py
 	MISSIONC_FUZZ=2000 $(BIN)/pytest -q --timeout 0 tests/properties/test_whole_language.py
 	MISSIONC_FUZZ=5000 $(BIN)/pytest -q --timeout 0 tests/properties/test_hostile_commands.py
 

@@ -45,7 +45,7 @@ def seconds(command: list[str], runs: int) -> list[float]:
 
 def main(runs: int) -> None:
     print(f"{'mission':<12} {'least':>7} {'median':>7}   seconds, {runs} runs")
-    rows = {"nothing": [sys.executable, "-c", "import missionc.commands.check"]}
+    rows = {"nothing": [sys.executable, "-c", "import missionc.cli.commands.check"]}
     with tempfile.TemporaryDirectory() as folder:
         for lines in (30, 200, 700):
             path = Path(folder) / f"of_{lines}_lines.mission"

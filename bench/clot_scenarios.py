@@ -20,7 +20,7 @@ import missionc
 from missionc.backends.api import PRESETS, Budget, Options, Planned
 from missionc.backends.load import load
 from missionc.diagnostics.model import Diagnostic
-from missionc.verify import verify
+from missionc.verify.verify_plan import verify
 
 MISSIONS = Path(__file__).resolve().parent.parent / "missions"
 

@@ -20,23 +20,36 @@ from math import comb
 import numpy as np
 
 from missionc import ir
-from missionc.emit.certificate import certificate_json
-from missionc.emit.crazyflie import Flyable, crazyflie
+from missionc.base.source import Source, Span
+from missionc.base.trace import Trace
+from missionc.base.units import (
+    Metres,
+    Seconds,
+    Steps,
+)
+from missionc.curves.crazyflie_csv import Pieces, read
+from missionc.curves.piecewise_polynomials import (
+    Curves,
+    motion,
+    values,
+)
+from missionc.data.vehicles import profiles
+from missionc.flight.crazyflie import Flyable, crazyflie
 from missionc.kernel.nodes import Kernel
-from missionc.plan import Trace
-from missionc.source import Source, Span
-from missionc.units import Metres, Seconds, Steps
-from missionc.vehicles import profiles
-from missionc.verify import verify_polynomials
-from missionc.verify.bounding import bounded
-from missionc.verify.boxes import boxes_of, fault
-from missionc.verify.columns import Pieces, read
-from missionc.verify.curves import Curves, motion, values
-from missionc.verify.flight import check_flight, tube
-from missionc.verify.flown import Flight
-from missionc.verify.stated import check_stated
-from missionc.verify.together import downwash, obstacles, separation, world
-from missionc.verify.vehicles import limits
+from missionc.output.documents.certificate_json import certificate_json
+from missionc.verify.check_certificate import check_stated
+from missionc.verify.flight.agent_flight import check_flight, tube
+from missionc.verify.flight.flight_curves import Flight
+from missionc.verify.flight.joint_claims import (
+    downwash,
+    obstacles,
+    separation,
+    world,
+)
+from missionc.verify.flight.vehicle_claims import limits
+from missionc.verify.proof.branch_and_bound import bounded
+from missionc.verify.proof.proof_boxes import boxes_of, fault
+from missionc.verify.verify_plan import verify_polynomials
 
 STEP, STEPS, APART = 0.5, 30, 0.8
 NOTHING = Kernel((), ())

@@ -13,9 +13,9 @@ import resource
 
 import missionc
 from missionc.backends.api import Impossible, NotFound, Options
-from missionc.results import Verified
-from missionc.source import Source
-from missionc.units import Seconds
+from missionc.base.source import Source
+from missionc.base.units import Seconds
+from missionc.pipeline.results import Verified
 
 RELAYS = """
 mission relays

@@ -17,8 +17,8 @@ import numpy as np
 from scipy.optimize import linprog
 from scipy.sparse import csr_array, eye_array, hstack, kron, vstack
 
-from missionc.plan import Array
-from missionc.reopen import Reopened, reopen
+from missionc.base.trace import Array
+from missionc.replay.read_folder import Reopened, reopen
 
 CHANGES, SIDES = 16, 16
 

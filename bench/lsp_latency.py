@@ -42,11 +42,11 @@ BETWEEN = 0.2
 """Seconds from key to key: a quick typist."""
 
 FORGETFUL = """
-from missionc.checking import Kept
+from missionc.pipeline.front_end import Kept
 from missionc.lsp import text
 from missionc.lsp.server import serve
 from missionc.syntax import passages
-from missionc.world.areas import _buffered
+from missionc.world.configuration_space import _buffered
 
 
 class Forgetful(text.Memory):

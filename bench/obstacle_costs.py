@@ -31,11 +31,11 @@ import numpy as np
 import torch
 from scipy import ndimage
 
-from missionc.backends.clot.obstacles import Obstacles
+from missionc.backends.clot.optimise.obstacle_index import Obstacles
+from missionc.base.trace import Array
 from missionc.ir import Box, Disc, Obstacle, Polygon, Prism, Shape, Still, Union
-from missionc.plan import Array
-from missionc.world.distance import signed_distance
 from missionc.world.sampling import box_around
+from missionc.world.signed_distance import signed_distance
 
 REACH = 0.7
 """Metres."""

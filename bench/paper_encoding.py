@@ -19,9 +19,9 @@ from dataclasses import dataclass
 import numpy as np
 import z3
 
-from missionc.backends.smt.roadmap import Roadmap
+from missionc.backends.smt.roadmap.roadmap import Roadmap
 from missionc.ir import Inside, Mission, Proximity
-from missionc.margins import link_margin, of_states
+from missionc.language.margins.predicate_margins import link_margin, of_states
 
 Formula = Callable[[int, int], z3.BoolRef]
 """A formula of an agent at a step."""

@@ -20,12 +20,12 @@ from typing import Any
 
 import missionc
 from missionc.backends.api import Budget, Options, Planned
-from missionc.backends.clot.expansion import Expansion
-from missionc.backends.clot.plan import Run
+from missionc.backends.clot.backend import Run
+from missionc.backends.clot.paper.expand_agent import Expansion
 from missionc.backends.load import load
+from missionc.base.source import Source
 from missionc.diagnostics.model import Diagnostic
-from missionc.results import Checked
-from missionc.source import Source
+from missionc.pipeline.results import Checked
 
 MISSIONS = Path(__file__).resolve().parent.parent / "missions"
 

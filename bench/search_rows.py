@@ -17,10 +17,14 @@ from itertools import pairwise
 
 import numpy as np
 
-from missionc.backends.clot.search import Candidate, Expand, Search
-from missionc.backends.clot.search_settings import SearchSettings
-from missionc.backends.clot.sequence import of_phases
-from missionc.backends.clot.tree import Node
+from missionc.backends.clot.paper.planning_sequence import of_phases
+from missionc.backends.clot.paper.search_tree import Node
+from missionc.backends.clot.paper.tree_search import (
+    Candidate,
+    Expand,
+    Search,
+)
+from missionc.backends.clot.run.search_settings import SearchSettings
 
 LANES = 4
 

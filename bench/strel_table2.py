@@ -26,10 +26,10 @@ import numpy as np
 
 import missionc
 from missionc.backends.api import Options, Report
-from missionc.backends.smt.plan import NEIGHBOURS
-from missionc.backends.smt.roadmap import NoRoadmap, build_roadmaps
+from missionc.backends.smt.backend import NEIGHBOURS
+from missionc.backends.smt.roadmap.roadmap import NoRoadmap, build_roadmaps
 from missionc.ir import Mission
-from missionc.results import Compiled, Verified
+from missionc.pipeline.results import Compiled, Verified
 
 ROOT = Path(__file__).resolve().parent.parent
 

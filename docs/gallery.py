@@ -15,12 +15,13 @@ import time
 from collections.abc import Iterator
 from pathlib import Path
 
-from missionc import driver, ir
+from missionc import ir
 from missionc.backends.api import Budget, Options
 from missionc.diagnostics.model import Diagnostic
-from missionc.emit.plot import plot
-from missionc.passes.walk import bottom_up, goals
-from missionc.results import Verified
+from missionc.language.walk_formulas import bottom_up, goals
+from missionc.output.plot.plot import plot
+from missionc.pipeline import driver
+from missionc.pipeline.results import Verified
 
 ROOT = Path(__file__).resolve().parent.parent
 MISSIONS = ROOT / "missions" / "gallery"

@@ -17,11 +17,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from missionc.base.units import UNITS
 from missionc.language.operator import Bounds
 from missionc.language.operators import by_name
 from missionc.language.predicates import PREDICATES
 from missionc.syntax.tokens import DECLARATIONS, STATES, WORDS, Word
-from missionc.units import UNITS
 
 FILE = Path(__file__).parent / "vscode" / "syntaxes" / "mission.tmLanguage.json"
 

@@ -12,10 +12,15 @@ from missionc.version import __version__
 TYPE_CHECKING = False  # checkers take it for true; what brings it would be loaded before signals are seen to
 if TYPE_CHECKING:
     from missionc.backends.api import Attempt, CutShort, Fault, Impossible, NotFound, Options, Progress, Reason
+    from missionc.base.limits import Limits
+    from missionc.base.source import Source
     from missionc.diagnostics.model import Diagnostic, Severity
-    from missionc.driver import check, compile, monitor
-    from missionc.limits import Limits
-    from missionc.results import (
+    from missionc.pipeline.driver import (
+        check,
+        compile,
+        monitor,
+    )
+    from missionc.pipeline.results import (
         Blame,
         Change,
         Checked,
@@ -29,7 +34,6 @@ if TYPE_CHECKING:
         Unverified,
         Verified,
     )
-    from missionc.source import Source
 
 __all__ = [
     "Attempt",
@@ -74,9 +78,9 @@ HOMES = {
         "Reason",
     ),
     "missionc.diagnostics.model": ("Diagnostic", "Severity"),
-    "missionc.driver": ("check", "compile", "monitor"),
-    "missionc.limits": ("Limits",),
-    "missionc.results": (
+    "missionc.pipeline.driver": ("check", "compile", "monitor"),
+    "missionc.base.limits": ("Limits",),
+    "missionc.pipeline.results": (
         "Blame",
         "Change",
         "Checked",
@@ -90,7 +94,7 @@ HOMES = {
         "Unverified",
         "Verified",
     ),
-    "missionc.source": ("Source",),
+    "missionc.base.source": ("Source",),
 }
 """Where each public name lives: loaded when it is first used, so that a child process loads only its own module."""
 

@@ -18,8 +18,8 @@ def main() -> int:
 
     began = time.monotonic()
 
-    from missionc.signals import Stopped, stoppable
-    from missionc.streams import finished, hold_numbers
+    from missionc.base.signals import Stopped, stoppable
+    from missionc.cli.streams import finished, hold_numbers
 
     hold_numbers()
     for stream in (sys.stdout, sys.stderr):
@@ -28,7 +28,7 @@ def main() -> int:
             stream.reconfigure(errors="backslashreplace")
     try:
         with stoppable():
-            from missionc.cli import main as run
+            from missionc.cli.app import main as run
 
             return finished(run(sys.argv[1:], began))
     except Stopped as stopped:

@@ -15,12 +15,24 @@ from typing import Any
 
 import pytest
 
-from missionc import driver
+from missionc.base.source import Source
 from missionc.diagnostics.render import render_json
-from missionc.source import Source
-from tests.fences import console, shell, usage
-from tests.golden import Block, blocks, run
-from tests.small import CONFLICT, LATE, SMALL
+from missionc.pipeline import driver
+from tests.support.documentation_fences import (
+    console,
+    shell,
+    usage,
+)
+from tests.support.golden_pages import (
+    Block,
+    blocks,
+    run,
+)
+from tests.support.small_missions import (
+    CONFLICT,
+    LATE,
+    SMALL,
+)
 
 ROOT = Path(__file__).resolve().parent.parent
 PAGES = [*sorted(ROOT.glob("*.md")), *sorted((ROOT / "docs").rglob("*.md"))]

@@ -6,10 +6,17 @@ from pathlib import Path
 
 import pytest
 
-from missionc import driver
+from missionc.base.source import Source
 from missionc.diagnostics.code import CODES
-from missionc.source import Source
-from tests.golden import Block, blocks, file_name, is_excerpt, is_fragment, play
+from missionc.pipeline import driver
+from tests.support.golden_pages import (
+    Block,
+    blocks,
+    file_name,
+    is_excerpt,
+    is_fragment,
+    play,
+)
 
 ROOT = Path(__file__).resolve().parent.parent
 GOLDEN = sorted((ROOT / "tests" / "golden").glob("*.md"))

@@ -30,12 +30,12 @@ def errors() -> str:
 
 
 HEADINGS = {
-    "missionc.driver": "What to call",
-    "missionc.results": "What comes back",
+    "missionc.pipeline.driver": "What to call",
+    "missionc.pipeline.results": "What comes back",
     "missionc.backends.api": "Planning: options, progress, outcomes",
     "missionc.diagnostics.model": "Findings",
-    "missionc.limits": "Limits of size",
-    "missionc.source": "Texts",
+    "missionc.base.limits": "Limits of size",
+    "missionc.base.source": "Texts",
 }
 """A heading for each module that public names live in, in the order of the page."""
 

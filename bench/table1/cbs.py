@@ -17,11 +17,11 @@ from scipy.spatial.distance import cdist
 from w9_pathfinding.envs import Grid
 from w9_pathfinding.mapf import CBS
 
-from missionc.backends.clot.cost_graph import Margin, build
+from missionc.backends.clot.cost_graph.cost_graph import Margin, build
+from missionc.base.trace import Array, Trace
 from missionc.ir import Box, Inside, Mission
 from missionc.kernel.nodes import Kernel
-from missionc.plan import Array, Trace
-from missionc.world.distance import signed_distance
+from missionc.world.signed_distance import signed_distance
 from table1.scene import Unsupported, box, speed, together, trace
 
 

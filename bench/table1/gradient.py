@@ -16,15 +16,26 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from missionc.backends.clot.accept import attempt
-from missionc.backends.clot.cost_graph import Greatest, GreatestOver, Least, LeastOver, Term, build
-from missionc.backends.clot.leaves import UNLIMITED
-from missionc.backends.clot.robustness import Robustness
-from missionc.backends.clot.states import States, team, velocities
+from missionc.backends.clot.cost_graph.cost_graph import (
+    Greatest,
+    GreatestOver,
+    Least,
+    LeastOver,
+    Term,
+    build,
+)
+from missionc.backends.clot.cost_graph.leaf_margins import UNLIMITED
+from missionc.backends.clot.cost_graph.motion_batch import (
+    States,
+    team,
+    velocities,
+)
+from missionc.backends.clot.cost_graph.robustness import Robustness
+from missionc.backends.clot.optimise.accept import attempt
+from missionc.base.trace import Array, Trace
 from missionc.ir import Mission
 from missionc.kernel.nodes import Kernel
-from missionc.plan import Array, Trace
-from missionc.world.distance import signed_distance
+from missionc.world.signed_distance import signed_distance
 from table1.scene import box, speed, stand, trace
 
 STARTS = 16

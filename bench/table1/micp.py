@@ -15,9 +15,9 @@ import numpy as np
 from scipy.optimize import Bounds, LinearConstraint, milp
 from scipy.sparse import coo_array
 
+from missionc.base.trace import Array, Trace
 from missionc.ir import Mission
 from missionc.kernel.nodes import Kernel
-from missionc.plan import Array, Trace
 from table1.scene import box, speed, stand, trace
 from table1.specification import Stl, specification
 

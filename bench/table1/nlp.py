@@ -16,9 +16,9 @@ import sys
 import numpy as np
 import pydrake.solvers
 
+from missionc.base.trace import Trace
 from missionc.ir import Mission
 from missionc.kernel.nodes import Kernel
-from missionc.plan import Trace
 from table1.scene import box, speed, stand, trace
 from table1.specification import specification
 

@@ -6,10 +6,10 @@ import time
 
 from missionc.backends.api import PRESETS, Budget, Options, Planned
 from missionc.backends.load import load
+from missionc.base.trace import Trace
 from missionc.diagnostics.model import Diagnostic
 from missionc.ir import Mission
 from missionc.kernel.nodes import Kernel
-from missionc.plan import Trace
 
 
 def plan(mission: Mission, kernel: Kernel, seed: int, limit: float, preset: str = PRESETS[0]) -> Trace | str:

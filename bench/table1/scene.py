@@ -6,8 +6,8 @@ import numpy as np
 from scipy.sparse.csgraph import minimum_spanning_tree
 from scipy.spatial.distance import cdist
 
+from missionc.base.trace import Array, Trace
 from missionc.ir import Anywhere, Box, Mission, Place, SingleIntegrator
-from missionc.plan import Array, Trace
 
 
 class Unsupported(Exception):

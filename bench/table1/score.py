@@ -6,11 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from missionc.base.trace import Trace
 from missionc.ir import Mission, Still
 from missionc.kernel.nodes import Kernel
-from missionc.plan import Trace
-from missionc.verify import verify
-from missionc.world.distance import signed_distance
+from missionc.verify.verify_plan import verify
+from missionc.world.signed_distance import signed_distance
 
 BODIES = ("obstacle", "separation")
 

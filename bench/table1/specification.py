@@ -14,10 +14,19 @@ import numpy as np
 from stlpy.STL import LinearPredicate
 from stlpy.STL.formula import STLTree
 
-from missionc.backends.clot.cost_graph import Greatest, GreatestOver, Least, LeastOver, Margin, Of, Term, build
+from missionc.backends.clot.cost_graph.cost_graph import (
+    Greatest,
+    GreatestOver,
+    Least,
+    LeastOver,
+    Margin,
+    Of,
+    Term,
+    build,
+)
+from missionc.base.trace import Array
 from missionc.ir import Box, Connected, Disc, Inside, Mission, Proximity, Shape
 from missionc.kernel.nodes import Kernel
-from missionc.plan import Array
 from table1.scene import Unsupported, box, tree
 
 Stl: TypeAlias = Any

@@ -13,12 +13,16 @@ from dataclasses import dataclass, field
 from enum import Enum
 from typing import Any, Protocol, TypeAlias
 
+from missionc.base.limits import Limits
+from missionc.base.notebook import printed, shown
+from missionc.base.trace import (
+    Array,
+    Judgement,
+    Trace,
+)
+from missionc.base.units import Seconds
 from missionc.ir import Mission
 from missionc.kernel.nodes import Kernel
-from missionc.limits import Limits
-from missionc.notebook import printed, shown
-from missionc.plan import Array, Judgement, Trace
-from missionc.units import Seconds
 
 
 class Reason(Enum):

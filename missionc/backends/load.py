@@ -42,7 +42,7 @@ def _clot(options: Options) -> Backend | Diagnostic:
     missing = _device_missing(options)
     if missing is not None:
         return missing
-    from missionc.backends.clot.plan import BACKEND
+    from missionc.backends.clot.backend import BACKEND
 
     return BACKEND
 
@@ -68,7 +68,7 @@ def _missing_for_solvers(options: Options) -> Diagnostic | None:
 
 
 def _device_missing(options: Options) -> Diagnostic | None:
-    from missionc.backends.clot.device import available
+    from missionc.backends.clot.torch_device import available
 
     if available(options.device):
         return None

@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import Enum
 
+from missionc.base.notebook import printed, shown
+from missionc.base.source import Span
 from missionc.diagnostics.code import Code
-from missionc.notebook import printed, shown
-from missionc.source import Span
 
 
 class Severity(Enum):

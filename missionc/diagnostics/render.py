@@ -5,7 +5,7 @@
 
 A span over several lines is underlined on its first. Columns are those of a
 terminal: a tab is four, a wide character two, a combining one none. What a
-terminal would act on is written out (``plain``).
+terminal would act on is written out (``sanitize``).
 """
 
 from __future__ import annotations
@@ -15,9 +15,9 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from itertools import groupby
 
+from missionc.base.source import Source, Span
 from missionc.diagnostics.model import Diagnostic, Label, Severity
-from missionc.diagnostics.plain import plain, plain_line
-from missionc.source import Source, Span
+from missionc.diagnostics.sanitize import plain, plain_line
 
 TAB = 4
 LONGEST = 140

@@ -13,10 +13,10 @@ import os
 from pathlib import Path
 from urllib.parse import quote
 
+from missionc.base.source import Span
 from missionc.diagnostics.code import INTERNAL, Code
-from missionc.diagnostics.explain import explain
+from missionc.diagnostics.code_page import explain
 from missionc.diagnostics.model import Diagnostic, Fix, Label
-from missionc.source import Span
 from missionc.version import __version__
 
 SCHEMA = "https://docs.oasis-open.org/sarif/sarif/v2.1.0/errata01/os/schemas/sarif-schema-2.1.0.json"

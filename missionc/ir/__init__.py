@@ -1,6 +1,6 @@
 """The mission as meant: names are objects, units are SI, windows are whole steps.
 
-Values only. Everything after ``passes.resolve`` reads this and never the tree
+Values only. Everything after ``resolve.resolve_mission`` reads this and never the tree
 as written. Agents are numbered through the whole mission, in the order of
 their declaration; an agent set is a tuple of such numbers in the order meant.
 """

@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TypeAlias
 
+from missionc.base.source import Span
+from missionc.base.units import Metres
 from missionc.ir.places import Region
 from missionc.ir.shapes import Vector
 from missionc.ir.vehicles import AHEAD, PLAIN, Vehicle, Yaw
-from missionc.source import Span
-from missionc.units import Metres
 
 
 @dataclass(frozen=True, slots=True)

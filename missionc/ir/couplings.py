@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TypeAlias
 
+from missionc.base.source import Span
+from missionc.base.units import Metres
 from missionc.ir.shapes import Vector
-from missionc.source import Span
-from missionc.units import Metres
 
 
 @dataclass(frozen=True, slots=True, eq=False)

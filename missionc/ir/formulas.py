@@ -6,12 +6,12 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import TYPE_CHECKING, TypeAlias
 
+from missionc.base.source import Span
+from missionc.base.units import Steps
 from missionc.ir.agents import AgentSet
 from missionc.ir.couplings import Graph
 from missionc.ir.predicates import Predicate
-from missionc.source import Span
 from missionc.syntax.ast import Metric
-from missionc.units import Steps
 
 if TYPE_CHECKING:
     from missionc.language.operator import Operator

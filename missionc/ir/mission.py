@@ -5,13 +5,17 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from enum import Enum
 
+from missionc.base.source import Span
+from missionc.base.units import (
+    Metres,
+    Seconds,
+    Steps,
+)
 from missionc.ir.agents import Agent, AgentSet
 from missionc.ir.couplings import Formation, Graph
 from missionc.ir.formulas import Formula
 from missionc.ir.places import Beacon, Obstacle, Region, World
 from missionc.ir.shapes import Vector
-from missionc.source import Span
-from missionc.units import Metres, Seconds, Steps
 
 
 @dataclass(frozen=True, slots=True, eq=False)

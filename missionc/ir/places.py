@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from missionc.base.source import Span
+from missionc.base.units import Seconds
 from missionc.ir.shapes import Shape, Vector
-from missionc.source import Span
-from missionc.units import Seconds
 
 
 @dataclass(frozen=True, slots=True)

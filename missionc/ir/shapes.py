@@ -1,4 +1,4 @@
-"""Regions of space as plain numbers; what they mean as sets of points is ``world.distance``."""
+"""Regions of space as plain numbers; what they mean as sets of points is ``world.signed_distance``."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import TypeAlias
 Vector: TypeAlias = tuple[float, ...]
 """Two or three coordinates in metres, as many as the world has."""
 
-# Plain numbers; what they mean as sets of points is ``world.distance``.
+# Plain numbers; what they mean as sets of points is ``world.signed_distance``.
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import TypeAlias
 
-from missionc.units import Dimension
+from missionc.base.units import Dimension
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,8 +12,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TypeAlias
 
+from missionc.base.source import Span
 from missionc.ir import Formula, Graph, Predicate
-from missionc.source import Span
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -6,9 +6,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
 
+from missionc.base.source import Span
 from missionc.ir import Graph, Length, Window
 from missionc.kernel.nodes import Node
-from missionc.source import Span
 
 
 class Bounds(Enum):

@@ -11,19 +11,27 @@ from dataclasses import dataclass
 from lsprotocol import types
 
 from missionc import ir
+from missionc.base.source import Span
+from missionc.data.vehicles import profiles
 from missionc.language.predicates import PREDICATES
-from missionc.lsp.spot import Spot, spot
-from missionc.lsp.text import LIMITS, OpenText
-from missionc.lsp.units import fitting_units
-from missionc.lsp.words import meaning
-from missionc.passes.names import AGENTS, STATE_WORDS, Kind
-from missionc.passes.resolve_dynamics import SETTINGS as DYNAMICS
-from missionc.passes.resolve_formations import SETTINGS as FORMATIONS
-from missionc.passes.resolve_formulas import FORMULAS
-from missionc.passes.resolve_goals import BACKENDS, CONNECTIVITY, OPTIONS
-from missionc.source import Span
+from missionc.lsp.completion_context import Spot, spot
+from missionc.lsp.open_text import LIMITS, OpenText
+from missionc.lsp.unit_completion import fitting_units
+from missionc.lsp.word_help import meaning
+from missionc.resolve.names import (
+    AGENTS,
+    STATE_WORDS,
+    Kind,
+)
+from missionc.resolve.resolve_dynamics import SETTINGS as DYNAMICS
+from missionc.resolve.resolve_formations import SETTINGS as FORMATIONS
+from missionc.resolve.resolve_formulas import FORMULAS
+from missionc.resolve.resolve_goals import (
+    BACKENDS,
+    CONNECTIVITY,
+    OPTIONS,
+)
 from missionc.syntax.tokens import DECLARATIONS, NAME, NUMBER, UNIT, WORDS, Token
-from missionc.vehicles import profiles
 
 CALLED = tuple(predicate.name for predicate in PREDICATES if predicate.called)
 ARGUMENTS: dict[str, tuple[Kind, ...]] = {

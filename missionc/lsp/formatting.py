@@ -6,8 +6,8 @@ from difflib import SequenceMatcher
 
 from lsprotocol import types
 
-from missionc.lsp.text import LIMITS, OpenText
-from missionc.source import Source
+from missionc.base.source import Source
+from missionc.lsp.open_text import LIMITS, OpenText
 from missionc.syntax.format import format_mission
 from missionc.syntax.parse import parse
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from lsprotocol import types
 
+from missionc.lsp.open_text import OpenText
 from missionc.lsp.outline import Name
-from missionc.lsp.text import OpenText
 
 
 def definition(text: OpenText, position: types.Position) -> types.Location | None:

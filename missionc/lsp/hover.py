@@ -4,20 +4,25 @@ from __future__ import annotations
 
 from lsprotocol import types
 
-from missionc.explaining.page import explained
+from missionc.base.source import Passage, Span
+from missionc.checks.check_horizons import steps_ahead
+from missionc.explain.explanation import explained
 from missionc.ir import Mission, Preference, Requirement
-from missionc.lsp.hints import ahead
+from missionc.language.walk_formulas import goals
+from missionc.lsp.inlay_hints import ahead
+from missionc.lsp.open_text import LIMITS, OpenText
 from missionc.lsp.outline import Name
-from missionc.lsp.text import LIMITS, OpenText
-from missionc.lsp.words import meaning
-from missionc.passes.check_horizons import steps_ahead
-from missionc.passes.context import Context
-from missionc.passes.names import collect
-from missionc.passes.resolve_parameters import resolve_parameters
-from missionc.passes.resolve_quantities import POWERS, SI, is_reported, shown
-from missionc.passes.show_vehicle import show_vehicle
-from missionc.passes.walk import goals
-from missionc.source import Passage, Span
+from missionc.lsp.word_help import meaning
+from missionc.resolve.context import Context
+from missionc.resolve.names import collect
+from missionc.resolve.resolve_parameters import resolve_parameters
+from missionc.resolve.resolve_quantities import (
+    POWERS,
+    SI,
+    is_reported,
+    shown,
+)
+from missionc.resolve.show_vehicle import show_vehicle
 from missionc.syntax import ast
 from missionc.syntax.passages import passages
 from missionc.syntax.tokens import Token, tokenise

@@ -11,14 +11,23 @@ from functools import cached_property
 from itertools import pairwise
 from pathlib import Path
 
-from missionc.limits import Limits
-from missionc.passes.names import STATE_WORDS, Kind, Named, kind_of
-from missionc.passes.references import references
-from missionc.reading import loader
-from missionc.source import Passage, Source, Span
+from missionc.base.limits import Limits
+from missionc.base.source import (
+    Passage,
+    Source,
+    Span,
+)
+from missionc.resolve.names import (
+    STATE_WORDS,
+    Kind,
+    Named,
+    kind_of,
+)
 from missionc.syntax import ast
 from missionc.syntax.parse import read
 from missionc.syntax.passages import Kept, passages
+from missionc.syntax.read_file import loader
+from missionc.syntax.references import references
 from missionc.syntax.tokens import LABEL, NAME, Token, tokenise
 
 KEYWORDS = {

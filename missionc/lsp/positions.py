@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 from lsprotocol import types
 
-from missionc.source import Span
+from missionc.base.source import Span
 
 _LINE_END = re.compile(r"\r\n|\n|\r")
 

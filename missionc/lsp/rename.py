@@ -7,10 +7,10 @@ from itertools import groupby
 from lsprotocol import types
 from pygls.exceptions import JsonRpcException
 
+from missionc.base.source import Source
+from missionc.lsp.open_text import LIMITS, OpenText
 from missionc.lsp.outline import Name, Outline
-from missionc.lsp.text import LIMITS, OpenText
-from missionc.passes.names import STATE_WORDS
-from missionc.source import Source
+from missionc.resolve.names import STATE_WORDS
 from missionc.syntax.passages import Kept
 from missionc.syntax.tokens import nameable, reserved
 

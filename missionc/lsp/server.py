@@ -12,19 +12,23 @@ from typing import Any, BinaryIO, cast
 from lsprotocol import types
 from pygls.lsp.server import LanguageServer
 
-from missionc.lsp.checks import Checks
+from missionc.base.source import Source
+from missionc.lsp.background_checks import Checks
 from missionc.lsp.completion import completion
-from missionc.lsp.diagnostics import diagnostics
-from missionc.lsp.fixes import fixes
+from missionc.lsp.document_symbols import symbols
 from missionc.lsp.formatting import formatting
 from missionc.lsp.goto import definition, highlights, references
-from missionc.lsp.hints import hints
 from missionc.lsp.hover import hover
+from missionc.lsp.inlay_hints import hints
+from missionc.lsp.open_text import (
+    Memory,
+    OpenText,
+    name_of,
+)
+from missionc.lsp.publish_diagnostics import diagnostics
+from missionc.lsp.quick_fixes import fixes
 from missionc.lsp.rename import renamable, rename
-from missionc.lsp.symbols import symbols
-from missionc.lsp.text import Memory, OpenText, name_of
 from missionc.lsp.wire import Incoming, Protocol
-from missionc.source import Source
 from missionc.version import __version__
 
 

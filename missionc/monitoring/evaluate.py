@@ -10,6 +10,7 @@ from typing import assert_never
 
 import numpy as np
 
+from missionc.base.trace import Array, Trace
 from missionc.ir import Graph, Mission, Predicate
 from missionc.kernel.nodes import (
     All,
@@ -29,12 +30,11 @@ from missionc.kernel.nodes import (
     Until,
 )
 from missionc.kernel.walk import children, postorder
-from missionc.margins import margin
-from missionc.margins.links import all_links, pieces
-from missionc.monitoring import routes, windows
+from missionc.language.margins.links import all_links, pieces
+from missionc.language.margins.predicate_margins import margin
+from missionc.monitoring import graph_routes, temporal_windows
 from missionc.monitoring.logic import Logic, Values
-from missionc.plan import Array, Trace
-from missionc.world.distance import distance_between
+from missionc.world.signed_distance import distance_between
 
 
 class Evaluation:
@@ -92,11 +92,11 @@ class Evaluation:
             case AtLeast(count):
                 return _largest(count, below, logic)
             case Throughout(_, low, high):
-                return windows.sliding(np.minimum, self._spread(below[0]), low, high, logic.bottom)
+                return temporal_windows.sliding(np.minimum, self._spread(below[0]), low, high, logic.bottom)
             case Sometime(_, low, high):
-                return windows.sliding(np.maximum, self._spread(below[0]), low, high, logic.bottom)
+                return temporal_windows.sliding(np.maximum, self._spread(below[0]), low, high, logic.bottom)
             case Until(_, _, low, high):
-                return windows.until(self._spread(below[0]), self._spread(below[1]), low, high, logic.bottom)
+                return temporal_windows.until(self._spread(below[0]), self._spread(below[1]), low, high, logic.bottom)
             case At(agent):
                 return below[0] if len(below[0]) == 1 else below[0][agent : agent + 1]
             case Nearby(graph):
@@ -134,13 +134,13 @@ class Evaluation:
 
     def _nearby(self, graph: Graph, body: Values) -> Values:
         def measure(piece: slice, body: Values) -> Values:
-            return routes.nearby(self._links(graph, piece), body)
+            return graph_routes.nearby(self._links(graph, piece), body)
 
         return self._along(graph, (body,), self._nowhere(), measure)
 
     def _reach(self, graph: Graph, through: Values, end: Values, hops: int) -> Values:
         def measure(piece: slice, through: Values, end: Values) -> Values:
-            return routes.reach(self._links(graph, piece), through, end, hops)
+            return graph_routes.reach(self._links(graph, piece), through, end, hops)
 
         return self._along(graph, (through, end), end, measure)
 
@@ -149,11 +149,11 @@ class Evaluation:
 
         def shorter(piece: slice, through: Values, end: Values) -> Values:
             links, lengths = self._links(graph, piece), self._lengths(graph, piece)
-            return routes.reach_within(logic, links, lengths, through, end, high)
+            return graph_routes.reach_within(logic, links, lengths, through, end, high)
 
         def longer(piece: slice, through: Values, end: Values) -> Values:
             links, lengths = self._links(graph, piece), self._lengths(graph, piece)
-            return routes.bounded_below(logic, links, lengths, through, end, low, high)
+            return graph_routes.bounded_below(logic, links, lengths, through, end, low, high)
 
         if low > 0:
             return self._along(graph, (through, end), self._nowhere(), longer)
@@ -167,12 +167,12 @@ class Evaluation:
         def measure(piece: slice, target: Values) -> Values:
             links, lengths = self._links(graph, piece), self._lengths(graph, piece)
             anyone = np.full_like(target, logic.top)
-            near = routes.reach_within(logic, links, lengths, anyone, target, node.high)
+            near = graph_routes.reach_within(logic, links, lengths, anyone, target, node.high)
             if node.low <= 0:
                 return near
             below = math.nextafter(node.low, 0.0)
             both: Values = np.minimum(
-                near, logic.negate(routes.reach_within(logic, links, lengths, anyone, target, below))
+                near, logic.negate(graph_routes.reach_within(logic, links, lengths, anyone, target, below))
             )
             return both
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from missionc.ir import Predicate
-from missionc.margins import holds
+from missionc.language.margins.predicate_margins import holds
 
 Values: TypeAlias = NDArray[Any]
 """Truth values or robustness, whichever the logic at work has."""

@@ -6,6 +6,7 @@ from collections.abc import Generator
 from dataclasses import dataclass
 from typing import TypeAlias, assert_never
 
+from missionc.base.trace import Flags, Trace
 from missionc.ir import Compare, DistanceBetween, InFormation, Mission
 from missionc.kernel.nodes import (
     All,
@@ -25,10 +26,9 @@ from missionc.kernel.nodes import (
     Until,
 )
 from missionc.kernel.walk import postorder
-from missionc.margins import formation_margin
+from missionc.language.margins.predicate_margins import formation_margin
 from missionc.monitoring.evaluate import Evaluation
 from missionc.monitoring.logic import TRUTH
-from missionc.plan import Flags, Trace
 
 
 @dataclass(frozen=True, slots=True)

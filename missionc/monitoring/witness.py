@@ -15,15 +15,19 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from missionc.base.trace import (
+    Array,
+    Flags,
+    Trace,
+)
 from missionc.ir import Compare, DistanceBetween, DistanceTo, Graph, InFormation, Mission, Predicate
 from missionc.kernel.nodes import All, Any, Apart, At, AtLeast, Atom, Nearby, Node, Not, Reach, Route
 from missionc.kernel.walk import children, postorder
-from missionc.margins.links import all_links, pieces
+from missionc.language.margins.links import all_links, pieces
 from missionc.monitoring.evaluate import Evaluation
 from missionc.monitoring.logic import TRUTH, Values
-from missionc.monitoring.table import asked_where, chain
-from missionc.plan import Array, Flags, Trace
-from missionc.world.distance import distance_between
+from missionc.monitoring.verdict_table import asked_where, chain
+from missionc.world.signed_distance import distance_between
 
 MOST_NODES, MOST_LINKS = 5000, 1 << 25
 """Of formulas in kernel form, and of pairs of agents at all steps: with more there is no witness, which would take too

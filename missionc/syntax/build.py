@@ -9,9 +9,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from missionc.base.source import Span
 from missionc.diagnostics.code import SYNTAX
 from missionc.diagnostics.model import Diagnostic, Label
-from missionc.source import Span
 from missionc.syntax import ast
 from missionc.syntax.build_formula import FORMULAS, MisreadError, as_formula
 from missionc.syntax.tokens import Token, quoted

@@ -9,9 +9,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 
+from missionc.base.source import Span
 from missionc.diagnostics.code import SYNTAX, UNKNOWN_NAME
 from missionc.diagnostics.model import Diagnostic, Label
-from missionc.source import Span
 from missionc.syntax import ast
 from missionc.syntax.tokens import Token, quoted
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from missionc.syntax.table import END
+from missionc.syntax.parse_table import END
 from missionc.syntax.tokens import LABEL, NAME, NUMBER, TEXT, UNIT, Token
 
 SIGNS = frozenset("=:,()[]{}") | {".."}

@@ -15,10 +15,10 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 from itertools import groupby
 
-from missionc.limits import Limits
-from missionc.source import Source
+from missionc.base.limits import Limits
+from missionc.base.source import Source
 from missionc.syntax import ast
-from missionc.syntax.table import END
+from missionc.syntax.parse_table import END
 from missionc.syntax.tokens import LABEL, NAME, NUMBER, UNIT, Token, tokenise
 
 INDENT, FURTHER = 2, 2

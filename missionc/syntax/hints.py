@@ -9,8 +9,12 @@ from missionc.syntax import forms
 from missionc.syntax import slips_of_signs as signs
 from missionc.syntax import slips_of_words as words
 from missionc.syntax.expected import SIGNS, in_words
-from missionc.syntax.place import Place, finding, just_after
-from missionc.syntax.table import END
+from missionc.syntax.parse_table import END
+from missionc.syntax.stopping_place import (
+    Place,
+    finding,
+    just_after,
+)
 from missionc.syntax.tokens import quoted
 
 

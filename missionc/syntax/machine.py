@@ -5,8 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
-from missionc.source import Span
-from missionc.syntax.table import END, Rule, Table
+from missionc.base.source import Span
+from missionc.syntax.parse_table import (
+    END,
+    Rule,
+    Table,
+)
 
 
 class Part(NamedTuple):

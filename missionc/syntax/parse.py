@@ -15,6 +15,12 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import TypeAlias, cast
 
+from missionc.base.limits import DEEPEST, Limits
+from missionc.base.source import (
+    Passage,
+    Source,
+    Span,
+)
 from missionc.diagnostics.code import (
     DECLARED_AGAIN,
     EMPTY,
@@ -24,16 +30,14 @@ from missionc.diagnostics.code import (
     NESTED_TOO_DEEP,
 )
 from missionc.diagnostics.model import Diagnostic, Label
-from missionc.limits import DEEPEST, Limits
-from missionc.source import Passage, Source, Span
-from missionc.syntax import ast, table
+from missionc.syntax import ast, parse_table
 from missionc.syntax.build import FUNCTIONS, NESTS
 from missionc.syntax.build_formula import MisreadError
 from missionc.syntax.hints import explain
 from missionc.syntax.machine import Machine, TooDeepError
+from missionc.syntax.parse_table import END
 from missionc.syntax.passages import Kept, passages
-from missionc.syntax.place import Place
-from missionc.syntax.table import END
+from missionc.syntax.stopping_place import Place
 from missionc.syntax.tokens import LABEL, MOST_FINDINGS, NAME, Token, tokenise
 
 Load: TypeAlias = Callable[[str, Span], Source | Diagnostic]
@@ -173,7 +177,7 @@ def _read_declarations(tokens: Sequence[Token], here: int, end: int, limits: Lim
 
 def _read_declaration(tokens: Sequence[Token], first: int, limits: Limits) -> tuple[ast.Declaration | Diagnostic, int]:
     """The declaration that starts at a token, or what is wrong with it; and where the next one starts."""
-    machine = Machine(table.load(), FUNCTIONS, NESTS, limits.nesting)
+    machine = Machine(parse_table.load(), FUNCTIONS, NESTS, limits.nesting)
     opened: list[int] = []
     here = first
     try:

@@ -11,7 +11,7 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
-from missionc.source import Passage, Source
+from missionc.base.source import Passage, Source
 from missionc.syntax import ast
 from missionc.syntax.tokens import DECLARATIONS
 

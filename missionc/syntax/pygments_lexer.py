@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, ClassVar
 from pygments.lexer import Lexer
 from pygments.token import Comment, Error, Keyword, Name, Number, Operator, Punctuation, String, Whitespace
 
-from missionc.limits import Limits
-from missionc.source import Source
+from missionc.base.limits import Limits
+from missionc.base.source import Source
 from missionc.syntax.tokens import LABEL, NAME, NUMBER, SPELLINGS, STATES, STRAY, TEXT, UNIT, Token, tokenise
 
 if TYPE_CHECKING:

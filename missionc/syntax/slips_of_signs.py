@@ -5,8 +5,12 @@ from __future__ import annotations
 from missionc.diagnostics.model import Diagnostic, Fix, Label
 from missionc.syntax import forms
 from missionc.syntax.expected import ARITHMETIC, COMPARISONS
-from missionc.syntax.place import Place, finding, just_after
-from missionc.syntax.table import END
+from missionc.syntax.parse_table import END
+from missionc.syntax.stopping_place import (
+    Place,
+    finding,
+    just_after,
+)
 from missionc.syntax.tokens import NAME, NUMBER, OPERATORS, STATES, STRAY, UNIT, quoted
 
 

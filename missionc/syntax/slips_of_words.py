@@ -4,13 +4,19 @@ from __future__ import annotations
 
 import re
 
+from missionc.base.source import Span
+from missionc.base.units import UNITS
 from missionc.diagnostics.code import NAME_NOT_ALLOWED, UNKNOWN_OPERATOR, UNKNOWN_UNIT
 from missionc.diagnostics.model import Diagnostic, Fix
-from missionc.source import Span
 from missionc.syntax import forms
 from missionc.syntax.expected import FORMULA, SHAPES
-from missionc.syntax.place import Place, finding, just_after, meant_by
-from missionc.syntax.table import END
+from missionc.syntax.parse_table import END
+from missionc.syntax.stopping_place import (
+    Place,
+    finding,
+    just_after,
+    meant_by,
+)
 from missionc.syntax.tokens import (
     DECLARATIONS,
     NAME,
@@ -24,7 +30,6 @@ from missionc.syntax.tokens import (
     quoted,
     reserved,
 )
-from missionc.units import UNITS
 
 INFIX = frozenset(
     word.text for word in OPERATORS.values() if "INFIX" in word.token or (not word.token and word.text != "count")

@@ -14,13 +14,17 @@ from dataclasses import dataclass
 from itertools import islice
 from typing import NamedTuple
 
+from missionc.base.limits import Limits
+from missionc.base.source import (
+    Passage,
+    Source,
+    Span,
+)
+from missionc.base.units import UNITS
 from missionc.diagnostics.code import NAME_NOT_ALLOWED, NUMBER_OUT_OF_RANGE, UNKNOWN_UNIT
 from missionc.diagnostics.model import Diagnostic, Fix, Label
-from missionc.limits import Limits
-from missionc.source import Passage, Source, Span
 from missionc.syntax.forms import UNITS_IN_FULL
-from missionc.syntax.table import END
-from missionc.units import UNITS
+from missionc.syntax.parse_table import END
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from enum import Enum
 
-from missionc.verify.boxes import Boxes
+from missionc.verify.proof.proof_boxes import Boxes
 
 
 @dataclass(frozen=True, slots=True)

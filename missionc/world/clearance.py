@@ -19,8 +19,8 @@ from typing import assert_never
 import numpy as np
 import shapely
 
+from missionc.base.trace import Array, Flags
 from missionc.ir import Ball, Box, Difference, Disc, Intersection, Mission, Path, Polygon, Prism, Shape, Still, Union
-from missionc.plan import Array, Flags
 
 ROUNDING = 5e-10
 """Metres by which a body may be nearer than asked and only touch, which is allowed."""

@@ -13,8 +13,8 @@ from typing import assert_never
 import numpy as np
 from numpy.typing import NDArray
 
+from missionc.base.trace import Array, Flags
 from missionc.ir import DoubleIntegrator, Dynamics, SingleIntegrator, Unicycle
-from missionc.plan import Array, Flags
 
 Indices = NDArray[np.int64]
 

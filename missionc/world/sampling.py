@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from missionc.base.trace import Array, Flags
 from missionc.ir import Ball, Box, Difference, Disc, Intersection, Polygon, Shape, Union, Vector, World
-from missionc.plan import Array, Flags
-from missionc.world.distance import signed_distance
+from missionc.world.signed_distance import signed_distance
 
 Indices = NDArray[np.int64]
 

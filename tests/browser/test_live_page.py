@@ -8,8 +8,8 @@ from typing import Any
 
 import pytest
 
-from tests.small import SMALL, WRONG
-from tests.watching import save_by_rename, watching
+from tests.support.small_missions import SMALL, WRONG
+from tests.support.watch_process import save_by_rename, watching
 
 pytestmark = pytest.mark.browser
 

@@ -10,8 +10,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from missionc.report import report
-from tests.reports import MOTION, RELAY, flight, plotted, simulation
+from missionc.output.report.report_html import report
+from tests.support.unpacked_reports import (
+    MOTION,
+    RELAY,
+    flight,
+    plotted,
+    simulation,
+)
 
 pytestmark = pytest.mark.browser
 

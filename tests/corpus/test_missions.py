@@ -12,16 +12,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from missionc import driver, stages
 from missionc.backends.api import Budget, Options
+from missionc.base.limits import Limits
+from missionc.base.source import Source
+from missionc.cli import emit_stages
+from missionc.data.templates import Template, templates
 from missionc.ir import Mission
-from missionc.limits import Limits
-from missionc.results import Verified
-from missionc.source import Source
+from missionc.monitoring.read_trace import read_trace
+from missionc.pipeline import driver
+from missionc.pipeline.results import Verified
 from missionc.syntax.parse import parse
-from missionc.syntax.show import show
-from missionc.templates import Template, templates
-from missionc.traces import read_trace
+from missionc.syntax.show_tree import show
 
 ROOT = Path(__file__).resolve().parents[2]
 FILES = sorted((ROOT / "missions").glob("*.mission"))
@@ -62,8 +63,8 @@ def test_a_mission_checks_without_errors(path: Path) -> None:
 @pytest.mark.parametrize("path", FILES + GALLERY, ids=title)
 def test_every_stage_of_a_mission_can_be_printed(path: Path) -> None:
     checked = driver.check(path)
-    texts = stages.of_checked(checked, stages.BEFORE_PLANNING)
-    assert [stage for stage, text in texts if text.strip()] == list(stages.BEFORE_PLANNING)
+    texts = emit_stages.of_checked(checked, emit_stages.BEFORE_PLANNING)
+    assert [stage for stage, text in texts if text.strip()] == list(emit_stages.BEFORE_PLANNING)
 
 
 @pytest.mark.parametrize("path", FILES + GALLERY, ids=title)

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.golden import blocks
+from tests.support.golden_pages import blocks
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGE = (ROOT / "docs" / "editors.md").read_text(encoding="utf-8")

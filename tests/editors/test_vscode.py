@@ -12,11 +12,15 @@ from typing import Any
 
 import pytest
 
-from missionc import checking
+from missionc.base.source import Source
 from missionc.diagnostics.model import Severity
-from missionc.source import Source
+from missionc.pipeline import front_end
 from missionc.version import __version__
-from tests.npm import ROOT, fetch, npm
+from tests.support.npm import (
+    ROOT,
+    fetch,
+    npm,
+)
 
 FOLDER = ROOT / "editors" / "vscode"
 GROUND = """mission ground
@@ -103,7 +107,7 @@ def test_the_line_after_an_open_bracket_is_indented(before: str, after: bool) ->
 def test_a_snippet_is_a_mission_or_a_part_of_one_that_checks_clean(name: str) -> None:
     for text in snippets()[name]:
         whole = text if text.startswith("mission") else GROUND + text
-        checked = checking.check(Source("snippet.mission", whole), backend=checking.ANY_BACKEND)
+        checked = front_end.check(Source("snippet.mission", whole), backend=front_end.ANY_BACKEND)
         errors = [finding.message for finding in checked.findings if finding.severity is Severity.ERROR]
         assert errors == [], whole
 

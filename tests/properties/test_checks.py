@@ -9,15 +9,21 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from missionc import ir
+from missionc.base.units import Metres, Steps
+from missionc.checks.check_horizons import check_horizons
+from missionc.checks.check_requirements import check_requirements
+from missionc.checks.check_world import check_world
 from missionc.diagnostics.code import CONTRADICTION, TOO_FAR, VACUOUS
 from missionc.language.operators import by_name
-from missionc.passes.check_horizons import check_horizons
-from missionc.passes.check_requirements import check_requirements
-from missionc.passes.check_world import check_world
-from missionc.passes.walk import bottom_up
-from missionc.units import Metres, Steps
+from missionc.language.walk_formulas import bottom_up
 from tests import reference
-from tests.runs import SPAN, Case, cases, formulas, mission_of
+from tests.support.random_runs import (
+    SPAN,
+    Case,
+    cases,
+    formulas,
+    mission_of,
+)
 
 
 def asked_of_all(case: Case) -> ir.Formula:

@@ -13,22 +13,43 @@ from hypothesis import strategies as st
 from missionc import ir
 from missionc.kernel.nodes import Goal, Kernel
 from missionc.language.operators import by_name
-from missionc.monitoring import robustness
-from missionc.passes.expand import expand
+from missionc.lower.expand import expand
+from missionc.monitoring.monitor import robustness
 from missionc.syntax.ast import Metric
 from tests import reference
-from tests.runs import SPAN, Case, cases, leaves, mission_of, run_of, trace_of
+from tests.support.random_runs import (
+    SPAN,
+    Case,
+    cases,
+    leaves,
+    mission_of,
+    run_of,
+    trace_of,
+)
 
 pytest.importorskip("torch")
 
-from missionc.backends.clot.active import Active, Links, activate
-from missionc.backends.clot.cost_graph import CostGraph, EveryLinked, Length, Ranked, Release, SomeLinked, Term, build
-from missionc.backends.clot.demand import Demand
-from missionc.backends.clot.leaves import UNLIMITED
-from missionc.backends.clot.robustness import Robustness
-from missionc.backends.clot.states import States, team
-from missionc.margins import all_links
-from missionc.plan import Array, Trace
+from missionc.backends.clot.cost_graph.cost_graph import (
+    CostGraph,
+    EveryLinked,
+    Length,
+    Ranked,
+    Release,
+    SomeLinked,
+    Term,
+    build,
+)
+from missionc.backends.clot.cost_graph.leaf_margins import UNLIMITED
+from missionc.backends.clot.cost_graph.motion_batch import States, team
+from missionc.backends.clot.cost_graph.robustness import Robustness
+from missionc.backends.clot.optimise.active_set import (
+    Active,
+    Links,
+    activate,
+)
+from missionc.backends.clot.optimise.goal_terms import Demand
+from missionc.base.trace import Array, Trace
+from missionc.language.margins.predicate_margins import all_links
 
 
 def kernel_of(case: Case, formula: ir.Formula) -> Kernel:

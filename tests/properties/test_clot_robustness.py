@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from scipy.sparse.csgraph import minimum_spanning_tree
 
 from missionc import ir
-from missionc.backends.clot.cost_graph import (
+from missionc.backends.clot.cost_graph.cost_graph import (
     EveryLinked,
     Greatest,
     GreatestOver,
@@ -30,25 +30,41 @@ from missionc.backends.clot.cost_graph import (
     build,
     postorder,
 )
+from missionc.base.trace import Array, Trace
+from missionc.language.margins.predicate_margins import algebraic_connectivity, margin
 from missionc.language.operator import Operator
 from missionc.language.operators import OPERATORS, by_name
-from missionc.margins import algebraic_connectivity, margin
-from missionc.monitoring import robustness
-from missionc.passes.expand import expand
-from missionc.plan import Array, Trace
+from missionc.lower.expand import expand
+from missionc.monitoring.monitor import robustness
 from tests import reference
-from tests.runs import SPAN, Case, cases, leaves, mission_of, snapshots, trace_of
+from tests.support.random_runs import (
+    SPAN,
+    Case,
+    cases,
+    leaves,
+    mission_of,
+    snapshots,
+    trace_of,
+)
 
 torch = pytest.importorskip("torch")
 
-from missionc.backends.clot.leaves import UNLIMITED, spanning_tree
-from missionc.backends.clot.leaves import algebraic_connectivity as connectivity_in_torch
-from missionc.backends.clot.leaves import margin as margin_in_torch
-from missionc.backends.clot.paper_rules import PaperRules
-from missionc.backends.clot.perturbed import Perturbed
-from missionc.backends.clot.reading import readings
-from missionc.backends.clot.robustness import Robustness, over, until
-from missionc.backends.clot.states import States, team, velocities
+from missionc.backends.clot.cost_graph.leaf_margins import UNLIMITED, spanning_tree
+from missionc.backends.clot.cost_graph.leaf_margins import algebraic_connectivity as connectivity_in_torch
+from missionc.backends.clot.cost_graph.leaf_margins import margin as margin_in_torch
+from missionc.backends.clot.cost_graph.motion_batch import (
+    States,
+    team,
+    velocities,
+)
+from missionc.backends.clot.cost_graph.robustness import (
+    Robustness,
+    over,
+    until,
+)
+from missionc.backends.clot.paper.paper_rules import PaperRules
+from missionc.backends.clot.paper.perturbed_robustness import Perturbed
+from missionc.backends.clot.paper.sparsity_pattern import readings
 
 torch.set_num_threads(1)
 seeds = st.integers(0, 2**32 - 1)

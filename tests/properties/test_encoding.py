@@ -16,23 +16,34 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from missionc import ir
-from missionc.backends.smt import links
-from missionc.backends.smt.clauses import Clauses
-from missionc.backends.smt.labels import Labels, Unexpressible
-from missionc.backends.smt.lower import Lowered, lower
-from missionc.backends.smt.lower_motion import Motion, all_ways, lower_motion
-from missionc.backends.smt.occupancy import Occupancy
-from missionc.backends.smt.outlook import Outlook
-from missionc.backends.smt.roadmap import Roadmap
-from missionc.backends.smt.worker import SAT, CaDiCaL
+from missionc.backends.smt.encode.clauses import Clauses
+from missionc.backends.smt.encode.lower import Lowered, lower
+from missionc.backends.smt.encode.lower_motion import (
+    Motion,
+    all_ways,
+    lower_motion,
+)
+from missionc.backends.smt.encode.occupancy import Occupancy
+from missionc.backends.smt.prioritized.single_agent_relaxation import Outlook
+from missionc.backends.smt.roadmap import roadmap_links
+from missionc.backends.smt.roadmap.labels import Labels, Unexpressible
+from missionc.backends.smt.roadmap.roadmap import Roadmap
+from missionc.backends.smt.sat.worker import SAT, CaDiCaL
 from missionc.kernel.nodes import Goal, Not
 from missionc.language.operator import Operator
 from missionc.language.operators import OPERATORS
-from missionc.passes.expand import expand
+from missionc.lower.expand import expand
 from missionc.syntax.ast import Metric
 from tests import reference
-from tests.roadmaps import roadmap_of
-from tests.runs import SPAN, applied, formulas, mission_of, run_of, trace_of
+from tests.support.random_runs import (
+    SPAN,
+    applied,
+    formulas,
+    mission_of,
+    run_of,
+    trace_of,
+)
+from tests.support.small_roadmaps import roadmap_of
 
 GRID = [(x / 2, y / 2) for x in range(5) for y in range(5)]
 
@@ -139,7 +150,7 @@ def test_each_operator_means_to_the_solver_what_it_means(operator: Operator, dat
 @given(case=cases())
 @settings(max_examples=60)
 def test_a_formula_means_the_same_where_places_are_asked_in_groups(case: Case) -> None:
-    with patch.object(links, "DENSE", -1):
+    with patch.object(roadmap_links, "DENSE", -1):
         agrees(case)
 
 

@@ -8,11 +8,11 @@ from pathlib import Path
 
 import pytest
 
-from missionc.checking import check
+from missionc.base.source import Source
 from missionc.diagnostics.model import Diagnostic
-from missionc.source import Source
-from tests.checked import text
+from missionc.pipeline.front_end import check
 from tests.properties.test_mutated_missions import mutated
+from tests.support.check_findings import text
 
 ROOT = Path(__file__).resolve().parents[2]
 WRONG = [

@@ -11,15 +11,20 @@ from typing import assert_never
 import numpy as np
 import pytest
 
-from missionc import driver
 from missionc.backends.api import Impossible, NotFound
+from missionc.base.source import Source
+from missionc.base.units import Seconds
 from missionc.diagnostics.code import CONTRADICTION, TOO_FAR
-from missionc.file_names import file_names
-from missionc.results import Compiled, Refused, Unverified, Verified
-from missionc.source import Source
-from missionc.units import Seconds
-from missionc.verify import verify, verify_polynomials
-from tests.random_missions import random_mission
+from missionc.output.folder.file_names import file_names
+from missionc.pipeline import driver
+from missionc.pipeline.results import (
+    Compiled,
+    Refused,
+    Unverified,
+    Verified,
+)
+from missionc.verify.verify_plan import verify, verify_polynomials
+from tests.support.random_missions import random_mission
 
 FEW = (0, 2, 3, 4, 5, 39, 1023, 1024)
 MANY = int(os.environ.get("MISSIONC_MISSIONS", "200"))

@@ -11,13 +11,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from missionc.limits import Limits
-from missionc.source import Source
+from missionc.base.limits import Limits
+from missionc.base.source import Source
 from missionc.syntax.format import format_mission
 from missionc.syntax.parse import parse
-from missionc.syntax.show import show
+from missionc.syntax.show_tree import show
 from missionc.syntax.tokens import tokenise
-from tests.random_missions import random_mission
+from tests.support.random_missions import random_mission
 
 MISSIONS = sorted((Path(__file__).resolve().parents[2] / "missions").glob("*.mission"))
 COMMENT = re.compile(r"#[^\n]*")

@@ -14,11 +14,15 @@ from pathlib import Path
 
 import pytest
 
-from missionc.answers import Status
-from missionc.cli import main
-from missionc.diagnostics.plain import plain
-from missionc.limits import Limits
-from tests.small import SMALL, WRONG, parked
+from missionc.base.limits import Limits
+from missionc.cli.app import main
+from missionc.cli.exit_status import Status
+from missionc.diagnostics.sanitize import plain
+from tests.support.small_missions import (
+    SMALL,
+    WRONG,
+    parked,
+)
 
 USUAL = 150
 PARTS = 2

@@ -16,10 +16,10 @@ from typing import Any
 
 import pytest
 
-from missionc.cli import main
-from tests.forging import laid
-from tests.mutating import mutated
-from tests.whole_folder import files
+from missionc.cli.app import main
+from tests.support.forged_folders import laid
+from tests.support.mutated_folders import mutated
+from tests.support.whole_folder import files
 
 BLOCKS = 5
 EACH = 8

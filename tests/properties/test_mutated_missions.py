@@ -15,10 +15,11 @@ from pathlib import Path
 
 import pytest
 
-from missionc import driver, stages
+from missionc.base.source import Source
+from missionc.cli import emit_stages
 from missionc.diagnostics.render import render_json, render_text
-from missionc.results import Checked
-from missionc.source import Source
+from missionc.pipeline import driver
+from missionc.pipeline.results import Checked
 
 ROOT = Path(__file__).resolve().parents[2]
 USUAL = 2_000
@@ -162,7 +163,9 @@ def assert_well_formed(checked: Checked) -> None:
         for label in filter(None, (finding.primary, *finding.labels)):
             assert 0 <= label.span.start <= label.span.end <= len(label.span.source.text)
     if checked.ok:
-        assert [name for name, _ in stages.of_checked(checked, stages.BEFORE_PLANNING)] == list(stages.BEFORE_PLANNING)
+        assert [name for name, _ in emit_stages.of_checked(checked, emit_stages.BEFORE_PLANNING)] == list(
+            emit_stages.BEFORE_PLANNING
+        )
     else:
         assert findings
 

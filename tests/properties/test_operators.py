@@ -13,10 +13,16 @@ from missionc import ir
 from missionc.kernel.nodes import Node
 from missionc.language.operator import Operator
 from missionc.language.operators import OPERATORS, by_name
-from missionc.monitoring import robustness, truth
-from missionc.passes.expand import expand
+from missionc.lower.expand import expand
+from missionc.monitoring.monitor import robustness, truth
 from tests import reference
-from tests.runs import SPAN, Case, cases, mission_of, snapshots
+from tests.support.random_runs import (
+    SPAN,
+    Case,
+    cases,
+    mission_of,
+    snapshots,
+)
 
 SPATIAL = [operator for operator in OPERATORS if operator.spatial]
 

@@ -7,14 +7,14 @@ from pathlib import Path
 
 import pytest
 
-from missionc.checking import check
+from missionc.base.limits import Limits
+from missionc.base.source import Source, Span
 from missionc.diagnostics.render import render_json
-from missionc.limits import Limits
-from missionc.source import Source, Span
+from missionc.pipeline.front_end import check
 from missionc.syntax.parse import parse
 from missionc.syntax.passages import Kept, passages
-from missionc.syntax.show import show
-from tests.typed import typed
+from missionc.syntax.show_tree import show
+from tests.support.typed_edits import typed
 
 ROOT = Path(__file__).resolve().parents[2]
 CORPUS = [path.read_text(encoding="utf-8") for path in sorted((ROOT / "missions").glob("*.mission"))]

@@ -11,13 +11,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from missionc import ir
+from missionc.base.limits import Limits
+from missionc.base.source import Source, Span
 from missionc.diagnostics import code
 from missionc.diagnostics.model import Diagnostic, has_errors
 from missionc.language.operator import Operator
-from missionc.limits import Limits
-from missionc.passes.resolve import resolve
-from missionc.passes.show_ir import show_ir
-from missionc.source import Source, Span
+from missionc.resolve.resolve_mission import resolve
+from missionc.resolve.show_ir import show_ir
 from missionc.syntax.parse import parse
 
 MISSION = """mission everything

@@ -11,14 +11,18 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from missionc.backends.smt.roadmap import NoRoadmap, Roadmap, build_roadmaps
+from missionc.backends.smt.roadmap.roadmap import (
+    NoRoadmap,
+    Roadmap,
+    build_roadmaps,
+)
+from missionc.base.limits import Limits
+from missionc.base.source import Source
 from missionc.ir import Anywhere, DoubleIntegrator, Mission, Unicycle, top_speed
 from missionc.ir import Path as Motion
-from missionc.limits import Limits
-from missionc.passes.resolve import resolve
-from missionc.source import Source
+from missionc.resolve.resolve_mission import resolve
 from missionc.syntax.parse import parse
-from missionc.world.distance import signed_distance
+from missionc.world.signed_distance import signed_distance
 
 Array = NDArray[np.float64]
 

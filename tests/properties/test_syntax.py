@@ -8,13 +8,18 @@ from pathlib import Path
 import numpy as np
 from hypothesis import given
 
+from missionc.base.limits import Limits
+from missionc.base.source import Source, Span
 from missionc.diagnostics.model import Diagnostic
-from missionc.limits import Limits
-from missionc.source import Source, Span
 from missionc.syntax import ast
 from missionc.syntax.parse import parse
-from missionc.syntax.show import show
-from tests.strategies import formulas, mutated, programs, without_spans
+from missionc.syntax.show_tree import show
+from tests.support.random_trees import (
+    formulas,
+    mutated,
+    programs,
+    without_spans,
+)
 
 MUTATIONS = int(os.environ.get("MISSIONC_FUZZ", "200"))
 

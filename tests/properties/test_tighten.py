@@ -7,16 +7,27 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from missionc import driver, ir
-from missionc.emit.crazyflie import Flyable, crazyflie
+from missionc import ir
+from missionc.base.source import Source
+from missionc.base.trace import Trace
+from missionc.base.units import Metres, Seconds
+from missionc.flight.crazyflie import Flyable, crazyflie
 from missionc.kernel.nodes import Kernel
-from missionc.monitoring import monitor
-from missionc.passes.tighten import missed, moved, paced, roomy, tightened
-from missionc.plan import Trace
-from missionc.source import Source
-from missionc.units import Metres, Seconds
-from missionc.world.distance import signed_distance
-from tests.plans import NOTHING, mission_of, straight
+from missionc.lower.tighten import (
+    missed,
+    moved,
+    paced,
+    roomy,
+    tightened,
+)
+from missionc.monitoring.monitor import monitor
+from missionc.pipeline import driver
+from missionc.world.signed_distance import signed_distance
+from tests.support.legal_plans import (
+    NOTHING,
+    mission_of,
+    straight,
+)
 
 HEAD = """\
 mission made

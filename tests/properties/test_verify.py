@@ -12,18 +12,25 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from missionc import driver, ir
-from missionc.file_names import file_names
+from missionc import ir
+from missionc.base.source import Source
+from missionc.base.trace import Plan, Trace
+from missionc.base.units import Metres
 from missionc.kernel.nodes import Kernel
-from missionc.plan import Plan, Trace
-from missionc.results import Verified
-from missionc.source import Source
-from missionc.traces import read_trace
-from missionc.units import Metres
-from missionc.verify import verify, verify_polynomials
-from missionc.verify.advance import least
-from missionc.verify.solids import solid
-from tests.plans import NOTHING, mission_of, moved, straight, wandering
+from missionc.monitoring.read_trace import read_trace
+from missionc.output.folder.file_names import file_names
+from missionc.pipeline import driver
+from missionc.pipeline.results import Verified
+from missionc.verify.plan.conservative_advancement import least
+from missionc.verify.plan.obstacle_bodies import solid
+from missionc.verify.verify_plan import verify, verify_polynomials
+from tests.support.legal_plans import (
+    NOTHING,
+    mission_of,
+    moved,
+    straight,
+    wandering,
+)
 
 ROOT = Path(__file__).resolve().parents[2]
 AGENTS, STEPS = 4, 8

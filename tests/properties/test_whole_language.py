@@ -12,8 +12,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.random_programs import random_program
-from tests.whole_run import taken_through
+from tests.support.random_programs import random_program
+from tests.support.whole_run import taken_through
 
 pytest.importorskip("torch")
 

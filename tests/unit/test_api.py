@@ -9,8 +9,17 @@ import numpy as np
 import pytest
 
 import missionc
-from missionc.results import Checked, Compiled, Monitored
-from tests.small import CONFLICT, SMALL, WRONG, parked
+from missionc.pipeline.results import (
+    Checked,
+    Compiled,
+    Monitored,
+)
+from tests.support.small_missions import (
+    CONFLICT,
+    SMALL,
+    WRONG,
+    parked,
+)
 
 
 def source(text: str) -> missionc.Source:

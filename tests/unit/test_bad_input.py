@@ -12,8 +12,8 @@ from pathlib import Path
 
 import pytest
 
-from missionc.cli import main
-from tests.small import SMALL
+from missionc.cli.app import main
+from tests.support.small_missions import SMALL
 
 ROOT = Path(__file__).resolve().parents[2]
 MOST_MEMORY = 256 << 20

@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+from missionc.checks.check_horizons import steps_ahead
 from missionc.diagnostics.code import BEYOND_HORIZON, WINDOW_EMPTY
 from missionc.diagnostics.render import render_text
-from missionc.passes.check_horizons import steps_ahead
-from missionc.passes.walk import goals
-from tests.checked import found, meant, only, text, words
+from missionc.language.walk_formulas import goals
+from tests.support.check_findings import (
+    found,
+    meant,
+    only,
+    text,
+    words,
+)
 
 
 def test_a_window_past_the_horizon_is_refused_with_the_part_of_each() -> None:

@@ -10,8 +10,12 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from missionc import ir
-from missionc.source import Source, Span
-from missionc.units import Metres, Seconds, Steps
+from missionc.base.source import Source, Span
+from missionc.base.units import (
+    Metres,
+    Seconds,
+    Steps,
+)
 from missionc.world.clearance import (
     Motions,
     clear_motions,
@@ -22,7 +26,7 @@ from missionc.world.clearance import (
     solids,
     standing_solids,
 )
-from missionc.world.distance import signed_distance
+from missionc.world.signed_distance import signed_distance
 
 Array = NDArray[np.float64]
 

@@ -10,10 +10,17 @@ from pathlib import Path
 
 import pytest
 
-from missionc import answers, driver
-from missionc.cli import main
+from missionc.cli import exit_status
+from missionc.cli.app import main
+from missionc.pipeline import driver
 from missionc.version import __version__
-from tests.small import CONFLICT, LATE, SMALL, WRONG, parked
+from tests.support.small_missions import (
+    CONFLICT,
+    LATE,
+    SMALL,
+    WRONG,
+    parked,
+)
 
 ROOT = Path(__file__).resolve().parents[2]
 Captured = pytest.CaptureFixture[str]
@@ -332,7 +339,7 @@ def test_a_plot_is_drawn(folder: Path) -> None:
 def test_a_plot_that_cannot_be_drawn_is_refused_before_planning(
     folder: Path, capsys: Captured, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("missionc.emit.plot.find_spec", lambda name: None)
+    monkeypatch.setattr("missionc.output.plot.plot.find_spec", lambda name: None)
     assert main(["compile", "small.mission", "--quiet", "--plot", "small.svg"]) == 1
     assert capsys.readouterr().err.startswith("error[MC404]")
     assert not Path("build").exists()
@@ -420,4 +427,4 @@ def test_colours_are_for_terminals_and_those_who_want_them(
     monkeypatch.setenv("TERM", "xterm")
     for name, value in environment.items():
         monkeypatch.setenv(name, value)
-    assert answers._colours(terminal) is coloured
+    assert exit_status._colours(terminal) is coloured

@@ -9,15 +9,15 @@ torch = pytest.importorskip("torch")
 nx = pytest.importorskip("networkx")
 
 import missionc
-from missionc.backends.clot.active import Active
-from missionc.backends.clot.cost_graph import Margin
-from missionc.backends.clot.leaves import link_weight, second_eigenvalue
-from missionc.backends.clot.splines import splines
-from missionc.backends.clot.task_costs import TaskCosts
+from missionc.backends.clot.cost_graph.cost_graph import Margin
+from missionc.backends.clot.cost_graph.leaf_margins import link_weight, second_eigenvalue
+from missionc.backends.clot.optimise.active_set import Active
+from missionc.backends.clot.optimise.control_points import splines
+from missionc.backends.clot.optimise.task_residuals import TaskCosts
 from missionc.backends.clot.weights import Spare, Weights
+from missionc.base.source import Source
+from missionc.base.units import Seconds
 from missionc.ir import Connected
-from missionc.source import Source
-from missionc.units import Seconds
 
 AWAY = """\
 mission away

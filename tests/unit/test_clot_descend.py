@@ -12,20 +12,20 @@ import pytest
 pytest.importorskip("torch")
 
 from missionc.backends.api import Budget, Options, Planned, Report
-from missionc.backends.clot.accept import attempt
-from missionc.backends.clot.candidate import System
-from missionc.backends.clot.costs import Costs
-from missionc.backends.clot.demand import Demand
-from missionc.backends.clot.descend import _Program, descend
-from missionc.backends.clot.improve import effort, travelled
-from missionc.backends.clot.plan import BACKEND
-from missionc.backends.clot.residuals import Rows
-from missionc.backends.clot.splines import splines, trace
+from missionc.backends.clot.backend import BACKEND
+from missionc.backends.clot.optimise.accept import attempt
+from missionc.backends.clot.optimise.candidate import System
+from missionc.backends.clot.optimise.control_points import splines, trace
+from missionc.backends.clot.optimise.convex_descent import _Program, descend
+from missionc.backends.clot.optimise.goal_terms import Demand
+from missionc.backends.clot.optimise.improve import effort, travelled
+from missionc.backends.clot.optimise.motion_residuals import Costs
+from missionc.backends.clot.optimise.residuals import Rows
 from missionc.backends.clot.weights import Spare, Weights
+from missionc.base.trace import Array, Trace
 from missionc.ir import Mission
 from missionc.kernel.nodes import Kernel
-from missionc.plan import Array, Trace
-from tests.clot import checked
+from tests.support.transport_missions import checked
 
 VISIT = (Path(__file__).resolve().parents[2] / "missions" / "clot_visit.mission").read_text(encoding="utf-8")
 
@@ -51,7 +51,7 @@ def planned(text: str, seed: int = 0, **overrides: str) -> tuple[Trace, Report]:
 
 
 def untidied(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("missionc.backends.clot.improve.TIDIED", 0)
+    monkeypatch.setattr("missionc.backends.clot.optimise.improve.TIDIED", 0)
 
 
 @pytest.mark.parametrize("seed", range(2))
@@ -108,7 +108,7 @@ def descent(monkeypatch: pytest.MonkeyPatch) -> Descent:
 
     mission, kernel = checked(ROUND)
     with monkeypatch.context() as patched:
-        patched.setattr("missionc.backends.clot.improve.descend", keep)
+        patched.setattr("missionc.backends.clot.optimise.improve.descend", keep)
         assert isinstance(BACKEND.plan(mission, kernel, Options(), Budget(time.monotonic() + 120)), Planned)
     control, costs, demand = seen[0]
     return Descent(mission, kernel, control, replace(costs, weights=replace(Weights(), length=1.0, bend=0.05)), demand)

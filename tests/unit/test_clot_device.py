@@ -12,26 +12,27 @@ pytest.importorskip("torch")
 import torch
 from torch import Tensor
 
-from missionc import cli, driver
 from missionc.backends import load
 from missionc.backends.api import DEVICES, Budget, Options, Planned, Progress
-from missionc.backends.clot.cost_graph import Term, build
-from missionc.backends.clot.device import available, one_thread
-from missionc.backends.clot.plan import BACKEND
-from missionc.backends.clot.prefix import about
-from missionc.backends.clot.prefix_check import prefix_margin
-from missionc.backends.clot.probe_cost import ProbeCost
-from missionc.backends.clot.states import team
-from missionc.backends.clot.surroundings import Surroundings
-from missionc.backends.clot.transport import TransportSettings, transport
+from missionc.backends.clot.backend import BACKEND
+from missionc.backends.clot.cost_graph.cost_graph import Term, build
+from missionc.backends.clot.cost_graph.motion_batch import team
+from missionc.backends.clot.optimise.free_distance import Surroundings
+from missionc.backends.clot.paper.prefix import about
+from missionc.backends.clot.paper.prefix_check import prefix_margin
+from missionc.backends.clot.paper.probe_cost import ProbeCost
+from missionc.backends.clot.paper.transport import TransportSettings, transport
+from missionc.backends.clot.torch_device import available, one_thread
 from missionc.backends.clot.weights import ProbeWeights
+from missionc.base.source import Source
+from missionc.cli import app
 from missionc.diagnostics.code import NO_DEVICE, NOT_ITS_FLAG
 from missionc.diagnostics.model import Diagnostic
 from missionc.ir import Mission
 from missionc.kernel.nodes import Kernel
-from missionc.results import Verified
-from missionc.source import Source
-from missionc.verify import verify
+from missionc.pipeline import driver
+from missionc.pipeline.results import Verified
+from missionc.verify.verify_plan import verify
 
 TRIO = """\
 mission trio
@@ -137,7 +138,7 @@ def test_a_gpu_that_is_not_there_is_said_before_anything_is_planned(backend: str
 @NO_GPU
 def test_the_command_refuses_a_gpu_that_is_not_there(tmp_path, capsys) -> None:  # type: ignore[no-untyped-def]
     (tmp_path / "trio.mission").write_text(PLAIN + "solve with clot\n")
-    status = cli.main(["compile", str(tmp_path / "trio.mission"), "--device", "cuda", "-o", str(tmp_path / "out")])
+    status = app.main(["compile", str(tmp_path / "trio.mission"), "--device", "cuda", "-o", str(tmp_path / "out")])
     assert status == 1
     assert "error[MC406]: torch has no device `cuda` here" in capsys.readouterr().err
     assert not (tmp_path / "out").exists()

@@ -9,17 +9,17 @@ import pytest
 
 pytest.importorskip("torch")
 
-from missionc import driver
-from missionc.backends.clot.costs import Costs
-from missionc.backends.clot.duration import duration, shorten
-from missionc.backends.clot.polish import polish
-from missionc.backends.clot.splines import trace
+from missionc.backends.clot.optimise.control_points import trace
+from missionc.backends.clot.optimise.levenberg_marquardt import polish
+from missionc.backends.clot.optimise.minimize_duration import duration, shorten
+from missionc.backends.clot.optimise.motion_residuals import Costs
+from missionc.base.source import Source
+from missionc.base.trace import Array, Trace
+from missionc.base.units import Seconds
 from missionc.ir import Exactly
-from missionc.plan import Array, Trace
-from missionc.results import Verified
-from missionc.source import Source
-from missionc.units import Seconds
-from tests.clot import costs_and_demand
+from missionc.pipeline import driver
+from missionc.pipeline.results import Verified
+from tests.support.transport_missions import costs_and_demand
 
 ERRAND = """\
 mission errand

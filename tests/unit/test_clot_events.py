@@ -8,15 +8,15 @@ import pytest
 pytest.importorskip("torch")
 
 import missionc
-from missionc.backends.clot.cost_graph import build
-from missionc.backends.clot.gather import gathered
-from missionc.backends.clot.schedule import Schedule, Scheduler
-from missionc.backends.clot.tasks import outline
+from missionc.backends.clot.cost_graph.cost_graph import build
+from missionc.backends.clot.schedule.gather_team import gathered
+from missionc.backends.clot.schedule.schedule import Schedule, Scheduler
+from missionc.backends.clot.schedule.tasks import outline
+from missionc.base.source import Source
 from missionc.ir import Connected, InFormation, Mission
-from missionc.margins import formation as formation_margin
-from missionc.margins import link_margin
-from missionc.source import Source
-from tests.clot import planned
+from missionc.language.margins import formation as formation_margin
+from missionc.language.margins.predicate_margins import link_margin
+from tests.support.transport_missions import planned
 
 SCATTERED = """\
 mission scattered

@@ -7,10 +7,10 @@ import pytest
 
 pytest.importorskip("torch")
 
-from missionc.backends.clot.residuals import rows
-from missionc.backends.clot.task_costs import shares
-from missionc.margins.formation import margin
-from tests.clot import costs_and_demand, planned
+from missionc.backends.clot.optimise.residuals import rows
+from missionc.backends.clot.optimise.task_residuals import shares
+from missionc.language.margins.formation import margin
+from tests.support.transport_missions import costs_and_demand, planned
 
 ROW = """\
 mission row

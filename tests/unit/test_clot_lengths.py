@@ -7,15 +7,15 @@ import pytest
 
 pytest.importorskip("torch")
 
-from missionc import driver
-from missionc.backends.clot.active import Stretch
-from missionc.backends.clot.cost_graph import Length
-from missionc.backends.clot.residuals import rows
-from missionc.plan import Array
-from missionc.results import Verified
-from missionc.source import Source
-from missionc.units import Seconds
-from tests.clot import costs_and_demand
+from missionc.backends.clot.cost_graph.cost_graph import Length
+from missionc.backends.clot.optimise.active_set import Stretch
+from missionc.backends.clot.optimise.residuals import rows
+from missionc.base.source import Source
+from missionc.base.trace import Array
+from missionc.base.units import Seconds
+from missionc.pipeline import driver
+from missionc.pipeline.results import Verified
+from tests.support.transport_missions import costs_and_demand
 
 FIELD = """\
 mission far

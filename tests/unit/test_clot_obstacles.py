@@ -9,9 +9,11 @@ import pytest
 
 torch = pytest.importorskip("torch")
 
-from missionc.backends.clot.obstacles import Obstacles
-from missionc.backends.clot.stacked import Stacked
-from missionc.backends.clot.surroundings import Surroundings
+from missionc.backends.clot.optimise.free_distance import Surroundings
+from missionc.backends.clot.optimise.obstacle_index import Obstacles
+from missionc.backends.clot.optimise.stacked_shapes import Stacked
+from missionc.base.trace import Array
+from missionc.base.units import Seconds
 from missionc.ir import (
     Ball,
     Box,
@@ -27,12 +29,10 @@ from missionc.ir import (
     Still,
     Union,
 )
-from missionc.plan import Array
-from missionc.units import Seconds
-from missionc.world.crowd import displaced
-from missionc.world.distance import signed_distance
+from missionc.world.placement_conflicts import displaced
 from missionc.world.sampling import box_around
-from tests.clot import checked
+from missionc.world.signed_distance import signed_distance
+from tests.support.transport_missions import checked
 
 
 def shape_of(generator: np.random.Generator, dimension: int, depth: int) -> Shape:

@@ -8,12 +8,12 @@ import pytest
 pytest.importorskip("torch")
 
 import missionc
-from missionc.backends.clot.cost_graph import GreatestOver, build
-from missionc.backends.clot.schedule import Schedule, Scheduler
-from missionc.backends.clot.tasks import MOST_OPTIONS, outline
+from missionc.backends.clot.cost_graph.cost_graph import GreatestOver, build
+from missionc.backends.clot.schedule.schedule import Schedule, Scheduler
+from missionc.backends.clot.schedule.tasks import MOST_OPTIONS, outline
+from missionc.base.source import Source
 from missionc.ir import Mission
-from missionc.source import Source
-from tests.clot import planned
+from tests.support.transport_missions import planned
 
 HOUSE = """\
 mission house

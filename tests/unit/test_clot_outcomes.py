@@ -10,20 +10,28 @@ import pytest
 
 pytest.importorskip("torch")
 
-from missionc import driver
 from missionc.backends.api import Budget, NotFound, Options, Planned, Progress, Reason, Report
-from missionc.backends.clot import plan
-from missionc.backends.clot.accept import attempt
+from missionc.backends.clot import backend as transport
+from missionc.backends.clot.optimise.accept import attempt
+from missionc.base.source import Source
+from missionc.base.trace import Trace
+from missionc.base.units import Seconds
+from missionc.cli.summary import (
+    attempt_lines,
+    compiled_document,
+    compiled_lines,
+)
 from missionc.ir import Mission
 from missionc.kernel.nodes import Kernel
-from missionc.plan import Trace
-from missionc.relaxing import run
-from missionc.relaxing.near_miss import near_miss
-from missionc.results import Blame, Compiled, Verified
-from missionc.source import Source
-from missionc.summary import attempt_lines, compiled_document, compiled_lines
-from missionc.units import Seconds
-from tests.small import SMALL
+from missionc.pipeline import driver
+from missionc.pipeline.relax import relax_mission
+from missionc.pipeline.relax.nearest_miss import near_miss
+from missionc.pipeline.results import (
+    Blame,
+    Compiled,
+    Verified,
+)
+from tests.support.small_missions import SMALL
 
 TOGETHER = """\
 mission together
@@ -119,7 +127,7 @@ def test_what_is_not_found_is_undecided_and_says_where_the_best_fails() -> None:
 
 
 def test_the_best_candidate_is_told_requirement_by_requirement(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(plan, "ATTEMPTS", 1)
+    monkeypatch.setattr(transport, "ATTEMPTS", 1)
     text = TOGETHER + "require never: always[0, 4 s] (not row or distance(drone[0], drone[1]) >= 2)\n"
     found = compiled(text)
     assert isinstance(found.outcome, NotFound)
@@ -154,8 +162,8 @@ def test_the_best_candidate_is_told_requirement_by_requirement(monkeypatch: pyte
 
 
 def test_what_would_do_is_tried_for_the_best_candidate_and_nobody_is_blamed(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(plan, "ATTEMPTS", 1)
-    monkeypatch.setattr(run, "SEARCHED", 0.5)
+    monkeypatch.setattr(transport, "ATTEMPTS", 1)
+    monkeypatch.setattr(relax_mission, "SEARCHED", 0.5)
     text = TOGETHER + "require never: always[0, 4 s] (not row or distance(drone[0], drone[1]) >= 2)\n"
     found = driver.compile(Source("a.mission", text), backend="clot", explain_limit=Seconds(8))
     assert isinstance(found.outcome, NotFound)
@@ -201,11 +209,13 @@ def test_a_candidate_that_breaks_much_is_drawn_where_no_motion_breaks_one_requir
 def test_a_search_leaves_time_to_explain_what_it_did_not_find(monkeypatch: pytest.MonkeyPatch) -> None:
     told: list[float] = []
 
-    def hurried(self: plan.ClotBackend, mission: Mission, kernel: Kernel, options: Options, budget: Budget) -> NotFound:
+    def hurried(
+        self: transport.ClotBackend, mission: Mission, kernel: Kernel, options: Options, budget: Budget
+    ) -> NotFound:
         told.append(budget.deadline - time.monotonic())
         return NotFound(Reason.TIME, "the time limit came first", Report())
 
-    monkeypatch.setattr(plan.ClotBackend, "plan", hurried)
+    monkeypatch.setattr(transport.ClotBackend, "plan", hurried)
     for limit in (0.0, 10.0, 1000.0):
         driver.compile(
             Source("a.mission", TOGETHER), backend="clot", time_limit=Seconds(100), explain_limit=Seconds(limit)
@@ -239,7 +249,7 @@ def test_a_search_without_any_candidate_has_none_to_tell_of() -> None:
 
 
 def test_the_listener_hears_attempt_iteration_and_the_best_margin_so_far(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(plan, "ATTEMPTS", 3)
+    monkeypatch.setattr(transport, "ATTEMPTS", 3)
     heard: list[Progress] = []
     text = TOGETHER + "require never: always[0, 4 s] (not row or distance(drone[0], drone[1]) >= 2)\n"
     driver.compile(Source("a.mission", text), backend="clot", listen=heard.append)
@@ -262,7 +272,7 @@ def test_no_time_is_an_answer_and_not_a_plan() -> None:
 def test_the_backend_is_asked_and_not_believed() -> None:
     checked = driver.check(Source("a.mission", TOGETHER), backend="clot")
     from missionc.backends.api import Budget
-    from missionc.backends.clot.plan import BACKEND
+    from missionc.backends.clot.backend import BACKEND
 
     assert checked.mission is not None
     assert checked.kernel is not None

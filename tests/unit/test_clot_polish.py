@@ -9,27 +9,35 @@ import pytest
 
 pytest.importorskip("torch")
 
-from missionc import driver
-from missionc.backends.clot.accept import attempt
-from missionc.backends.clot.cost_graph import CostGraph, Margin, build
-from missionc.backends.clot.costs import Costs
-from missionc.backends.clot.demand import Demand
-from missionc.backends.clot.frames import frames
-from missionc.backends.clot.guide import Guide
-from missionc.backends.clot.polish import polish
-from missionc.backends.clot.residuals import Group, Rows, rows
-from missionc.backends.clot.schedule import Schedule, Scheduler
-from missionc.backends.clot.sketch import sketch
-from missionc.backends.clot.splines import splines, trace
-from missionc.backends.clot.tasks import outline
-from missionc.backends.clot.trees import spanning_tree
+from missionc.backends.clot.cost_graph.cost_graph import (
+    CostGraph,
+    Margin,
+    build,
+)
+from missionc.backends.clot.cost_graph.spanning_trees import spanning_tree
+from missionc.backends.clot.optimise.accept import attempt
+from missionc.backends.clot.optimise.control_points import splines, trace
+from missionc.backends.clot.optimise.goal_terms import Demand
+from missionc.backends.clot.optimise.levenberg_marquardt import polish
+from missionc.backends.clot.optimise.motion_residuals import Costs
+from missionc.backends.clot.optimise.residuals import (
+    Group,
+    Rows,
+    rows,
+)
+from missionc.backends.clot.schedule.geodesics import Guide
+from missionc.backends.clot.schedule.key_frames import frames
+from missionc.backends.clot.schedule.schedule import Schedule, Scheduler
+from missionc.backends.clot.schedule.sketch import sketch
+from missionc.backends.clot.schedule.tasks import outline
 from missionc.backends.clot.weights import Spare, Weights
 from missionc.ir import Connected, Mission
 from missionc.kernel.nodes import Kernel
-from missionc.verify.steps import check_dynamics
-from missionc.world.crowd import displaced
-from missionc.world.distance import signed_distance
-from tests.clot import checked
+from missionc.pipeline import driver
+from missionc.verify.plan.step_dynamics import check_dynamics
+from missionc.world.placement_conflicts import displaced
+from missionc.world.signed_distance import signed_distance
+from tests.support.transport_missions import checked
 
 ROOT = Path(__file__).resolve().parents[2]
 

@@ -11,27 +11,37 @@ pytest.importorskip("torch")
 
 import torch
 
-from missionc import driver
 from missionc.backends import load
 from missionc.backends.api import PRESETS as NAMES
 from missionc.backends.api import Budget, NotFound, Options, Planned, Progress
-from missionc.backends.clot.cost_graph import Margin, Of, SomeLinked, build, postorder
-from missionc.backends.clot.plan import BACKEND
-from missionc.backends.clot.prefix import about
-from missionc.backends.clot.prefix_check import prefix_margin
-from missionc.backends.clot.presets import PRESETS, preset
-from missionc.backends.clot.probe_cost import ProbeCost
-from missionc.backends.clot.robustness import Robustness
-from missionc.backends.clot.states import States, team, velocities
-from missionc.backends.clot.surroundings import Surroundings
+from missionc.backends.clot.backend import BACKEND
+from missionc.backends.clot.cost_graph.cost_graph import (
+    Margin,
+    Of,
+    SomeLinked,
+    build,
+    postorder,
+)
+from missionc.backends.clot.cost_graph.motion_batch import (
+    States,
+    team,
+    velocities,
+)
+from missionc.backends.clot.cost_graph.robustness import Robustness
+from missionc.backends.clot.optimise.free_distance import Surroundings
+from missionc.backends.clot.paper.prefix import about
+from missionc.backends.clot.paper.prefix_check import prefix_margin
+from missionc.backends.clot.paper.probe_cost import ProbeCost
+from missionc.backends.clot.run.presets import PRESETS, preset
 from missionc.backends.clot.weights import ProbeWeights
+from missionc.base.source import Source
 from missionc.diagnostics.code import NOT_ITS_FLAG
 from missionc.diagnostics.model import Diagnostic
 from missionc.ir import Connected, InFormation, Mission
-from missionc.results import Verified
-from missionc.source import Source
-from missionc.verify import verify
-from tests.clot import checked
+from missionc.pipeline import driver
+from missionc.pipeline.results import Verified
+from missionc.verify.verify_plan import verify
+from tests.support.transport_missions import checked
 
 PAIR = """\
 mission pair

@@ -15,21 +15,22 @@ import pytest
 
 pytest.importorskip("torch")
 
-from missionc import cli, driver
 from missionc.backends import load
 from missionc.backends.api import CutShort, NotFound, Options, Progress, Reason, Report, ignore
-from missionc.backends.clot import at_once
-from missionc.backends.clot import plan as clot
-from missionc.backends.clot.children import Say, children
-from missionc.backends.clot.plan import Run
-from missionc.backends.clot.run_state import Nearest, Reached
-from missionc.backends.smt.plan import SmtBackend
+from missionc.backends.clot import backend as clot
+from missionc.backends.clot.backend import Run
+from missionc.backends.clot.run import parallel_attempts
+from missionc.backends.clot.run.child_processes import Say, children
+from missionc.backends.clot.run.run_state import Nearest, Reached
+from missionc.backends.smt.backend import SmtBackend
+from missionc.base.signals import stoppable
+from missionc.base.source import Source
+from missionc.base.units import Seconds
+from missionc.cli import app
 from missionc.diagnostics.code import INTERNAL, NOT_ITS_FLAG, OUT_OF_MEMORY
 from missionc.diagnostics.model import Diagnostic
-from missionc.results import Compiled, Verified
-from missionc.signals import stoppable
-from missionc.source import Source
-from missionc.units import Seconds
+from missionc.pipeline import driver
+from missionc.pipeline.results import Compiled, Verified
 from tests.unit.test_cut_short import MIXED, ROW
 from tests.unit.test_resume import NEVER, PAIR, files, words
 from tests.unit.test_signals import alive
@@ -230,8 +231,8 @@ def test_a_defect_in_a_child_is_a_coded_one(
     monkeypatch.setattr(Run, "attempt", lambda run, number: number // 0)
     (tmp_path / "row.mission").write_text(ROW)
     assert (
-        cli.main(["compile", str(tmp_path / "row.mission"), "--backend", "clot", "--processes", "2"])
-        == cli.Status.DEFECT
+        app.main(["compile", str(tmp_path / "row.mission"), "--backend", "clot", "--processes", "2"])
+        == app.Status.DEFECT
     )
     said = capsys.readouterr().err
     assert INTERNAL.name in said
@@ -261,13 +262,13 @@ def test_when_time_is_up_the_plan_of_a_later_attempt_is_the_best_so_far() -> Non
 
 @pytest.mark.usefixtures("slow_first")
 def test_a_signal_ends_the_wait_for_an_earlier_attempt(monkeypatch: pytest.MonkeyPatch) -> None:
-    hold = at_once.hold
+    hold = parallel_attempts.hold
 
     def hold_and_interrupt() -> None:
         hold()
         signal.raise_signal(signal.SIGINT)
 
-    monkeypatch.setattr(at_once, "hold", hold_and_interrupt)
+    monkeypatch.setattr(parallel_attempts, "hold", hold_and_interrupt)
     with stoppable():
         outcome = compiled(PAIR, 2).outcome
     assert isinstance(outcome, Verified)

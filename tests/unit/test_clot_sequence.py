@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from missionc import ir
-from missionc.backends.clot.occasions import occasions
-from missionc.backends.clot.sequence import (
+from missionc.backends.clot.cost_graph.relevance import occasions
+from missionc.backends.clot.paper.planning_sequence import (
     Couplings,
     Edge,
     communication,
@@ -19,13 +19,17 @@ from missionc.backends.clot.sequence import (
     in_order,
     of_phases,
 )
-from missionc.driver import check
+from missionc.base.source import Source
+from missionc.base.trace import Array
+from missionc.base.units import Metres
 from missionc.kernel.nodes import All, At, Atom, Goal, Is, Kernel, Nearby, Node, Not, Reach, Sometime, Throughout, Until
-from missionc.plan import Array
-from missionc.source import Source
-from missionc.units import Metres
-from tests.checked import text
-from tests.plans import NOTHING, SPAN, mission_of
+from missionc.pipeline.driver import check
+from tests.support.check_findings import text
+from tests.support.legal_plans import (
+    NOTHING,
+    SPAN,
+    mission_of,
+)
 
 ROOT = Path(__file__).resolve().parents[2]
 

@@ -12,10 +12,25 @@ from numpy.typing import NDArray
 from scipy.linalg import null_space
 from torch import Tensor
 
-from missionc.backends.clot.polytope import Polytope, directions, rotations
-from missionc.backends.clot.prior import End, Fixed, Free, Prior, prior, smoother
-from missionc.backends.clot.sinkhorn import row_softmax, sinkhorn
-from missionc.backends.clot.transport import Coupling, TransportSettings, transport
+from missionc.backends.clot.paper.polytope import (
+    Polytope,
+    directions,
+    rotations,
+)
+from missionc.backends.clot.paper.prior import (
+    End,
+    Fixed,
+    Free,
+    Prior,
+    prior,
+    smoother,
+)
+from missionc.backends.clot.paper.sinkhorn import row_softmax, sinkhorn
+from missionc.backends.clot.paper.transport import (
+    Coupling,
+    TransportSettings,
+    transport,
+)
 
 Array = NDArray[np.float64]
 

@@ -10,13 +10,13 @@ import pytest
 
 pytest.importorskip("torch")
 
-from missionc import driver
 from missionc.backends.api import Budget, Options, Planned
-from missionc.backends.clot.demand import Demand
-from missionc.backends.clot.plan import BACKEND
+from missionc.backends.clot.backend import BACKEND
+from missionc.backends.clot.optimise.goal_terms import Demand
+from missionc.base.trace import Array
 from missionc.ir import Inside
-from missionc.plan import Array
-from tests import clot
+from missionc.pipeline import driver
+from tests.support import transport_missions
 
 TORN = """\
 mission torn
@@ -32,7 +32,7 @@ require outside: every cart: always[0, 1 s] (ANOTHER or not park)
 
 
 def demand(other: str, another: str) -> Demand:
-    return clot.costs_and_demand(TORN.replace("ANOTHER", another).replace("OTHER", other))[1]
+    return transport_missions.costs_and_demand(TORN.replace("ANOTHER", another).replace("OTHER", other))[1]
 
 
 def asked(made: Demand, position: Array) -> set[tuple[str, bool]]:

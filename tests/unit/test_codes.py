@@ -10,7 +10,7 @@ import pytest
 
 from missionc.diagnostics import code as codes
 from missionc.diagnostics.code import CODES, RETIRED, Code
-from missionc.diagnostics.explain import explain
+from missionc.diagnostics.code_page import explain
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGES = {path.stem for path in (ROOT / "docs" / "errors").glob("*.md")}

@@ -10,10 +10,10 @@ from pathlib import Path
 
 import pytest
 
+from missionc.cli.emit_stages import ALL
+from missionc.data.vehicles import profiles
 from missionc.diagnostics.code import CODES
-from missionc.export import FORMATS
-from missionc.stages import ALL
-from missionc.vehicles import profiles
+from missionc.output.export.formats import FORMATS
 
 ROOT = Path(__file__).resolve().parents[2]
 

@@ -13,16 +13,37 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from missionc import ir
+from missionc.base.trace import Trace
+from missionc.curves.crazyflie_csv import (
+    COLUMNS,
+    Pieces,
+    read,
+)
+from missionc.curves.smooth_splines import rounded
 from missionc.diagnostics.code import NOT_FLYABLE
 from missionc.diagnostics.model import Diagnostic
-from missionc.emit.crazyflie import Flyable, crazyflie
-from missionc.emit.fit import Course, Fitted, Plane, fit
-from missionc.emit.splines import rounded
-from missionc.plan import Trace
-from missionc.verify import Certificate, verify, verify_polynomials
-from missionc.verify.columns import COLUMNS, Pieces, read
+from missionc.flight.crazyflie import Flyable, crazyflie
+from missionc.flight.fit_polynomials import (
+    Course,
+    Fitted,
+    Plane,
+    fit,
+)
 from missionc.verify.tolerances import WAYPOINT
-from tests.plans import NOTHING, mission_of, moving, pushed, still, straight, wandering
+from missionc.verify.verify_plan import (
+    Certificate,
+    verify,
+    verify_polynomials,
+)
+from tests.support.legal_plans import (
+    NOTHING,
+    mission_of,
+    moving,
+    pushed,
+    still,
+    straight,
+    wandering,
+)
 
 SQUARE = [[2.0, 2.0], [3.0, 2.0], [3.0, 3.0], [2.0, 3.0], [2.0, 2.0], [2.0, 2.0]]
 

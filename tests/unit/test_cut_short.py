@@ -15,13 +15,19 @@ import pytest
 
 pytest.importorskip("torch")
 
-from missionc import cli, driver, orders
 from missionc.backends.api import CutShort, NotFound, Progress, Reason
-from missionc.results import Compiled, Verified
-from missionc.signals import Stopped, asked, hold, stoppable
-from missionc.source import Source
-from missionc.units import Seconds
-from tests.small import SMALL
+from missionc.base.signals import (
+    Stopped,
+    asked,
+    hold,
+    stoppable,
+)
+from missionc.base.source import Source
+from missionc.base.units import Seconds
+from missionc.cli import app, compile_request
+from missionc.pipeline import driver
+from missionc.pipeline.results import Compiled, Verified
+from tests.support.small_missions import SMALL
 
 ROOT = Path(__file__).resolve().parents[2]
 ROW = """\
@@ -129,11 +135,11 @@ def test_the_command_writes_the_plan_and_says_that_it_was_cut_short(
     def listening(*_: object) -> Iterator[Listener]:
         yield at("improve", interrupted)
 
-    monkeypatch.setattr(orders, "shown", listening)
+    monkeypatch.setattr(compile_request, "shown", listening)
     monkeypatch.chdir(tmp_path)
     Path("row.mission").write_text(ROW)
     with stoppable():
-        status = cli.main(["compile", "row.mission", "--backend", "clot", "-o", "out", "--format", "json"])
+        status = app.main(["compile", "row.mission", "--backend", "clot", "-o", "out", "--format", "json"])
     said = json.loads(capsys.readouterr().out)
     assert status == 0
     assert said["outcome"] == "planned"
@@ -146,7 +152,7 @@ def test_the_command_writes_the_plan_and_says_that_it_was_cut_short(
 def test_a_second_signal_ends_the_process_at_once() -> None:
     code = """\
 import signal
-from missionc.signals import asked, hold, stoppable
+from missionc.base.signals import asked, hold, stoppable
 with stoppable():
     hold()
     signal.raise_signal(signal.SIGINT)

@@ -9,9 +9,9 @@ from pathlib import Path
 
 import pytest
 
-from missionc import opening
-from missionc.cli import main
-from missionc.resources import folder
+from missionc.base.resources import folder
+from missionc.cli.app import main
+from missionc.cli.browser import SCREENS, opened
 
 ROOT = Path(__file__).resolve().parents[2]
 Captured = pytest.CaptureFixture[str]
@@ -20,7 +20,7 @@ Captured = pytest.CaptureFixture[str]
 @pytest.fixture
 def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.chdir(tmp_path)
-    for name in ("BROWSER", *opening.SCREENS):
+    for name in ("BROWSER", *SCREENS):
         monkeypatch.delenv(name, raising=False)
     return tmp_path
 
@@ -77,11 +77,11 @@ def test_the_report_is_opened_in_the_user_s_browser(
 
 def test_a_browser_that_cannot_be_started_is_no_error(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("BROWSER", "/does/not/exist")
-    assert not opening.opened("file:///nowhere.html")
+    assert not opened("file:///nowhere.html")
 
 
 def test_the_demo_needs_no_torch(here: Path) -> None:
-    script = "import sys\nfrom missionc.cli import main\nmain(['demo', '--no-open'])\nprint('torch' in sys.modules)"
+    script = "import sys\nfrom missionc.cli.app import main\nmain(['demo', '--no-open'])\nprint('torch' in sys.modules)"
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}
     run = subprocess.run([sys.executable, "-c", script], env=environment, capture_output=True, text=True, check=True)
     assert run.stdout.splitlines()[-1] == "False"

@@ -7,12 +7,12 @@ from pathlib import Path
 
 import pytest
 
-from missionc import driver
 from missionc.backends.api import Budget, Impossible, NotFound, Options, Reason, Report
+from missionc.base.source import Source
 from missionc.diagnostics.code import CODES
-from missionc.results import Compiled, Verified
-from missionc.source import Source
-from tests.small import LATE, SMALL
+from missionc.pipeline import driver
+from missionc.pipeline.results import Compiled, Verified
+from tests.support.small_missions import LATE, SMALL
 
 
 def names(text: str) -> list[str]:

@@ -9,16 +9,16 @@ from pathlib import Path
 
 import pytest
 
-from missionc.checking import check
-from missionc.cli import main
+from missionc.cli.app import main
 from missionc.diagnostics.code import CODES
-from missionc.explaining.diagram import WIDTH
-from missionc.explaining.page import explained, lines
-from missionc.explaining.sentences import sentences
+from missionc.explain.explanation import explained, lines
+from missionc.explain.sentences import sentences
+from missionc.explain.window_diagram import WIDTH
 from missionc.language.operator import Fixity
 from missionc.language.operators import OPERATORS
-from tests.resolving import demo, mission
-from tests.small import LATE, SMALL
+from missionc.pipeline.front_end import check
+from tests.support.resolved_missions import demo, mission
+from tests.support.small_missions import LATE, SMALL
 
 ROOT = Path(__file__).resolve().parents[2]
 Captured = pytest.CaptureFixture[str]

@@ -15,14 +15,24 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from missionc.curves.crazyflie_csv import Pieces
+from missionc.curves.piecewise_polynomials import control_points
 from missionc.diagnostics.code import NOT_EXPORTED
 from missionc.diagnostics.model import Diagnostic
-from missionc.export import FORMATS, Exported, Flight, cubics, skybrush
-from missionc.export.compressed import compress
-from missionc.export.memory import raw
-from missionc.verify.columns import Pieces
-from missionc.verify.curves import control_points
-from tests.flights import cramped, place, turning, wandered
+from missionc.output.export import cubics, skybrush
+from missionc.output.export.compressed import compress
+from missionc.output.export.formats import (
+    FORMATS,
+    Exported,
+    Flight,
+)
+from missionc.output.export.trajectory_memory import raw
+from tests.support.exported_flights import (
+    cramped,
+    place,
+    turning,
+    wandered,
+)
 
 Array = NDArray[np.float64]
 

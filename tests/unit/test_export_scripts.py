@@ -14,9 +14,15 @@ import numpy as np
 import pytest
 from jinja2.exceptions import SecurityError
 
-from missionc.export import FORMATS, Exported, Flight, flight, templates
-from missionc.export.memory import raw
-from tests.flights import cramped, wandered
+from missionc.output.export import fill_templates
+from missionc.output.export.formats import (
+    FORMATS,
+    Exported,
+    Flight,
+    flight,
+)
+from missionc.output.export.trajectory_memory import raw
+from tests.support.exported_flights import cramped, wandered
 
 HOSTILE = 'a"\'`\n]: {{ 7 * 7 }}\\ {% x %} #\u2028\x07é🦊"""'
 
@@ -325,7 +331,7 @@ def test_two_names_that_ros_cannot_tell_apart_are_told_apart() -> None:
 
 
 def test_a_template_that_quotes_nothing_does_not_render(monkeypatch: pytest.MonkeyPatch) -> None:
-    environment = templates._environment()
+    environment = fill_templates._environment()
     with pytest.raises(TypeError, match="not quoted"):
         environment.from_string("{{ name }}").render(name="x")
     with pytest.raises(SecurityError):
@@ -335,5 +341,5 @@ def test_a_template_that_quotes_nothing_does_not_render(monkeypatch: pytest.Monk
 @pytest.mark.parametrize("value", [1e-5, -1e22, 0.0, 1.5, 3.0e-300, 123456789.125])
 def test_numbers_in_yaml_stay_numbers(value: float) -> None:
     yaml = pytest.importorskip("yaml")
-    assert yaml.safe_load(templates.yaml(value)) == value
-    assert isinstance(yaml.safe_load(templates.yaml(value)), float)
+    assert yaml.safe_load(fill_templates.yaml(value)) == value
+    assert isinstance(yaml.safe_load(fill_templates.yaml(value)), float)

@@ -8,19 +8,27 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from missionc import driver
-from missionc.cli import main
+from missionc.base.source import Source
+from missionc.cli.app import main
 from missionc.diagnostics.code import EXTRA_MISSING, NOT_EXPORTED
 from missionc.diagnostics.model import Diagnostic
-from missionc.emit.crazyflie import Flyable, crazyflie
-from missionc.export import FORMATS, Exported, flight
-from missionc.export import format as form_module
-from missionc.results import Verified
-from missionc.source import Source
-from tests.flights import wandered
-from tests.outputs import content, unlisted
-from tests.plans import NOTHING, mission_of, straight
-from tests.small import SMALL
+from missionc.flight.crazyflie import Flyable, crazyflie
+from missionc.output.export import export_form as form_module
+from missionc.output.export.formats import (
+    FORMATS,
+    Exported,
+    flight,
+)
+from missionc.pipeline import driver
+from missionc.pipeline.results import Verified
+from tests.support.exported_flights import wandered
+from tests.support.legal_plans import (
+    NOTHING,
+    mission_of,
+    straight,
+)
+from tests.support.output_folders import content, unlisted
+from tests.support.small_missions import SMALL
 
 NAMES = sorted(FORMATS)
 

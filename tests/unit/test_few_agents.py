@@ -6,17 +6,18 @@ from unittest.mock import patch
 
 import numpy as np
 
-from missionc.backends.smt import links, outlook
-from missionc.backends.smt.labels import Labels
-from missionc.backends.smt.links import Links, links_between
-from missionc.backends.smt.lower_motion import all_ways
-from missionc.backends.smt.outlook import Outlook
-from missionc.backends.smt.roadmap import NoRoadmap, build_roadmaps
-from missionc.driver import check
+from missionc.backends.smt.encode.lower_motion import all_ways
+from missionc.backends.smt.prioritized import single_agent_relaxation
+from missionc.backends.smt.prioritized.single_agent_relaxation import Outlook
+from missionc.backends.smt.roadmap import roadmap_links
+from missionc.backends.smt.roadmap.labels import Labels
+from missionc.backends.smt.roadmap.roadmap import NoRoadmap, build_roadmaps
+from missionc.backends.smt.roadmap.roadmap_links import Links, links_between
+from missionc.base.source import Source
+from missionc.base.units import Metres
 from missionc.ir import Proximity
-from missionc.source import Source
-from missionc.units import Metres
-from tests.runs import SPAN
+from missionc.pipeline.driver import check
+from tests.support.random_runs import SPAN
 
 TEAM = """
 mission few
@@ -80,7 +81,7 @@ def test_groups_stand_for_the_places_within_the_radius_and_each_for_once() -> No
         graph = Proximity("radio", Metres(1.5), (0, 1), SPAN)
         distance = np.linalg.norm(position[:, None] - position[None], axis=-1)
         for dense in (-1, count):
-            with patch.object(links, "DENSE", dense):
+            with patch.object(roadmap_links, "DENSE", dense):
                 found = links_between(graph, position)
             assert bool(len(found.groups)) == (dense < 0)
             for place in range(count):
@@ -89,5 +90,5 @@ def test_groups_stand_for_the_places_within_the_radius_and_each_for_once() -> No
 
 
 def test_looking_further_than_is_worth_while_gives_nobody_up() -> None:
-    with patch.object(outlook, "STEPS", 3):
+    with patch.object(single_agent_relaxation, "STEPS", 3):
         assert not given_up(LINKED, 0)

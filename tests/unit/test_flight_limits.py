@@ -13,20 +13,30 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
 from missionc import ir
+from missionc.base.trace import Trace
+from missionc.base.units import Steps
+from missionc.curves.crazyflie_csv import Pieces, read
+from missionc.curves.piecewise_polynomials import Curves, values
+from missionc.data.vehicles import profiles
 from missionc.diagnostics.code import NEEDS_MORE_TIME, NOT_FLYABLE
 from missionc.diagnostics.model import Diagnostic
-from missionc.emit.crazyflie import Flyable, crazyflie
-from missionc.emit.demands import demands
-from missionc.emit.limits import Limit, cuts, limits_of, peaks
-from missionc.emit.refusals import proposed
-from missionc.plan import Trace
-from missionc.units import Steps
-from missionc.vehicles import profiles
-from missionc.verify.columns import Pieces, read
-from missionc.verify.curves import Curves, values
-from missionc.verify.vehicles import GRAVITY
-from missionc.world.slowed import slowed
-from tests.plans import NOTHING, mission_of, pushed, straight
+from missionc.flight.crazyflie import Flyable, crazyflie
+from missionc.flight.refusals import proposed
+from missionc.flight.required_performance import demands
+from missionc.flight.vehicle_limits import (
+    Limit,
+    cuts,
+    limits_of,
+    peaks,
+)
+from missionc.verify.flight.vehicle_claims import GRAVITY
+from missionc.world.slow_down import slowed
+from tests.support.legal_plans import (
+    NOTHING,
+    mission_of,
+    pushed,
+    straight,
+)
 
 STRICT = ir.Vehicle(
     "strict", speed=1.0, vertical_speed=0.5, acceleration=2.0, jerk=20.0, tilt=0.2, thrust=ir.Band(0.9, 1.1)

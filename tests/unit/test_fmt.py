@@ -10,10 +10,10 @@ from pathlib import Path
 
 import pytest
 
-from missionc.cli import main
-from missionc.commands import fmt
-from missionc.source import Source
-from tests.small import SMALL
+from missionc.base.source import Source
+from missionc.cli.app import main
+from missionc.cli.commands import fmt
+from tests.support.small_missions import SMALL
 
 UGLY = SMALL.replace("world (0, 0)", "world( 0,0 )") + "# last\n"
 

@@ -10,20 +10,21 @@ from typing import get_args
 import pytest
 
 from docs.gallery import PAGE, PICTURES, files, opening, page
-from missionc import driver, ir
-from missionc.explaining import examples
-from missionc.explaining.traps import traps_of
+from missionc import ir
+from missionc.base.limits import Limits
+from missionc.base.source import Source
+from missionc.explain import convention_examples
+from missionc.explain.traps import traps_of
 from missionc.language.operators import OPERATORS
 from missionc.language.predicates import PREDICATES
-from missionc.limits import Limits
-from missionc.passes.walk import bottom_up, goals
-from missionc.source import Source
+from missionc.language.walk_formulas import bottom_up, goals
+from missionc.pipeline import driver
 from missionc.syntax.build import FORMATIONS
 from missionc.syntax.format import format_mission
 from missionc.syntax.parse import parse
 
 FILES = files()
-EMPTY_WORDS = (examples.ESCAPE_AT_ONCE, examples.ITSELF, examples.COUNTS_ITSELF)
+EMPTY_WORDS = (convention_examples.ESCAPE_AT_ONCE, convention_examples.ITSELF, convention_examples.COUNTS_ITSELF)
 """Traps in which a formula says less than it seems to."""
 
 SHAPES = {ir.Box, ir.Disc, ir.Polygon, ir.Ball, ir.Union, ir.Intersection, ir.Difference}
@@ -75,7 +76,7 @@ def test_no_requirement_says_less_than_it_seems_to(path: Path) -> None:
     for goal in goals(mission_of(path)):
         traps = traps_of(goal.formula)
         assert [trap.name for trap in traps if trap in EMPTY_WORDS] == []
-        if examples.ALONE in traps:
+        if convention_examples.ALONE in traps:
             # Surrounded by nobody is surrounded, too: somebody is asked for as well.
             words = {each.operator.name for each in bottom_up([goal.formula]) if isinstance(each, ir.Apply)}
             assert words & {"count", "somewhere"}

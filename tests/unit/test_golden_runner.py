@@ -6,8 +6,13 @@ from pathlib import Path
 
 import pytest
 
-from tests.golden import agrees, blocks, file_name, play
-from tests.small import SMALL
+from tests.support.golden_pages import (
+    agrees,
+    blocks,
+    file_name,
+    play,
+)
+from tests.support.small_missions import SMALL
 
 PAGE = "# A page\n\n```mission\n" + SMALL + "```\n\n## Output\n\n```console\n$ missionc check small.mission\n@```\n"
 SAID = "small.mission: no findings\n"

@@ -9,10 +9,10 @@ from pathlib import Path
 
 import pytest
 
-from missionc.cli import main
-from missionc.diagnostics.plain import plain
-from missionc.limits import DEEPEST, Limits
-from tests.small import SMALL, WRONG
+from missionc.base.limits import DEEPEST, Limits
+from missionc.cli.app import main
+from missionc.diagnostics.sanitize import plain
+from tests.support.small_missions import SMALL, WRONG
 
 ODD = "\x1b[31m\x07\x7f\x9b\u202e\u2066\n"
 NOT_NUMBERS = ["nan", "-nan", "inf", "-inf", "1e400", "-1", "", "one"]

@@ -7,21 +7,21 @@ import pytest
 
 pytest.importorskip("torch")
 
-from missionc import driver
 from missionc.backends.api import Impossible, NotFound, Outcome, Reason, Report
-from missionc.backends.hybrid.discrete import Clock, discrete
+from missionc.backends.hybrid.discrete_relaxation import Clock, discrete
 from missionc.backends.hybrid.resample import on_clock, positions
-from missionc.backends.smt.plan import SmtBackend
+from missionc.backends.smt.backend import SmtBackend
+from missionc.base.source import Source
+from missionc.base.trace import Trace
+from missionc.base.units import Seconds
 from missionc.diagnostics.code import IMPOSSIBLE
 from missionc.ir import Mission, Objective
-from missionc.kernel.ahead import steps_ahead
+from missionc.kernel.analysis import steps_ahead
 from missionc.kernel.nodes import At, Goal, Is, Kernel, Throughout, Until
 from missionc.kernel.walk import children
-from missionc.plan import Trace
-from missionc.results import Compiled, Verified
-from missionc.source import Source
-from missionc.units import Seconds
-from tests.runs import SPAN
+from missionc.pipeline import driver
+from missionc.pipeline.results import Compiled, Verified
+from tests.support.random_runs import SPAN
 
 RELAY = """\
 mission relay

@@ -24,26 +24,27 @@ def loaded_by(code: str) -> set[str]:
 
 
 def test_check_loads_no_solver_and_no_large_library() -> None:
-    code = "from missionc.cli import main\nassert main(['check', '--format', 'json', 'missions/wildfire.mission']) == 0"
+    check = "main(['check', '--format', 'json', 'missions/wildfire.mission'])"
+    code = f"from missionc.cli.app import main\nassert {check} == 0"
     assert loaded_by(code) & HEAVY == set()
 
 
 def test_explain_loads_no_solver_and_no_large_library() -> None:
     asked = ["explain", "missions/wildfire.mission", "--format", "json"]
-    code = f"from missionc.cli import main\nassert main({asked}) == 0"
+    code = f"from missionc.cli.app import main\nassert main({asked}) == 0"
     assert loaded_by(code) & HEAVY == set()
 
 
 def test_the_cost_graph_is_shown_without_loading_torch() -> None:
     asked = ["compile", "missions/clot_star.mission", "--emit", "cost-graph"]
-    code = f"from missionc.cli import main\nassert main({asked}) == 0"
+    code = f"from missionc.cli.app import main\nassert main({asked}) == 0"
     assert "torch" not in loaded_by(code)
 
 
 def test_check_loads_nothing_that_flies() -> None:
     script = (
-        "import sys\nfrom missionc.cli import main\nassert main(['check', 'missions/wildfire.mission']) == 0\n"
-        "print([name for name in sys.modules if name.startswith(('missionc.simul', 'missionc.commands.simulate'))])"
+        "import sys\nfrom missionc.cli.app import main\nassert main(['check', 'missions/wildfire.mission']) == 0\n"
+        "print([name for name in sys.modules if name.startswith(('missionc.simul', 'missionc.cli.commands.simulate'))])"
     )
     run = subprocess.run([sys.executable, "-c", script], cwd=ROOT, capture_output=True, text=True, check=True)
     assert run.stdout.splitlines()[-1] == "[]"

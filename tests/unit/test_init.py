@@ -7,14 +7,18 @@ from pathlib import Path
 
 import pytest
 
-from missionc import driver
-from missionc.cli import main
-from missionc.limits import Limits
-from missionc.source import Source
+from missionc.base.limits import Limits
+from missionc.base.source import Source
+from missionc.cli.app import main
+from missionc.data.templates import (
+    DEFAULT,
+    Template,
+    templates,
+)
+from missionc.pipeline import driver
 from missionc.syntax.format import format_mission
 from missionc.syntax.parse import parse
-from missionc.templates import DEFAULT, Template, templates
-from tests.golden import within
+from tests.support.golden_pages import within
 
 TEMPLATES = list(templates().values())
 
@@ -115,7 +119,7 @@ def test_the_list_names_every_template_and_what_it_needs(capsys: pytest.CaptureF
 def test_what_has_to_be_installed_first_is_said(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("missionc.commands.init.find_spec", lambda name: None)
+    monkeypatch.setattr("missionc.cli.commands.init.find_spec", lambda name: None)
     assert main(["init", str(tmp_path / "ring"), "--template", "formation"]) == 0
     assert "pip install 'missionc[clot]'" in capsys.readouterr().out
     assert main(["init", str(tmp_path / "relay")]) == 0
@@ -125,7 +129,7 @@ def test_what_has_to_be_installed_first_is_said(
 def test_a_shell_completes_the_names_of_templates(capsys: pytest.CaptureFixture[str]) -> None:
     from click.shell_completion import ShellComplete
 
-    from missionc.cli import commands
+    from missionc.cli.app import commands
 
     offered = ShellComplete(commands, {}, "missionc", "_MISSIONC_COMPLETE").get_completions(
         ["init", "--template"], "re"

@@ -8,11 +8,15 @@ from types import FrameType
 
 import pytest
 
-from missionc.checking import check
-from missionc.explaining.page import document, explained, lines
-from missionc.explaining.sentences import LONGEST, MOST_PARTS
-from missionc.source import Source
-from tests.small import SMALL
+from missionc.base.source import Source
+from missionc.explain.explanation import (
+    document,
+    explained,
+    lines,
+)
+from missionc.explain.sentences import LONGEST, MOST_PARTS
+from missionc.pipeline.front_end import check
+from tests.support.small_missions import SMALL
 
 MORE_THAN_LINEAR = 3.0
 """Of the work for twice as much; what looks at all pairs does four times as much."""

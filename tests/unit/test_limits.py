@@ -6,7 +6,7 @@ import re
 from dataclasses import asdict
 from pathlib import Path
 
-from missionc.limits import Limits
+from missionc.base.limits import Limits
 
 ROOT = Path(__file__).resolve().parents[2]
 

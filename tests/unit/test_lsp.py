@@ -13,23 +13,32 @@ pytest.importorskip("pygls")
 
 from lsprotocol import types
 
+from missionc.base.limits import Limits
+from missionc.base.source import Span
 from missionc.diagnostics.code import CODES
 from missionc.language.operators import OPERATORS
-from missionc.limits import Limits
-from missionc.lsp import fixes, goto, hints, symbols
-from missionc.lsp.checks import Checks
+from missionc.lsp import (
+    document_symbols,
+    goto,
+    inlay_hints,
+    quick_fixes,
+)
+from missionc.lsp.background_checks import Checks
 from missionc.lsp.completion import completion
-from missionc.lsp.diagnostics import diagnostics
 from missionc.lsp.formatting import formatting
 from missionc.lsp.hover import hover
+from missionc.lsp.open_text import Memory
 from missionc.lsp.positions import Places
+from missionc.lsp.publish_diagnostics import diagnostics
 from missionc.lsp.rename import RefusedError, renamable, rename
-from missionc.lsp.text import Memory
-from missionc.source import Span
 from missionc.syntax.format import format_mission
 from missionc.syntax.tokens import WORDS
-from tests.checked import text
-from tests.lsp import edited, marked, opened
+from tests.support.check_findings import text
+from tests.support.open_texts import (
+    edited,
+    marked,
+    opened,
+)
 
 HOME = "require home: every drone: eventually[0, 16 s] (base and eventually[0, 2 s] goal)"
 EVERYWHERE = types.Range(types.Position(0, 0), types.Position(1000, 0))
@@ -100,7 +109,7 @@ def test_a_finding_keeps_its_words_its_reasons_and_its_other_places() -> None:
     ]
     assert finding.related_information is not None
     assert [label.message for label in finding.related_information] == ["looks 16 s ahead", "and 6 s further"]
-    (action,) = fixes.fixes(here, finding.range)
+    (action,) = quick_fixes.fixes(here, finding.range)
     assert action.title == "Replace `20 s` by `22 s`"
     assert action.diagnostics == [finding]
     assert action.edit is not None
@@ -123,10 +132,10 @@ def test_a_name_that_nothing_uses_is_shown_faintly() -> None:
 def test_fixes_are_offered_where_the_cursor_is_and_only_of_this_version() -> None:
     here = opened(text("let spare = base", "require a: every drone: bas"))
     first = here.places.position(here.source.text.index("spare"))
-    (action,) = fixes.fixes(here, types.Range(first, first))
+    (action,) = quick_fixes.fixes(here, types.Range(first, first))
     assert action.title.startswith("Delete `let spare")
     here.found = None
-    assert fixes.fixes(here, EVERYWHERE) == []
+    assert quick_fixes.fixes(here, EVERYWHERE) == []
 
 
 def test_the_older_of_two_versions_is_never_published() -> None:
@@ -251,14 +260,14 @@ def test_a_label_is_renamed_by_itself() -> None:
 
 def test_the_declarations_are_listed_those_that_are_broken_too() -> None:
     here = opened(text(HOME, "region new = box"))
-    listed = {symbol.name: symbol for symbol in symbols.symbols(here)}
+    listed = {symbol.name: symbol for symbol in document_symbols.symbols(here)}
     assert {"sample", "base", "drone", "radio", "home", "new"} <= listed.keys()
     assert (listed["new"].detail, listed["home"].detail) == ("a region", "require")
 
 
 def test_each_requirement_says_how_far_it_looks_ahead() -> None:
     here = opened(text("let soon = eventually[0, 4 s] base", HOME, "require now: every drone: base or soon"))
-    found = hints.hints(here, EVERYWHERE)
+    found = inlay_hints.hints(here, EVERYWHERE)
     assert [hint.label for hint in found] == ["looks 4 s ahead", "looks 18 s ahead", "looks 4 s ahead"]
     lines = here.source.text.splitlines()
     assert [found[1].position.character] == [len(lines[found[1].position.line])]
@@ -350,7 +359,7 @@ def test_without_its_package_the_command_says_how_to_install_it() -> None:
     script = (
         "import sys\nfrom importlib import util\nfound = util.find_spec\n"
         "util.find_spec = lambda name, *more: None if name == 'pygls' else found(name, *more)\n"
-        "from missionc.cli import main\nsys.exit(main(['lsp']))"
+        "from missionc.cli.app import main\nsys.exit(main(['lsp']))"
     )
     run = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=False)
     assert run.returncode == 1

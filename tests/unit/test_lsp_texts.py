@@ -7,12 +7,12 @@ from pathlib import Path
 
 from lsprotocol import types
 
-from missionc.lsp.checks import Checks
+from missionc.lsp.background_checks import Checks
 from missionc.lsp.goto import highlights, references
+from missionc.lsp.open_text import Memory, OpenText
 from missionc.lsp.rename import rename
-from missionc.lsp.text import Memory, OpenText
-from tests.lsp import opened
-from tests.small import SMALL
+from tests.support.open_texts import opened
+from tests.support.small_missions import SMALL
 
 
 def test_a_place_beside_an_include_is_counted_once(tmp_path: Path) -> None:

@@ -10,12 +10,12 @@ import pytest
 
 pytest.importorskip("pygls")
 
-from missionc.checking import check
+from missionc.base.source import Source
+from missionc.lsp.open_text import name_of
 from missionc.lsp.server import Server, made
-from missionc.lsp.text import name_of
 from missionc.lsp.wire import LONGEST, Incoming
-from missionc.source import Source
-from tests.small import SMALL
+from missionc.pipeline.front_end import check
+from tests.support.small_missions import SMALL
 
 URI = "file:///tmp/a.mission"
 PLACE = {"textDocument": {"uri": URI}, "position": {"line": 0, "character": 1}}

@@ -12,23 +12,30 @@ from hypothesis import strategies as st
 from scipy.sparse.csgraph import connected_components, minimum_spanning_tree
 
 from missionc import ir
-from missionc.language.predicates import PREDICATES
-from missionc.margins import (
+from missionc.base.resources import folder
+from missionc.base.trace import Trace
+from missionc.base.units import Metres
+from missionc.language.margins import compare, links
+from missionc.language.margins.predicate_margins import (
     algebraic_connectivity,
     all_links,
-    compare,
     formation_margin,
     holds,
     link_margin,
-    links,
     margin,
     of_pair,
     of_states,
 )
-from missionc.plan import Trace
-from missionc.resources import folder
-from missionc.units import Metres
-from tests.runs import BASE, FIELD, MAST, SPAN, graphs_of, mission_of, trace_of
+from missionc.language.predicates import PREDICATES
+from tests.support.random_runs import (
+    BASE,
+    FIELD,
+    MAST,
+    SPAN,
+    graphs_of,
+    mission_of,
+    trace_of,
+)
 
 
 def random_trace(size: int, steps: int, seed: int = 0) -> Trace:
@@ -187,5 +194,5 @@ def test_formations_keep_distances_and_offsets_within_their_tolerance() -> None:
 
 
 def test_every_predicate_with_a_margin_has_a_module_of_its_name() -> None:
-    modules = {path.stem for path in folder("docs/errors").parents[1].glob("missionc/margins/*.py")}
-    assert {predicate.name for predicate in PREDICATES} - {"member"} == modules - {"__init__", "links"}
+    modules = {path.stem for path in folder("docs/errors").parents[1].glob("missionc/language/margins/*.py")}
+    assert {predicate.name for predicate in PREDICATES} - {"member"} == modules - {"__init__", "links", "predicate_margins"}

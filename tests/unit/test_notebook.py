@@ -19,12 +19,17 @@ from nbclient import NotebookClient
 
 import missionc
 from missionc.backends.api import Attempt, NotFound, Reason, Report
-from missionc.notebook import paths
-from missionc.plan import Judgement, Trace
-from missionc.results import Compiled
-from missionc.source import Source
-from missionc.units import Seconds
-from tests.small import CONFLICT, SMALL, WRONG, parked
+from missionc.base.notebook import paths
+from missionc.base.source import Source
+from missionc.base.trace import Judgement, Trace
+from missionc.base.units import Seconds
+from missionc.pipeline.results import Compiled
+from tests.support.small_missions import (
+    CONFLICT,
+    SMALL,
+    WRONG,
+    parked,
+)
 
 ROOT = Path(__file__).resolve().parents[2]
 NOTEBOOKS = sorted((ROOT / "examples").glob("*.ipynb"))

@@ -7,13 +7,13 @@ import math
 import pytest
 
 from missionc import ir
+from missionc.base.units import Metres, Steps
 from missionc.kernel.nodes import All, Any, Apart, Is, Node, Not, Reach, Route, Until
 from missionc.kernel.walk import postorder
 from missionc.language.operator import Bounds, TooLarge, Use
 from missionc.language.operators import OPERATORS, by_name
 from missionc.syntax.ast import Metric
-from missionc.units import Metres, Steps
-from tests.runs import SPAN
+from tests.support.random_runs import SPAN
 
 F, G = Is(frozenset((0,)), SPAN), Is(frozenset((1,)), SPAN)
 

@@ -6,10 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from missionc.cli import main
-from missionc.emit.overlap import Output, overlapping
-from tests.outputs import content, written
-from tests.small import SMALL
+from missionc.cli.app import main
+from missionc.output.folder.overlap import Output, overlapping
+from tests.support.output_folders import content, written
+from tests.support.small_missions import SMALL
 
 Captured = pytest.CaptureFixture[str]
 

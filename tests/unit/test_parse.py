@@ -9,18 +9,18 @@ from pathlib import Path
 import lark
 import pytest
 
+from missionc.base.limits import Limits
+from missionc.base.resources import folder
+from missionc.base.source import Source, Span
 from missionc.diagnostics.code import INCLUDE_NOT_ALLOWED
 from missionc.diagnostics.model import Diagnostic, Label
 from missionc.language.operator import Bounds, Fixity
 from missionc.language.operators import OPERATORS
-from missionc.limits import Limits
-from missionc.resources import folder
-from missionc.source import Source, Span
-from missionc.syntax import ast, table
+from missionc.syntax import ast, parse_table
 from missionc.syntax.build import FUNCTIONS
 from missionc.syntax.parse import parse
 from missionc.syntax.tokens import WORDS
-from tests.strategies import without_spans
+from tests.support.random_trees import without_spans
 
 WHOLE_LANGUAGE = """
 mission wildfire                                     # once, first
@@ -481,7 +481,7 @@ def grammar() -> str:
 
 def test_the_kept_table_is_the_grammars() -> None:
     kept = (folder("grammars") / "mission.json").read_text(encoding="utf-8")
-    assert table.write(table.build(grammar())) == kept, "run: python -m missionc.syntax.table"
+    assert parse_table.write(parse_table.build(grammar())) == kept, "run: python -m missionc.syntax.parse_table"
 
 
 def test_the_grammar_leaves_one_choice_open_and_only_after_a_quantifier(caplog: pytest.LogCaptureFixture) -> None:
@@ -501,11 +501,11 @@ def test_the_grammar_leaves_one_choice_open_and_only_after_a_quantifier(caplog: 
 
 
 def test_every_rule_has_its_function_and_every_function_a_rule() -> None:
-    assert {rule.name for rule in table.load().rules} - {"", "*"} == set(FUNCTIONS)
+    assert {rule.name for rule in parse_table.load().rules} - {"", "*"} == set(FUNCTIONS)
 
 
 def test_every_word_of_the_grammar_is_in_the_one_list() -> None:
-    written = {kind for row in table.load().actions for kind in row if kind.islower()}
+    written = {kind for row in parse_table.load().actions for kind in row if kind.islower()}
     assert written | {word.text for word in WORDS if word.token} == {word.text for word in WORDS}
 
 

@@ -13,12 +13,19 @@ import pytest
 from missionc import ir
 from missionc.diagnostics.code import EXTRA_MISSING
 from missionc.diagnostics.model import Diagnostic
-from missionc.emit.lanes import lanes
-from missionc.emit.name_places import name_place
-from missionc.emit.plot import COLOURS, plot
-from missionc.emit.silhouette import View, inner_point
-from missionc.verify.solids import solid
-from tests.plans import SPAN, mission_of, moving, still, straight, wandering
+from missionc.output.plot.label_places import name_place
+from missionc.output.plot.parallel_lanes import lanes
+from missionc.output.plot.plot import COLOURS, plot
+from missionc.output.plot.silhouette import View, inner_point
+from missionc.verify.plan.obstacle_bodies import solid
+from tests.support.legal_plans import (
+    SPAN,
+    mission_of,
+    moving,
+    still,
+    straight,
+    wandering,
+)
 
 CUT = ir.Difference(ir.Polygon(((6.0, 6.0), (9.0, 6.0), (9.0, 9.0), (6.0, 9.0))), ir.Disc((7.5, 7.5), 1.0))
 
@@ -116,7 +123,7 @@ def test_a_path_keeps_its_side_around_a_corner() -> None:
 
 
 def test_without_matplotlib_the_way_to_get_it_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("missionc.emit.plot.find_spec", lambda name: None)
+    monkeypatch.setattr("missionc.output.plot.plot.find_spec", lambda name: None)
     mission, trace = scene()
     found = plot(mission, trace, "smt", "svg")  # type: ignore[arg-type]
     assert isinstance(found, Diagnostic)
@@ -125,6 +132,6 @@ def test_without_matplotlib_the_way_to_get_it_is_said(monkeypatch: pytest.Monkey
 
 
 def test_writing_outputs_loads_no_matplotlib_unless_a_map_is_asked_for() -> None:
-    code = "import missionc.emit, missionc.emit.plot, sys; print('matplotlib' in sys.modules)"
+    code = "import missionc.output.output_files, missionc.output.plot.plot, sys; print('matplotlib' in sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "False"

@@ -7,7 +7,7 @@ import re
 import time
 
 from missionc.backends.api import Progress
-from missionc.progress import ProgressLine
+from missionc.cli.progress import ProgressLine
 
 
 def drawn(*heard: Progress, left: float | None = None) -> str:

@@ -10,13 +10,26 @@ from typing import Any
 
 import pytest
 
-from missionc import driver, ir
-from missionc.replay import Replayed, replay
-from missionc.results import Verified
-from missionc.source import Source
-from missionc.verify import verify_polynomials
-from tests.forging import Files, Table, bulged, bumped, changed, delayed, flights, forged, lengthened, stated, turned
-from tests.small import SMALL
+from missionc import ir
+from missionc.base.source import Source
+from missionc.pipeline import driver
+from missionc.pipeline.results import Verified
+from missionc.replay.reverify import Replayed, replay
+from missionc.verify.verify_plan import verify_polynomials
+from tests.support.forged_folders import (
+    Files,
+    Table,
+    bulged,
+    bumped,
+    changed,
+    delayed,
+    flights,
+    forged,
+    lengthened,
+    stated,
+    turned,
+)
+from tests.support.small_missions import SMALL
 
 CORRIDOR = Path(__file__).resolve().parents[2] / "missions" / "crazyflie_corridor.mission"
 

@@ -10,12 +10,12 @@ import pytest
 
 import missionc
 from missionc.backends.api import Budget, Impossible, Options
-from missionc.backends.smt.clauses import Clauses
-from missionc.backends.smt.prove import Unproved, prove
-from missionc.results import Verified
-from missionc.source import Source
-from tests.proofs import clauses_of, fault
-from tests.small import CONFLICT, SMALL
+from missionc.backends.smt.encode.clauses import Clauses
+from missionc.backends.smt.sat.proof import Unproved, prove
+from missionc.base.source import Source
+from missionc.pipeline.results import Verified
+from tests.support.drat_checker import clauses_of, fault
+from tests.support.small_missions import CONFLICT, SMALL
 
 pytest.importorskip("pysat")
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from textwrap import dedent
 
+from missionc.base.source import Source, Span
 from missionc.diagnostics.code import BEYOND_HORIZON, UNREADABLE, UNUSED_NAME
 from missionc.diagnostics.model import Diagnostic, Label
 from missionc.diagnostics.render import render_json, render_text
-from missionc.source import Source, Span
 
 WATCH = "require watch: every drone: always[0, 16 s] (survivor implies eventually[0, 6 s] base)\n"
 

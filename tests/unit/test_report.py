@@ -19,17 +19,27 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from missionc import driver
-from missionc.cli import commands
-from missionc.emit.folder import write_folder
-from missionc.monitoring import robustness, truth
-from missionc.report import data, report
-from missionc.report.page import ASSETS, SCRIPTS
-from missionc.results import Verified
-from missionc.source import Source
+from missionc.base.source import Source
+from missionc.cli.app import commands
+from missionc.monitoring.monitor import robustness, truth
+from missionc.output.folder.write_folder import write_folder
+from missionc.output.report.render_page import ASSETS, SCRIPTS
+from missionc.output.report.report_html import data, report
+from missionc.pipeline import driver
+from missionc.pipeline.results import Verified
 from missionc.verify.certificate import Certificate, Check
-from tests.reports import MOTION, RELAY, flight, lane, links, metres, plotted, simulation, unpacked
-from tests.small import SMALL
+from tests.support.small_missions import SMALL
+from tests.support.unpacked_reports import (
+    MOTION,
+    RELAY,
+    flight,
+    lane,
+    links,
+    metres,
+    plotted,
+    simulation,
+    unpacked,
+)
 
 
 @cache

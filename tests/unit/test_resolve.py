@@ -7,11 +7,19 @@ from pathlib import Path
 import pytest
 
 from missionc import ir
+from missionc.base.limits import Limits
 from missionc.diagnostics.model import Severity
-from missionc.limits import Limits
-from missionc.passes.resolve import resolve
-from missionc.passes.show_ir import show_ir
-from tests.resolving import codes, demo, findings, mission, only, program, texts
+from missionc.resolve.resolve_mission import resolve
+from missionc.resolve.show_ir import show_ir
+from tests.support.resolved_missions import (
+    codes,
+    demo,
+    findings,
+    mission,
+    only,
+    program,
+    texts,
+)
 
 SHIPPED = {
     # name: agents, steps, regions, obstacles, edges of its formations, requirements

@@ -18,21 +18,30 @@ import pytest
 
 pytest.importorskip("torch")
 
-from missionc import cli, driver
 from missionc.backends import load
 from missionc.backends.api import NotFound, Options, Reason, Snapshot
-from missionc.backends.clot import plan as clot
-from missionc.backends.clot.plan import Run
-from missionc.backends.clot.run_state import Nearest
-from missionc.checkpoint import SCHEMA, from_bytes, to_bytes
+from missionc.backends.clot import backend as clot
+from missionc.backends.clot.backend import Run
+from missionc.backends.clot.run.run_state import Nearest
+from missionc.base.limits import Limits
+from missionc.base.source import Source
+from missionc.base.units import Seconds
+from missionc.cli import app
 from missionc.diagnostics.code import CHECKPOINT_MISMATCH, CHECKPOINT_UNREADABLE, FILE_TOO_LARGE, NOT_ITS_FLAG
 from missionc.diagnostics.model import Diagnostic
-from missionc.limits import Limits
-from missionc.reading import read_bytes
-from missionc.results import Compiled, Refused, Verified
-from missionc.source import Source
-from missionc.units import Seconds
-from tests.small import SMALL
+from missionc.pipeline import driver
+from missionc.pipeline.checkpoint_file import (
+    SCHEMA,
+    from_bytes,
+    to_bytes,
+)
+from missionc.pipeline.results import (
+    Compiled,
+    Refused,
+    Verified,
+)
+from missionc.syntax.read_file import read_bytes
+from tests.support.small_missions import SMALL
 from tests.unit.test_cut_short import LIMIT, MIXED, ROW, time_is_up
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -179,7 +188,7 @@ def test_a_checkpoint_of_another_seed_or_preset_is_refused_and_says_which(kept: 
 
 
 def test_a_checkpoint_of_another_version_is_refused(kept: bytes, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(sys.modules["missionc.emit.manifest"], "__version__", "99.0")
+    monkeypatch.setattr(sys.modules["missionc.output.folder.manifest"], "__version__", "99.0")
     finding = refused(PAIR, kept, **SAME)
     assert finding.code is CHECKPOINT_MISMATCH
     assert "version of missionc" in finding.notes[0]
@@ -315,7 +324,7 @@ def test_a_checkpoint_is_refused_where_the_mission_goes_to_a_solver(tmp_path: Pa
     assert isinstance(finding, Diagnostic)
     assert finding.code is NOT_ITS_FLAG
     (tmp_path / "small.mission").write_text(SMALL)
-    assert cli.main(["compile", str(tmp_path / "small.mission"), "--checkpoint", str(tmp_path / "run.npz")]) == 1
+    assert app.main(["compile", str(tmp_path / "small.mission"), "--checkpoint", str(tmp_path / "run.npz")]) == 1
 
 
 def test_a_file_that_is_too_large_is_refused_before_it_is_read(tmp_path: Path) -> None:
@@ -338,8 +347,8 @@ def command(folder: Path, *more: str) -> list[str]:
 def test_the_command_keeps_a_run_and_takes_it_up_again(tmp_path: Path) -> None:
     (tmp_path / "row.mission").write_text(ROW)
     run = str(tmp_path / "run.npz")
-    assert cli.main(command(tmp_path, "--checkpoint", run, "-o", str(tmp_path / "one"))) == 0
-    assert cli.main(command(tmp_path, "--resume", run, "--checkpoint", run, "-o", str(tmp_path / "two"))) == 0
+    assert app.main(command(tmp_path, "--checkpoint", run, "-o", str(tmp_path / "one"))) == 0
+    assert app.main(command(tmp_path, "--resume", run, "--checkpoint", run, "-o", str(tmp_path / "two"))) == 0
     one, two = (
         {path.relative_to(tmp_path / name): path.read_bytes() for path in (tmp_path / name).rglob("*.*")}
         for name in ("one", "two")
@@ -351,19 +360,19 @@ def test_the_command_keeps_a_run_and_takes_it_up_again(tmp_path: Path) -> None:
 def test_the_command_says_what_is_wrong_with_a_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "row.mission").write_text(ROW)
     (tmp_path / "run.npz").write_bytes(b"nothing")
-    assert cli.main(command(tmp_path, "--resume", str(tmp_path / "run.npz"))) == 1
+    assert app.main(command(tmp_path, "--resume", str(tmp_path / "run.npz"))) == 1
     assert "error[MC706]" in capsys.readouterr().err
-    assert cli.main(command(tmp_path, "--checkpoint", str(tmp_path / "nowhere" / "run.npz"))) == 1
+    assert app.main(command(tmp_path, "--checkpoint", str(tmp_path / "nowhere" / "run.npz"))) == 1
     assert "error[MC702]" in capsys.readouterr().err
-    assert cli.main(command(tmp_path, "--checkpoint", str(tmp_path))) == 2
+    assert app.main(command(tmp_path, "--checkpoint", str(tmp_path))) == 2
 
 
 def test_a_disk_that_fills_up_does_not_lose_the_plan(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "row.mission").write_text(PAIR)
-    write_file = "missionc.emit.file.write_file"
+    write_file = "missionc.output.folder.write_file.write_file"
     full = Diagnostic(CHECKPOINT_UNREADABLE, "full", None)
     monkeypatch.setattr(write_file, lambda *_: full)
-    status = cli.main(command(tmp_path, "--checkpoint", str(tmp_path / "run.npz"), "-o", str(tmp_path / "out")))
+    status = app.main(command(tmp_path, "--checkpoint", str(tmp_path / "run.npz"), "-o", str(tmp_path / "out")))
     assert (tmp_path / "out" / "plan.json").exists()
     assert status == 1
 
@@ -382,4 +391,4 @@ def test_whoever_is_stopped_leaves_a_whole_checkpoint(tmp_path: Path, number: in
     assert time.monotonic() - begin < 2.0
     left = {path.name for path in tmp_path.iterdir() if ".missionc-" not in path.name}
     assert left == {"row.mission", "run.npz"}
-    assert cli.main(command(tmp_path, "--resume", str(tmp_path / "run.npz"), "--time-limit", "0.1")) == 4
+    assert app.main(command(tmp_path, "--resume", str(tmp_path / "run.npz"), "--time-limit", "0.1")) == 4

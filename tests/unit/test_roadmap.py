@@ -5,14 +5,18 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from missionc.backends.smt.roadmap import NoRoadmap, Roadmap, build_roadmaps
-from missionc.backends.smt.rows import distinct
+from missionc.backends.smt.roadmap.roadmap import (
+    NoRoadmap,
+    Roadmap,
+    build_roadmaps,
+)
+from missionc.backends.smt.roadmap.unique_rows import distinct
+from missionc.base.limits import Limits
+from missionc.base.source import Source
 from missionc.ir import Mission
-from missionc.limits import Limits
-from missionc.passes.resolve import resolve
-from missionc.source import Source
+from missionc.resolve.resolve_mission import resolve
 from missionc.syntax.parse import parse
-from missionc.world.distance import signed_distance
+from missionc.world.signed_distance import signed_distance
 
 HEAD = """
 mission test

@@ -11,13 +11,17 @@ from typing import Any
 import pytest
 from jsonschema import Draft4Validator
 
-from missionc.cli import main
+from missionc.cli.app import main
 from missionc.diagnostics.code import CODES, UNREADABLE
-from missionc.diagnostics.explain import explain
+from missionc.diagnostics.code_page import explain
 from missionc.diagnostics.model import Diagnostic
 from missionc.diagnostics.sarif import render_sarif
-from tests.npm import ROOT, fetch
-from tests.small import LATE, SMALL, WRONG
+from tests.support.npm import ROOT, fetch
+from tests.support.small_missions import (
+    LATE,
+    SMALL,
+    WRONG,
+)
 
 CARRIER = "@microsoft/jest-sarif@1.0.0-beta.0"
 """The npm package that carries the standard's schema; it is read from there, and not kept here."""
@@ -97,7 +101,7 @@ def defective(capsys: Captured, monkeypatch: pytest.MonkeyPatch) -> Any:
         raise ZeroDivisionError
 
     monkeypatch.delenv("MISSIONC_TRACEBACK", raising=False)
-    monkeypatch.setattr("missionc.driver.check", broken)
+    monkeypatch.setattr("missionc.pipeline.driver.check", broken)
     assert main(["check", "small.mission", "--format=sarif"]) == 70
     return json.loads(capsys.readouterr().out)
 

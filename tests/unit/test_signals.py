@@ -12,8 +12,12 @@ from pathlib import Path
 
 import pytest
 
-from missionc.signals import Stopped, stoppable
-from tests.processes import HARD, alive, children
+from missionc.base.signals import Stopped, stoppable
+from tests.support.busy_processes import (
+    HARD,
+    alive,
+    children,
+)
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -75,7 +79,7 @@ def ran(code: str) -> subprocess.CompletedProcess[str]:
 def test_a_signal_that_code_swallows_ends_the_process_all_the_same(number: signal.Signals) -> None:
     ended = ran(f"""
 import signal, time
-from missionc.signals import stoppable
+from missionc.base.signals import stoppable
 class Swallows:
     def __del__(self):
         signal.raise_signal({number.value})
@@ -89,7 +93,7 @@ with stoppable():
 def test_a_signal_ends_the_process_in_the_middle_of_work_that_no_handler_interrupts() -> None:
     ended = ran("""
 import os, signal, threading, zlib
-from missionc.signals import stoppable
+from missionc.base.signals import stoppable
 large = bytes(1 << 30)
 with stoppable():
     threading.Timer(0.2, os.kill, (os.getpid(), signal.SIGTERM)).start()
@@ -103,7 +107,7 @@ with stoppable():
 def test_who_is_started_to_outlive_its_terminal_does() -> None:
     ended = ran("""
 import signal
-from missionc.signals import stoppable
+from missionc.base.signals import stoppable
 signal.signal(signal.SIGHUP, signal.SIG_IGN)
 with stoppable():
     signal.raise_signal(signal.SIGHUP)

@@ -11,16 +11,16 @@ import pytest
 
 import missionc
 from missionc.backends.api import Report
-from missionc.backends.smt.improve import improve
-from missionc.backends.smt.search import Found, Search
+from missionc.backends.smt.refine.lazy_constraints import Found, Search
+from missionc.backends.smt.shorten.improve import improve
+from missionc.base.source import Source
+from missionc.base.trace import Trace
 from missionc.ir import Compare, Coordinate, Objective, SingleIntegrator
 from missionc.kernel.nodes import All, At, Atom, Goal, Kernel, Node, Throughout
-from missionc.plan import Trace
-from missionc.results import Verified
-from missionc.source import Source
-from tests.plans import SPAN, mission_of
-from tests.roadmaps import asked, roadmap_of
-from tests.small import SMALL
+from missionc.pipeline.results import Verified
+from tests.support.legal_plans import SPAN, mission_of
+from tests.support.small_missions import SMALL
+from tests.support.small_roadmaps import asked, roadmap_of
 
 ONE = SMALL.replace("drone[2]", "drone[1]")
 FEW = ONE.replace("nodes = 40", "nodes = 4").replace("6 s", "2 s")
@@ -106,7 +106,9 @@ def moves(plan: Found) -> int:
 def test_where_there_is_no_room_for_more_clauses_the_plan_is_no_worse(
     objective: Objective, note: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("missionc.backends.smt.improve.calm", lambda states, *_: states)  # nothing is won before
+    monkeypatch.setattr(
+        "missionc.backends.smt.shorten.improve.calm", lambda states, *_: states
+    )  # nothing is won before
     with found(objective) as (first, better, search):
         search.clauses.limit = search.clauses.count
         assert (better().states == first.states).all()

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from missionc import ir
-from missionc.backends.smt import links as module
-from missionc.backends.smt.links import Links, links_between
-from missionc.units import Metres
-from tests.plans import SPAN
+from missionc.backends.smt.roadmap import roadmap_links as module
+from missionc.backends.smt.roadmap.roadmap_links import Links, links_between
+from missionc.base.units import Metres
+from tests.support.legal_plans import SPAN
 
 RADIO = ir.Proximity("radio", Metres(1.0), (0, 1, 2), SPAN)
 CELL = ir.BeaconCover("cell", Metres(1.0), ((0.0, 0.0), (4.0, 0.0)), (0, 1, 2), SPAN)

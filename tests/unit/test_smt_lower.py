@@ -8,17 +8,17 @@ from dataclasses import replace
 import pytest
 
 from missionc import ir
-from missionc.backends.smt.solve import Satisfiable, Unsatisfiable
+from missionc.backends.smt.sat.solve import Satisfiable, Unsatisfiable
+from missionc.base.limits import Limits
+from missionc.base.source import Source
+from missionc.base.units import Metres
 from missionc.kernel.nodes import All, AtLeast, Atom, Is, Node, Not, Reach, Sometime, Throughout, Until
 from missionc.kernel.nodes import Any as Either
-from missionc.limits import Limits
-from missionc.passes.expand import expand
-from missionc.passes.resolve import resolve
-from missionc.source import Source
+from missionc.lower.expand import expand
+from missionc.resolve.resolve_mission import resolve
 from missionc.syntax.parse import parse
-from missionc.units import Metres
-from tests.plans import SPAN, mission_of
-from tests.roadmaps import asked, roadmap_of
+from tests.support.legal_plans import SPAN, mission_of
+from tests.support.small_roadmaps import asked, roadmap_of
 
 LINE = [(0.0, 0.0), (2.0, 0.0), (4.0, 0.0), (6.0, 0.0), (8.0, 0.0), (10.0, 10.0)]
 """Each in reach of the next; the last of none."""

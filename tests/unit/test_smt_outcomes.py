@@ -6,10 +6,10 @@ import pytest
 
 import missionc
 from missionc.backends.api import Impossible, NotFound, Options, Reason
-from missionc.backends.smt.roadmap import NoRoadmap, build_roadmaps
-from missionc.limits import Limits
-from missionc.results import Verified
-from missionc.source import Source
+from missionc.backends.smt.roadmap.roadmap import NoRoadmap, build_roadmaps
+from missionc.base.limits import Limits
+from missionc.base.source import Source
+from missionc.pipeline.results import Verified
 
 TEAM = """
 mission outcomes
@@ -92,7 +92,7 @@ def test_a_missing_roadmap_names_every_roadmap_that_was_refused_before_it(monkey
     def build_twice(*arguments: object) -> object:
         return build_roadmaps(*arguments) if next(built) < 2 else NoRoadmap("no way out of `base`")  # type: ignore[arg-type]
 
-    monkeypatch.setattr("missionc.backends.smt.plan.build_roadmaps", build_twice)
+    monkeypatch.setattr("missionc.backends.smt.backend.build_roadmaps", build_twice)
     outcome = compiled(GO + NEAR).outcome
     assert isinstance(outcome, NotFound)
     assert outcome.reason is Reason.NO_ROADMAP

@@ -13,8 +13,14 @@ import numpy as np
 import pytest
 
 from missionc.backends.api import Reason
-from missionc.backends.smt.clauses import Clauses
-from missionc.backends.smt.solve import Child, Satisfiable, Solvers, Stopped, Unsatisfiable
+from missionc.backends.smt.encode.clauses import Clauses
+from missionc.backends.smt.sat.solve import (
+    Child,
+    Satisfiable,
+    Solvers,
+    Stopped,
+    Unsatisfiable,
+)
 
 pytest.importorskip("pysat")
 
@@ -255,7 +261,7 @@ def test_the_same_seed_gives_the_same_model_at_a_glance(glancing: Solvers) -> No
 
 
 def test_a_glance_ends_with_the_time_and_leaves_no_process(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("missionc.backends.smt.glance.CONFLICTS", 10**9)
+    monkeypatch.setattr("missionc.backends.smt.sat.presolve.CONFLICTS", 10**9)
     with Solvers("z3", ROOM, 0, time.monotonic() + 1) as solvers:
         solvers.begin()
         process = solvers._glance.process if solvers._glance else None
@@ -270,7 +276,7 @@ def test_cadical_alone_takes_no_glance_and_neither_does_a_z3_without_its_program
 ) -> None:
     with Solvers("cadical", ROOM, 0, time.monotonic() + 60) as solvers:
         assert solvers.glance(clauses_of([2, 3]), ()) is None
-    monkeypatch.setattr("missionc.backends.smt.solve.program", lambda folder: None)
+    monkeypatch.setattr("missionc.backends.smt.sat.solve.program", lambda folder: None)
     with Solvers("z3", ROOM, 0, time.monotonic() + 60) as solvers:
         solvers.begin()
         assert solvers.glance(clauses_of([2, 3]), ()) is None

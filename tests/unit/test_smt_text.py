@@ -10,9 +10,9 @@ import z3
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from missionc.backends.smt.clauses import Clauses, Literals
-from missionc.backends.smt.dimacs import dimacs, smt2
-from tests.proofs import clauses_of
+from missionc.backends.smt.encode.clauses import Clauses, Literals
+from missionc.backends.smt.encode.dimacs import dimacs, smt2
+from tests.support.drat_checker import clauses_of
 
 
 @st.composite

@@ -10,9 +10,14 @@ from pathlib import Path
 
 import pytest
 
-from missionc.emit.folder import write_folder
-from missionc.emit.staging import staging, sweep
-from tests.outputs import content, unlisted, with_manifest, written
+from missionc.output.folder.staging import staging, sweep
+from missionc.output.folder.write_folder import write_folder
+from tests.support.output_folders import (
+    content,
+    unlisted,
+    with_manifest,
+    written,
+)
 
 FILES = {"plan.json": b"{}\n", "crazyflie/drone0.csv": b"1,2\n"}
 TOKEN = "0123456789abcdef"

@@ -10,9 +10,9 @@ from pathlib import Path
 
 import pytest
 
-from missionc.cli import main
-from missionc.streams import HUNG_UP, NOT_SAID
-from tests.small import SMALL, WRONG
+from missionc.cli.app import main
+from missionc.cli.streams import HUNG_UP, NOT_SAID
+from tests.support.small_missions import SMALL, WRONG
 
 ROOT = Path(__file__).resolve().parents[2]
 SAYING = [
@@ -77,7 +77,7 @@ def test_a_process_says_nothing_more_of_it(redirected: str, status: int, folder:
 
 
 def test_no_file_takes_the_number_of_a_stream_that_is_closed(folder: Path) -> None:
-    code = "from missionc.streams import hold_numbers; hold_numbers(); print(open('small.mission').fileno())"
+    code = "from missionc.cli.streams import hold_numbers; hold_numbers(); print(open('small.mission').fileno())"
     run = subprocess.run(
         ["bash", "-c", f'{sys.executable} -c "{code}" <&- 2>&-'],
         env={**os.environ, "PYTHONPATH": str(ROOT)},

@@ -6,10 +6,10 @@ import re
 
 import pytest
 
+from missionc.base.limits import Limits
+from missionc.base.source import Source, Span
 from missionc.diagnostics.model import Diagnostic
-from missionc.limits import Limits
-from missionc.source import Source, Span
-from missionc.syntax import table
+from missionc.syntax import parse_table
 from missionc.syntax.forms import DECLARED, IN_FORMULA, INSTEAD, PARTS
 from missionc.syntax.parse import parse
 from missionc.syntax.tokens import DECLARATIONS
@@ -279,7 +279,7 @@ def test_a_missing_brace_hides_only_its_own_declaration() -> None:
 
 
 def test_no_message_names_a_token_of_the_grammar() -> None:
-    tokens = {kind for row in table.load().actions for kind in row if kind.isupper()}
+    tokens = {kind for row in parse_table.load().actions for kind in row if kind.isupper()}
     texts = [" ".join(text.split()[:length]) for text in DECLARED.values() for length in range(1, 20)]
     for text in (*texts, *(f"{text} ]" for text in texts), *(f"{text} @" for text in texts)):
         for finding in findings_of(text):

@@ -9,10 +9,10 @@ from itertools import chain
 import pytest
 
 from editors import textmate
+from missionc.base.units import UNITS
 from missionc.language.operators import OPERATORS
 from missionc.language.predicates import PREDICATES
-from missionc.syntax import table, tokens
-from missionc.units import UNITS
+from missionc.syntax import parse_table, tokens
 
 GRAMMAR = textmate.text()
 
@@ -33,7 +33,7 @@ def test_every_unit_and_every_predicate_that_is_called_stands_in_the_grammar() -
 
 
 def test_every_sign_of_the_language_has_a_scope() -> None:
-    signs = {kind for action in table.load().actions for kind in action if not kind[0].isalpha()}
+    signs = {kind for action in parse_table.load().actions for kind in action if not kind[0].isalpha()}
     letters = {operator.letter for operator in OPERATORS if operator.letter and not operator.letter[0].isalpha()}
     assert signs | letters == set(chain.from_iterable(textmate.SIGNS.values()))
 

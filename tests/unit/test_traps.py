@@ -6,16 +6,24 @@ import numpy as np
 import pytest
 
 from missionc import ir
-from missionc.explaining.examples import TRAPS, Example, Trap
-from missionc.explaining.traps import linked, table, traps_of
+from missionc.base.limits import Limits
+from missionc.base.trace import Trace
+from missionc.base.units import Seconds
+from missionc.explain.convention_examples import (
+    TRAPS,
+    Example,
+    Trap,
+)
+from missionc.explain.traps import (
+    linked,
+    table,
+    traps_of,
+)
 from missionc.kernel.nodes import At, Is, Nearby
-from missionc.limits import Limits
-from missionc.monitoring import monitor, truth
-from missionc.passes.expand import expand
-from missionc.plan import Trace
-from missionc.units import Seconds
-from tests.resolving import mission
-from tests.runs import SPAN
+from missionc.lower.expand import expand
+from missionc.monitoring.monitor import monitor, truth
+from tests.support.random_runs import SPAN
+from tests.support.resolved_missions import mission
 
 
 def small_mission(example: Example) -> str:

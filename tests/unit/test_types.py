@@ -7,10 +7,15 @@ import math
 import pytest
 
 from missionc import ir
+from missionc.base.limits import Limits
 from missionc.language.predicates import PREDICATES
-from missionc.limits import Limits
-from missionc.passes.show_ir import show_ir
-from tests.resolving import codes, demo, mission, only
+from missionc.resolve.show_ir import show_ir
+from tests.support.resolved_missions import (
+    codes,
+    demo,
+    mission,
+    only,
+)
 
 MOVES = "dynamics single_integrator(speed <= 2 m/s)"
 SCOUT = f"agent scout {{ {MOVES} start at (5, 5) }}"

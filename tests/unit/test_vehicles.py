@@ -14,17 +14,26 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from missionc import ir
-from missionc import vehicles as package
-from missionc.checking import check
-from missionc.cli import main
-from missionc.passes.show_ir import show_ir
-from missionc.passes.show_vehicle import figures_of
-from missionc.replay import replay
-from missionc.source import Source
-from missionc.units import Metres
-from missionc.vehicles import example, profiles, read_profile
-from missionc.world.spacing import Spacing
-from tests.resolving import codes, demo, mission, only
+from missionc.base.source import Source
+from missionc.base.units import Metres
+from missionc.cli.app import main
+from missionc.data import vehicles as package
+from missionc.data.vehicles import (
+    example,
+    profiles,
+    read_profile,
+)
+from missionc.pipeline.front_end import check
+from missionc.replay.reverify import replay
+from missionc.resolve.show_ir import show_ir
+from missionc.resolve.show_vehicle import figures_of
+from missionc.world.required_separation import Spacing
+from tests.support.resolved_missions import (
+    codes,
+    demo,
+    mission,
+    only,
+)
 
 GENTLE = """\
 mission gentle

@@ -11,10 +11,19 @@ import numpy as np
 import pytest
 
 from missionc import ir
+from missionc.base.units import Metres
 from missionc.kernel.nodes import Atom, Goal, Kernel
-from missionc.units import Metres
-from missionc.verify import Certificate, verify
-from tests.plans import NOTHING, SPAN, mission_of, moved, moving, pushed, still, straight
+from missionc.verify.verify_plan import Certificate, verify
+from tests.support.legal_plans import (
+    NOTHING,
+    SPAN,
+    mission_of,
+    moved,
+    moving,
+    pushed,
+    still,
+    straight,
+)
 
 PAIR = [[[1.0, 1.0], [2.0, 1.0], [3.0, 1.0]], [[1.0, 3.0], [2.0, 3.0], [3.0, 3.0]]]
 
@@ -247,7 +256,9 @@ def test_the_least_connectivity_of_a_graph_that_must_be_connected_is_reported() 
 
 def test_verifying_loads_no_backend() -> None:
     foreign = "('missionc.backends', 'z3', 'torch', 'piqp')"
-    code = f"import missionc.verify, sys; print([name for name in sys.modules if name.startswith({foreign})])"
+    code = (
+        f"import missionc.verify.verify_plan, sys; print([name for name in sys.modules if name.startswith({foreign})])"
+    )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
 

@@ -12,16 +12,28 @@ from pathlib import Path
 
 import pytest
 
-from missionc.cli import main
-from missionc.orders import Order, check
-from missionc.watching.live import Live
-from missionc.watching.loop import _begin
-from missionc.watching.missions import Missions
-from missionc.watching.planner import Planner
-from missionc.watching.saves import Saves
-from tests.processes import HARD, alive, children
-from tests.small import CONFLICT, SMALL, WRONG
-from tests.watching import save_by_rename, until, watching
+from missionc.cli.app import main
+from missionc.cli.compile_request import Order, check
+from missionc.cli.watch.file_changes import Saves
+from missionc.cli.watch.live_page import Live
+from missionc.cli.watch.loop import _begin
+from missionc.cli.watch.planner_process import Planner
+from missionc.cli.watch.watched_missions import Missions
+from tests.support.busy_processes import (
+    HARD,
+    alive,
+    children,
+)
+from tests.support.small_missions import (
+    CONFLICT,
+    SMALL,
+    WRONG,
+)
+from tests.support.watch_process import (
+    save_by_rename,
+    until,
+    watching,
+)
 
 PARTED = SMALL.replace("region goal = box (2.2, 2.2) to (3.8, 3.8)\n", 'include "goal.mission"\n')
 GOAL = "region goal = box (2.2, 2.2) to (3.8, 3.8)\n"
@@ -277,8 +289,8 @@ def test_check_loads_nothing_that_watches() -> None:
     import sys
 
     script = (
-        "import sys\nfrom missionc.cli import main\nassert main(['check', 'missions/wildfire.mission']) == 0\n"
-        "print([name for name in sys.modules if name.startswith(('missionc.watching', 'http', 'multiprocessing'))])"
+        "import sys\nfrom missionc.cli.app import main\nassert main(['check', 'missions/wildfire.mission']) == 0\n"
+        "print([name for name in sys.modules if name.startswith(('missionc.cli.watch', 'http', 'multiprocessing'))])"
     )
     root = Path(__file__).resolve().parents[2]
     run = subprocess.run([sys.executable, "-c", script], cwd=root, capture_output=True, text=True, check=True)

@@ -10,13 +10,18 @@ from typing import Any
 
 import pytest
 
-from missionc.cli import main
-from missionc.limits import Limits
-from missionc.rebuild.manifest_entries import check_manifest
-from missionc.reopen import Reopened, reopen
-from missionc.replay import Replayed, replay
-from tests.forging import Files, forged, hashed, laid
-from tests.whole_folder import files
+from missionc.base.limits import Limits
+from missionc.cli.app import main
+from missionc.replay.read_folder import Reopened, reopen
+from missionc.replay.rebuild.manifest_entries import check_manifest
+from missionc.replay.reverify import Replayed, replay
+from tests.support.forged_folders import (
+    Files,
+    forged,
+    hashed,
+    laid,
+)
+from tests.support.whole_folder import files
 
 
 def refused(replayed: Replayed) -> dict[str, str]:
@@ -225,7 +230,7 @@ def test_an_export_that_cannot_be_made_here_is_not_verified(tmp_path: Path, monk
     manifest["options"]["export"] += ",mcap"
     folder = laid(tmp_path, {**found, "manifest.json": json.dumps(manifest).encode()})
     assert refused(replay(folder)) == {"export/mcap/flight.mcap": "it is not what the verified polynomials come to"}
-    monkeypatch.setattr("missionc.export.format.find_spec", lambda name: None)
+    monkeypatch.setattr("missionc.output.export.export_form.find_spec", lambda name: None)
     (reason,) = refused(replay(folder)).values()
     assert "cannot be made once more" in reason
     assert "pip install 'missionc[export]'" in reason
@@ -317,7 +322,7 @@ def test_no_more_is_read_than_the_limit_allows(tmp_path: Path) -> None:
 
 
 def test_each_file_is_read_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    import missionc.reopen as reading
+    import missionc.replay.read_folder as reading
 
     opened: list[str] = []
     read_inside = reading.read_inside

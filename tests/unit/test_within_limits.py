@@ -16,17 +16,27 @@ from typing import NoReturn
 import numpy as np
 import pytest
 
-from missionc import bring_home, checking, driver, memory, seeking
 from missionc.backends.api import Budget, CutShort, NotFound, Options, Outcome, Planned, Reason
 from missionc.backends.smt import BACKEND
-from missionc.deadline import OutOfTime, interrupted_at, last_call
+from missionc.base import memory
+from missionc.base.deadline import (
+    OutOfTime,
+    interrupted_at,
+    last_call,
+)
+from missionc.base.source import Source
+from missionc.base.units import Seconds
 from missionc.ir import Mission
 from missionc.kernel.nodes import Kernel
-from missionc.results import Compiled, Verified
-from missionc.source import Source
-from missionc.units import Seconds
-from missionc.within import Ended, within
-from tests.small import SMALL
+from missionc.pipeline import (
+    certify_plan,
+    driver,
+    front_end,
+    plan_with_margin,
+)
+from missionc.pipeline.results import Compiled, Verified
+from missionc.pipeline.run_limited import Ended, within
+from tests.support.small_missions import SMALL
 
 SHORT = Seconds(0.5)
 FAR = 3600.0
@@ -76,7 +86,7 @@ def test_an_interruption_that_a_destructor_swallows_comes_again(monkeypatch: pyt
         def __del__(self) -> None:
             endless()
 
-    monkeypatch.setattr("missionc.deadline.AGAIN", 0.05)
+    monkeypatch.setattr("missionc.base.deadline.AGAIN", 0.05)
     monkeypatch.setattr(sys, "unraisablehook", lambda _: None)
 
     def work() -> NoReturn:
@@ -97,7 +107,7 @@ def test_in_another_thread_nothing_is_interrupted() -> None:
 
 @pytest.mark.parametrize(
     ("module", "name", "stage"),
-    [(driver, "check", "check"), (seeking, "tightened", "lower"), (driver, "bring_home", "")],
+    [(driver, "check", "check"), (plan_with_margin, "tightened", "lower"), (driver, "bring_home", "")],
     ids=["check", "search", "bring home"],
 )
 @pytest.mark.parametrize(
@@ -113,7 +123,7 @@ def test_a_limit_that_comes_in_any_stage_is_undecided_and_what_took_the_memory_i
     reason: Reason,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(seeking, "missed", lambda _: 0.1)
+    monkeypatch.setattr(plan_with_margin, "missed", lambda _: 0.1)
     monkeypatch.setattr(module, name, work)
     result = compiled(SHORT if reason is Reason.TIME else Seconds(60.0))
     assert isinstance(result.outcome, NotFound)
@@ -180,9 +190,9 @@ def test_a_backend_that_hears_of_the_memory_itself_keeps_its_last_plan_too(monke
 
 
 def test_time_is_kept_back_for_what_comes_after_a_search() -> None:
-    assert bring_home.takes(2, 10, 100.0) < bring_home.takes(20, 10, 100.0) < bring_home.takes(20, 100, 100.0)
-    assert bring_home.takes(10_000, 10_000, 8.0) == 2.0
-    assert bring_home.takes(2, 10, -1.0) == 0.0
+    assert certify_plan.takes(2, 10, 100.0) < certify_plan.takes(20, 10, 100.0) < certify_plan.takes(20, 100, 100.0)
+    assert certify_plan.takes(10_000, 10_000, 8.0) == 2.0
+    assert certify_plan.takes(2, 10, -1.0) == 0.0
 
 
 def test_a_search_that_is_late_has_a_moment_to_end_by_itself() -> None:
@@ -210,7 +220,7 @@ def test_as_many_copies_of_a_process_are_made_as_there_is_room_for() -> None:
 
 @linux
 def test_too_many_steps_for_a_roadmap_are_refused_by_size() -> None:
-    checked = checking.check(Source("a.mission", SMALL), backend="smt")
+    checked = front_end.check(Source("a.mission", SMALL), backend="smt")
     assert checked.mission is not None
     assert checked.kernel is not None
     long = replace(checked.mission, steps=2_000_000)

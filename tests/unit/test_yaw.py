@@ -8,11 +8,15 @@ import numpy as np
 import pytest
 
 from missionc import ir
-from missionc.emit.crazyflie import Flyable, crazyflie
-from missionc.plan import Trace
-from missionc.verify.columns import Pieces, read
-from missionc.verify.curves import values
-from tests.plans import NOTHING, mission_of, straight
+from missionc.base.trace import Trace
+from missionc.curves.crazyflie_csv import Pieces, read
+from missionc.curves.piecewise_polynomials import values
+from missionc.flight.crazyflie import Flyable, crazyflie
+from tests.support.legal_plans import (
+    NOTHING,
+    mission_of,
+    straight,
+)
 
 
 def pieces_of(path: np.ndarray, yaw: ir.Yaw, vehicle: ir.Vehicle = ir.PLAIN, step: float = 1.0) -> Pieces:

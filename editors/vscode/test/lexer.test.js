@@ -24,7 +24,7 @@ const SCOPES = {
 };
 
 const missions = JSON.parse(
-  execFileSync(PYTHON, ["-m", "tests.lexed"], { cwd: ROOT, encoding: "utf8", maxBuffer: 1 << 28 }),
+  execFileSync(PYTHON, ["-m", "tests.support.lexed_missions"], { cwd: ROOT, encoding: "utf8", maxBuffer: 1 << 28 }),
 );
 
 describe("every mission", () => {

@@ -6,9 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from missionc.base.trace import Array, Trace
+from missionc.base.units import Seconds, Steps
 from missionc.ir import DoubleIntegrator, Mission, Objective
-from missionc.plan import Array, Trace
-from missionc.units import Seconds, Steps
 
 
 def on_clock(mission: Mission, ticks: int) -> Mission:

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from missionc.backends.smt.lower_motion import Motion
-from missionc.backends.smt.roadmap import Indices
+from missionc.backends.smt.encode.lower_motion import Motion
+from missionc.backends.smt.roadmap.roadmap import Indices
+from missionc.base.trace import Array, Trace
 from missionc.ir import DoubleIntegrator, Mission
-from missionc.plan import Array, Trace
 
 STILL = 1e-9
 """Metres: who moves less within a step keeps facing where it faced."""

@@ -6,8 +6,8 @@ The agent itself counts where the lower bound is 0, also outside the graph.
 from __future__ import annotations
 
 from missionc.kernel.nodes import All, At, AtLeast, Is, Node, Not
-from missionc.language.lengths import distance_to
 from missionc.language.operator import Bounds, Fixity, Operator, Use
+from missionc.language.route_lengths import distance_to
 
 
 def expand(use: Use) -> Node:

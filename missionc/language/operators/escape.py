@@ -10,8 +10,8 @@ Source:
 from __future__ import annotations
 
 from missionc.kernel.nodes import All, Any, Is, Node, Reach
-from missionc.language.lengths import distance_from, most_hops
 from missionc.language.operator import Bounds, Fixity, Operator, Use
+from missionc.language.route_lengths import distance_from, most_hops
 
 
 def expand(use: Use) -> Node:

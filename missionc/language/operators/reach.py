@@ -19,8 +19,8 @@ from functools import cache
 from math import comb, perm
 
 from missionc.kernel.nodes import All, Any, Is, Nearby, Node, Not, Reach, Route
-from missionc.language.lengths import measured_in_hops, whole_hops
 from missionc.language.operator import Bounds, Fixity, Operator, TooLarge, Use
+from missionc.language.route_lengths import measured_in_hops, whole_hops
 
 
 def expand(use: Use) -> Node | TooLarge:

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from missionc.kernel.nodes import Node
-from missionc.language.lengths import always_true
 from missionc.language.operator import Bounds, Fixity, Operator, TooLarge, Use
 from missionc.language.operators.reach import reach
+from missionc.language.route_lengths import always_true
 
 
 def expand(use: Use) -> Node | TooLarge:

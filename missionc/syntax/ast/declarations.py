@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TypeAlias
 
-from missionc.source import Span
+from missionc.base.source import Span
 from missionc.syntax.ast.agents import Setting, TeamItem
 from missionc.syntax.ast.formulas import Formula
 from missionc.syntax.ast.quantities import Member, Name, Point, Quantity

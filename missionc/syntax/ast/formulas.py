@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import TypeAlias
 
-from missionc.source import Span
+from missionc.base.source import Span
 from missionc.syntax.ast.quantities import Member, Name, Quantity
 
 

@@ -1,0 +1,383 @@
+"""The transport backend, top to bottom: cost graph → schedule → key frames → sketch → polish → a trace.
+
+    in   Mission, its kernel
+    out  Planned or NotFound
+
+A preset may put Algorithms 1 and 2 between sketch and polish, or in their place (``presets``).
+
+Where one schedule leads to no plan, others follow: other options, other orders, other ways
+round; and after every few of them a search from the best one (``run_algorithm_2``), in which agents go
+one by one. All follow from the seed; several may be made at once (``parallel_attempts``). "Impossible" is
+not this backend's to say.
+
+Source:
+    [clot] Problem 1.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from functools import partial
+
+import numpy as np
+import torch
+
+from missionc.backends.api import (
+    Attempt,
+    Budget,
+    Fault,
+    NotFound,
+    Options,
+    Outcome,
+    Planned,
+    Progress,
+    Reason,
+    UnusableSnapshot,
+    forget,
+)
+from missionc.backends.clot.cost_graph.cost_graph import CostGraph, build
+from missionc.backends.clot.optimise.accept import attempt
+from missionc.backends.clot.optimise.active_set import Choices
+from missionc.backends.clot.optimise.control_points import splines, trace
+from missionc.backends.clot.optimise.goal_terms import Demand
+from missionc.backends.clot.optimise.improve import improve
+from missionc.backends.clot.optimise.levenberg_marquardt import Polished, polish
+from missionc.backends.clot.optimise.motion_residuals import Costs
+from missionc.backends.clot.paper.run_algorithm_2 import (
+    Begun,
+    Searched,
+    searched,
+)
+from missionc.backends.clot.run.parallel_attempts import at_once
+from missionc.backends.clot.run.presets import (
+    PRESETS,
+    Preset,
+    preset,
+)
+from missionc.backends.clot.run.run_state import (
+    Nearest,
+    Reached,
+    Searching,
+    State,
+    from_snapshot,
+    to_snapshot,
+)
+from missionc.backends.clot.schedule.geodesics import Guide
+from missionc.backends.clot.schedule.key_frames import frames
+from missionc.backends.clot.schedule.schedule import Scheduler
+from missionc.backends.clot.schedule.sketch import sketch
+from missionc.backends.clot.schedule.tasks import Outline, outline
+from missionc.backends.clot.torch_device import enough_memory, one_thread
+from missionc.backends.clot.weights import Spare, Weights
+from missionc.backends.run_account import Account
+from missionc.base.signals import asked, hold
+from missionc.base.trace import Array, Trace
+from missionc.ir import Mission
+from missionc.kernel.nodes import Kernel
+
+ATTEMPTS = 40
+"""Schedules tried before the answer is that nothing was found."""
+
+ITERATIONS = 60
+"""Steps of one polish."""
+
+SEARCH_EVERY = 8
+"""Attempts of which the last one searches, from the best schedule so far, where the preset does not do so anyway."""
+
+NOISE = 0.4
+"""How differently distances are judged for every schedule but the first."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Candidate:
+    """A motion that is no plan, and what it comes to."""
+
+    nearest: Nearest
+    attempt: Attempt
+
+    @property
+    def rank(self) -> tuple[float, int]:
+        """The less, the better."""
+        return self.nearest.shortfall, self.attempt.wrong
+
+
+@dataclass(slots=True)
+class ClotBackend:
+    """Transport and joint polish of smooth motions; never says that there is no plan."""
+
+    name: str = "clot"
+    refutes: bool = False
+
+    def plan(self, mission: Mission, kernel: Kernel, options: Options, budget: Budget) -> Outcome:
+        """A joint motion that satisfies every requirement."""
+        with one_thread(), enough_memory():
+            return Run(mission, kernel, options, budget).plan()
+
+
+BACKEND = ClotBackend()
+
+
+@dataclass(slots=True)
+class Run:
+    mission: Mission
+    kernel: Kernel
+    options: Options
+    budget: Budget
+    account: Account = field(default_factory=Account)
+    late: bool = False
+    """Whether something was told to end because time was up."""
+    best: Candidate | None = None
+    furthest: Searched | None = None
+    """Of the searches that found no joint motion the one that came furthest."""
+    beside: dict[str, str] = field(default_factory=dict)
+    """What whoever uses this run wants to be kept beside its state."""
+    first: int = 0
+    """The attempt to begin with."""
+    search: Searching | None = None
+    reached: Reached | None = None
+    """How far that attempt was when the run was interrupted."""
+    spare: tuple[int, Reached] | None = None
+    """A plan, and the attempt that found it before an earlier one has ended: for when there is no time for that one."""
+    preset: Preset = field(init=False)
+    graph: CostGraph = field(init=False)
+    asked: Outline = field(init=False)
+    guide: Guide = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.preset = preset(self.options.preset, self.options.samples)
+        with self.account.stage("lower"):
+            self.graph = build(self.kernel)
+            self.asked = outline(self.graph, self.mission.steps)
+            self.guide = Guide(self.mission)
+        self.account.sizes["terms"] = len(self.graph.order)
+        if self.budget.resume is not None:
+            self.take_up(from_snapshot(self.budget.resume, self.mission, self.graph))
+
+    def plan(self, attempt: Callable[[int], Reached | None] | None = None) -> Outcome:
+        """What the first attempt that finds a plan leads to.
+
+        Args:
+            attempt: makes the attempt of a number; this backend's own where it is left out.
+        """
+        attempt, number = attempt or self.attempt, self.first
+        while number < ATTEMPTS:
+            if not self.in_time():
+                return self.not_found(Reason.TIME) if self.spare is None else self.planned(*self.spare)
+            if self.search is None and self.reached is None:
+                self.keep(number)
+            alike = self.alike(number)
+            if len(alike) > 1:
+                number, found = at_once(self, alike, attempt)
+            else:
+                self.account.sizes["attempts"] = number + 1
+                found = self.taken_up() or attempt(number)
+                number = number if found else number + 1
+            if found is not None:
+                return self.planned(number, found)
+        return self.not_found(Reason.SOLVER)
+
+    def alike(self, number: int) -> range:
+        """The attempts from this one on of which none asks what came of another."""
+        if self.options.processes == 1 or self.preset.local or self.search is not None or self.reached is not None:
+            return range(number, number + 1)
+        until_search = SEARCH_EVERY - 1 - number % SEARCH_EVERY
+        return range(number, min(ATTEMPTS, number + max(1, until_search)))
+
+    def planned(self, number: int, found: Reached) -> Planned:
+        made = self.improved(found, number)
+        if self.late:
+            self.account.cut()
+        return Planned(made, self.account.report())
+
+    def attempt(self, number: int) -> Reached | None:
+        """One schedule, all the way; what comes of it if that is a plan."""
+        mission, graph, guide, way = self.mission, self.graph, self.guide, self.preset
+        generator = np.random.default_rng([self.budget.seed, number])
+        resumed, self.search = self.search, None
+        self.tell("sketch", number)
+        before = None if self.best is None else self.best.nearest
+        if (
+            before is not None
+            and before.sketch is not None
+            and not way.local
+            and number % SEARCH_EVERY == SEARCH_EVERY - 1
+        ):
+            way, begun = PRESETS["search"], self.again(before.sketch, before.motion)
+        else:
+            begun = self.begun(number, generator)
+        motions: tuple[Array, ...] = (begun.motion,)
+        if way.local:
+            with self.account.stage("search"):
+                search = searched(
+                    mission,
+                    self.kernel,
+                    graph,
+                    way,
+                    begun,
+                    guide,
+                    generator,
+                    self.budget,
+                    self.in_time,
+                    number + 1,
+                    torch.device(self.options.device),
+                    self.options.processes,
+                    partial(self.keep, number),
+                    resumed,
+                )
+            motions = search.motions
+            if not motions and (self.furthest is None or search.rank > self.furthest.rank):
+                self.furthest = search
+        for motion in motions:
+            found = self.polished(motion, begun.schedule.choices, number, way, replace(begun, motion=motion))
+            if found is not None:
+                return found
+        return None
+
+    def polished(
+        self, first: Array, choices: Choices, number: int, way: Preset | None = None, begun: Begun | None = None
+    ) -> Reached | None:
+        """What polishing makes of a first motion, (agents, steps + 1, dim), metres, if that is a plan.
+
+        Args:
+            way: a preset, which may leave the polish out.
+            begun: what the motion came of, where it may serve another search.
+        """
+        mission = self.mission
+        made = splines(mission)
+        control = made.through(first)
+        if way is not None and not way.polished:
+            found = self.judged(Polished(control, 0.0, "a check", 0.0, 0), trace(mission, made, control), begun)
+            return None if found is None else Reached(control, choices, final=True)
+        with self.account.stage("polish"):
+            demand, costs = self.wanted(choices)
+            polished = polish(control, costs, demand, ITERATIONS, self.in_time, partial(self.tell, "polish", number))
+        self.account.sizes["iterations"] = self.account.sizes.get("iterations", 0) + polished.iterations
+        found = self.judged(polished, trace(mission, made, polished.control), begun)
+        return None if found is None else Reached(polished.control, choices)
+
+    def improved(self, reached: Reached, number: int) -> Trace:
+        """What can be made of a plan."""
+        control = reached.control
+        made = trace(self.mission, splines(self.mission), control)
+        if reached.final:
+            return made
+        hold()
+        self.budget.found(Planned(made, self.account.report()))
+        self.keep(number, reached=reached)
+        self.tell("improve", number)
+        with self.account.stage("improve"):
+            demand, costs = self.wanted(reached.choices)
+            better = improve(
+                control, made, self.mission, self.kernel, self.graph, demand, costs, self.accepted, self.in_time
+            )
+        self.account.notes.extend(better.notes)
+        return better.trace
+
+    def wanted(self, choices: Choices) -> tuple[Demand, Costs]:
+        """What is asked of a motion, and what it costs."""
+        roots = tuple(wanted.term for wanted in self.graph.requirements)
+        demand = Demand.of(self.mission, roots, choices, self.mission.steps)
+        return demand, Costs(self.mission, splines(self.mission), Weights(), Spare())
+
+    def accepted(self, control: Array) -> Trace | None:
+        """The motion of control points, if it is a plan."""
+        made = trace(self.mission, splines(self.mission), control)
+        return made if attempt(self.mission, self.kernel, made).is_plan else None
+
+    def judged(self, polished: Polished, made: Trace, begun: Begun | None) -> Trace | None:
+        """The motion, if it is a plan; if not, what is wrong with it is kept where nothing was better."""
+        with self.account.stage("accept"):
+            come_to = attempt(self.mission, self.kernel, made)
+        if come_to.is_plan:
+            return made
+        came_of = (None, None) if begun is None else (begun.number, begun.motion)
+        self.consider(Nearest(polished.control, polished.shortfall, *came_of), come_to)
+        return None
+
+    def consider(self, nearest: Nearest, come_to: Attempt) -> None:
+        """Keeps a candidate where none was better."""
+        candidate = Candidate(nearest, come_to)
+        if self.best is None or candidate.rank < self.best.rank:
+            self.best = candidate
+
+    def begun(self, number: int, generator: np.random.Generator) -> Begun:
+        """The schedule, key frames and sketch of an attempt; the generator is that of the attempt, unused."""
+        mission, guide = self.mission, self.guide
+        with self.account.stage("sketch"):
+            scheduler = Scheduler(mission, self.asked, generator)
+            schedule = scheduler.schedule(NOISE if number else 0.0)
+            key = frames(mission, schedule, scheduler, guide, generator, self.in_time)
+            first = sketch(mission, schedule, key, guide, generator, 0.3 if number else 0.0)
+        return Begun(number, schedule, key, first)
+
+    def again(self, number: int, motion: Array | None) -> Begun:
+        """What an attempt began with, with another motion."""
+        begun = self.begun(number, np.random.default_rng([self.budget.seed, number]))
+        return begun if motion is None else replace(begun, motion=motion)
+
+    def keep(self, number: int, search: Searching | None = None, reached: Reached | None = None) -> None:
+        """Puts aside what is known by now, unless something was cut short since."""
+        if self.late or self.budget.keep is forget:
+            return
+        nearest = None if self.best is None else self.best.nearest
+        far = None if self.furthest is None else self.furthest.rank
+        state = State(number, nearest, far, tuple(self.account.notes), self.beside, search, reached)
+        self.budget.keep(to_snapshot(state, self.graph))
+
+    def take_up(self, state: State) -> None:
+        """Goes back to where another run was."""
+        self.first, self.search, self.reached = state.number, state.search, state.reached
+        self.account.notes.extend(state.notes)
+        self.beside.update(state.beside)
+        if state.furthest is not None:
+            self.furthest = Searched((), *state.furthest)
+        if state.nearest is not None:
+            made = trace(self.mission, splines(self.mission), state.nearest.control)
+            self.best = Candidate(state.nearest, attempt(self.mission, self.kernel, made))
+
+    def taken_up(self) -> Reached | None:
+        """The plan that the interrupted run had, if it had one.
+
+        Raises:
+            UnusableSnapshot: it is no plan.
+        """
+        reached, self.reached = self.reached, None
+        if reached is not None and self.accepted(reached.control) is None:
+            raise UnusableSnapshot("what it holds as a plan is none")
+        return reached
+
+    def in_time(self) -> bool:
+        """Whether to go on: there is time, and nobody has asked to end."""
+        self.late = self.late or time.monotonic() >= self.budget.deadline or asked()
+        return not self.late
+
+    def tell(self, stage: str, number: int, iteration: int = 0, margin: float = -np.inf) -> None:
+        """Where planning is; ``margin`` is that of the candidate at hand, metres."""
+        best = max(margin, -np.inf if self.best is None else -self.best.nearest.shortfall)
+        margin_so_far = None if best == -np.inf else best
+        self.budget.listen(Progress(stage, number + 1, iteration=iteration, margin=margin_so_far))
+
+    def not_found(self, reason: Reason) -> NotFound:
+        best = None if self.best is None else self.best.attempt
+        return NotFound(reason, self.statement(), self.account.report(), best)
+
+    def statement(self) -> str:
+        """Where the best candidate fails."""
+        if self.best is None and self.furthest is not None:
+            count, agents, margin = self.furthest.planned, len(self.mission.agents), self.furthest.margin
+            return f"the search got to {count} of {agents} agents; the last of them falls short by {-margin:.3g} m"
+        if self.best is None:
+            return "no candidate was finished"
+        come_to = self.best.attempt
+        wrong = [
+            *(Fault(f"`{each.name}`", each.agents, each.step or 0, each.robustness) for each in come_to.violated),
+            *come_to.worst_faults(),
+        ]
+        return f"the best candidate fails {'; '.join(map(self.told, wrong))}"
+
+    def told(self, fault: Fault) -> str:
+        who = " and ".join(fault.agents[:2])
+        by = f" by {-fault.margin:.3g} m" if fault.margin < 0 else ""
+        return f"{fault.what}{f' of {who}' if who else ''} at {fault.step * self.mission.step:g} s{by}"

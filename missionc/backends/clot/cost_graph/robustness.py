@@ -1,0 +1,175 @@
+"""The exact space robustness of a cost graph's terms, for a batch of joint motions at once.
+
+Source:
+    [clot] II-B; [strel] for the terms over links.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from functools import reduce
+from typing import assert_never
+
+import torch
+from torch import Tensor
+
+from missionc.backends.clot.cost_graph.cost_graph import (
+    EveryLinked,
+    Greatest,
+    GreatestOver,
+    Least,
+    LeastOver,
+    Length,
+    Margin,
+    Member,
+    Of,
+    Ranked,
+    Release,
+    SomeLinked,
+    Term,
+    Until,
+    below,
+)
+from missionc.backends.clot.cost_graph.leaf_margins import (
+    UNLIMITED,
+    all_links,
+    margin,
+)
+from missionc.backends.clot.cost_graph.motion_batch import States, Team
+from missionc.backends.clot.cost_graph.route_metres import length_value
+from missionc.backends.clot.torch_device import places
+from missionc.ir import Graph, Predicate
+
+
+class Robustness:
+    """Values of terms on given states.
+
+    A value is (batch, agents, steps), with 1 in place of agents or steps where
+    it does not depend on them; metres. Where a window runs past the last step
+    it is ``-UNLIMITED``; the horizon check sees to it that no goal reads that.
+    """
+
+    def __init__(self, team: Team, states: States, ruled_out: Mapping[Margin, Tensor] | None = None) -> None:
+        """``ruled_out``: where a margin counts as ``-UNLIMITED``, (agents, steps), for its opposite has to hold."""
+        self.team, self.states, self.ruled_out = team, states, ruled_out or {}
+        self.margins: dict[Predicate, Tensor] = {}
+        self.graphs: dict[Graph, Tensor] = {}
+
+    def values(self, order: Iterable[Term]) -> dict[Term, Tensor]:
+        """The value of each of these terms, each of which comes after those below it."""
+        known: dict[Term, Tensor] = {}
+        for term in order:
+            known[term] = self.value(term, tuple(known[part] for part in below(term)))
+        return known
+
+    def value(self, term: Term, parts: tuple[Tensor, ...]) -> Tensor:
+        """A term's value from those of the terms below it."""
+        match term:
+            case Margin(predicate, holds):
+                if predicate not in self.margins:
+                    self.margins[predicate] = margin(predicate, self.team, self.states)
+                value = self.margins[predicate] if holds else -self.margins[predicate]
+                if term in self.ruled_out:
+                    out = self.ruled_out[term] if value.shape[1] > 1 else self.ruled_out[term].any(dim=0, keepdim=True)
+                    value = value.masked_fill(out[None], -UNLIMITED)
+                return value
+            case Member(agents, among):
+                limit = UNLIMITED if among else -UNLIMITED
+                each = [limit if index in agents else -limit for index in range(self.states.position.shape[1])]
+                return self.states.position.new_tensor(each)[None, :, None]
+            case Least():
+                return reduce(torch.minimum, parts) if parts else self._constant(UNLIMITED)
+            case Greatest():
+                return reduce(torch.maximum, parts) if parts else self._constant(-UNLIMITED)
+            case Ranked(count):
+                return torch.stack(torch.broadcast_tensors(*parts)).sort(dim=0, descending=True).values[count - 1]
+            case LeastOver(_, low, high):
+                return -over(-self.spread(parts[0]), low, high, UNLIMITED)
+            case GreatestOver(_, low, high):
+                return over(self.spread(parts[0]), low, high, -UNLIMITED)
+            case Until(_, _, low, high):
+                return until(self.spread(parts[0]), self.spread(parts[1]), low, high)
+            case Release(_, _, low, high):
+                return -until(-self.spread(parts[0]), -self.spread(parts[1]), low, high, UNLIMITED)
+            case Of(agent):
+                return parts[0] if parts[0].shape[1] == 1 else parts[0][:, agent : agent + 1]
+            case SomeLinked(graph):
+                return self._linked(graph, parts[0], True)
+            case EveryLinked(graph):
+                return self._linked(graph, parts[0], False)
+            case Length():
+                return length_value(term, self.team, self.states, parts)
+            case _:
+                assert_never(term)
+
+    def spread(self, value: Tensor) -> Tensor:
+        """The value at every step, also where it does not depend on the step."""
+        return value.expand(*value.shape[:2], self.states.position.shape[2])
+
+    def links(self, graph: Graph) -> Tensor:
+        """Link margins, (batch, steps, members, members), metres; computed once."""
+        if graph not in self.graphs:
+            self.graphs[graph] = all_links(graph, self.states.position)
+        return self.graphs[graph]
+
+    def _constant(self, value: float) -> Tensor:
+        return self.states.position.new_full((1, 1, 1), value)
+
+    def _linked(self, graph: Graph, body: Tensor, some: bool) -> Tensor:
+        batch, agents, steps, _ = self.states.position.shape
+        result = self.states.position.new_full((batch, agents, steps), -UNLIMITED if some else UNLIMITED)
+        if len(graph.agents) < 2:
+            return result
+        members = places(graph.agents, result.device)
+        links = self.links(graph)
+        there = body.expand(batch, agents, steps)[:, members].transpose(1, 2)[:, :, None, :]
+        best = torch.minimum(links, there).amax(dim=-1) if some else torch.maximum(-links, there).amin(dim=-1)
+        result[:, members] = best.transpose(1, 2)
+        return result
+
+
+def over(values: Tensor, low: int, high: int | None, undefined: float) -> Tensor:
+    """The greatest over the window of every step: (..., steps) -> (..., steps), in O(steps log window)."""
+    steps = values.shape[-1]
+    result = torch.full_like(values, undefined)
+    if high is None:
+        if low < steps:
+            result[..., : steps - low] = values.flip(-1).cummax(dim=-1).values.flip(-1)[..., low:]
+    elif high < steps:
+        result[..., : steps - high] = _neighbours(values[..., low:], high - low + 1)
+    return result
+
+
+def until(hold: Tensor, end: Tensor, low: int, high: int | None, undefined: float = -UNLIMITED) -> Tensor:
+    """``end`` at some step of the window, ``hold`` from now up to, not at, that one: (..., steps) -> (..., steps)."""
+    hold, end = torch.broadcast_tensors(hold, end)
+    steps = hold.shape[-1]
+    result = torch.full_like(end, undefined)
+    last = steps - 1 if high is None else high
+    if last >= steps or low >= steps:
+        return result
+    # freed[k] for windows that start `low` ahead of k: the best of end, and of hold here and freed one later.
+    count = steps - low if high is None else steps - high
+    best = torch.full_like(end[..., :count], -2 * UNLIMITED)
+    for ahead in range(last, -1, -1):
+        reach = end[..., ahead : ahead + count]
+        held = hold[..., ahead : ahead + count]
+        short = count - reach.shape[-1]
+        if short > 0:  # `high` None: the window is shorter for later steps
+            pad = torch.full_like(end[..., :short], -2 * UNLIMITED)
+            reach, held = torch.cat([reach, pad], dim=-1), torch.cat([held, pad], dim=-1)
+        best = torch.minimum(held, best)
+        if ahead >= low:
+            best = torch.maximum(best, reach)
+    result[..., :count] = best
+    return result
+
+
+def _neighbours(values: Tensor, width: int) -> Tensor:
+    """The greatest of every ``width`` neighbours, by doubling: the result is ``width - 1`` shorter."""
+    done = 1
+    while 2 * done <= width:
+        values = torch.maximum(values[..., :-done], values[..., done:])
+        done *= 2
+    rest = width - done
+    return torch.maximum(values[..., : values.shape[-1] - rest], values[..., rest:]) if rest else values

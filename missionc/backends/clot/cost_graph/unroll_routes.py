@@ -1,0 +1,140 @@
+"""What has to hold for a route of a bounded length to be, or for none to be: at one step, seen from one agent.
+
+That a route is there rests on one route: its links, its agents and its length. That none
+is there rests on something of every route, and one thing may do for many.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from heapq import heappop, heappush
+from itertools import pairwise
+from typing import Literal, TypeAlias
+
+import numpy as np
+
+from missionc.base.trace import Array, Flags
+from missionc.monitoring.graph_routes import shortest
+
+CLEAR = 0.4
+"""Metres: a route that falls short by more at one of its links or agents is no matter beyond that one."""
+
+MOST = 300
+"""Beginnings of routes looked at in breaking them, the shortest first; what is beyond is left to a later choice."""
+
+ROUNDING = 1e-9
+"""Metres: what sums in another order may differ by."""
+
+Members: TypeAlias = tuple[int, ...]
+"""Of a graph, by number."""
+
+Piece: TypeAlias = tuple[Literal["link", "through", "end", "shorter", "longer"], Members]
+"""What has to hold: of two members that they are linked, or not; of one what agents on the way satisfy, or those at the
+end; of a route that it is shorter, or longer, than the bound for that."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Place:
+    """A graph at one step, for routes of ``low`` to ``high`` metres.
+
+    Args:
+        links: margins, (members, members), metres; likewise ``lengths``.
+        closest: how near each other their bodies let them come; likewise.
+        through: the value of each agent on a route but the last, (members,), metres; ``end`` of the last.
+    """
+
+    links: Array
+    lengths: Array
+    closest: Array
+    through: Array
+    end: Array
+    low: float
+    high: float
+
+
+def that_make(place: Place, start: int, worth: float) -> set[Piece]:
+    """The pieces of the shortest route from a member that is worth as much as the best is."""
+    route = _route(place, start, worth - ROUNDING)
+    pieces: set[Piece] = {("end", route[-1:])}
+    for one, other in pairwise(route):
+        pieces |= {_link(one, other), ("through", (one,))}
+    if len(route) > 1 and np.isfinite(place.high):
+        pieces.add(("shorter", route))
+    if place.low > 0:
+        pieces.add(("longer", route))
+    return pieces
+
+
+def that_break(place: Place, start: int, worth: float) -> set[Piece]:
+    """For each route from a member the best of what breaks it, where nothing chosen for another does.
+
+    Args:
+        place: with ``through`` and ``end`` as they are to be for a route to be broken.
+        worth: of the worst route's best; nothing chosen is worth less.
+    """
+    enough = max(worth, CLEAR) - ROUNDING
+    parted, passed, closed = -place.links >= enough, place.through >= enough, place.end >= enough
+    metres = _metres(place, ~parted & ~passed[:, None])
+    reached = np.isfinite(shortest(metres.T[None], np.arange(len(parted))[None] == start)[0])
+    border = np.argwhere(parted & (reached & ~passed)[:, None]).tolist()
+    pieces = {_link(one, other) for one, other in border if one != other}
+    pieces |= {("through", (one,)) for one in np.flatnonzero(reached & passed).tolist()}
+    pieces |= {("end", (one,)) for one in np.flatnonzero(reached & closed).tolist()}
+    left = shortest(metres[None], ~closed[None])[0]
+    queue: list[tuple[float, Members, float]] = [(left[start], (start,), 0.0)]
+    for _ in range(MOST):
+        if not queue:
+            break
+        _, route, length = heappop(queue)
+        if any(not pieces.isdisjoint((_link(one, other), ("through", (one,)))) for one, other in pairwise(route)):
+            continue
+        here = route[-1]
+        if (len(route) > 1 or place.low <= 0) and ("end", (here,)) not in pieces:
+            pieces.add(max(_breaking(place, route, length), key=lambda each: each[0])[1])
+        for after in np.flatnonzero(np.isfinite(metres[here] + left)).tolist():
+            longer = length + metres[here, after]
+            if after not in route and longer + left[after] <= place.high + enough + 2 * ROUNDING:
+                heappush(queue, (longer + left[after], (*route, after), longer))
+    return pieces
+
+
+def _breaking(place: Place, route: Members, length: float) -> Iterator[tuple[float, Piece]]:
+    """Everything that breaks a route, and what it is worth."""
+    yield place.end[route[-1]], ("end", route[-1:])
+    for one, other in pairwise(route):
+        yield -place.links[one, other], _link(one, other)
+        yield place.through[one], ("through", (one,))
+    if len(route) > 1:
+        yield length - place.high, ("longer", route)
+        if place.low > sum(place.closest[one, other] for one, other in pairwise(route)):
+            yield place.low - length, ("shorter", route)
+
+
+def _route(place: Place, start: int, enough: float) -> Members:
+    """A route with all its parts worth ``enough``, by the shortest ways first."""
+    ends = place.end >= enough
+    if place.low <= 0 and ends[start]:
+        return (start,)
+    metres = _metres(place, (place.links >= enough) & (place.through >= enough)[:, None])
+    left = shortest(metres[None], ends[None])[0]
+    stack: list[tuple[Members, float]] = [((start,), 0.0)]
+    while stack:
+        route, length = stack.pop()
+        here = route[-1]
+        if len(route) > 1 and ends[here] and (place.low <= 0 or length - place.low >= enough):
+            return route
+        whole = length + metres[here] + left
+        onward = np.flatnonzero(np.isfinite(whole) & (whole <= place.high - enough))
+        nearest_last = onward[np.argsort(-whole[onward], kind="stable")].tolist()
+        stack.extend(((*route, after), length + metres[here, after]) for after in nearest_last if after not in route)
+    raise AssertionError("no route is worth so much")
+
+
+def _metres(place: Place, usable: Flags) -> Array:
+    """Lengths of the links that may be used, (members, members); infinite for others."""
+    return np.where(usable & ~np.eye(len(usable), dtype=np.bool_), place.lengths, np.inf)
+
+
+def _link(one: int, other: int) -> Piece:
+    return "link", (min(one, other), max(one, other))

@@ -1,0 +1,110 @@
+"""Whether a motion is a plan: every body, limit and requirement, between the steps too, before anyone is shown it.
+
+The verifier asks the same once more, on its own; this is here so that the search goes on where it would say no.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from missionc.backends.api import Attempt, Fault
+from missionc.base.trace import Array, Trace
+from missionc.ir import Anywhere, DoubleIntegrator, Mission, Unicycle
+from missionc.kernel.nodes import Kernel
+from missionc.monitoring.monitor import monitor
+from missionc.world.clearance import Motions, clear_motions, clear_of_movers, standing_solids
+from missionc.world.dynamics import check_step
+from missionc.world.relative_motion import closest_approach
+from missionc.world.signed_distance import signed_distance
+
+ROUNDING = 1e-9
+"""Of a limit: what rounding alone may exceed."""
+
+
+def attempt(mission: Mission, kernel: Kernel, trace: Trace) -> Attempt:
+    """What a motion comes to."""
+    faults = [*_places(mission, trace), *_dynamics(mission, trace), *_bodies(mission, trace), *_apart(mission, trace)]
+    return Attempt(monitor(mission, kernel, trace)[: len(kernel.requirements)], tuple(faults), trace)
+
+
+def _places(mission: Mission, trace: Trace) -> list[Fault]:
+    found: list[Fault] = []
+    low, high = np.array(mission.world.low), np.array(mission.world.high)
+    room = np.minimum(trace.position - low, high - trace.position).min(axis=-1)
+    found.extend(
+        Fault("the world's bounds", (mission.agents[agent].name,), int(step), float(room[agent, step]))
+        for agent, step in np.argwhere(room < 0)
+    )
+    for agent in mission.agents:
+        for name, place, step in (("its start", agent.start, 0), ("its finish", agent.finish, -1)):
+            if isinstance(place, Anywhere):
+                outside = float(signed_distance(np, place.region.shape, trace.position[agent.index, step]))
+                if outside > 0:
+                    found.append(Fault(name, (agent.name,), step % (mission.steps + 1), -outside))
+    return found
+
+
+def _dynamics(mission: Mission, trace: Trace) -> list[Fault]:
+    found: list[Fault] = []
+    for agent in mission.agents:
+        position, velocity = trace.position[agent.index], trace.velocity[agent.index]
+        margin = check_step(agent.dynamics, position[:-1], position[1:], velocity[:-1], velocity[1:], mission.step)
+        found.extend(
+            Fault("its speed or acceleration", (agent.name,), int(step), float(margin[step]))
+            for step in np.flatnonzero(margin < -ROUNDING)
+        )
+        if isinstance(agent.dynamics, Unicycle) and np.isfinite(agent.dynamics.turn):
+            heading = trace.heading[agent.index]
+            turned = np.abs((np.diff(heading) + np.pi) % (2 * np.pi) - np.pi)
+            most = agent.dynamics.turn * mission.step + ROUNDING
+            found.extend(Fault("its turning rate", (agent.name,), int(step)) for step in np.flatnonzero(turned > most))
+    return found
+
+
+def _motion(mission: Mission, trace: Trace) -> tuple[Array, Array, Array]:
+    """Position, velocity and acceleration at the start of every step: (agents, steps, dim) each."""
+    position = trace.position
+    velocity = np.diff(position, axis=1) / mission.step
+    acceleration = np.zeros_like(velocity)
+    for agent in mission.agents:
+        if isinstance(agent.dynamics, DoubleIntegrator):
+            velocity[agent.index] = trace.velocity[agent.index, :-1]
+            acceleration[agent.index] = np.diff(trace.velocity[agent.index], axis=0) / mission.step
+    return position[:, :-1], velocity, acceleration
+
+
+def _bodies(mission: Mission, trace: Trace) -> list[Fault]:
+    found: list[Fault] = []
+    standing = standing_solids(mission)
+    position, velocity, acceleration = _motion(mission, trace)
+    for agent in mission.agents:
+        motions = Motions(position[agent.index], velocity[agent.index], acceleration[agent.index])
+        margin = agent.radius + mission.clearance
+        clear = clear_motions(standing, motions, mission.step, margin)
+        steps = np.arange(mission.steps)
+        clear &= clear_of_movers(mission, motions, margin)[steps, steps]
+        found.extend(Fault("an obstacle", (agent.name,), int(step)) for step in np.flatnonzero(~clear))
+    return found
+
+
+def _apart(mission: Mission, trace: Trace) -> list[Fault]:
+    found: list[Fault] = []
+    count = len(mission.agents)
+    radius = np.array([agent.radius for agent in mission.agents])
+    position, velocity, acceleration = _motion(mission, trace)
+    for one in range(count - 1):
+        rest = slice(one + 1, count)
+        nearest = closest_approach(
+            position[one],
+            velocity[one],
+            acceleration[one],
+            position[rest],
+            velocity[rest],
+            acceleration[rest],
+            mission.step,
+        )
+        margin = nearest - (radius[one] + radius[rest] + mission.separation)[:, None]
+        for other, step in np.argwhere(margin < 0):
+            who = mission.agents[one].name, mission.agents[int(other) + one + 1].name
+            found.append(Fault("separation", who, int(step), float(margin[other, step])))
+    return found

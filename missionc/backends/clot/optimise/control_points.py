@@ -1,0 +1,183 @@
+"""Motions as control points, such that any control points obey the dynamics' equations.
+
+First order: the control points are the positions at the steps, joined by straight lines.
+Second order: they are those of a uniform quadratic B-spline, whose acceleration is
+constant within each step. In both, what happens in a step is decided by at most three
+neighbouring control points, linearly, so that limits and distances can be pushed on
+directly and no equation of motion is ever only nearly satisfied.
+
+Source:
+    [clot] (1), and the double integrator of its hardware; de Boor for the spline.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from missionc.base.trace import (
+    Array,
+    Flags,
+    Trace,
+)
+from missionc.ir import DoubleIntegrator, Exactly, Mission
+
+Indices = NDArray[np.int64]
+
+SPARE = 3
+"""Control points beyond the number of steps, so that every argument reads three; those nobody needs stay put."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Arguments:
+    """Points, velocities or accelerations of motions, each a weighted sum of three neighbouring control points.
+
+    Args:
+        agent: (arguments,).
+        first: (arguments,), the first of the three control points.
+        weight: (arguments, 3).
+    """
+
+    agent: Indices
+    first: Indices
+    weight: Array
+
+    def of(self, control: Array) -> Array:
+        """Their values, (arguments, dim), for control points (agents, points, dim)."""
+        points = control[self.agent[:, None], self.first[:, None] + np.arange(3)]
+        values: Array = np.einsum("rk,rkd->rd", self.weight, points)
+        return values
+
+    def take(self, which: Indices | Flags) -> Arguments:
+        return Arguments(self.agent[which], self.first[which], self.weight[which])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Splines:
+    """How the control points of a mission's agents make motions.
+
+    Args:
+        steps: of the motion; 0 is a single configuration.
+        step: seconds.
+        smooth: (agents,), whether an agent is of second order.
+        fixed: (agents, points), control points that no planner moves.
+        rest: the step from which on everybody is at rest, where there is one.
+    """
+
+    steps: int
+    step: float
+    smooth: Flags
+    fixed: Flags
+    rest: int | None = None
+
+    @property
+    def points(self) -> int:
+        return self.steps + SPARE
+
+    def unknowns(self) -> Indices:
+        """What a planner moves, by number: (agents, points), -1 where it moves nothing; points at rest are one."""
+        resting, point = self._resting(), np.arange(self.points)
+        held = self.fixed | (resting & (resting & self.fixed).any(axis=1, keepdims=True))
+        first = np.where(resting, self.rest or 0, point)
+        number = np.full(held.shape, -1, dtype=np.int64)
+        own = ~held & (first == point)
+        number[own] = np.arange(int(own.sum()))
+        return np.where(held, -1, np.take_along_axis(number, first, axis=1))
+
+    def at_rest(self, control: Array) -> Array:
+        """Control points whose motions rest where they end: (agents, points, dim), metres."""
+        resting = self._resting()
+        rested = control.copy()
+        for agent, here in enumerate(resting):
+            if here.any():
+                held = np.flatnonzero(here & self.fixed[agent])
+                rested[agent, here] = control[agent, held[0] if held.size else np.flatnonzero(here)[-1]]
+        return rested
+
+    def _resting(self) -> Flags:
+        """Which control points are one, (agents, points)."""
+        point = np.arange(self.points)
+        if self.rest is None:
+            return np.zeros_like(self.fixed)
+        resting: Flags = (point >= self.rest) & (point <= self.steps + self.smooth[:, None])
+        return resting
+
+    def position(self, agent: Indices, step: Indices, part: Array) -> Arguments:
+        """Centres, ``part`` of a step (0 to 1) after each step."""
+        smooth, part = self.smooth[agent][:, None], np.asarray(part, dtype=float)[:, None]
+        straight = np.concatenate([1 - part, part, 0 * part], axis=1)
+        spline = np.concatenate([(1 - part) ** 2 / 2, 0.5 + part - part**2, part**2 / 2], axis=1)
+        return Arguments(agent, step, np.where(smooth, spline, straight))
+
+    def velocity(self, agent: Indices, step: Indices) -> Arguments:
+        """Velocities at the steps; of first order, of the motion that starts there, or at the last that ended there."""
+        latest = np.where(self.smooth[agent], self.steps, max(self.steps - 1, 0))
+        weight = np.array([-1.0, 1.0, 0.0]) / self.step if self.steps else np.zeros(3)
+        return Arguments(agent, np.minimum(step, latest), np.tile(weight, (len(agent), 1)))
+
+    def acceleration(self, agent: Indices, step: Indices) -> Arguments:
+        """Accelerations within the steps, of agents of second order."""
+        return Arguments(agent, step, np.tile(np.array([1.0, -2.0, 1.0]) / self.step**2, (len(agent), 1)))
+
+    def states(self, control: Array) -> tuple[Array, Array]:
+        """Positions and velocities at the steps: (..., agents, points, dim) -> (..., agents, steps + 1, dim) twice."""
+        count = self.steps + 1
+        here, ahead = control[..., :count, :], control[..., 1 : count + 1, :]
+        smooth = self.smooth[:, None, None]
+        position = np.where(smooth, (here + ahead) / 2, here)
+        if self.steps == 0:
+            return position, np.zeros_like(position)
+        velocity = (ahead - here) / self.step
+        kept = np.concatenate([velocity[..., :-1, :], velocity[..., -2:-1, :]], axis=-2)
+        return position, np.where(smooth, velocity, kept)
+
+    def through(self, position: Array) -> Array:
+        """Control points of motions near the positions: (..., agents, steps + 1, dim) -> (..., agents, points, dim).
+
+        First order passes through them; second order starts and ends there at
+        rest, and cuts the corners in between.
+        """
+        padded = np.concatenate([position, *[position[..., -1:, :]] * (SPARE - 1)], axis=-2)
+        halves = (position[..., 1:, :] + position[..., :-1, :]) / 2
+        ends = [position[..., :1, :], halves, *[position[..., -1:, :]] * (SPARE - 1)]
+        spline = np.concatenate(ends, axis=-2)
+        if self.steps:
+            spline[..., 1, :] = position[..., 0, :]
+            spline[..., self.steps, :] = position[..., -1, :]
+        result: Array = np.where(self.smooth[:, None, None], spline, padded)
+        return result
+
+
+def splines(mission: Mission, steps: int | None = None) -> Splines:
+    """The motions of a mission's agents; of a single configuration where ``steps`` is 0."""
+    count = mission.steps if steps is None else steps
+    smooth = np.array([isinstance(agent.dynamics, DoubleIntegrator) for agent in mission.agents]) & (count > 0)
+    points = np.arange(count + SPARE)
+    fixed = np.zeros((len(mission.agents), count + SPARE), dtype=np.bool_)
+    for agent in mission.agents:
+        second = bool(smooth[agent.index])
+        fixed[agent.index] = points > count + second
+        if count and isinstance(agent.start, Exactly):
+            fixed[agent.index, : 1 + second] = True
+        if count and isinstance(agent.finish, Exactly):
+            fixed[agent.index, count : count + 1 + second] = True
+    return Splines(count, float(mission.step), smooth, fixed)
+
+
+def trace(mission: Mission, made: Splines, control: Array) -> Trace:
+    """The motion of control points, (agents, points, dim), as a trace; headings follow the motion."""
+    position, velocity = made.states(control)
+    position, velocity = position.copy(), velocity.copy()
+    for agent in mission.agents:
+        for place, step in ((agent.start, 0), (agent.finish, -1)):
+            if isinstance(place, Exactly):
+                position[agent.index, step] = place.point
+    moving = np.linalg.norm(velocity[..., :2], axis=-1) > 0
+    facing = np.arctan2(velocity[..., 1], velocity[..., 0])
+    number = np.where(moving, np.arange(facing.shape[1]), -1)
+    latest = np.maximum.accumulate(number, axis=1)
+    first = np.where(moving.any(axis=1), moving.argmax(axis=1), 0)[:, None]
+    heading = np.take_along_axis(facing, np.where(latest < 0, first, latest), axis=1)
+    return Trace(mission.step, position, velocity, heading)

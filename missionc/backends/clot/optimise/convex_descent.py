@@ -1,0 +1,158 @@
+"""From a plan to a shorter or smoother one that is a plan all the way: sequential convex programming.
+
+Near a motion in which every margin holds, margins are nearly linear, and the smoothness is
+quadratic: the best motion nearby is a convex quadratic program. What its answer breaks, because a
+margin bends or was too far off to be looked at, is linearised there as well and the program
+solved again. Levenberg and Marquardt (``levenberg_marquardt``) find a plan from far away, but creep along
+margins that only just hold; this does not leave them.
+
+Source:
+    [clot] Problem 1, (2); Duchi, Boyd and Mattingley, "Sequential Convex Programming", 2018.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+
+import numpy as np
+import piqp
+from scipy import sparse
+
+from missionc.backends.clot.optimise.candidate import System
+from missionc.backends.clot.optimise.goal_terms import Demand
+from missionc.backends.clot.optimise.motion_residuals import Costs
+from missionc.backends.clot.optimise.residuals import Rows, rows
+from missionc.base.trace import Array
+
+REACH = 0.4
+"""Metres a coordinate of a control point may move in one program; half as many where that led nowhere."""
+
+SHARES = 0.5, 0.25
+"""Of the way to an answer that still breaks something after all cuts."""
+
+LEAST_REACH = 0.05
+
+NEAR = 0.15
+"""Metres to spare beyond which a margin is not looked at, before it is broken."""
+
+CUTS = 4
+"""Programs solved for one step, each with what the one before it broke."""
+
+BROKEN = 0.02
+"""Metres to spare below which a margin counts as broken by a program's answer."""
+
+USED = 0.5
+"""The share of what a margin is to have to spare that a step may use up."""
+
+LEAST_SPARE = 1e-6
+"""Metres, for margins that are to have nothing to spare."""
+
+PRECISION, PATIENCE = 1e-4, 40
+"""Of a program, and iterations of its solver: those that have an answer take about fifteen."""
+
+CONVEX = 1e-6
+"""Added to the diagonal, so that a program has one answer."""
+
+
+def descend(
+    control: Array,
+    costs: Costs,
+    demand: Demand,
+    steps: int,
+    gain: float,
+    go_on: Callable[[], bool] = lambda: True,
+) -> Array:
+    """Control points of less length and bend, by ``weights``, at which all margins that held still hold.
+
+    Args:
+        control: of a plan, (agents, points, dim), metres.
+        steps: as many at most.
+        gain: a step that gains less than this share is the last.
+    """
+    system = System(costs, control.shape)
+    reach = REACH
+    for _ in range(steps):
+        if not go_on() or reach < LEAST_REACH or not system.count:
+            break
+        ahead = _step(control, costs, demand, system, reach)
+        if ahead is None:
+            reach /= 2
+            continue
+        before, after = system.smoothness(control), system.smoothness(ahead)
+        if after >= before:
+            break
+        control = ahead
+        if before - after < gain * before:
+            break
+    return control
+
+
+def _step(control: Array, costs: Costs, demand: Demand, system: System, reach: float) -> Array | None:
+    """The best motion nearby, as far as can be seen; None where what was found breaks something."""
+    active = demand.active(*costs.splines.states(control))
+
+    def near(control: Array) -> list[Rows]:
+        found = (rows(group, control, NEAR) for group in costs.groups(control, active))
+        return [replace(part, weight=1.0) for part in found if part.value.size]
+
+    parts = near(control)
+    used: dict[str, float] = {}
+    for part in parts:
+        used[part.name] = max(used.get(part.name, 0.0), _used(part))
+    program = _Program(system, system.pull(control), reach)
+    moved = np.zeros(system.count)
+    for _ in range(CUTS):
+        program.add(parts, moved, used)
+        answer = program.solved()
+        if answer is None:
+            break
+        moved = answer
+        parts = near(control + system.moved(moved))
+        if _hold(parts, used):
+            return control + system.moved(moved)
+        parts = [part.taken(part.value > -BROKEN) for part in parts]
+    some = (control + system.moved(share * moved) for share in SHARES)
+    return next((ahead for ahead in some if _hold(near(ahead), used)), None)
+
+
+def _hold(parts: list[Rows], used: Mapping[str, float]) -> bool:
+    """Whether all margins hold with part of what they are to have to spare, or no less of it than before."""
+    return all(_used(part) <= max(used.get(part.name, 0.0), USED) for part in parts)
+
+
+def _used(part: Rows) -> float:
+    """The share of what they are to have to spare that the worst of some rows has used up."""
+    return float(part.value.max()) / max(part.spare, LEAST_SPARE)
+
+
+class _Program:
+    """The least smoothness over movements of at most ``reach`` metres along each axis, under rows that may be added."""
+
+    def __init__(self, system: System, pull: Array, reach: float) -> None:
+        self.system, self.pull = system, pull
+        self.matrix = (system.base + CONVEX * sparse.identity(system.count)).tocsc()
+        self.box = np.full(system.count, reach)
+        self.sides: list[sparse.csr_matrix] = []
+        self.bounds: list[Array] = []
+
+    def add(self, parts: list[Rows], moved: Array, used: Mapping[str, float]) -> None:
+        """Rows, linear about a movement, of which no more of what they have to spare may be used than is."""
+        side, value = self.system.jacobian(parts)
+        allowed = np.concatenate(
+            [np.zeros(0), *(np.full(len(part.value), used.get(part.name, 0.0) * part.spare) for part in parts)]
+        )
+        self.sides.append(side)
+        self.bounds.append(allowed - value + side @ moved)
+
+    def solved(self) -> Array | None:
+        """The movement, (unknowns,), metres; None where there is none."""
+        solver = piqp.SparseSolver()
+        solver.settings.eps_abs = solver.settings.eps_rel = PRECISION
+        solver.settings.max_iter = PATIENCE
+        side = sparse.vstack(self.sides, format="csc")
+        solver.setup(self.matrix, self.pull, None, None, side, None, np.concatenate(self.bounds), -self.box, self.box)
+        if solver.solve() != piqp.PIQP_SOLVED:
+            return None
+        found: Array = np.array(solver.result.x)
+        return found

@@ -1,0 +1,66 @@
+"""Obstacles and the world's bounds around a batch of moving points: the room they leave, in torch."""
+
+from __future__ import annotations
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from missionc.backends.clot.optimise.obstacle_index import Obstacles
+from missionc.ir import Box, Mission, Shape, Still
+from missionc.world.signed_distance import signed_distance
+
+REACH = 0.4
+"""Metres: obstacles further than this beyond what a body needs are no matter."""
+
+
+class Surroundings:
+    """What of a mission stands or moves around, at instants ``parts`` to a step.
+
+    Source:
+        [clot] III-B, MSD to the obstacles; IV-D.3 (II), obstacles that move.
+    """
+
+    def __init__(
+        self, mission: Mission, parts: int, device: torch.device | None = None, dtype: torch.dtype = torch.float32
+    ) -> None:
+        self.mission, self.parts = mission, parts
+        self.world = Box(mission.world.low, mission.world.high)
+        times = np.arange(mission.steps * parts + 1, dtype=np.float64) * (float(mission.step) / parts)
+        self.obstacles = Obstacles(mission, mission.obstacles, times, dtype, device)
+
+    def room(self, points: Tensor, instants: Tensor, radius: float) -> Tensor:
+        """How far a body keeps from obstacles, less the clearance, and its centre from the bounds.
+
+        Args:
+            points: centres, (..., instants, others, dim), metres.
+            instants: (instants,), int64, where the points are, counted in parts of a step.
+            radius: of the body, metres.
+
+        Returns:
+            (..., instants, others), metres, negative where it is too near; at most ``REACH``.
+        """
+        need = radius + self.mission.clearance
+        # Which obstacles are near is a number to be read; a GPU, which would be waited for, is asked about all.
+        near = self.all_near if points.device.type == "cpu" else self.all_of_them
+        return torch.minimum(near(points, instants, need + REACH) - need, -_distance(self.world, points))
+
+    def all_near(self, points: Tensor, instants: Tensor, reach: float) -> Tensor:
+        """How far points are from obstacles, or ``reach`` where that is less: (..., instants, others), metres."""
+        instant = instants[:, None].expand(points.shape[:-1]).reshape(-1)
+        return self.obstacles.room(points.reshape(-1, points.shape[-1]), instant, reach).reshape(points.shape[:-1])
+
+    def all_of_them(self, points: Tensor, instants: Tensor, reach: float) -> Tensor:
+        """The same without a number that is read: one obstacle after the other."""
+        left = torch.full_like(points[..., 0], reach)
+        moved = iter(self.obstacles.moved[instants].unbind(1))
+        for obstacle in self.mission.obstacles:
+            still = isinstance(obstacle.motion, Still)
+            left = torch.minimum(left, _distance(obstacle.shape, points if still else points - next(moved)[:, None]))
+        return left
+
+
+def _distance(shape: Shape, points: Tensor) -> Tensor:
+    distance = signed_distance(torch, shape, points)
+    assert isinstance(distance, Tensor)
+    return distance

@@ -1,0 +1,120 @@
+"""What is asked of a candidate: terms that must hold at step 0, and what a witness decided."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from missionc.backends.clot.cost_graph.cost_graph import (
+    EveryLinked,
+    Length,
+    Margin,
+    SomeLinked,
+    Term,
+    postorder,
+)
+from missionc.backends.clot.cost_graph.motion_batch import (
+    States,
+    Team,
+    team,
+)
+from missionc.backends.clot.cost_graph.robustness import Robustness
+from missionc.backends.clot.optimise.active_set import (
+    Active,
+    Choices,
+    activate,
+)
+from missionc.base.trace import Array
+from missionc.ir import Mission
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Demand:
+    """Args:
+    roots: the terms that must hold, at step 0 (of a single configuration: at its step).
+    choices: what is decided already; elsewhere the values decide.
+    """
+
+    mission: Mission
+    roots: tuple[Term, ...]
+    choices: Choices = field(default_factory=dict)
+    order: tuple[Term, ...] = ()
+    team: Team | None = None
+    ruled_out: Mapping[Margin, Tensor] = field(default_factory=dict)
+    """Where margins cannot hold, (agents, steps), for what is decided needs the opposite."""
+
+    @staticmethod
+    def of(mission: Mission, roots: tuple[Term, ...], choices: Choices, steps: int) -> Demand:
+        """What is asked of motions of so many steps."""
+        order = postorder(roots)
+        nowhere = np.zeros((len(mission.agents), steps + 1, 0))
+        forced = activate(order, roots, {}, {}, nowhere, choices, decided=True).margins
+        opposite = {(margin.predicate, not margin.holds): mask for margin, mask in forced.items() if mask.any()}
+        ruled_out = {
+            term: torch.from_numpy(opposite[term.predicate, term.holds])
+            for term in order
+            if isinstance(term, Margin) and (term.predicate, term.holds) in opposite
+        }
+        return Demand(mission, roots, choices, order, team(mission, dtype=torch.float64), ruled_out)
+
+    def active(self, position: Array, velocity: Array) -> Active:
+        """What has to hold, chosen by the values on this motion where no witness decided."""
+        return self._activated(position, velocity, None)
+
+    def witness(self, position: Array, velocity: Array) -> Choices:
+        """What the values on this motion choose: which part, which step and which link makes each of the roots hold."""
+        found: dict[tuple[Term, int, int], int] = {}
+        self._activated(position, velocity, found)
+        return found
+
+    def _activated(self, position: Array, velocity: Array, witness: dict[tuple[Term, int, int], int] | None) -> Active:
+        robustness, values = self._evaluated(position, velocity)
+        graphs = {term.graph for term in self.order if isinstance(term, SomeLinked | EveryLinked | Length)}
+        links = {graph: robustness.links(graph)[0].numpy() for graph in graphs}
+        radius = np.array([agent.radius for agent in self.mission.agents])
+        closest = radius[:, None] + radius + self.mission.separation
+        return activate(self.order, self.roots, values, links, position, self.choices, False, witness, closest)
+
+    def _evaluated(self, position: Array, velocity: Array) -> tuple[Robustness, Mapping[Term, Array]]:
+        assert self.team is not None
+        states = States(torch.from_numpy(position)[None], torch.from_numpy(velocity)[None])
+        with torch.no_grad():
+            robustness = Robustness(self.team, states, self.ruled_out)
+            return robustness, {term: value[0].numpy() for term, value in robustness.values(self.order).items()}
+
+    def untangled(self, position: Array, velocity: Array) -> Demand | None:
+        """The same with one side given up wherever a margin and its opposite are both asked for; None where none are.
+
+        Two choices made one by one may ask for both, each a hair's breadth away, and a motion is then stuck
+        between them: ``(row or parked) and (fan or not parked)``, on the border of the place to park.
+        """
+        active = self.active(position, velocity).margins
+        asked = {(margin.predicate, margin.holds): margin for margin in active}
+        torn = []
+        for (predicate, holds), margin in asked.items():
+            opposite = asked.get((predicate, False)) if holds else None
+            if opposite is not None:
+                steps = (active[margin] & active[opposite]).any(axis=0)
+                torn += [(margin, opposite, steps)] if steps.any() else []
+        if not torn:
+            return None
+        sides = []
+        for positive in (True, False):
+            ruled_out = dict(self.ruled_out)
+            for margin, opposite, steps in torn:
+                kept, dropped = (margin, opposite) if positive else (opposite, margin)
+                where = torch.from_numpy(active[kept] & steps)
+                ruled_out[dropped] = ruled_out[dropped] | where if dropped in ruled_out else where
+            sides.append(replace(self, ruled_out=ruled_out))
+        return max(sides, key=lambda side: side.worst(position, velocity))
+
+    def worst(self, position: Array, velocity: Array) -> float:
+        """The robustness of the root that has least of it, metres."""
+        _, values = self._evaluated(position, velocity)
+        return min(
+            float(np.broadcast_to(values[root], (1, *values[root].shape))[..., 0, 0].min()) for root in self.roots
+        )

@@ -1,0 +1,126 @@
+"""From a plan to a better one: preferences by weight, then what is to be least; if nothing is, some detours less.
+
+A preference is tried by a polish of the plan that there is, asked for more; what is to be least by
+a descent from it. What comes of it counts only where it is a plan as well, and a better one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from missionc.backends.clot.cost_graph.cost_graph import CostGraph
+from missionc.backends.clot.optimise.convex_descent import descend
+from missionc.backends.clot.optimise.goal_terms import Demand
+from missionc.backends.clot.optimise.levenberg_marquardt import polish
+from missionc.backends.clot.optimise.minimize_duration import shorten
+from missionc.backends.clot.optimise.motion_residuals import Costs
+from missionc.backends.clot.weights import AIMS, TIDY
+from missionc.base.trace import Array, Trace
+from missionc.ir import Mission, Objective
+from missionc.kernel.nodes import Kernel
+from missionc.monitoring.monitor import monitor
+
+ITERATIONS = 40
+"""Of one try."""
+
+TIDIED = 5_000
+"""Numbers in the control points of a plan, times steps of descent, where nothing is asked to be least."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Improved:
+    """A plan's control points, its motion, and what to tell about how it came to be."""
+
+    control: Array
+    trace: Trace
+    notes: tuple[str, ...]
+
+
+def improve(
+    control: Array,
+    made: Trace,
+    mission: Mission,
+    kernel: Kernel,
+    graph: CostGraph,
+    demand: Demand,
+    costs: Costs,
+    accept: Callable[[Array], Trace | None],
+    go_on: Callable[[], bool],
+) -> Improved:
+    """The same plan, or one that keeps more preferences or has less of the objective.
+
+    Args:
+        control: the plan's control points, (agents, points, dim), metres; ``made`` its motion.
+        accept: the motion of control points, if it is a plan.
+    """
+    roots = demand.roots
+    notes: list[str] = []
+    for wish in sorted(graph.preferences, key=lambda each: -(each.weight or 0.0)):
+        if not go_on():
+            notes.append(f"`{wish.name}` is not kept: the search ended first")
+            continue
+        if not _kept(wish.name, mission, kernel, made):
+            wider = Demand.of(mission, (*roots, wish.term), demand.choices, mission.steps)
+            kept = polish(control, costs, wider, ITERATIONS, go_on).control
+            found = accept(kept)
+            if found is None or not _kept(wish.name, mission, kernel, found):
+                notes.append(f"`{wish.name}` is not kept: no plan that keeps it too was found")
+                continue
+            control, made = kept, found
+        roots = (*roots, wish.term)
+        notes.append(f"`{wish.name}` is kept")
+    shortened = mission.objective is Objective.DURATION
+    asked = Demand.of(mission, roots, {} if shortened else demand.choices, mission.steps)
+    if shortened:
+
+        def as_good(tried: Array) -> Trace | None:
+            found = accept(tried)
+            return found if found is not None and _as_many(mission, kernel, made, found) else None
+
+        shorter = shorten(control, made, asked, costs, as_good, go_on)
+        control, made, costs = shorter.control, shorter.trace, shorter.costs
+        notes.append(shorter.note)
+    aim = AIMS.get(mission.objective, TIDY)
+    steps = min(aim.steps, TIDIED // max(1, control.size)) if aim is TIDY else aim.steps
+    weights = replace(costs.weights, length=aim.length, bend=aim.bend)
+    tried = descend(control, replace(costs, weights=weights), asked, steps, aim.gain, go_on)
+    if tried is control:
+        return Improved(control, made, tuple(notes))
+    found = accept(tried)
+    measure = MEASURES.get(mission.objective)
+    better = found is not None and _as_many(mission, kernel, made, found)
+    if found is not None and better and (measure is None or measure(found) < measure(made)):
+        if measure is not None:
+            unit = "m" if mission.objective is Objective.DISTANCE else "m^2/s^3"
+            notes.append(f"{measure(found):.6g} {unit} in all, {measure(made):.6g} {unit} before it was made less")
+        control, made = tried, found
+    return Improved(control, made, tuple(notes))
+
+
+def travelled(made: Trace) -> float:
+    """The metres all agents travel together."""
+    return float(np.linalg.norm(np.diff(made.position, axis=1), axis=-1).sum())
+
+
+def effort(made: Trace) -> float:
+    """The square of all agents' accelerations, summed over time: m²/s³. [clot] (2)."""
+    return float((np.diff(made.velocity, axis=1) ** 2).sum() / made.step)
+
+
+MEASURES = {Objective.DISTANCE: travelled, Objective.ENERGY: effort}
+
+
+def _kept(name: str, mission: Mission, kernel: Kernel, made: Trace) -> bool:
+    judged = monitor(mission, kernel, made)[len(kernel.requirements) :]
+    return any(each.name == name and each.satisfied for each in judged)
+
+
+def _as_many(mission: Mission, kernel: Kernel, before: Trace, after: Trace) -> bool:
+    """Whether every preference kept before is kept after."""
+    return all(
+        _kept(goal.name, mission, kernel, after) or not _kept(goal.name, mission, kernel, before)
+        for goal in kernel.preferences
+    )

@@ -1,0 +1,117 @@
+"""From a candidate that is nearly right to one that is: all agents and steps at once, by Levenberg and Marquardt.
+
+Every shortfall is a row of a sparse least-squares problem, every step solves it exactly. What
+has to hold is decided anew at each step by the motion itself, unless a witness decided it.
+
+Source:
+    [clot] Problem 1, (4); Nocedal and Wright, "Numerical Optimization", 10.3.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from missionc.backends.clot.optimise.candidate import Look, System
+from missionc.backends.clot.optimise.goal_terms import Demand
+from missionc.backends.clot.optimise.motion_residuals import Costs
+from missionc.base.trace import Array
+
+DAMPING = 1e-3
+"""Against the length term, to begin with; and its bounds while it adapts."""
+
+LEAST_DAMPING, MOST_DAMPING = 1e-6, 1e4
+
+SETTLED = 1e-2
+"""A share of the cost: a step that gains less is one of the last."""
+
+ENOUGH = 0.9
+"""A motion is done when no margin lacks more than this share of what it is to have to spare."""
+
+EAGER, PATIENT = 8, 4
+"""What has to hold is decided anew at each of the first so many steps, and then at every so many."""
+
+HARDER = 4.0
+"""By what shortfalls weigh more where a motion has come to rest with some of them, again and again."""
+
+HARDEST = 256.0
+"""By what they weigh more at most."""
+
+LONGEST = 1.0
+"""Metres that a control point moves in one step."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Polished:
+    """Args:
+    control: (agents, points, dim), metres.
+    shortfall: metres by which the worst margin falls short of nothing to spare; at most 0 where all hold.
+    worst: what that margin is about.
+    cost: the sum of all costs.
+    """
+
+    control: Array
+    shortfall: float
+    worst: str
+    cost: float
+    iterations: int
+
+
+def polish(
+    control: Array,
+    costs: Costs,
+    demand: Demand,
+    iterations: int,
+    go_on: Callable[[], bool] = lambda: True,
+    tell: Callable[[int, float], None] = lambda iteration, margin: None,
+) -> Polished:
+    """The motion after at most so many steps; earlier where all margins hold with most of what they are to spare.
+
+    Args:
+        control: control points to start from, (agents, points, dim), metres.
+        tell: is told, at each step, its number and the worst margin of the best motion so far, metres.
+    """
+    system = System(costs, control.shape)
+    damping, penalty = DAMPING, 1.0
+
+    def decided(control: Array) -> Look:
+        """A motion, and what has to hold by what it is itself."""
+        return Look(control, costs, demand.active(*costs.splines.states(control)), system)
+
+    now = best = decided(control)
+    done = 0
+    while done < iterations and now.total(penalty) > 0 and go_on():
+        done += 1
+        tell(done, -best.shortfall)
+        step = system.step(now.control, now.rows, damping, penalty)
+        longest = float(np.linalg.norm(step, axis=-1).max(initial=0.0))
+        if longest > LONGEST:
+            step *= LONGEST / longest
+        ahead = Look(now.control + step, costs, now.active, system)
+        gain = now.total(penalty) - ahead.total(penalty)
+        settled = gain <= SETTLED * now.total(penalty)
+        if gain > 0:
+            damping = max(damping / 4, LEAST_DAMPING)
+            now = ahead
+            if done < EAGER or done % PATIENT == 0 or settled:
+                now = decided(now.control)
+                if now.rank < best.rank:
+                    best = now
+        else:
+            damping = min(damping * 6, MOST_DAMPING)
+            settled = damping == MOST_DAMPING
+        if settled and now.shortfall > 0:
+            untangled = demand.untangled(*costs.splines.states(now.control))
+            if untangled is not None:
+                demand = untangled
+                now = decided(now.control)
+                continue
+        if settled and now.filled < ENOUGH:
+            break
+        if settled:
+            if penalty >= HARDEST:
+                break
+            penalty, damping = penalty * HARDER, DAMPING
+    return Polished(best.control, best.shortfall, best.worst, best.total(1.0), done)

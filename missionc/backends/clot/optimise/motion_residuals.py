@@ -1,0 +1,232 @@
+"""Everything a candidate is pushed on: bodies, limits and the margins that its goals rest on, as residual groups.
+
+Source:
+    [clot] III-B, g_obs and g_int; III-C, the predicates; (3).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from missionc.backends.clot.optimise.active_set import Active
+from missionc.backends.clot.optimise.control_points import (
+    Arguments,
+    Indices,
+    Splines,
+)
+from missionc.backends.clot.optimise.obstacle_index import Obstacles
+from missionc.backends.clot.optimise.residuals import Group
+from missionc.backends.clot.optimise.task_residuals import TaskCosts, norm
+from missionc.backends.clot.weights import Spare, Weights
+from missionc.base.trace import Array
+from missionc.ir import (
+    Anywhere,
+    Mission,
+    top_speed,
+)
+from missionc.ir import Box as BoxShape
+from missionc.world.signed_distance import signed_distance
+
+CLOSE = 0.4
+"""Of a metre: bodies further than this beyond what they need are no matter for now."""
+
+GAP = 0.1
+"""Metres, at top speed, between the points at which obstacles are looked at: a corner that is cut lies between two."""
+
+FEWEST, MOST = 3, 12
+"""Such points within each step, whatever the speed."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Samples:
+    """The points of a motion at which obstacles are looked at.
+
+    Args:
+        where: (samples,).
+        radius: (samples,), metres, of the agent there.
+        instant: (samples,), when it is there, as ``obstacles`` counts.
+    """
+
+    where: Arguments
+    radius: Array
+    instant: Indices
+    obstacles: Obstacles
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Costs:
+    """What is pushed on in motions of a mission.
+
+    ``start`` is the mission's step at which the motion starts: 0, or that of a
+    single configuration.
+    """
+
+    mission: Mission
+    splines: Splines
+    weights: Weights
+    spare: Spare
+    start: int = 0
+    samples: Samples = field(init=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "samples", _samples(self.mission, self.splines, self.start))
+
+    def groups(self, control: Array, active: Active) -> Iterator[Group]:
+        """All residual groups of a candidate, (agents, points, dim)."""
+        yield from self.ends()
+        yield from self.limits()
+        yield from self.obstacles(control)
+        yield from self.separation(control)
+        yield from TaskCosts(self.mission, self.splines, self.weights, self.spare).groups(control, active)
+
+    # ---------------------------------------------------------------- motion
+
+    def ends(self) -> Iterator[Group]:
+        """Starts and finishes that are regions: the centre is in them."""
+        for last, step in ((False, 0), (True, self.splines.steps)):
+            if self.splines.steps == 0:
+                continue
+            by_region: dict[object, list[int]] = {}
+            for agent in self.mission.agents:
+                place = agent.finish if last else agent.start
+                if isinstance(place, Anywhere):
+                    by_region.setdefault(place.region, []).append(agent.index)
+            for agents in by_region.values():
+                place = self.mission.agents[agents[0]].finish if last else self.mission.agents[agents[0]].start
+                assert isinstance(place, Anywhere)
+                shape = place.region.shape
+                index = np.array(agents)
+                where = self.splines.position(index, np.full(len(index), step), np.zeros(len(index)))
+                yield Group(
+                    "finish" if last else "start",
+                    (where,),
+                    lambda point, shape=shape: signed_distance(torch, shape, point) + self.spare.task,
+                    self.weights.task,
+                    self.spare.task,
+                )
+
+    def limits(self) -> Iterator[Group]:
+        """Speed at every step, acceleration in every step."""
+        made, step = self.splines, self.splines.step
+        if made.steps == 0:
+            return
+        agent, moment = self._grid(made.steps)
+        fastest = np.array([top_speed(one.dynamics) for one in self.mission.agents])[agent]
+        most = torch.from_numpy(fastest * (1 - self.spare.limits) * step)
+        yield Group(
+            "speed",
+            (made.velocity(agent, moment),),
+            lambda velocity: norm(velocity) * step - most,
+            self.weights.limits,
+            self.spare.limits * step * float(fastest.min()),
+        )
+        second = made.smooth[agent]
+        if second.any():
+            agent, moment = agent[second], moment[second]
+            strongest = np.array([getattr(one.dynamics, "acceleration", 0.0) for one in self.mission.agents])[agent]
+            limit = torch.from_numpy(strongest * (1 - self.spare.limits) * step**2)
+            yield Group(
+                "acceleration",
+                (made.acceleration(agent, moment),),
+                lambda acceleration: norm(acceleration) * step**2 - limit,
+                self.weights.limits,
+                self.spare.limits * step**2 * float(strongest.min()),
+            )
+
+    def obstacles(self, control: Array) -> Iterator[Group]:
+        """Obstacles and the world's bounds, at the steps and between them."""
+        seen = self.samples
+        radius, everywhere = seen.radius, seen.where
+        point = everywhere.of(control)
+        world = BoxShape(self.mission.world.low, self.mission.world.high)
+        far = np.flatnonzero(signed_distance(np, world, point) > -CLOSE)
+        if far.size:
+            yield Group(
+                "world",
+                (everywhere.take(far),),
+                lambda inner: signed_distance(torch, world, inner) + self.spare.bodies,
+                self.weights.bodies,
+                self.spare.bodies,
+            )
+        if not self.mission.obstacles:
+            return
+        spare, reach = self.spare.bodies, float(radius.max()) + self.mission.clearance + CLOSE
+        pairs = seen.obstacles.near(torch.from_numpy(point), torch.from_numpy(seen.instant), reach)
+        if len(pairs.row):
+            row = pairs.row.numpy()
+            need = torch.from_numpy(radius[row] + self.mission.clearance + spare)
+            yield Group(
+                "obstacles",
+                (everywhere.take(row),),
+                lambda inner: need - seen.obstacles.distance(inner, pairs),
+                self.weights.bodies,
+                spare,
+            )
+
+    def separation(self, control: Array) -> Iterator[Group]:
+        """Every two bodies that come near each other within a step, along its whole length."""
+        made, mission = self.splines, self.mission
+        if len(mission.agents) < 2:
+            return
+        radius = np.array([one.radius for one in mission.agents])
+        position, _ = made.states(control)
+        here, there = (position[:, :-1], position[:, 1:]) if made.steps else (position, position)
+        reach = np.linalg.norm(there - here, axis=-1)
+        middle = (here + there) / 2
+        first, second = np.triu_indices(len(radius), 1)
+        square = np.zeros((len(first), middle.shape[1]))
+        for axis in range(mission.dimension):
+            square += (middle[first, :, axis] - middle[second, :, axis]) ** 2
+        within = (radius[first] + radius[second])[:, None] + mission.separation + CLOSE / 4
+        within = within + (reach[first] + reach[second]) / 2
+        pair, step_of = np.nonzero(square < within**2)
+        one, other = first[pair], second[pair]
+        if one.size == 0:
+            return
+        need = torch.from_numpy(radius[one] + radius[other] + mission.separation + self.spare.bodies)
+        part = np.zeros(len(one))
+        ends = [made.position(agent, step_of, part) for agent in (one, other)]
+        if made.steps == 0:
+            yield Group(
+                "separation", tuple(ends), lambda a, b: need - norm(a - b), self.weights.bodies, self.spare.bodies
+            )
+            return
+        ends += [made.position(agent, step_of, part + 1) for agent in (one, other)]
+        yield Group(
+            "separation", tuple(ends), lambda *points: need - _approach(*points), self.weights.bodies, self.spare.bodies
+        )
+
+    def _grid(self, count: int) -> tuple[Indices, Indices]:
+        agents = np.arange(len(self.mission.agents))
+        return np.repeat(agents, count), np.tile(np.arange(count), len(agents))
+
+
+def _samples(mission: Mission, made: Splines, start: int) -> Samples:
+    agents = np.arange(len(mission.agents))
+    fastest = max(top_speed(agent.dynamics) for agent in mission.agents)
+    count = int(np.clip(np.ceil(fastest * made.step / GAP), FEWEST, MOST))
+    parts = np.arange(made.steps * count + 1) if made.steps else np.zeros(1, dtype=np.int64)
+    moment, part = parts // count, (parts % count) / count
+    index = np.repeat(agents, len(parts))
+    where = made.position(index, np.tile(moment, len(agents)), np.tile(part, len(agents)))
+    radius = np.array([one.radius for one in mission.agents])[index]
+    return Samples(
+        where,
+        radius,
+        np.tile(parts, len(agents)),
+        Obstacles(mission, mission.obstacles, (start + moment + part) * made.step),
+    )
+
+
+def _approach(one: Tensor, other: Tensor, one_next: Tensor, other_next: Tensor) -> Tensor:
+    """The least distance of two points that each move straight: (rows, dim) four times -> (rows,)."""
+    apart, change = other - one, (other_next - other) - (one_next - one)
+    with torch.no_grad():
+        square = (change * change).sum(dim=1)
+        when = (-(apart * change).sum(dim=1) / square.clamp_min(1e-18)).clamp(0.0, 1.0)
+    return norm(apart + change * when[:, None])

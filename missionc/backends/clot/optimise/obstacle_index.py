@@ -1,0 +1,187 @@
+"""A mission's obstacles around many points at once: which are near which points, and how far these are from them.
+
+Those that stand are looked up by the cell of the plane a point is in; those that move are all looked at. Either way the
+box around an obstacle decides, and distances are taken to what is left.
+
+Source:
+    [clot] III-B, MSD to the obstacles; IV-D.3 (II), obstacles that move.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from missionc.backends.clot.optimise.stacked_shapes import (
+    Lists,
+    Stacked,
+    lists,
+)
+from missionc.base.trace import Array
+from missionc.ir import Mission, Obstacle, Path, Still
+from missionc.world.clearance import offset
+from missionc.world.sampling import box_around
+from missionc.world.signed_distance import signed_distance
+
+CELLS = 64
+"""Along each axis of the plane, at most."""
+
+CHUNK = 1 << 18
+"""Pairs of points and boxes that are looked at at a time, all with all."""
+
+FEW = 8
+"""Standing obstacles that are quicker looked at one by one, where nobody asks for a gradient."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Pairs:
+    """Points and obstacles that may be near each other.
+
+    Args:
+        row: (pairs,), of the point.
+        which: (pairs,), of the obstacle.
+        shift: (pairs, dim), how far the obstacle has moved, metres.
+    """
+
+    row: Tensor
+    which: Tensor
+    shift: Tensor
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Cells:
+    """Which standing obstacles are within reach of a cell: for each cell, row by row, a list of obstacles."""
+
+    low: Tensor
+    size: Tensor
+    along: int
+    lists: Lists
+
+
+class Obstacles:
+    """Obstacles of a mission.
+
+    Args:
+        every: those that count.
+        times: the instants at which they may be asked about, seconds.
+        dtype: of the points.
+    """
+
+    def __init__(
+        self,
+        mission: Mission,
+        every: Sequence[Obstacle],
+        times: Sequence[float] | Array = (0.0,),
+        dtype: torch.dtype = torch.float64,
+        device: torch.device | None = None,
+    ) -> None:
+        self.mission = mission
+        dim = mission.dimension
+        self.stacked = Stacked([obstacle.shape for obstacle in every], dim, dtype, device)
+        boxes = np.array([box_around(obstacle.shape, dim) for obstacle in every]).reshape(-1, 2, dim)
+        boxes.sort(axis=1)  # of an intersection of what is apart, the corners are the wrong way round
+        self.low, self.high = (torch.from_numpy(boxes[:, side]).to(device, dtype) for side in (0, 1))
+        self.standing = [obstacle.shape for obstacle in every if isinstance(obstacle.motion, Still)]
+        still = [isinstance(obstacle.motion, Still) for obstacle in every]
+        self.still = torch.tensor([number for number, stands in enumerate(still) if stands], dtype=torch.int64).to(
+            device
+        )
+        self.movers = torch.tensor([number for number, stands in enumerate(still) if not stands], dtype=torch.int64).to(
+            device
+        )
+        moved = np.zeros((len(times), len(self.movers), dim))
+        for place, obstacle in enumerate(each for each in every if isinstance(each.motion, Path)):
+            assert isinstance(obstacle.motion, Path)
+            moved[:, place] = [offset(obstacle.motion, time, dim) for time in times]
+        self.moved = torch.from_numpy(moved).to(device, dtype)
+        self.cells: dict[float, _Cells] = {}
+
+    def near(self, points: Tensor, instant: Tensor, reach: float) -> Pairs:
+        """The obstacles whose boxes are less than ``reach`` away from points.
+
+        Args:
+            points: (rows, dim), metres.
+            instant: (rows,), which of ``times`` it is.
+            reach: metres.
+        """
+        row, which = self._standing(points, reach)
+        shift = points.new_zeros(len(row), points.shape[1])
+        if len(self.movers):
+            moved = self.moved[instant]
+            beside = self._beside(points[:, None] - moved, self.movers[None])
+            passing, mover = torch.nonzero(beside < reach * reach, as_tuple=True)
+            row, which = torch.cat([row, passing]), torch.cat([which, self.movers[mover]])
+            shift = torch.cat([shift, moved[passing, mover]])
+        return Pairs(row, which, shift)
+
+    def distance(self, points: Tensor, pairs: Pairs) -> Tensor:
+        """How far the points of pairs, (pairs, dim), are from their obstacles: (pairs,), metres, with its gradient."""
+        return self.stacked.distance(points - pairs.shift, pairs.which)
+
+    def room(self, points: Tensor, instant: Tensor, reach: float) -> Tensor:
+        """How far points are from the nearest obstacle, or ``reach`` where that is less: (rows,), metres."""
+        pairs = self.near(points, instant, reach)
+        found = points.new_full((len(points),), reach)
+        return found.scatter_reduce_(0, pairs.row, self.distance(points[pairs.row], pairs), "amin")
+
+    def standing_room(self, points: Array) -> Array:
+        """How far points are from the nearest obstacle that stands, however far: (rows, dim) -> (rows,), metres."""
+        room = np.full(len(points), np.inf)
+        if len(self.still) <= FEW:
+            for shape in self.standing:
+                room = np.minimum(room, np.asarray(signed_distance(np, shape, points)))
+            return room
+        size = max(CHUNK // max(len(self.still), 1), 1)
+        for begin in range(0, len(points) if len(self.still) else 0, size):
+            some = torch.from_numpy(points[begin : begin + size])
+            beside = self._beside(some[:, None], self.still[None])
+            nearest = self.stacked.distance(some, self.still[beside.argmin(dim=1)])
+            # What is nearer than the shape of the nearest box has a nearer box, or one that the point is in.
+            row, place = torch.nonzero(beside <= (nearest.clamp_min(0.0) ** 2)[:, None], as_tuple=True)
+            every = self.stacked.distance(some[row], self.still[place])
+            room[begin : begin + size] = nearest.scatter_reduce_(0, row, every, "amin").numpy()
+        return room
+
+    def _standing(self, points: Tensor, reach: float) -> tuple[Tensor, Tensor]:
+        if not len(self.still):
+            return self.still, self.still
+        if reach not in self.cells:
+            self.cells[reach] = self._made(reach)
+        cells = self.cells[reach]
+        at = _cell(points[:, :2], cells)
+        at = at[:, 0] * cells.along + at[:, 1]
+        some = torch.nonzero(cells.lists.count[at])[:, 0]
+        place, _, number = cells.lists.of(at[some])
+        row, which = some[place], self.still[number]
+        close = self._beside(points[row], which) < reach * reach
+        return row[close], which[close]
+
+    def _made(self, reach: float) -> _Cells:
+        low, high = self.low[self.still, :2] - reach, self.high[self.still, :2] + reach
+        corner = torch.tensor(self.mission.world.low[:2], dtype=low.dtype, device=low.device)
+        extent = torch.tensor(self.mission.world.high[:2], dtype=low.dtype, device=low.device) - corner
+        along = min(CELLS, 2 * int(np.ceil(np.sqrt(len(self.still)))))
+        empty = _Cells(corner, extent / along, along, lists([], torch.zeros(0, dtype=torch.int64), low.device))
+        # What is outside the world is in the cell at its border: that of a box reaches as far as that of its points.
+        first, last = _cell(low, empty), _cell(high, empty)
+        span = last - first + 1
+        boxes = lists(span.prod(dim=1).cpu().numpy(), torch.arange(int(span.prod(dim=1).sum())), low.device)
+        place, within, _ = boxes.of(torch.arange(len(span), device=low.device))
+        cell = (first[place, 0] + within // span[place, 1]) * along + first[place, 1] + within % span[place, 1]
+        order = cell.argsort(stable=True)
+        count = torch.bincount(cell, minlength=along * along)
+        return _Cells(corner, empty.size, along, lists(count.cpu().numpy(), place[order], low.device))
+
+    def _beside(self, points: Tensor, which: Tensor) -> Tensor:
+        """The square of how far points, (..., dim), are from boxes: metres, 0 in them."""
+        beside = torch.maximum(self.low[which] - points, points - self.high[which]).clamp_min(0.0)
+        return (beside * beside).sum(dim=-1)
+
+
+def _cell(points: Tensor, cells: _Cells) -> Tensor:
+    """(rows, 2) -> (rows, 2), int64; of points outside the world, the cell nearest to them."""
+    return ((points - cells.low) / cells.size).floor().clamp(0, cells.along - 1).long()

@@ -1,0 +1,275 @@
+"""Many shapes as a few tables: how far points are from the shape each is asked about, in one operation for all.
+
+Every plain shape is a polygon of one corner or more, less a radius, between two heights; a ball is one corner and the
+way up to it as well. Combined shapes are folded level by level. The values are those of ``world.signed_distance``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, assert_never
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from missionc.base.trace import Array
+from missionc.ir import Ball, Box, Difference, Disc, Intersection, Polygon, Prism, Shape, Union
+
+CHUNK = 1 << 16
+"""Numbers in a table of points and sides: as many are worked on at a time, so that they stay near the processor."""
+
+EVERYWHERE = Prism(-np.inf, np.inf)
+
+OPERATIONS = {Union: (1.0, 1.0), Intersection: (-1.0, -1.0), Difference: (-1.0, 1.0)}
+"""Of two distances, ``own * min(own * left, other * right)``: ``own`` and ``other``."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Leaves:
+    """Plain shapes of about as many sides.
+
+    Args:
+        sides: (leaves, 6, sides): where a side begins, x and y, the way along it, one by the square of its length, and
+            how far to the right it goes on the way up. What has no length counts as 0; the first corner fills up.
+        own: (leaves, 5): radius, bottom and top, height of the middle of a ball, 1 for balls and else 0.
+    """
+
+    sides: Tensor
+    own: Tensor
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Lists:
+    """For each shape a list of rows: which, one shape after the other, the first of each and how many."""
+
+    rows: Tensor
+    first: Tensor
+    count: Tensor
+
+    def of(self, which: Tensor) -> tuple[Tensor, Tensor, Tensor]:
+        """Of each of these shapes all rows: the place in ``which``, the place in its list, and the row."""
+        count = self.count[which]
+        place = torch.repeat_interleave(torch.arange(len(which), device=which.device), count)
+        within = torch.arange(len(place), device=which.device) - (count.cumsum(0) - count)[place]
+        return place, within, self.rows[self.first[which][place] + within]
+
+
+class Stacked:
+    """Shapes, one below the other.
+
+    Args:
+        dimension: of the points.
+        dtype: of the points.
+    """
+
+    def __init__(
+        self, shapes: Sequence[Shape], dimension: int, dtype: torch.dtype, device: torch.device | None = None
+    ) -> None:
+        self.dimension = dimension
+        trees = [_Tree(shape) for shape in shapes]
+        plain = [leaf for tree in trees for leaf in tree.leaves]
+        corners = [_corners(leaf) for leaf in plain]
+        wide = np.array([1 << (len(each) - 1).bit_length() for each in corners], dtype=np.int64)
+        self.leaves, bucket, row = [], np.zeros(len(plain), dtype=np.int64), np.zeros(len(plain), dtype=np.int64)
+        for number, width in enumerate(np.unique(wide)):
+            members = np.flatnonzero(wide == width)
+            bucket[members], row[members] = number, np.arange(len(members))
+            sides = np.stack([_sides(corners[each], int(width)) for each in members])
+            own = np.array([_own(plain[each]) for each in members])
+            self.leaves.append(Leaves(*(torch.from_numpy(table).to(device, dtype) for table in (sides, own))))
+        self.bucket, self.row = (torch.from_numpy(each).to(device) for each in (bucket, row))
+        self.of_shape = lists([len(tree.leaves) for tree in trees], np.arange(len(plain)), device)
+        self.slots = torch.tensor([len(tree.leaves) + len(tree.folds) for tree in trees], device=device)
+        folds = [fold for tree in trees for fold in tree.folds]
+        self.folds = torch.tensor([fold[1:] for fold in folds], dtype=dtype, device=device).reshape(-1, 5)
+        level = np.array([fold[0] for fold in folds], dtype=np.int64)
+        owner = np.repeat(np.arange(len(trees)), [len(tree.folds) for tree in trees])
+        self.levels = [
+            lists(np.bincount(owner[level == each], minlength=len(trees)), np.flatnonzero(level == each), device)
+            for each in np.unique(level)
+        ]
+
+    def distance(self, points: Tensor, which: Tensor) -> Tensor:
+        """How far each point is from the border of its shape: (rows, dim), (rows,) -> (rows,), metres, negative inside.
+
+        Has a gradient by the points: a unit vector where there is one, as ``world.signed_distance`` has it.
+        """
+        distance: Tensor = _Distance.apply(points, self, which)  # type: ignore[no-untyped-call]
+        return distance
+
+    def measured(self, points: Tensor, which: Tensor, slope: bool) -> tuple[Tensor, Tensor]:
+        """Distances, (rows,), and, if ``slope``, their gradients, (rows, dim); else of those nothing."""
+        if not self.levels:
+            return self._leaves(points, which, slope)
+        place, within, leaf = self.of_shape.of(which)
+        slots = self.slots[which]
+        base = slots.cumsum(0) - slots
+        total = int(slots.sum())
+        value = points.new_empty(total)
+        gradient = points.new_empty(total if slope else 0, self.dimension)
+        slot = base[place] + within
+        value[slot], found = self._leaves(points[place], leaf, slope)
+        if slope:
+            gradient[slot] = found
+        for level in self.levels:
+            place, _, row = level.of(which)
+            fold, begin = self.folds[row], base[place]
+            out, left, right = (begin + fold[:, column].long() for column in range(3))
+            own, other = fold[:, 3], fold[:, 4]
+            one, two = own * value[left], other * value[right]
+            value[out] = own * torch.minimum(one, two)
+            if slope:
+                turned = (own * other)[:, None] * gradient[right]
+                gradient[out] = torch.where((one <= two)[:, None], gradient[left], turned)
+        last = base + slots - 1
+        return value[last], gradient[last] if slope else gradient
+
+    def _leaves(self, points: Tensor, leaf: Tensor, slope: bool) -> tuple[Tensor, Tensor]:
+        """``measured`` of plain shapes, by their own numbers."""
+        if len(self.leaves) == 1 and len(leaf) * self.leaves[0].sides.shape[2] <= CHUNK:
+            return _plain(points, self.leaves[0].sides[leaf], self.leaves[0].own[leaf], slope)
+        value = points.new_empty(len(leaf))
+        gradient = points.new_empty(len(leaf) if slope else 0, self.dimension)
+        bucket, row = self.bucket[leaf], self.row[leaf]
+        for number, leaves in enumerate(self.leaves):
+            for at in torch.nonzero(bucket == number)[:, 0].split(max(CHUNK // leaves.sides.shape[2], 1)):
+                value[at], found = _plain(points[at], leaves.sides[row[at]], leaves.own[row[at]], slope)
+                if slope:
+                    gradient[at] = found
+        return value, gradient
+
+
+class _Distance(torch.autograd.Function):
+    @staticmethod
+    def forward(ctx: Any, points: Tensor, stacked: Stacked, which: Tensor) -> Tensor:
+        distance, gradient = stacked.measured(points, which, ctx.needs_input_grad[0])
+        ctx.save_for_backward(gradient)
+        return distance
+
+    @staticmethod
+    def backward(ctx: Any, *incoming: Tensor) -> tuple[Tensor, None, None]:
+        (gradient,) = ctx.saved_tensors
+        return incoming[0][:, None] * gradient, None, None
+
+
+def lists(count: Any, rows: Any, device: torch.device | None) -> Lists:
+    """Lists of ``count`` rows each, one list after the other."""
+    counts = torch.as_tensor(np.asarray(count, dtype=np.int64), device=device)
+    return Lists(torch.as_tensor(rows, device=device), counts.cumsum(0) - counts, counts)
+
+
+def _plain(points: Tensor, sides: Tensor, own: Tensor, slope: bool) -> tuple[Tensor, Tensor]:
+    """Distance of each point to its plain shape, (rows,), and its gradient, (rows, dim)."""
+    x, y, along_x, along_y, scale, slant = sides.unbind(1)
+    off_x, off_y = points[:, :1] - x, points[:, 1:2] - y
+    inside = off_x.new_zeros(len(points), dtype=torch.bool)
+    if sides.shape[2] > 1:
+        below = off_y < 0
+        crosses = (below != below.roll(-1, 1)) & (off_x < off_y * slant)
+        inside = crosses.sum(dim=1) % 2 == 1
+        share = ((off_x * along_x + off_y * along_y) * scale).clamp(0.0, 1.0)
+        off_x, off_y = off_x - share * along_x, off_y - share * along_y
+    nearest, side = (off_x * off_x + off_y * off_y).min(dim=1)
+    radius, bottom, top, middle, ball = own.unbind(1)
+    if points.shape[1] == 3:
+        rise = ball * (points[:, 2] - middle)
+        nearest = nearest + rise * rise
+    length = nearest.sqrt()
+    plane = torch.where(inside, -length, length) - radius
+    gradient = points.new_empty(0)
+    if slope:
+        ways = [off.gather(1, side[:, None])[:, 0] for off in (off_x, off_y)] + ([rise] if points.shape[1] == 3 else [])
+        unit = torch.stack(ways, dim=1) / torch.where(length > 0, length, 1.0)[:, None]
+        gradient = torch.where(inside[:, None], -unit, unit)
+    if points.shape[1] == 2:
+        return plane, gradient
+    height = points[:, 2]
+    level = torch.maximum(bottom - height, height - top)
+    beside, above = plane.clamp_min(0.0), level.clamp_min(0.0)
+    outside = (beside * beside + above * above).sqrt()
+    if slope:
+        out = outside > 0
+        scale = torch.where(out, outside, 1.0)
+        of_plane = torch.where(out, beside / scale, (plane >= level).to(plane))
+        of_level = torch.where(out, above / scale, (plane < level).to(plane))
+        gradient = of_plane[:, None] * gradient
+        gradient[:, 2] += of_level * torch.where(height - top > bottom - height, 1.0, -1.0)
+    return outside + torch.maximum(plane, level).clamp_max(0.0), gradient
+
+
+class _Tree:
+    """A shape's plain ones, in order, and how they are folded, lower levels first.
+
+    A fold is its level, its slot, those of its two parts and the two factors of its operation. Slots are the plain
+    shapes and then the folds; the last one is the shape itself.
+    """
+
+    def __init__(self, shape: Shape) -> None:
+        self.leaves: list[Box | Disc | Ball | Polygon] = []
+        found: list[tuple[int, int, int, float, float]] = []
+
+        def walk(shape: Shape) -> tuple[int, int]:
+            """Level and number: of a leaf its place, of a fold the bitwise complement of its place."""
+            match shape:
+                case Union(left, right) | Intersection(left, right) | Difference(left, right):
+                    (one, left_number), (two, right_number) = walk(left), walk(right)
+                    level = max(one, two) + 1
+                    found.append((level, left_number, right_number, *OPERATIONS[type(shape)]))
+                    return level, ~(len(found) - 1)
+                case Box() | Disc() | Ball() | Polygon():
+                    self.leaves.append(shape)
+                    return 0, len(self.leaves) - 1
+                case _:
+                    assert_never(shape)
+
+        walk(shape)
+        count = len(self.leaves)
+
+        def slot(number: int) -> int:
+            return number if number >= 0 else count + ~number
+
+        self.folds = [
+            (level, count + place, slot(left), slot(right), own, other)
+            for place, (level, left, right, own, other) in enumerate(found)
+        ]
+
+
+def _corners(shape: Box | Disc | Ball | Polygon) -> list[tuple[float, float]]:
+    match shape:
+        case Box(low, high):
+            return [(low[0], low[1]), (high[0], low[1]), (high[0], high[1]), (low[0], high[1])]
+        case Disc(centre, _) | Ball(centre, _):
+            return [(centre[0], centre[1])]
+        case Polygon(corners):
+            return list(corners)
+        case _:
+            assert_never(shape)
+
+
+def _sides(corners: list[tuple[float, float]], width: int) -> Array:
+    begin = np.array(corners + corners[:1] * (width - len(corners)))
+    along = np.roll(begin, -1, axis=0) - begin
+    square, rise = (along**2).sum(axis=1), along[:, 1]
+    scale, slant = (
+        np.divide(each, by, out=np.zeros(width), where=by != 0) for each, by in ((1.0, square), (along[:, 0], rise))
+    )
+    return np.concatenate([begin.T, along.T, [scale, slant]])
+
+
+def _own(shape: Box | Disc | Ball | Polygon) -> tuple[float, ...]:
+    match shape:
+        case Box(low, high):
+            band = Prism(low[2], high[2]) if len(low) == 3 else EVERYWHERE
+            return 0.0, band.low, band.high, 0.0, 0.0
+        case Disc(_, radius, band):
+            band = band or EVERYWHERE
+            return radius, band.low, band.high, 0.0, 0.0
+        case Ball(centre, radius):
+            return radius, EVERYWHERE.low, EVERYWHERE.high, centre[-1], 1.0
+        case Polygon(_, band):
+            band = band or EVERYWHERE
+            return 0.0, band.low, band.high, 0.0, 0.0
+        case _:
+            assert_never(shape)

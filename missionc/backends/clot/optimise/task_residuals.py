@@ -1,0 +1,310 @@
+"""The margins and links that a candidate's goals rest on, as residual groups.
+
+Source:
+    [clot] III-C, the predicates.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import reduce
+from itertools import groupby, pairwise
+from typing import Any, assert_never
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from missionc.backends.clot.cost_graph.cost_graph import Length, Margin
+from missionc.backends.clot.cost_graph.leaf_margins import link_weight, second_eigenvalue
+from missionc.backends.clot.cost_graph.spanning_trees import spanning_tree
+from missionc.backends.clot.optimise.active_set import (
+    Active,
+    Links,
+    Stretch,
+)
+from missionc.backends.clot.optimise.control_points import (
+    Arguments,
+    Indices,
+    Splines,
+)
+from missionc.backends.clot.optimise.residuals import Group
+from missionc.backends.clot.weights import Spare, Weights
+from missionc.base.trace import Array, Flags
+from missionc.ir import (
+    Compare,
+    Connected,
+    Connectivity,
+    DistanceBetween,
+    DistanceTo,
+    Feature,
+    Formation,
+    Graph,
+    InFormation,
+    Inside,
+    Mission,
+    Speed,
+    Touches,
+)
+from missionc.language.margins import compare
+from missionc.language.margins.connected import restricted
+from missionc.language.margins.formation import edge_error
+from missionc.language.margins.predicate_margins import link_margin
+from missionc.world.signed_distance import distance_between, signed_distance
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TaskCosts:
+    """What the formulas of a mission ask of motions made of ``splines``."""
+
+    mission: Mission
+    splines: Splines
+    weights: Weights
+    spare: Spare
+
+    def groups(self, control: Array, active: Active) -> Iterator[Group]:
+        """The margins and links that have to hold."""
+        for margin, mask in active.margins.items():
+            yield from self._margin(margin, mask, control)
+        for lists, together in ((active.joined, True), (active.parted, False)):
+            for graph, links in lists.items():
+                yield from self._links(graph, np.concatenate(links), together)
+        for term, stretches in active.lengths.items():
+            yield from self._lengths(term, stretches)
+
+    def _margin(self, margin: Margin, mask: Flags, control: Array) -> Iterator[Group]:
+        predicate, sign = margin.predicate, 1.0 if margin.holds else -1.0
+        spare, weight = self.spare.task, self.weights.task
+        agent, step = (index.astype(np.int64) for index in np.nonzero(mask))
+        match predicate:
+            case Inside(place) | Touches(place):
+                grown = 0.0
+                if isinstance(predicate, Touches):
+                    grown = 1.0
+                elif predicate.body:
+                    grown = -1.0
+                radius = np.array([one.radius for one in self.mission.agents])[agent] * grown
+                bound = torch.from_numpy(radius)
+                yield Group(
+                    f"{'' if margin.holds else 'not '}{place.name}",
+                    (self._at(agent, step),),
+                    lambda point: spare - sign * (bound - signed_distance(torch, place.shape, point)),
+                    weight,
+                    spare,
+                )
+            case Compare():
+                yield self._compare(predicate, sign, agent, step)
+            case Connected():
+                moments = np.flatnonzero(mask.any(axis=0))
+                if margin.holds:
+                    yield from self._links(restricted(predicate), self._tree(predicate, moments, control), True)
+                    if self.mission.solve.connectivity is Connectivity.LAMBDA2:
+                        yield from self._second_eigenvalue(restricted(predicate), moments)
+                else:
+                    yield from self._links(restricted(predicate), self._cut(predicate, moments, control), False)
+            case InFormation(formation):
+                moments = np.flatnonzero(mask.any(axis=0)).astype(np.int64)
+                yield from self._formation(formation, moments, margin.holds, control)
+            case _:
+                assert_never(predicate)
+
+    def _formation(self, formation: Formation, moments: Indices, holds: bool, control: Array) -> Iterator[Group]:
+        """Every edge's error within the tolerance; or, where the formation must not be, the worst one's beyond it.
+
+        Of a total tolerance each edge has the share that its own error is nearest to.
+        """
+        if not len(moments):
+            return
+        kept = min(self.spare.task, formation.tolerance / 3) if holds else self.spare.task
+        bound = formation.tolerance - kept if holds else formation.tolerance + kept
+        position, _ = self.splines.states(control)
+        errors = np.stack(
+            [
+                np.asarray(edge_error(np, edge, position[edge.first], position[edge.second]))[moments]
+                for edge in formation.edges
+            ]
+        )
+        bounds = shares(errors, bound) if formation.total else np.full(errors.shape, bound)
+        asked = np.full(errors.shape, holds or formation.total)
+        asked[errors.argmax(axis=0), np.arange(len(moments))] = True
+        offset = np.array([isinstance(edge.target, tuple) for edge in formation.edges])
+        for offsets in (False, True):
+            number, moment = np.nonzero(asked & (offset == offsets)[:, None])
+            if not number.size:
+                continue
+            edges = [formation.edges[edge] for edge in number]
+            ends = [np.array([getattr(edge, end) for edge in edges]) for end in ("first", "second")]
+            target = torch.tensor([edge.target for edge in edges], dtype=torch.float64)
+            most = torch.from_numpy(bounds[number, moment])
+
+            def over(
+                a: Tensor, b: Tensor, target: Tensor = target, offsets: bool = offsets, most: Tensor = most
+            ) -> Tensor:
+                return (norm(b - a - target) if offsets else (norm(b - a) - target).abs()) - most
+
+            yield Group(
+                f"{'' if holds else 'not '}formation {formation.name}",
+                (self._at(ends[0], moments[moment]), self._at(ends[1], moments[moment])),
+                over if holds else (lambda a, b, over=over: -over(a, b)),
+                self.weights.task,
+                kept / len(formation.edges) if formation.total else kept,
+            )
+
+    def _compare(self, predicate: Compare, sign: float, agent: Indices, step: Indices) -> Group:
+        """A comparison, whatever it reads: own position and velocity, and other agents' positions."""
+        made = self.splines
+        if compare.about_team(predicate):
+            step = np.unique(step)
+            agent = np.zeros_like(step)
+        arguments = [self._at(agent, step)]
+        where: dict[object, int] = {}
+        for _, feature in predicate.terms:
+            if isinstance(feature, Speed):
+                where[feature] = len(arguments)
+                arguments.append(made.velocity(agent, step))
+            for target in _others(feature):
+                if target not in where:
+                    where[target] = len(arguments)
+                    arguments.append(self._at(np.full(len(step), target), step))
+        altitude = torch.from_numpy(np.array([one.altitude for one in self.mission.agents])[agent])
+        in_speed = all(isinstance(feature, Speed) for _, feature in predicate.terms)
+        scale = made.step if in_speed and made.steps else 1.0
+
+        def shortfall(*points: Tensor) -> Tensor:
+            def value(feature: Feature) -> Any:
+                match feature:
+                    case DistanceTo(int() as target):
+                        return distance_between(torch, points[0], points[where[target]])
+                    case DistanceBetween(first, second):
+                        return distance_between(torch, points[where[first]], points[where[second]])
+                    case _:
+                        velocity = points[where[feature]] if isinstance(feature, Speed) else None
+                        return compare.own_feature(torch, feature, altitude, points[0], velocity)
+
+            margin = compare.margin(predicate, self.mission.dimension, value) + 0.0 * points[0][:, 0]
+            lacking: Tensor = (self.spare.task - sign * margin) * scale
+            return lacking
+
+        return Group("comparison", tuple(arguments), shortfall, self.weights.task, self.spare.task * scale)
+
+    def _links(self, graph: Graph, links: Links, together: bool) -> Iterator[Group]:
+        if len(links) == 0:
+            return
+        sign = 1.0 if together else -1.0
+        pair = [self._at(links[:, end], links[:, 2]) for end in (0, 1)]
+        yield Group(
+            f"link {graph.name}",
+            tuple(pair),
+            lambda a, b: self.spare.task - sign * link_margin(graph, a, b, xp=torch),
+            self.weights.task,
+            self.spare.task,
+        )
+
+    def _second_eigenvalue(self, graph: Graph, moments: Indices) -> Iterator[Group]:
+        """λ₂ at least that of a ring of full links; in metres a full link's margin, where it is nothing.
+
+        All of it is to spare: where links of the best tree hold, which are pushed on beside it
+        because λ₂ of a graph in parts has no slope, it is more than nothing.
+        """
+        count, full = len(graph.agents), self.spare.links
+        if count < 2 or not len(moments):
+            return
+        ring = min(2 - 2 * np.cos(2 * np.pi / count), count)
+
+        def shortfall(*points: Tensor) -> Tensor:
+            members = torch.stack(points, dim=1)
+            links: Any = link_margin(graph, members[:, :, None], members[:, None], xp=torch)
+            own = torch.eye(count, dtype=torch.bool)
+            lambda_2 = second_eigenvalue(link_weight(links, full).masked_fill(own, 0.0))
+            lacking: Tensor = full * (1 - lambda_2 / ring)
+            return lacking
+
+        where = tuple(self._at(np.full(len(moments), agent), moments) for agent in graph.agents)
+        yield Group(f"connectivity of {graph.name}", where, shortfall, self.weights.links, full)
+
+    def _lengths(self, term: Length, stretches: list[Stretch]) -> Iterator[Group]:
+        """Routes that are long enough, and routes that are short enough; those of as many agents together."""
+        kept = min(self.spare.task, (term.high - term.low) / 3) if term.holds else self.spare.task
+        for _, alike in groupby(sorted(stretches, key=_kind), key=_kind):
+            some = list(alike)
+            agents = np.array([each.agents for each in some])
+            step = np.array([each.step for each in some])
+            bound, sign = some[0].bound(term), 1.0 if some[0].longer else -1.0
+            yield Group(
+                f"length on {term.graph.name}",
+                tuple(self._at(agent, step) for agent in agents.T),
+                lambda *points, bound=bound, sign=sign: kept - sign * (_length(points) - bound),
+                self.weights.task,
+                kept,
+            )
+
+    def _tree(self, predicate: Connected, moments: Indices, control: Array) -> Links:
+        """The edges of each step's best spanning tree."""
+        agents = np.array(predicate.agents)
+        first, second, _ = spanning_tree(self._all_links(predicate, moments, control))
+        if len(agents) < 2:
+            return np.zeros((0, 3), dtype=np.int64)
+        step = np.repeat(moments[:, None], len(agents) - 1, axis=1)
+        return np.stack([agents[first].ravel(), agents[second].ravel(), step.ravel()], axis=1)
+
+    def _cut(self, predicate: Connected, moments: Indices, control: Array) -> Links:
+        """At each step, all pairs across the tree's worst edge: the parting that takes least."""
+        agents = np.array(predicate.agents)
+        links = self._all_links(predicate, moments, control)
+        first, second, worst = spanning_tree(links)
+        found: list[Links] = []
+        for row, step in enumerate(moments) if len(agents) > 1 else ():
+            side = np.zeros(len(agents), dtype=np.bool_)
+            side[second[row, worst[row]]] = True
+            for number in range(worst[row] + 1, len(agents) - 1):  # edges come in the order the tree grew
+                if side[first[row, number]]:
+                    side[second[row, number]] = True
+            one, other = np.nonzero(side[:, None] & ~side[None, :])
+            found.append(np.stack([agents[one], agents[other], np.full(len(one), step)], axis=1))
+        return np.concatenate(found) if found else np.zeros((0, 3), dtype=np.int64)
+
+    def _all_links(self, predicate: Connected, moments: Indices, control: Array) -> Array:
+        position, _ = self.splines.states(control)
+        members = position[list(predicate.agents)][:, moments].swapaxes(0, 1)
+        return np.asarray(link_margin(predicate.graph, members[:, :, None], members[:, None, :]))
+
+    def _at(self, agent: Indices, step: Indices) -> Arguments:
+        return self.splines.position(agent, step, np.zeros(len(agent)))
+
+
+def _others(feature: Feature) -> tuple[int, ...]:
+    match feature:
+        case DistanceTo(int() as target):
+            return (target,)
+        case DistanceBetween(first, second):
+            return (first, second)
+        case _:
+            return ()
+
+
+def _kind(stretch: Stretch) -> tuple[int, bool]:
+    return len(stretch.agents), stretch.longer
+
+
+def _length(points: tuple[Tensor, ...]) -> Tensor:
+    """Of the routes from point to point, (rows, dim) each -> (rows,)."""
+    return reduce(torch.add, [norm(after - here) for here, after in pairwise(points)])
+
+
+def shares(errors: Array, total: float) -> Array:
+    """What is nearest to these errors, (edges, moments), metres, among what is nowhere below 0 and sums to a total.
+
+    Source:
+        Duchi, Shalev-Shwartz, Singer and Chandra, "Efficient projections onto the l1-ball", 2008, algorithm 1.
+    """
+    falling = -np.sort(-errors, axis=0)
+    over = (np.cumsum(falling, axis=0) - total) / np.arange(1, len(errors) + 1)[:, None]
+    last = (falling > over).sum(axis=0, keepdims=True) - 1
+    nearest: Array = np.maximum(errors - np.take_along_axis(over, last, axis=0), 0.0)
+    return nearest
+
+
+def norm(vector: Tensor) -> Tensor:
+    """Lengths, (rows, dim) -> (rows,), with a gradient everywhere."""
+    return reduce(torch.add, [vector[:, axis] ** 2 for axis in range(vector.shape[1])]).add(1e-18).sqrt()

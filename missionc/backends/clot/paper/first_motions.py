@@ -1,0 +1,145 @@
+"""Where the candidates of one agent begin: drawn from the prior, or around its part of a sketch.
+
+Source:
+    [clot] Algorithm 1, line 1; IV-B.3 (I).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from missionc.backends.clot.paper.prior import (
+    Fixed,
+    Free,
+    prior,
+)
+from missionc.backends.clot.schedule.geodesics import Guide, along
+from missionc.backends.clot.schedule.key_frames import Frame
+from missionc.backends.clot.schedule.schedule import Schedule
+from missionc.base.trace import Array
+from missionc.ir import Mission
+
+MIDWAY = 0.072
+"""Half-way between two ends at rest, T steps apart, the prior deviates by so much times T^1.5 accelerations."""
+
+EARLY = 0.3
+"""Of the way between two key frames: how far an agent is ahead half-way, or behind; from a third on it turns back."""
+
+AT_ONCE = 1 << 13
+"""Candidates that are drawn in one call, which no limit of time can interrupt."""
+
+LATE = 0.12
+"""Of the mission: how long after its parent, or before, an agent comes past the same place."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FirstMotions:
+    """Args:
+    key: the configurations of which the first gives the starts, and the last the finishes.
+    schedule: whose appointments candidates keep; None for none.
+    sketch: (agents, steps + 1, dim), metres; None for none.
+    guide: of the mission, for ways round what stands still.
+    deviation: of the prior half-way between two ends, metres.
+    """
+
+    mission: Mission
+    key: tuple[Frame, ...]
+    schedule: Schedule | None
+    sketch: Array | None
+    guide: Guide
+    deviation: float
+
+    def fixed(self, agent: int) -> Tensor:
+        """Which waypoints keep their place, (steps + 1,): the first; the last where the mission has a finish."""
+        found = torch.zeros(self.mission.steps + 1, dtype=torch.bool)
+        found[0] = True
+        found[-1] = self.mission.agents[agent].finish is not None
+        return found
+
+    def of(self, agent: int, parent: tuple[int, Array] | None, samples: int, generator: torch.Generator) -> Tensor:
+        """Candidates of an agent, (samples, steps + 1, dim), metres.
+
+        With a sketch, they come in four equal parts: around the sketch (the first
+        is the sketch itself), through the agent's own key frames by its own way
+        round what stands there, behind or ahead of ``parent``, an agent and its
+        planned motion, and drawn from the prior. Where a team has to go one by
+        one, the sketch, which keeps its shape, does not fit and the others may.
+        """
+        if self.sketch is None:
+            return self._from_prior(agent, samples, generator)
+        count = (samples + 3) // 4
+        around = torch.from_numpy(self.sketch[agent]).float().expand(count, -1, -1)
+        noise = self._from_prior(agent, 3 * count, generator, still=True)
+        noise[[0, count, 2 * count]] = 0.0
+        own = self._own_way(agent, count, generator)
+        along = around if parent is None else self._along(agent, *parent, count, generator)
+        begun = torch.cat([around, own, along]) + noise
+        begun[:, 0] = around[0, 0]
+        return torch.cat([begun, self._from_prior(agent, count, generator)])[:samples]
+
+    def _own_way(self, agent: int, count: int, generator: torch.Generator) -> Tensor:
+        """From key frame to key frame round what stands there, early or late between them: (count, steps + 1, dim)."""
+        radius = self.mission.agents[agent].radius + self.mission.clearance
+        early = (EARLY * (2 * torch.rand(count, generator=generator) - 1)).numpy()
+        early[0] = 0.0
+        parts = [np.repeat(self.key[0].position[agent][None, None], count, axis=0)]
+        for before, after in pairwise(self.key):
+            start, end = before.position[agent], after.position[agent]
+            way = self.guide.way(start, end, radius + 0.1, radius)
+            way = np.stack([start, end]) if way is None else way
+            share = np.arange(1, after.step - before.step + 1) / (after.step - before.step)
+            parts.append(np.stack([along(way, share + by * np.sin(np.pi * share)) for by in early]))
+        return torch.from_numpy(np.concatenate(parts, axis=1)).float()
+
+    def _along(self, agent: int, parent: int, motion: Array, count: int, generator: torch.Generator) -> Tensor:
+        """On the parent's track, before or after it, beside it near key frames only: (count, steps + 1, dim)."""
+        steps = self.mission.steps
+        late = (LATE * steps * (2 * torch.rand(count, generator=generator) - 1)).numpy()
+        beside = torch.rand(count, generator=generator).round().numpy()
+        at = [frame.step for frame in self.key]
+        offset = np.stack([frame.position[agent] - frame.position[parent] for frame in self.key])
+        time = np.arange(steps + 1.0)
+        offsets = np.stack([np.interp(time, at, column) for column in offset.T], axis=1)
+        nearest = np.abs(time[:, None] - np.array(at)).min(axis=1)
+        away = np.minimum(nearest / max(1.0, LATE * steps), 1.0)
+        found = []
+        for by, side in zip(late, beside, strict=True):
+            moment = np.clip(time - by * away, 0, steps)
+            track = np.stack([np.interp(moment, time, column) for column in motion.T], axis=1)
+            found.append(track + offsets * (1 - away * (1 - side))[:, None])
+        return torch.from_numpy(np.stack(found)).float()
+
+    def _from_prior(self, agent: int, samples: int, generator: torch.Generator, still: bool = False) -> Tensor:
+        """Drawn from the prior, every candidate with a deviation of its own; ``still``: their deviations alone."""
+        if samples > AT_ONCE:
+            blocks = [min(AT_ONCE, samples - done) for done in range(0, samples, AT_ONCE)]
+            return torch.cat([self._from_prior(agent, block, generator, still) for block in blocks])
+        steps, mission = self.mission.steps, self.mission
+        dim = mission.dimension
+        begin, end = (torch.from_numpy(frame.position[agent]).float() for frame in (self.key[0], self.key[-1]))
+        via = self._appointments(agent)
+        at = torch.tensor(sorted(via), dtype=torch.int64).expand(samples, -1)
+        places = torch.tensor([list(map(float, via[step])) for step in sorted(via)]).reshape(len(via), dim)
+        finish = Fixed(end) if mission.agents[agent].finish is not None else Free()
+        acceleration = self.deviation / (MIDWAY * steps**1.5)
+        drawn = prior(steps + 1, Fixed(begin), finish, acceleration, at, places.expand(samples, -1, -1))
+        sample = drawn.sample(generator) - drawn.mean
+        varied = 1.5 * torch.rand(samples, 1, 1, generator=generator) * sample
+        return varied if still else drawn.mean + varied
+
+    def _appointments(self, agent: int) -> Mapping[int, Array]:
+        """Where the agent is to be at which steps: at its visits, as the key frames have it."""
+        if self.schedule is None:
+            return {}
+        steps = {
+            appointment.step
+            for appointment in self.schedule.appointments
+            if any(one == agent for one, _ in appointment.visit.regions)
+        }
+        return {frame.step: frame.position[agent] for frame in self.key if frame.step in steps}

@@ -1,0 +1,312 @@
+"""In which order agents may be planned: the dependency graph of a mission, phase by phase.
+
+A phase is a run of steps at which the same pairs of agents are coupled. Couplings come from
+the requirements alone: formations couple their edges, distances their two agents, ``connected``
+and the spatial operators the agents that are linked where they start.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from itertools import groupby
+from typing import TypeAlias, assert_never
+
+import numpy as np
+
+from missionc.backends.clot.cost_graph.relevance import occasions
+from missionc.base.trace import Array, Flags
+from missionc.ir import (
+    Compare,
+    Connected,
+    DistanceBetween,
+    DistanceTo,
+    Graph,
+    InFormation,
+    Inside,
+    Mission,
+    Predicate,
+    Touches,
+)
+from missionc.kernel.nodes import Apart, Atom, Kernel, Nearby, Reach, Route
+from missionc.language.margins.links import all_links
+
+Edge: TypeAlias = tuple[int, int]
+"""Two agents by mission index, the lower first."""
+
+Offers: TypeAlias = Callable[[frozenset[int]], Sequence[int]]
+"""Which agents may be planned next, given those that are."""
+
+
+@dataclass(frozen=True, slots=True)
+class Phase:
+    """The steps ``first`` … ``last``, both included, and what couples agents at each of them.
+
+    ``neighbours`` and ``part`` are by agent: those it shares an edge with, and the
+    number of its connected component.
+
+    Source:
+        [clot] IV-B.1, one G_s of the time-varying constraints.
+    """
+
+    first: int
+    last: int
+    neighbours: tuple[frozenset[int], ...]
+    part: tuple[int, ...]
+
+    @property
+    def edges(self) -> frozenset[Edge]:
+        return frozenset(
+            (agent, other) for agent, others in enumerate(self.neighbours) for other in others if agent < other
+        )
+
+    def meets(self, planned: Collection[int], agent: int) -> bool:
+        """Whether the phase lets the agent follow: it is coupled to a planned one, or is the first of its component.
+
+        An agent without an edge is a component of its own, and so free.
+        """
+        if not self.neighbours[agent].isdisjoint(planned):
+            return True
+        return all(self.part[other] != self.part[agent] for other in planned)
+
+
+@dataclass(frozen=True, slots=True)
+class Couplings:
+    """A mission's dependency graph over time; ``whole`` has the edges of all phases.
+
+    Source:
+        [clot] IV-B.1, {G_s} and the graph of their edges together.
+    """
+
+    phases: tuple[Phase, ...]
+    whole: Phase
+
+    def neighbours(self, agent: int, phase: int) -> frozenset[int]:
+        """N_i of a phase (by its place in ``phases``). Source: [clot] IV-B.1."""
+        return self.phases[phase].neighbours[agent]
+
+    @property
+    def components(self) -> tuple[frozenset[int], ...]:
+        """The agents that depend on each other, in any phase and through any others; by their lowest agent."""
+        groups: dict[int, set[int]] = {}
+        for agent, part in enumerate(self.whole.part):
+            groups.setdefault(part, set()).add(agent)
+        return tuple(frozenset(group) for group in groups.values())
+
+    def may_follow(self, planned: Collection[int], agent: int) -> bool:
+        """Whether a sequence stays valid when the agent is planned after these.
+
+        It is coupled to a planned agent, and to one in each phase that couples
+        it at all. The paper's condition has no answer where a phase's graph is
+        not connected; here the first agent of a component is free, in a phase
+        as on the whole.
+
+        Source:
+            [clot] IV-B.1, the condition below (5) and its strengthened form.
+        """
+        if agent in planned:
+            return False
+        return all(phase.meets(planned, agent) for phase in (self.whole, *self.phases))
+
+    def next_agents(self, planned: frozenset[int]) -> tuple[int, ...]:
+        """Who may be planned next, in mission order; nobody exactly where all are planned.
+
+        All, where nobody is planned. A component that has been begun is
+        finished first. Where no agent of it meets every phase, no valid
+        sequence goes on from here, and those that meet the most are offered.
+
+        Source:
+            [clot] IV-C.1 (II), N_ext, among the valid sequences of (5).
+        """
+        others = [agent for agent in range(len(self.whole.part)) if agent not in planned]
+        near = [agent for agent in others if not self.whole.neighbours[agent].isdisjoint(planned)]
+        if not near:
+            return tuple(others)
+        met = [sum(phase.meets(planned, agent) for phase in self.phases) for agent in near]
+        return tuple(agent for agent, count in zip(near, met, strict=True) if count == max(met))
+
+    def breadth_first(self, first: int) -> tuple[int, ...]:
+        """One sequence from this agent on: always the neighbour of the agent that was planned earliest.
+
+        Source:
+            [clot] (5), κ, for the ablation with a fixed sequence (FSOT).
+        """
+        place: dict[int, int] = {}
+
+        def earliest(agent: int) -> tuple[int, int]:
+            near = self.whole.neighbours[agent] & place.keys()
+            return min((place[other] for other in near), default=len(place)), agent
+
+        chosen = first
+        while True:
+            place[chosen] = len(place)
+            offered = self.next_agents(frozenset(place))
+            if not offered:
+                return tuple(place)
+            chosen = min(offered, key=earliest)
+
+    def parent(self, agent: int, planned: Collection[int], positions: Array) -> int | None:
+        """The nearest planned agent that this one is coupled to in some phase; None where there is none.
+
+        Args:
+            positions: of all agents, (agents, dim), metres.
+
+        Source:
+            [clot] IV-B.1: the preceding robot i_ℓ is connected to.
+        """
+        near = sorted(self.whole.neighbours[agent].intersection(planned))
+        if not near:
+            return None
+        return near[int(np.argmin(np.linalg.norm(positions[near] - positions[agent], axis=1)))]
+
+
+def couplings(mission: Mission, kernel: Kernel, positions: Array) -> Couplings:
+    """The dependency graph of a mission's requirements.
+
+    An edge belongs to every step at which the truth of its formula can matter,
+    windows nested and judged at step 0. Preferences couple nobody.
+
+    Args:
+        positions: at which agents count as linked, as a rule the starts,
+            (agents, dim), metres. Where a graph is not connected there, its
+            nearest agents are coupled until it is.
+
+    Source:
+        [clot] IV-B.1, the dependency graph and its phases.
+    """
+    agents, steps = len(mission.agents), int(mission.steps) + 1
+    when: dict[frozenset[Edge], Flags] = {}
+    linked: dict[tuple[Graph, tuple[int, ...]], frozenset[Edge]] = {}
+
+    def communicating(graph: Graph, members: tuple[int, ...]) -> frozenset[Edge]:
+        key = graph, members
+        if key not in linked:
+            linked[key] = communication(graph, positions, members)
+        return linked[key]
+
+    for node, where in occasions((goal.formula for goal in kernel.requirements), agents, steps - 1):
+        match node:
+            case Atom(Connected(graph, members)):
+                found = [(communicating(graph, members), _any_agent(where))]
+            case Atom(predicate):
+                found = list(_coupled_by(predicate, where))
+            case Nearby(graph) | Reach(graph) | Route(graph) | Apart(graph):
+                found = [(communicating(graph, graph.agents), _any_agent(where[list(graph.agents)]))]
+            case _:
+                continue
+        for pairs, at in found:
+            when[pairs] = when.get(pairs, at) | at
+    nobody: frozenset[Edge] = frozenset()
+    by_step = [nobody.union(*(pairs for pairs, at in when.items() if at[step])) for step in range(steps)]
+    return of_phases(_runs(by_step), agents)
+
+
+def of_phases(phases: Iterable[tuple[int, int, Collection[Edge]]], agents: int) -> Couplings:
+    """The couplings of so many agents, from the first step, last step and edges of each phase.
+
+    Source:
+        [clot] IV-B.1, {G_s}.
+    """
+    made = tuple(_phase(first, last, edges, agents) for first, last, edges in phases)
+    together = frozenset(edge for phase in made for edge in phase.edges)
+    return Couplings(made, _phase(made[0].first, made[-1].last, together, agents))
+
+
+def communication(graph: Graph, positions: Array, members: Sequence[int]) -> frozenset[Edge]:
+    """The pairs linked at these positions; where that leaves the graph in parts, the nearest pairs join them.
+
+    Args:
+        positions: of all the mission's agents, (agents, dim), metres.
+        members: the agents of the graph that count.
+
+    Source:
+        [clot] IV-B.1: global constraints are modelled by the initial communication graph.
+    """
+    chosen = [place for place, agent in enumerate(graph.agents) if agent in members]
+    names = np.array(graph.agents, dtype=np.int64)[chosen]
+    margin = all_links(graph, positions[:, None, :])[0][np.ix_(chosen, chosen)]
+    pairs = [*np.argwhere(margin > 0).tolist(), *_tree(margin)]
+    return frozenset(_edge(int(names[first]), int(names[second])) for first, second in pairs)
+
+
+def in_order(sequence: Sequence[int]) -> Offers:
+    """The agents in this order and no other. Source: [clot] V-A.3, FSOT."""
+    return lambda planned: tuple(sequence[len(planned) : len(planned) + 1])
+
+
+def in_any_order(agents: int) -> Offers:
+    """Whoever is not planned yet, coupled or not. Source: [clot] Remark 2, random orderings."""
+    return lambda planned: tuple(agent for agent in range(agents) if agent not in planned)
+
+
+def _coupled_by(predicate: Predicate, where: Flags) -> Iterator[tuple[frozenset[Edge], Flags]]:
+    """The pairs that a predicate couples, and at which steps: (steps + 1,); ``where`` it is asked, as ``relevance``."""
+    match predicate:
+        case Inside() | Touches():
+            return
+        case Connected():
+            raise AssertionError("the links of a graph are those at given positions")
+        case InFormation(formation):
+            yield frozenset(_edge(edge.first, edge.second) for edge in formation.edges), _any_agent(where)
+        case Compare(terms):
+            for _, feature in terms:
+                match feature:
+                    case DistanceBetween(first, second) if first != second:
+                        yield frozenset({_edge(first, second)}), _any_agent(where)
+                    case DistanceTo(int(target)):
+                        for agent in set(np.flatnonzero(where.any(axis=1)).tolist()) - {target}:
+                            yield frozenset({_edge(agent, target)}), where[agent]
+                    case _:
+                        pass
+        case _:
+            assert_never(predicate)
+
+
+def _any_agent(where: Flags) -> Flags:
+    """The steps at which some agent is asked, (steps + 1,)."""
+    steps: Flags = np.logical_or.reduce(where)
+    return steps
+
+
+def _edge(first: int, second: int) -> Edge:
+    return min(first, second), max(first, second)
+
+
+def _tree(margin: Array) -> Iterator[Edge]:
+    """Prim's algorithm for the tree of best margins, (members, members): it joins what links leave apart."""
+    if len(margin) == 0:
+        return
+    outside = np.ones(len(margin), dtype=np.bool_)
+    outside[0] = False
+    best, via = margin[0].copy(), np.zeros(len(margin), dtype=np.int64)
+    while outside.any():
+        chosen = int(np.flatnonzero(outside)[np.argmax(best[outside])])
+        outside[chosen] = False
+        yield int(via[chosen]), chosen
+        better = margin[chosen] > best
+        best[better], via[better] = margin[chosen][better], chosen
+
+
+def _runs(by_step: list[frozenset[Edge]]) -> Iterator[tuple[int, int, frozenset[Edge]]]:
+    """Steps one after the other with the same edges, as first step, last step and edges."""
+    first = 0
+    for edges, run in groupby(by_step):
+        length = len(list(run))
+        yield first, first + length - 1, edges
+        first += length
+
+
+def _phase(first: int, last: int, edges: Iterable[Edge], agents: int) -> Phase:
+    near: list[set[int]] = [set() for _ in range(agents)]
+    for one, other in edges:
+        near[one].add(other)
+        near[other].add(one)
+    part = [-1] * agents
+    for root in range(agents):
+        stack = [root] if part[root] < 0 else []
+        while stack:
+            agent = stack.pop()
+            if part[agent] < 0:
+                part[agent] = root
+                stack.extend(near[agent])
+    return Phase(first, last, tuple(map(frozenset, near)), tuple(part))

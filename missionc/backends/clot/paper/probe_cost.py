@@ -1,0 +1,152 @@
+"""What a motion of one agent costs, among planned ones, if one of its waypoints alone were moved.
+
+    obstacles, moving ones and bounds     g_obs, at the waypoint and half-way to both its neighbours
+    separation to the nearest planned     g_int, likewise
+    robustness of the goals               by the paper's rules, on the planned agents and this one
+    speed, acceleration, smoothness       (2), in closed form
+
+Source:
+    [clot] (6) and (2).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import torch
+from torch import Tensor
+
+from missionc.backends.clot.cost_graph.cost_graph import Term
+from missionc.backends.clot.cost_graph.leaf_margins import UNLIMITED
+from missionc.backends.clot.cost_graph.motion_batch import Team
+from missionc.backends.clot.optimise.free_distance import Surroundings
+from missionc.backends.clot.paper.paper_rules import PaperRules
+from missionc.backends.clot.paper.sparsity_pattern import Readings, readings
+from missionc.backends.clot.torch_device import places as at
+from missionc.backends.clot.weights import ProbeWeights
+from missionc.ir import DoubleIntegrator, Mission, top_speed
+
+NEAREST = 6
+"""So many of the planned agents are looked at for separation, at each waypoint the nearest."""
+
+PLACES = ((1.0, 0), (0.5, -1), (0.5, 1))
+"""Where a moved waypoint is judged: itself, half-way to the one before and to the one after; what each weighs."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ProbeCost:
+    """``Cost`` of ``transport`` for one agent.
+
+    Args:
+        others: mission indices of the planned agents.
+        goals: ``prefix.about`` these and this one.
+        around: with two parts to a step.
+        hinged: goals cost what they lack of a margin, each by itself; else minus the mean of their robustness.
+    """
+
+    mission: Mission
+    team: Team
+    agent: int
+    others: tuple[int, ...]
+    goals: tuple[Term, ...]
+    around: Surroundings
+    weights: ProbeWeights
+    hinged: bool
+    reads: Readings = field(init=False)
+
+    def __post_init__(self) -> None:
+        count, steps = len(self.mission.agents), self.mission.steps + 1
+        every = readings(self.goals, self.agent, count, steps)
+        mine = tuple(goal for goal in self.goals if goal in every.of)
+        object.__setattr__(self, "reads", readings(mine, self.agent, count, steps))
+
+    def __call__(self, waypoints: Tensor, probes: Tensor, planned: Tensor) -> Tensor:
+        """(batch, steps, probes).
+
+        Args:
+            waypoints: of the agent, (batch, steps, dim), metres.
+            probes: (batch, steps, probes, dim), metres.
+            planned: motions of ``others``, (batch or 1, others, steps, dim), metres.
+        """
+        before = torch.cat([waypoints[:, :1], waypoints[:, :-1]], dim=1)[:, :, None]
+        after = torch.cat([waypoints[:, 1:], waypoints[:, -1:]], dim=1)[:, :, None]
+        places = (probes, (probes + before) / 2, (probes + after) / 2)
+        return (
+            self._bodies(waypoints, places, planned)
+            + self._motion(waypoints, probes)
+            + self._task(waypoints, probes, planned)
+        )
+
+    def _bodies(self, waypoints: Tensor, places: tuple[Tensor, ...], planned: Tensor) -> Tensor:
+        """g_obs and g_int. Source: [clot] III-B."""
+        room = self.weights.room
+        radius = self.mission.agents[self.agent].radius
+        instants = 2 * torch.arange(waypoints.shape[1], device=waypoints.device)
+        last = 2 * self.mission.steps
+        cost = torch.zeros_like(places[0][..., 0])
+        for (weight, half), points in zip(PLACES, places, strict=True):
+            left = self.around.room(points, (instants + half).clamp(0, last), radius)
+            cost = cost + weight * (room - left).clamp_min(0.0)
+        if self.others:
+            cost = cost + self._apart(waypoints, places, planned)
+        return self.weights.bodies * cost
+
+    def _apart(self, waypoints: Tensor, places: tuple[Tensor, ...], planned: Tensor) -> Tensor:
+        planned = planned.expand(len(waypoints), -1, -1, -1)
+        radius = self.team.radius[at(self.others, waypoints.device), 0]
+        need = self.mission.agents[self.agent].radius + radius + self.mission.separation + self.weights.room
+        need = need[None, :, None].expand(planned.shape[:-1])
+        distance = torch.linalg.vector_norm(planned - waypoints[:, None], dim=-1) - need
+        near = distance.topk(min(NEAREST, len(self.others)), dim=1, largest=False).indices
+        need = need.gather(1, near)[..., None]
+        before = torch.cat([planned[:, :, :1], planned[:, :, :-1]], dim=2)
+        after = torch.cat([planned[:, :, 1:], planned[:, :, -1:]], dim=2)
+        cost = torch.zeros_like(places[0][..., 0])
+        rows = near[..., None].expand(*near.shape, planned.shape[-1])
+        for (weight, _), points, other in zip(
+            PLACES, places, (planned, (planned + before) / 2, (planned + after) / 2), strict=True
+        ):
+            apart = torch.linalg.vector_norm(points[:, None] - other.gather(1, rows)[:, :, :, None], dim=-1)
+            cost = cost + weight * (need - apart).clamp_min(0.0).sum(dim=1)
+        return cost
+
+    def _motion(self, waypoints: Tensor, probes: Tensor) -> Tensor:
+        """Speed, acceleration and bends; ends go on straight. Source: [clot] (2)."""
+        dynamics, step = self.mission.agents[self.agent].dynamics, float(self.mission.step)
+        farthest = top_speed(dynamics) * step
+        ahead = torch.cat([waypoints[:, 1:], waypoints[:, -1:]], dim=1)[:, :, None]
+        behind = torch.cat([waypoints[:, :1], waypoints[:, :-1]], dim=1)[:, :, None]
+        cost = torch.zeros_like(probes[..., 0])
+        for neighbour, inner in ((behind, slice(1, None)), (ahead, slice(None, -1))):
+            far = torch.linalg.vector_norm(probes - neighbour, dim=-1) - 0.95 * farthest
+            cost[:, inner] += self.weights.limits * far[:, inner].clamp_min(0.0)
+        ends = [2 * waypoints[:, :1] - waypoints[:, 1:2], waypoints, 2 * waypoints[:, -1:] - waypoints[:, -2:-1]]
+        bends = torch.cat(ends, dim=1).diff(dim=1).diff(dim=1)
+        moved = probes - waypoints[:, :, None]
+        if isinstance(dynamics, DoubleIntegrator):
+            most = 0.9 * dynamics.acceleration * step * step
+            for share, bend in ((-2.0, bends), (1.0, _shifted(bends, 1)), (1.0, _shifted(bends, -1))):
+                strong = torch.linalg.vector_norm(bend[:, :, None] + share * moved, dim=-1) - most
+                cost += self.weights.limits * strong.clamp_min(0.0)
+        slope = _shifted(bends, 1) - 2 * bends + _shifted(bends, -1)
+        square = (moved * moved).sum(dim=-1)
+        return cost + self.weights.bend * ((slope[:, :, None] * moved).sum(dim=-1) + 3 * square)
+
+    def _task(self, waypoints: Tensor, probes: Tensor, planned: Tensor) -> Tensor:
+        """-ρ̂ of the goals, or what they lack. Source: [clot] IV-A.2, (6)."""
+        if not self.reads.goals:
+            return torch.zeros_like(probes[..., 0])
+        batch, steps, dim = waypoints.shape
+        position = waypoints.new_zeros(batch, len(self.mission.agents), steps, dim)
+        position[:, at(self.others, waypoints.device)] = planned
+        position[:, self.agent] = waypoints
+        values = PaperRules(self.reads, self.team, position, probes).goals().clamp(-UNLIMITED, UNLIMITED)
+        if self.hinged:
+            return self.weights.task * (self.weights.margin - values).clamp_min(0.0).sum(dim=0)
+        return -self.weights.task * values.mean(dim=0)
+
+
+def _shifted(values: Tensor, by: int) -> Tensor:
+    """The values one step later (1) or earlier (-1); nothing beyond the ends: (batch, steps, dim) -> the same."""
+    nothing = torch.zeros_like(values[:, :1])
+    return torch.cat([values[:, 1:], nothing] if by == 1 else [nothing, values[:, :-1]], dim=1)

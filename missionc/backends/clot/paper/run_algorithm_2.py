@@ -1,0 +1,165 @@
+"""Joint motions by Algorithm 2 over Algorithm 1: the search that a preset asks for, from the first to the last agent.
+
+Source:
+    [clot] Algorithm 2.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import torch
+
+from missionc.backends.api import Budget, Progress, UnusableSnapshot
+from missionc.backends.clot.cost_graph.cost_graph import CostGraph
+from missionc.backends.clot.paper.expand_agent import Expansion, scale
+from missionc.backends.clot.paper.first_motions import FirstMotions
+from missionc.backends.clot.paper.planning_sequence import (
+    Couplings,
+    Offers,
+    couplings,
+    in_order,
+)
+from missionc.backends.clot.paper.search_checkpoint import from_arrays, to_arrays
+from missionc.backends.clot.paper.tree_search import Search
+from missionc.backends.clot.run.presets import Order, Preset
+from missionc.backends.clot.run.run_state import UNUSABLE, Searching
+from missionc.backends.clot.schedule.geodesics import Guide
+from missionc.backends.clot.schedule.key_frames import Frame
+from missionc.backends.clot.schedule.schedule import Schedule
+from missionc.base.trace import Array
+from missionc.ir import Mission
+from missionc.kernel.nodes import Kernel
+
+MOST = 3
+"""Joint motions that are handed on, the cheapest."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Begun:
+    """Where planning begins: a schedule, its key frames, and a joint motion, (agents, steps + 1, dim), metres.
+
+    ``number`` is of the attempt that made the schedule.
+    """
+
+    number: int
+    schedule: Schedule
+    key: tuple[Frame, ...]
+    motion: Array
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Searched:
+    """Joint motions, each (agents, steps + 1, dim), metres, the cheapest first; none where none was found.
+
+    ``planned`` is how many agents were planned at once at most, and ``margin``
+    by how much the best candidate with so many holds, metres.
+    """
+
+    motions: tuple[Array, ...]
+    planned: int
+    margin: float
+
+    @property
+    def rank(self) -> tuple[int, float]:
+        """The more, the further it came."""
+        return self.planned, self.margin
+
+
+def searched(
+    mission: Mission,
+    kernel: Kernel,
+    graph: CostGraph,
+    preset: Preset,
+    begun: Begun,
+    guide: Guide,
+    generator: np.random.Generator,
+    budget: Budget,
+    go_on: Callable[[], bool],
+    attempt: int,
+    device: torch.device,
+    processes: int,
+    keep: Callable[[Searching], None],
+    resume: Searching | None,
+) -> Searched:
+    """What the search finds.
+
+    Each motion holds by the preset's own check, but for its slack; whether it is a plan is for others to say.
+
+    Args:
+        attempt: to tell the listener, from 1.
+        device: where Algorithm 1 works on its batches.
+        processes: in which the pieces of a round are planned at once, each by itself.
+        keep: is given how far the search is, before each of its rounds.
+        resume: how far it was, where it was interrupted.
+
+    Raises:
+        UnusableSnapshot: ``resume`` is no state of this search.
+
+    Source:
+        [clot] Algorithm 2; V-A.3 (I) and (II) for presets without a search.
+    """
+    agents = len(mission.agents)
+    starts = begun.key[0].position
+    most, best = (0, -np.inf) if resume is None else (resume.planned, resume.margin)
+
+    def tell(planned: int, margin: float) -> None:
+        nonlocal best, most
+        if planned > most:
+            best, most = margin, planned
+        best = max(best, margin) if planned == most else best
+        budget.listen(Progress("search", attempt, planned=(most, agents), margin=best))
+
+    first = FirstMotions(
+        mission,
+        begun.key,
+        begun.schedule if preset.seeded else None,
+        begun.motion if preset.seeded else None,
+        guide,
+        preset.deviation * scale(mission),
+    )
+    coupled = couplings(mission, kernel, starts)
+    expansion = Expansion(
+        mission,
+        preset,
+        tuple(wanted.term for wanted in graph.requirements),
+        begun.schedule.choices if preset.seeded else {},
+        first,
+        coupled,
+        device,
+        go_on,
+        tell,
+    )
+    if preset.order is Order.TOGETHER:
+        found = expansion.together(preset.search.many_samples, int(generator.integers(2**63)))
+        cheapest = sorted(found, key=lambda one: one.cost)[:MOST]
+        return Searched(tuple(each.trajectory for each in cheapest), most, best)
+    offers = _offers(preset, coupled, starts)
+    if resume is None:
+        search = Search(agents, offers, expansion, preset.search, generator)
+    else:
+        try:
+            search = from_arrays(resume.arrays, resume.text, agents, offers, expansion, preset.search)
+        except UNUSABLE as wrong:
+            raise UnusableSnapshot(str(wrong)) from wrong
+
+    def stop() -> bool:
+        """Whether to end; what is known by now is kept where not, for a round that was cut short is no part of it."""
+        if not go_on():
+            return True
+        keep(Searching(*to_arrays(search), most, best))
+        return False
+
+    with expansion.spread(processes):
+        solutions = search.run(budget.deadline, stop).solutions
+    return Searched(tuple(solution.trajectories for solution in solutions[:MOST]), most, best)
+
+
+def _offers(preset: Preset, coupled: Couplings, starts: Array) -> Offers:
+    """Who may be planned next; a fixed sequence begins with the agent nearest to the middle of all."""
+    if preset.order is Order.SEARCHED:
+        return coupled.next_agents
+    middle = np.linalg.norm(starts - starts.mean(axis=0), axis=1)
+    return in_order(coupled.breadth_first(int(middle.argmin())))

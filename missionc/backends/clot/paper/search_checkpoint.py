@@ -1,0 +1,110 @@
+"""A search put aside as plain arrays and a JSON text, and taken up again where it was. ``run_state`` has the run."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import asdict
+
+import numpy as np
+
+from missionc.backends.clot.paper.planning_sequence import Offers
+from missionc.backends.clot.paper.search_tree import Tree
+from missionc.backends.clot.paper.tree_search import Expand, Search
+from missionc.backends.clot.run.search_settings import SearchSettings
+from missionc.base.trace import Array
+
+BUDGET = ("expansions", "improvement")
+COUNTERS = ("rounds", "expansions", "pruned", "first")
+
+
+def to_arrays(search: Search) -> tuple[dict[str, Array], str]:
+    """All that a search knows, between two of its rounds.
+
+    Returns:
+        ``parent``, ``agent``, ``cost``, ``earned``, ``visits``: (nodes,);
+        ``motion``: (nodes - 1, steps + 1, dim), metres, without the root;
+        ``tried``: (rows, 3), a node, an agent and how often. And a JSON text
+        with the counters, the settings and the generator's state.
+
+    Raises:
+        ValueError: the generator is not numpy's default one.
+
+    Source:
+        [clot] Algorithm 2, (V, →) with the scores of (11).
+    """
+    tree, state = search.tree, search.generator.bit_generator.state
+    if state["bit_generator"] != "PCG64":
+        raise ValueError(f"only the state of a PCG64 generator is kept, not of a {state['bit_generator']}")
+    tried = [(node, agent, tries) for node, by in enumerate(tree.tries) for agent, tries in by.items()]
+    own = [motions[agent] for motions, agent in zip(tree.motions[1:], tree.agent[1:], strict=True)]
+    arrays = {
+        "parent": np.array(tree.parent, dtype=np.float64),
+        "agent": np.array(tree.agent, dtype=np.float64),
+        "cost": np.array(tree.cost),
+        "earned": np.array(tree.earned),
+        "visits": np.array(tree.visits, dtype=np.float64),
+        "motion": np.array(own).reshape(len(own), *tree.shape),
+        "tried": np.array(tried, dtype=np.float64).reshape(-1, 3),
+    }
+    counters = {name: getattr(search, name) for name in COUNTERS}
+    return arrays, json.dumps({**counters, **_question(search), "generator": state})
+
+
+def from_arrays(
+    arrays: Mapping[str, Array], text: str, agents: int, offers: Offers, expand: Expand, settings: SearchSettings
+) -> Search:
+    """The search that ``to_arrays`` was asked of; run on, it finds what it would have found uninterrupted.
+
+    Raises:
+        ValueError: they hold no such state, or that of a search with other agents or settings
+            (``expansions`` and ``improvement`` may differ).
+
+    Source:
+        [clot] Algorithm 2.
+    """
+    try:
+        kept = json.loads(text)
+        search = Search(agents, offers, expand, settings, np.random.default_rng(0), _tree(arrays, agents))
+        if any(kept[name] != value for name, value in _question(search).items()):
+            raise ValueError("this is the state of a search with other agents or settings")
+        for name in COUNTERS:
+            if not (isinstance(kept[name], int) or (name == "first" and kept[name] is None)):
+                raise ValueError(f"{name} is no number")
+            setattr(search, name, kept[name])
+        search.generator.bit_generator.state = kept["generator"]
+    except (KeyError, IndexError, TypeError) as wrong:
+        raise ValueError(f"this is not the state of a search: {wrong}") from wrong
+    return search
+
+
+def _question(search: Search) -> dict[str, object]:
+    """What a state belongs to; how long to go on is free."""
+    settings = {name: value for name, value in asdict(search.settings).items() if name not in BUDGET}
+    return {"agents": search.agents, "settings": settings}
+
+
+def _tree(arrays: Mapping[str, Array], agents: int) -> Tree:
+    tree = Tree()
+    parent, agent = _whole(arrays["parent"]), _whole(arrays["agent"])
+    if any(len(arrays[name]) != len(parent) for name in ("agent", "cost", "earned", "visits")):
+        raise ValueError("the arrays of the search have different lengths")
+    if not (np.isfinite(arrays["cost"]).all() and np.isfinite(arrays["earned"]).all()):
+        raise ValueError("a cost or an outcome is not finite")
+    if min(arrays["visits"], default=0.0) < 0:
+        raise ValueError("a node was visited fewer times than never")
+    for index in range(1, len(parent)):
+        if not (0 <= parent[index] < index and 0 <= agent[index] < agents):
+            raise ValueError(f"node {index} has no parent before it, or no agent")
+        tree.add(parent[index], agent[index], arrays["motion"][index - 1], 0.0)
+    tree.cost, tree.earned = arrays["cost"].tolist(), arrays["earned"].tolist()
+    tree.visits = _whole(arrays["visits"])
+    for node, by, tries in zip(*map(_whole, arrays["tried"].T), strict=True):
+        tree.tries[node][by] = tries
+    return tree
+
+
+def _whole(numbers: Array) -> list[int]:
+    if not np.array_equal(numbers, np.round(numbers)):
+        raise ValueError("a number that should be whole is not")
+    return [int(number) for number in numbers]

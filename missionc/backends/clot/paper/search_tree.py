@@ -1,0 +1,164 @@
+"""The tree of partial joint motions that Algorithm 2 grows, and its values."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from missionc.base.trace import Array
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Node:
+    """Agents that are planned, and their motions.
+
+    ``planned`` is in the order of planning; ``trajectories`` are theirs in the
+    same order, (planned, steps + 1, dim), metres.
+    ``cost`` is the sum of what each motion added.
+
+    Source:
+        [clot] IV-C.1, ν = (N_ν, Γ_ν).
+    """
+
+    index: int
+    planned: tuple[int, ...]
+    trajectories: Array
+    cost: float
+
+
+@dataclass(slots=True)
+class Tree:
+    """Nodes by number, parents before children.
+
+    Source:
+        [clot] IV-C.1, 𝔗 = (V, →).
+    """
+
+    parent: list[int] = field(default_factory=lambda: [-1])
+    agent: list[int] = field(default_factory=lambda: [-1])
+    cost: list[float] = field(default_factory=lambda: [0.0])
+    earned: list[float] = field(default_factory=lambda: [0.0])
+    """The outcomes below a node, discounted and added up."""
+    visits: list[int] = field(default_factory=lambda: [0])
+    """How many outcomes that were."""
+    tries: list[dict[int, int]] = field(default_factory=lambda: [{}])
+    """How often the node was expanded by an agent."""
+    planned: list[frozenset[int]] = field(default_factory=lambda: [frozenset()])
+    motions: list[dict[int, Array]] = field(default_factory=lambda: [{}])
+    """By agent in the order of planning, (steps + 1, dim), metres; shared with the parent's but for the last."""
+    _alike: dict[frozenset[int], list[int]] = field(default_factory=lambda: {frozenset(): [0]})
+
+    def __len__(self) -> int:
+        return len(self.parent)
+
+    def add(self, parent: int, agent: int, trajectory: Array, cost: float) -> int:
+        """A child, by (10): one agent more.
+
+        Args:
+            trajectory: of the agent, (steps + 1, dim), metres.
+            cost: what the motion adds to that of the parent.
+
+        Raises:
+            ValueError: the agent is planned already, the motion has another
+                shape than the others, or a number is not finite.
+
+        Source:
+            [clot] (10).
+        """
+        if agent in self.planned[parent]:
+            raise ValueError(f"agent {agent} is planned already")
+        if len(self) > 1 and trajectory.shape != self.shape:
+            raise ValueError(f"a motion of shape {trajectory.shape} among those of shape {self.shape}")
+        if not (np.isfinite(cost) and np.isfinite(trajectory).all()):
+            raise ValueError(f"a motion or its cost is not finite (cost {cost})")
+        index = len(self)
+        self.parent.append(parent)
+        self.agent.append(agent)
+        self.cost.append(self.cost[parent] + cost)
+        self.earned.append(0.0)
+        self.visits.append(0)
+        self.tries.append({})
+        self.planned.append(self.planned[parent] | {agent})
+        self.motions.append({**self.motions[parent], agent: np.array(trajectory, dtype=np.float64)})
+        self._alike.setdefault(self.planned[index], []).append(index)
+        return index
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Of one motion, (steps + 1, dim); (0, 0) before there is one."""
+        return self.motions[1][self.agent[1]].shape if len(self) > 1 else (0, 0)
+
+    def leaves(self, agents: int) -> tuple[int, ...]:
+        """The nodes at which all of so many agents are planned. Source: [clot] IV-C.1 (IV), V̄*."""
+        return tuple(self._alike.get(frozenset(range(agents)), ()))
+
+    def node(self, index: int) -> Node:
+        """The node of that number with all its motions. Source: [clot] IV-C.1."""
+        motions = self.motions[index]
+        joint = np.array(list(motions.values())).reshape(len(motions), *self.shape)
+        return Node(index, tuple(motions), joint, self.cost[index])
+
+    def similar(self, parent: int, agent: int, trajectory: Array, delta: float) -> list[int]:
+        """Nodes with the same agents as this child of ``parent`` and all motions closer than ``delta``.
+
+        The distance of two joint motions is the largest, over agents and steps,
+        between the two places of an agent, metres.
+
+        Source:
+            [clot] IV-C.2, ‖Γ_ν - Γ_ν'‖ < δ.
+        """
+        others = self._alike.get(self.planned[parent] | {agent}, [])
+        mine = {**self.motions[parent], agent: trajectory}
+        return [others[place] for place in near(mine, [self.motions[other] for other in others], delta)]
+
+    def twins(self, index: int, delta: float) -> list[int]:
+        """The other nodes with the same agents and all motions closer than ``delta``. Source: [clot] IV-C.2."""
+        others = [other for other in self._alike[self.planned[index]] if other != index]
+        return [others[place] for place in near(self.motions[index], [self.motions[other] for other in others], delta)]
+
+    def back_propagate(self, index: int, outcome: float, gamma: float) -> None:
+        """An outcome just below a node counts there and at all its ancestors, a factor ``gamma`` for each edge.
+
+        Source:
+            [clot] (11), with d(ν, ν⁺) from 1 at the node that was expanded.
+        """
+        while index >= 0:
+            outcome *= gamma
+            self.earned[index] += outcome
+            self.visits[index] += 1
+            index = self.parent[index]
+
+    def psi(self, reward: float) -> list[float]:
+        """ψ of every node: the mean of its outcomes, and of one more that is its parent's ψ.
+
+        The sum in (11) grows without end where the search has been, and knows
+        no failure; a mean over both does not. The parent's ψ (``reward`` at the
+        root) stands in for what a node has not been through yet, so that the
+        failures of siblings count for it too.
+
+        Source:
+            [clot] (11), normalised.
+        """
+        psi: list[float] = []
+        for parent, earned, visits in zip(self.parent, self.earned, self.visits, strict=True):
+            psi.append(((reward if parent < 0 else psi[parent]) + earned) / (1 + visits))
+        return psi
+
+
+def near(mine: dict[int, Array], others: Sequence[dict[int, Array]], delta: float) -> list[int]:
+    """Which of these joint motions, by place, are less than ``delta`` from this one of the same agents, metres.
+
+    Source:
+        [clot] IV-C.2, ‖Γ_ν - Γ_ν'‖ < δ.
+    """
+    left = list(range(len(others)))
+    # The last planned first: where motions differ, they mostly differ there.
+    for agent in reversed(mine):
+        if not left:
+            break
+        between = np.array([others[place][agent] for place in left]) - mine[agent]
+        furthest = np.einsum("osd,osd->os", between, between).max(axis=1, initial=0.0)
+        left = [place for place, square in zip(left, furthest.tolist(), strict=True) if square < delta * delta]
+    return left

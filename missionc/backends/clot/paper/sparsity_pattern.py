@@ -1,0 +1,358 @@
+"""Which values of a term change when one waypoint of one agent is moved: known before any motion is.
+
+A leaf at a step reads the agents there (a speed also where they go next), a
+window reads the steps it spans. So the values of a term at a step can change
+for few of the waypoints, the ones at a small offset from it, and those are
+all that need to be worked out again.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import TypeAlias, assert_never
+
+import numpy as np
+
+from missionc.backends.clot.cost_graph.cost_graph import (
+    EveryLinked,
+    Greatest,
+    GreatestOver,
+    Least,
+    LeastOver,
+    Length,
+    Margin,
+    Member,
+    Of,
+    Ranked,
+    Release,
+    SomeLinked,
+    Term,
+    Until,
+    below,
+    postorder,
+)
+from missionc.base.trace import Flags
+from missionc.ir import (
+    Altitude,
+    Compare,
+    Connected,
+    Coordinate,
+    DistanceBetween,
+    DistanceTo,
+    Graph,
+    InFormation,
+    Inside,
+    Predicate,
+    Speed,
+    Touches,
+)
+from missionc.language.margins.compare import about_team
+
+Rows: TypeAlias = tuple[int, ...] | None
+"""Agents whose value changes; None where a value is the team's."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Reading:
+    """The values of a term that a moved waypoint can change.
+
+    Args:
+        first: the first step at which the term's value is needed.
+        low: the first offset: the waypoint's step less the value's.
+        touched: (rows, steps, offsets), where a value reads the waypoint; 1
+            for rows where they are None.
+    """
+
+    rows: Rows
+    first: int
+    low: int
+    touched: Flags
+
+    @property
+    def steps(self) -> int:
+        return int(self.touched.shape[1])
+
+    @property
+    def high(self) -> int:
+        """The last offset."""
+        return self.low + int(self.touched.shape[2]) - 1
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Readings:
+    """What moving a waypoint of ``agent`` changes in ``goals``.
+
+    Args:
+        order: every term below the goals once, each after those below it.
+        needed: the first and the last step at which each term's value is needed.
+        of: of the terms that can change at all.
+    """
+
+    goals: tuple[Term, ...]
+    order: tuple[Term, ...]
+    agent: int
+    needed: dict[Term, tuple[int, int]]
+    of: dict[Term, Reading]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Window:
+    """A temporal term as: ``end`` at some step from ``low`` to ``high`` ahead, ``hold`` at every step before it.
+
+    ``first`` is the first step ahead that is read. Where ``negative``, the term
+    is the negative of that, with negatives of ``hold`` and ``end``.
+    """
+
+    hold: Term | None
+    end: Term
+    first: int
+    low: int
+    high: int | None
+    negative: bool
+
+    def width(self, needed: tuple[int, int], steps: int) -> int:
+        """How many steps it spans from ``first`` on, for the first step at which it is needed."""
+        last = steps - 1 - needed[0] if self.high is None else self.high
+        return last - self.first + 1
+
+
+def window(term: LeastOver | GreatestOver | Until | Release) -> Window:
+    """The one form of all temporal terms."""
+    match term:
+        case LeastOver(body, low, high) | GreatestOver(body, low, high):
+            return Window(None, body, low, low, high, isinstance(term, LeastOver))
+        case Until(first, end, low, high) | Release(first, end, low, high):
+            return Window(first, end, 0, low, high, isinstance(term, Release))
+        case _:
+            assert_never(term)
+
+
+def readings(goals: Iterable[Term], agent: int, agents: int, steps: int) -> Readings:
+    """What moving a waypoint of an agent changes in these goals, at step 0.
+
+    Raises:
+        ValueError: a goal looks past the last step.
+    """
+    wanted = tuple(goals)
+    order = postorder(wanted)
+    needed = _needed(wanted, order, steps)
+    known: dict[Term, Reading] = {}
+    team: dict[Term, bool] = {}
+    for term in order:
+        team[term] = _of_team(term, team)
+        found = _reading(term, agent, agents, steps, needed[term], known, team[term])
+        if found is not None:
+            known[term] = found
+    return Readings(wanted, order, agent, needed, known)
+
+
+def reads_speed(predicate: Predicate) -> bool:
+    return isinstance(predicate, Compare) and any(isinstance(feature, Speed) for _, feature in predicate.terms)
+
+
+def _needed(goals: tuple[Term, ...], order: Sequence[Term], steps: int) -> dict[Term, tuple[int, int]]:
+    """The steps at which each term's value is laid out.
+
+    What holds until something else is laid out at the last step of its window as well, where it is not asked. A window
+    below it that would run past the mission from there is laid out as far as the mission goes.
+    """
+    needed: dict[Term, tuple[int, int]] = dict.fromkeys(goals, (0, 0))
+    asked: dict[Term, int] = dict.fromkeys(goals, 0)
+    for term in reversed(order):
+        first, last = needed[term]
+        final = dict.fromkeys(below(term), asked[term])
+        if isinstance(term, LeastOver | GreatestOver | Until | Release):
+            shape = window(term)
+            if asked[term] + (shape.low if shape.high is None else shape.high) >= steps:
+                raise ValueError("a window runs past the last step")
+            first = first + shape.first
+            last = steps - 1 if shape.high is None else min(last + shape.high, steps - 1)
+            until = steps - 1 if shape.high is None else asked[term] + shape.high
+            final = dict.fromkeys(below(term), until)
+            if shape.hold is not None and shape.hold is not shape.end:
+                final[shape.hold] = until - 1
+        for part in below(term):
+            before = needed.get(part, (first, last))
+            needed[part] = (min(first, before[0]), max(last, before[1]))
+            asked[part] = max(asked.get(part, 0), final[part])
+    return needed
+
+
+def _of_team(term: Term, team: dict[Term, bool]) -> bool:
+    """Whether the term has one value for all agents."""
+    match term:
+        case Margin(predicate):
+            return isinstance(predicate, Connected | InFormation) or (
+                isinstance(predicate, Compare) and about_team(predicate)
+            )
+        case Member() | SomeLinked() | EveryLinked() | Length():
+            return False
+        case Of():
+            return True
+        case _:
+            return all(team[part] for part in below(term))
+
+
+def _reading(
+    term: Term,
+    agent: int,
+    agents: int,
+    steps: int,
+    needed: tuple[int, int],
+    known: dict[Term, Reading],
+    team: bool,
+) -> Reading | None:
+    first, count = needed[0], needed[1] - needed[0] + 1
+    parts = [(part, known[part]) for part in below(term) if part in known]
+    match term:
+        case Member():
+            return None
+        case Margin(predicate):
+            return _of_leaf(predicate, agent, agents, first, count, steps)
+        case SomeLinked(graph) | EveryLinked(graph):
+            if len(graph.agents) < 2:
+                return None
+            return _of_links(graph, graph.agents, first, count, [one for _, one in parts], agent)
+        case Length(graph):
+            return _of_links(graph, tuple(range(agents)), first, count, [one for _, one in parts], agent)
+        case _ if not parts:
+            return None
+        case Of(index, body):
+            found = known[body]
+            here = slice(first - found.first, first - found.first + count)
+            if found.rows is None:
+                return Reading(None, first, found.low, found.touched[:, here])
+            if index not in found.rows:
+                return None
+            row = found.rows.index(index)
+            return Reading(None, first, found.low, found.touched[row : row + 1, here])
+        case Least() | Greatest() | Ranked():
+            rows = _union(agents, team, [one for _, one in parts])
+            return _over(rows, first, count, [one for _, one in parts])
+        case LeastOver() | GreatestOver() | Until() | Release():
+            rows = _union(agents, team, [one for _, one in parts])
+            return _of_window(window(term), rows, needed, parts, steps)
+        case _:
+            assert_never(term)
+
+
+def _of_leaf(predicate: Predicate, agent: int, agents: int, first: int, count: int, steps: int) -> Reading | None:
+    """``rows`` are the agents whose value reads the moved agent."""
+    rows: Rows
+    match predicate:
+        case Inside() | Touches():
+            rows = (agent,)
+        case Connected(_, members):
+            if agent not in members:
+                return None
+            rows = None
+        case InFormation(formation):
+            if not any(agent in (edge.first, edge.second) for edge in formation.edges):
+                return None
+            rows = None
+        case Compare():
+            found = _compared(predicate, agent)
+            if found is None:
+                return None
+            everyone = None if about_team(predicate) else tuple(range(agents))
+            rows = everyone if found == "others" else (agent,)
+        case _:
+            assert_never(predicate)
+    height = 1 if rows is None else len(rows)
+    if not reads_speed(predicate):
+        return Reading(rows, first, 0, np.ones((height, count, 1), dtype=bool))
+    # The speed at a step reads the next one too; at the last step, the one before.
+    touched = np.zeros((height, count, 3), dtype=bool)
+    at = np.arange(first, first + count)
+    own = 0 if rows is None else rows.index(agent)
+    touched[own, :, 0] = (at == steps - 1) & (steps > 1)
+    touched[:, :, 1] = True
+    touched[own, :, 2] = at < steps - 1
+    return Reading(rows, first, -1, touched)
+
+
+def _compared(predicate: Compare, agent: int) -> str | None:
+    """Whose values of a comparison read the agent's state: its ``own``, also ``others``', or none."""
+    own = False
+    for _, feature in predicate.terms:
+        match feature:
+            case DistanceTo(int() as target):
+                if target == agent:
+                    return "others"
+                own = True
+            case DistanceBetween(first, second):
+                if agent in (first, second):
+                    return "others"
+            case Coordinate() | Speed() | Altitude() | DistanceTo():
+                own = True
+            case _:
+                assert_never(feature)
+    return "own" if own else None
+
+
+def _union(agents: int, team: bool, parts: list[Reading]) -> Rows:
+    if team:
+        return None
+    rows: set[int] = set()
+    for part in parts:
+        rows |= set(range(agents) if part.rows is None else part.rows)
+    return tuple(sorted(rows))
+
+
+def _over(rows: Rows, first: int, count: int, parts: list[Reading]) -> Reading:
+    """Of a term that reads its own row of its parts."""
+    low, high = min(part.low for part in parts), max(part.high for part in parts)
+    touched = np.zeros((1 if rows is None else len(rows), count, high - low + 1), dtype=bool)
+    for part in parts:
+        mark(touched[:, :, part.low - low : part.high - low + 1], rows, part, first)
+    return Reading(rows, first, low, touched)
+
+
+def _of_links(
+    graph: Graph, rows: tuple[int, ...], first: int, count: int, parts: list[Reading], agent: int
+) -> Reading | None:
+    """Of a term that reads the links of a graph, and its parts at other agents: what touches one row touches all."""
+    parts = [part for part in parts if part.rows is None or set(part.rows) & set(rows)]
+    linked = agent in graph.agents
+    if not parts and not linked:
+        return None
+    low, high = min([part.low for part in parts] + [0] * linked), max([part.high for part in parts] + [0] * linked)
+    touched = np.zeros((len(rows), count, high - low + 1), dtype=bool)
+    if linked:
+        touched[:, :, -low] = True
+    for part in parts:
+        here = part.touched[:, first - part.first : first - part.first + count]
+        touched[:, :, part.low - low : part.high - low + 1] |= here.any(axis=0)
+    return Reading(rows, first, low, touched)
+
+
+def _of_window(
+    shape: Window, rows: Rows, needed: tuple[int, int], parts: list[tuple[Term, Reading]], steps: int
+) -> Reading:
+    first, count = needed[0], needed[1] - needed[0] + 1
+    width = shape.width(needed, steps)
+    low = min(part.low for _, part in parts)
+    high = max(part.high for _, part in parts)
+    touched = np.zeros((1 if rows is None else len(rows), count, high - low + width), dtype=bool)
+    for ahead in range(width):
+        for term, part in parts:
+            size = min(count, steps - (first + shape.first + ahead))
+            later = touched[:, :size, ahead + part.low - low : ahead + part.high - low + 1]
+            if term is shape.end and shape.first + ahead >= shape.low:
+                mark(later, rows, part, first + shape.first + ahead)
+            if term is shape.hold and ahead < width - 1:
+                size = min(count, steps - 1 - (first + ahead))
+                mark(later[:, :size], rows, part, first + ahead)
+    return Reading(rows, first, shape.first + low, touched)
+
+
+def mark(touched: Flags, rows: Rows, part: Reading, first: int) -> None:
+    """Marks in (rows, steps, offsets) what a part touches, from step ``first`` on."""
+    here = part.touched[:, first - part.first : first - part.first + touched.shape[1]]
+    if rows is None or part.rows is None:
+        touched |= here
+    else:
+        touched[[rows.index(row) for row in part.rows if row in rows]] |= here[
+            [index for index, row in enumerate(part.rows) if row in rows]
+        ]

@@ -1,0 +1,174 @@
+"""Moving batches of trajectories towards low cost, without gradients.
+
+What the defaults rest on: one robot of 4 m/s among up to 14 discs on 10 x 6 m,
+48 steps of 0.1 s, 32 candidates sampled from the prior, 20 random scenes. A
+scene counts as solved where a candidate is clear at and between its steps;
+some scenes may have no solution. CPU time of one thread, cost included.
+
+    changed                     solved   clear candidates   ms per scene
+    nothing                         15               44 %            200
+    coupling: Sinkhorn              15               43 %            350
+    no smoothing                     1              0.2 %            260
+    first width 5 steps             15               40 %            170
+    first radius 0.6 m              15               36 %            190
+    simplex                         15               41 %            120
+    3 probes per direction          15               42 %            550
+    no iteration                     2              0.6 %              0
+
+Source:
+    [clot] Algorithm 1.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import Enum, auto
+from typing import TypeAlias, assert_never
+
+import torch
+from torch import Tensor
+
+from missionc.backends.clot.paper.polytope import (
+    Polytope,
+    directions,
+    rotations,
+)
+from missionc.backends.clot.paper.prior import smoother
+from missionc.backends.clot.paper.sinkhorn import row_softmax, sinkhorn
+from missionc.base.memory import reserve
+
+Cost: TypeAlias = Callable[[Tensor, Tensor], Tensor]
+"""From waypoints (batch, steps, dim) and probes (batch, steps, probes, dim), metres, to what each trajectory would
+cost if that waypoint alone moved to that probe: (batch, steps, probes), finite; terms that no probe changes may be left
+out. Of fixed waypoints nothing is read."""
+
+
+ARRAYS = 12
+"""Arrays with a number for each probe that a cost and its weights have in memory at once, about."""
+
+
+class Coupling(Enum):
+    """Whether the waypoints of a candidate share the directions evenly."""
+
+    SOFTMAX = auto()
+    """Each waypoint chooses by itself."""
+    SINKHORN = auto()
+    """Every direction receives the same mass, as equation (7) has it."""
+
+
+@dataclass(frozen=True, slots=True)
+class TransportSettings:
+    """How a batch is moved. Radii and widths run from their first to their last value over the iterations.
+
+    The defaults suit trajectories drawn from the prior in a world of about
+    10 m; a good guess wants smaller radii.
+
+    Args:
+        iterations: at most so many; at least 0.
+        first_radius, last_radius: how far a waypoint looks and at most moves in
+            an iteration, metres; in between geometric.
+        first_width, last_width: of the kernel that smooths a step, steps;
+            in between linear.
+        regulariser: weight of the entropy, for costs scaled to [0, 1].
+        flat: where the best and the worst probe of a waypoint differ by less
+            than this times the radius (cost per metre), it moves less.
+        polytope: the directions probed.
+        probes: on each direction, at equal distances up to the radius.
+        coupling: how the weights are found.
+        check_every: iterations between two calls of ``done``.
+    """
+
+    iterations: int = 20
+    first_radius: float = 1.0
+    last_radius: float = 0.06
+    first_width: float = 8.0
+    last_width: float = 0.8
+    regulariser: float = 0.08
+    flat: float = 0.3
+    polytope: Polytope = Polytope.ORTHOPLEX
+    probes: int = 1
+    coupling: Coupling = Coupling.SOFTMAX
+    check_every: int = 5
+
+
+def transport(
+    waypoints: Tensor,
+    fixed: Tensor,
+    cost: Cost,
+    settings: TransportSettings,
+    generator: torch.Generator,
+    done: Callable[[Tensor], bool] | None = None,
+) -> Tensor:
+    """The waypoints after the iterations of Algorithm 1.
+
+    Inside an iteration nothing waits for the device but ``done`` and ``Coupling.SINKHORN``.
+
+    Args:
+        waypoints: (batch, steps, dim), metres; left as they are.
+        fixed: (steps,) or (batch, steps), bool: waypoints that keep their place,
+            bit by bit.
+        cost: see ``Cost``. It may differ from call to call.
+        generator: the same seed gives the same bytes, on one kind of device.
+        done: asked about the waypoints, at the beginning too; true ends it.
+
+    Returns:
+        (batch, steps, dim), metres, of the type of ``waypoints``.
+
+    Raises:
+        MemoryError: there is no room for so many trajectories.
+
+    Source:
+        [clot] Algorithm 1, with these differences. Every waypoint has a
+        rotation of its own: were it shared, even marginals would keep the mean
+        of a trajectory where it is. Costs are scaled for each waypoint, so that
+        one bad candidate cannot flatten the others. The update is smoothed over
+        time: probes move one waypoint alone, and what is right for it tears it
+        from its neighbours. It ends when ``done`` says so, not when waypoints
+        come to rest, which they do in bad places too.
+    """
+    batch, steps, dim = waypoints.shape
+    corners = directions(settings.polytope, dim).to(waypoints)
+    moved_to = len(corners) * settings.probes
+    numbers = batch * steps * (dim * dim * 2 + dim * (len(corners) + moved_to) + ARRAYS * moved_to)
+    if not waypoints.is_cuda:
+        reserve(numbers * waypoints.element_size(), f"{batch} trajectories of {steps} waypoints")
+    # Farthest last; the same order for every direction, so that costs fold back into (directions, probes).
+    fractions = torch.arange(1, settings.probes + 1).to(waypoints) / settings.probes
+    with torch.no_grad():
+        for iteration in range(settings.iterations):
+            if done is not None and iteration % settings.check_every == 0 and done(waypoints):
+                break
+            radius, width = _schedule(settings, iteration)
+            turned = corners @ rotations((batch, steps), dim, generator).to(waypoints).mT
+            offsets = turned[..., None, :] * (radius * fractions)[:, None]
+            probes = waypoints[:, :, None] + offsets.flatten(2, 3)
+            costs = cost(waypoints, probes).reshape(offsets.shape[:-1]).mean(3).masked_fill(fixed[..., None], 0.0)
+            weights = _weights(_scaled(costs, settings.flat * radius), settings)
+            step = (radius * steps) * (weights[..., None, :] @ turned).squeeze(-2)  # equation (8)
+            moved = waypoints + smoother(fixed, width).to(waypoints) @ step
+            waypoints = torch.where(fixed[..., None], waypoints, moved)
+    return waypoints
+
+
+def _schedule(settings: TransportSettings, iteration: int) -> tuple[float, float]:
+    """The radius, metres, and the width, steps, of an iteration."""
+    part = iteration / max(1, settings.iterations - 1)
+    radius = settings.first_radius * (settings.last_radius / settings.first_radius) ** part
+    return radius, settings.first_width + (settings.last_width - settings.first_width) * part
+
+
+def _scaled(costs: Tensor, least: float) -> Tensor:
+    """Each waypoint's costs on [0, 1], 0 the best; the divisor is at least ``least``."""
+    above = costs - costs.amin(-1, keepdim=True)
+    return above / above.amax(-1, keepdim=True).clamp(min=least)
+
+
+def _weights(costs: Tensor, settings: TransportSettings) -> Tensor:
+    match settings.coupling:
+        case Coupling.SOFTMAX:
+            return row_softmax(costs, settings.regulariser)
+        case Coupling.SINKHORN:
+            return sinkhorn(costs, settings.regulariser)
+        case _:
+            assert_never(settings.coupling)

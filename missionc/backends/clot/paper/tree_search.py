@@ -1,0 +1,285 @@
+"""Algorithm 2: a search over planning sequences and joint motions at once.
+
+in   what may be planned next, and how one agent is planned: two functions
+out  joint motions of all agents, best first, and why the search ended
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, field
+from enum import Enum
+from itertools import chain, islice
+from typing import Protocol
+
+import numpy as np
+
+from missionc.backends.clot.paper.planning_sequence import Offers
+from missionc.backends.clot.paper.search_tree import (
+    Node,
+    Tree,
+    near,
+)
+from missionc.backends.clot.run.search_settings import SearchSettings
+from missionc.base.trace import Array
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Candidate:
+    """A motion of one agent, (steps + 1, dim), metres.
+
+    ``cost`` is what it adds to that of the motions it was planned against, (6) and
+    (2); ``feasible`` that it breaks none of the hard constraints it was checked for.
+
+    Source:
+        [clot] IV-C.1 (II), τ^k.
+    """
+
+    trajectory: Array
+    cost: float
+    feasible: bool
+
+
+class Expand(Protocol):
+    """Plans one more agent at each of several nodes, by Algorithm 1.
+
+    The answer holds a list for each piece of work, in order; an empty one, or
+    one without a feasible candidate, is a failure. What it draws at random
+    follows from ``seed``, so that a resumed search repeats it. ``samples`` is how
+    many trajectories to optimise for each piece of work.
+
+    Source:
+        [clot] Algorithm 2, lines 4 to 8.
+    """
+
+    def __call__(
+        self, work: Sequence[tuple[Node, int]], samples: int, seed: int, /
+    ) -> Sequence[Sequence[Candidate]]: ...
+
+
+class Ending(Enum):
+    """Why a search ended."""
+
+    IMPROVED = "a solution is there, and the improvement after it is done"
+    BUDGET = "the budget of expansions is spent"
+    TIME = "the deadline is over"
+    STOPPED = "it was told to stop"
+    EXHAUSTED = "every node has been expanded by every agent as often as it may be"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Solution:
+    """A joint motion of all agents.
+
+    ``sequence`` is the order in which they were planned; ``trajectories`` are in
+    mission order, (agents, steps + 1, dim), metres.
+
+    Source:
+        [clot] IV-C.1 (IV), a leaf ν̄ and its Γ.
+    """
+
+    sequence: tuple[int, ...]
+    trajectories: Array
+    cost: float
+
+
+@dataclass(frozen=True, slots=True)
+class Found:
+    """The solutions, pairwise further apart than ``delta``, the cheapest first; none is no proof of anything.
+
+    Source:
+        [clot] Algorithm 2, lines 13 to 15.
+    """
+
+    solutions: tuple[Solution, ...]
+    ending: Ending
+
+
+@dataclass(slots=True)
+class Search:
+    """The state of Algorithm 2 between two rounds.
+
+    ``agents`` is how many there are to plan. ``rounds`` counts selections,
+    ``expansions`` local optimisations, ``pruned`` how often a node lost an
+    agent because a similar node had failed with it; ``first`` is the number of
+    expansions at the first solution, None before it.
+
+    Source:
+        [clot] Algorithm 2.
+    """
+
+    agents: int
+    offers: Offers
+    expand: Expand
+    settings: SearchSettings
+    generator: np.random.Generator
+    tree: Tree = field(default_factory=Tree)
+    rounds: int = 0
+    expansions: int = 0
+    pruned: int = 0
+    first: int | None = None
+    _offered: dict[frozenset[int], tuple[int, ...]] = field(default_factory=dict)
+
+    def run(self, deadline: float = math.inf, stop: Callable[[], bool] = lambda: False) -> Found:
+        """Search until the budget or the improvement after the first solution is spent, or nothing is left.
+
+        All of it is asked between two rounds, and no round is cut short. A
+        search that ended by ``TIME`` or ``STOPPED`` goes on when it is run again,
+        as if it had not been interrupted.
+
+        Args:
+            deadline: on the clock of ``time.monotonic``, seconds.
+            stop: whether to end now.
+
+        Raises:
+            ValueError: an expansion answers with something else than it promises.
+
+        Source:
+            [clot] Algorithm 2, and IV-C.1 (IV), where the paper's runs end at a first solution.
+        """
+        while True:
+            ending = self._ending(deadline, stop)
+            if ending is not None:
+                return Found(self.solutions(), ending)
+            work = self.select()
+            if not work:
+                return Found(self.solutions(), Ending.EXHAUSTED)
+            self._expand(work)
+
+    def values(self) -> Array:
+        """χ of every node, (nodes,): progress, minus the cost for each agent of the mission, plus ψ.
+
+        Source:
+            [clot] (9), ξ the cost of the motions so far, divided as progress is.
+        """
+        planned = np.array([len(planned) for planned in self.tree.planned])
+        cost, psi = np.array(self.tree.cost), np.array(self.tree.psi(self.settings.reward))
+        values: Array = (planned - self.settings.eta * cost) / self.agents + psi
+        return values
+
+    def select(self) -> list[tuple[int, int]]:
+        """The nodes to expand next, each with the agent to expand it by; several agents where nodes are few.
+
+        The best by (9); of the agents a node is offered, the least tried, by
+        lot among equals. How many nodes goes from ``wide`` to ``narrow`` with the
+        progress of the best one.
+
+        Source:
+            [clot] IV-C.1 (I), IV-C.2, Algorithm 2 lines 3 to 7.
+        """
+        best_first = np.argsort(-self.values(), kind="stable").tolist()
+        ranked = filter(self._is_open, best_first)
+        best = next(ranked, None)
+        if best is None:
+            return []
+        size = self._between(self.settings.wide, self.settings.narrow, best)
+        return list(islice(self._turns(chain((best,), ranked)), size))
+
+    def solutions(self) -> tuple[Solution, ...]:
+        """The leaves, cheapest first, less those within ``delta`` of a cheaper one.
+
+        That is the order of (9): all leaves have the same progress, and ψ says
+        nothing of a node that is never expanded.
+
+        Source:
+            [clot] IV-C.1 (IV).
+        """
+        tree, kept = self.tree, list[int]()
+        for leaf in sorted(tree.leaves(self.agents), key=lambda node: (tree.cost[node], node)):
+            if not near(tree.motions[leaf], [tree.motions[other] for other in kept], self.settings.delta):
+                kept.append(leaf)
+        return tuple(map(self._solution, kept))
+
+    def _solution(self, leaf: int) -> Solution:
+        node = self.tree.node(leaf)
+        return Solution(node.planned, node.trajectories[np.argsort(node.planned)], node.cost)
+
+    def _ending(self, deadline: float, stop: Callable[[], bool]) -> Ending | None:
+        if self.first is not None and self.expansions >= self.first + self.settings.improvement:
+            return Ending.IMPROVED
+        if self.expansions >= self.settings.expansions * self.agents:
+            return Ending.BUDGET
+        if stop():
+            return Ending.STOPPED
+        return Ending.TIME if time.monotonic() >= deadline else None
+
+    def _offers(self, node: int) -> tuple[int, ...]:
+        planned = self.tree.planned[node]
+        if planned not in self._offered:
+            self._offered[planned] = tuple(self.offers(planned)) if len(planned) < self.agents else ()
+        return self._offered[planned]
+
+    def _may(self, node: int, agent: int) -> bool:
+        return self.tree.tries[node].get(agent, 0) < self.settings.tries
+
+    def _is_open(self, node: int) -> bool:
+        return any(self._may(node, agent) for agent in self._offers(node))
+
+    def _turns(self, ranked: Iterable[int]) -> Iterator[tuple[int, int]]:
+        """Every node with one agent, then every node with a second one, and so on."""
+        queues: dict[int, list[int]] = {}
+        for node in ranked:
+            agents = [agent for agent in self._offers(node) if self._may(node, agent)]
+            shuffled = self.generator.permutation(agents).tolist()
+            queues[node] = sorted(shuffled, key=lambda agent: self.tree.tries[node].get(agent, 0), reverse=True)
+            yield node, queues[node].pop()
+        while any(queues.values()):
+            for node, queue in queues.items():
+                if queue:
+                    yield node, queue.pop()
+
+    def _between(self, at_root: int, at_end: int, node: int) -> int:
+        """From one number to the other, by the progress of a node that is not a leaf."""
+        progress = len(self.tree.planned[node]) / max(1, self.agents - 1)
+        return round(at_root + (at_end - at_root) * progress)
+
+    def _expand(self, work: list[tuple[int, int]]) -> None:
+        """One round: expansion of all at once, then back-propagation of all at once."""
+        settings = self.settings
+        samples = self._between(settings.few_samples, settings.many_samples, work[0][0])
+        seed = int(self.generator.integers(2**63))
+        answers = self.expand([(self.tree.node(node), agent) for node, agent in work], samples, seed)
+        if len(answers) != len(work):
+            raise ValueError(f"{len(work)} pieces of work, {len(answers)} answers")
+        outcomes = [self._outcome(node, agent, answer) for (node, agent), answer in zip(work, answers, strict=True)]
+        for (node, _), outcome in zip(work, outcomes, strict=True):
+            self.tree.back_propagate(node, outcome, settings.gamma)
+        self.rounds += 1
+        self.expansions += len(work)
+        if self.first is None and self.tree.leaves(self.agents):
+            self.first = self.expansions
+
+    def _outcome(self, node: int, agent: int, candidates: Sequence[Candidate]) -> float:
+        """The children of an expansion, and its worth: a failure where none is new."""
+        tries = self.tree.tries[node]
+        tries[agent] = tries.get(agent, 0) + 1
+        feasible = sorted((candidate for candidate in candidates if candidate.feasible), key=lambda one: one.cost)
+        if not feasible:
+            self._prune(node, agent)
+        children = 0
+        for candidate in feasible:
+            if children == self.settings.children:
+                break
+            if self._is_new(node, agent, candidate):
+                self.tree.add(node, agent, candidate.trajectory, candidate.cost)
+                children += 1
+        return self.settings.reward if children else -self.settings.reward
+
+    def _is_new(self, node: int, agent: int, candidate: Candidate) -> bool:
+        """Whether no similar node is at least as cheap."""
+        cost = self.tree.cost[node] + candidate.cost
+        similar = self.tree.similar(node, agent, candidate.trajectory, self.settings.delta)
+        return all(self.tree.cost[other] > cost for other in similar)
+
+    def _prune(self, node: int, agent: int) -> None:
+        """Nodes like one that failed are not expanded by that agent.
+
+        Source:
+            [clot] IV-C.2, of the nodes it removes the expansions that failed: another agent may do.
+        """
+        for other in self.tree.twins(node, self.settings.delta):
+            if self._may(other, agent):
+                self.tree.tries[other][agent] = self.settings.tries
+                self.pruned += 1

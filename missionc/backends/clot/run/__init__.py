@@ -1,0 +1,1 @@
+"""A run of the transport backend: its settings, its state between attempts, and attempts in child processes."""

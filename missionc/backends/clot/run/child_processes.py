@@ -1,0 +1,174 @@
+"""Work spread over child processes, each of them a copy of this one as it was when they were started.
+
+A copy costs milliseconds and knows all that was built by then, so that only pieces of work and
+answers go through pipes, which nobody else has. A child does one piece at a time, leaves Ctrl-C
+to this process, and ends with it, however it ends.
+"""
+
+from __future__ import annotations
+
+import multiprocessing
+import signal
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager, suppress
+from multiprocessing.connection import Connection, wait
+from multiprocessing.context import ForkProcess
+from pathlib import Path
+from typing import Any, Generic, NoReturn, TypeAlias, TypeVar
+
+from missionc.backends.api import Progress
+from missionc.base.memory import copies
+from missionc.base.signals import (
+    HANDLED,
+    end_with_parent,
+    leave_signals,
+)
+
+Piece = TypeVar("Piece")
+Answer = TypeVar("Answer")
+
+Say: TypeAlias = Callable[[Progress], None]
+
+LOOK = 0.2
+"""Seconds between two looks at whether to wait any longer."""
+
+PATIENCE = 5.0
+"""Seconds that a child may take to end once it has closed its pipe."""
+
+
+class Children(Generic[Piece, Answer]):
+    """Those that are there to work; ``children`` starts and ends them."""
+
+    def __init__(self, work: Callable[[Piece, Say], Answer], listen: Say) -> None:
+        self._work, self._listen = work, listen
+        self._all: dict[Connection, ForkProcess] = {}
+
+    def answers(
+        self, pieces: Iterable[Piece], enough: Callable[[], bool] = lambda: False
+    ) -> Iterator[tuple[int, Answer]]:
+        """The answer to each piece, with its place from 0, in the order in which they come.
+
+        The next piece is drawn when a child is idle. What is at work when there is ``enough`` is left.
+
+        Raises:
+            MemoryError: a child had too little memory, or the system killed it.
+            RuntimeError: a child failed, and how.
+        """
+        left = enumerate(pieces)
+        idle = list(self._all)
+        at_work: dict[Connection, int] = {}
+        while True:
+            while idle and (drawn := next(left, None)) is not None:
+                self._send(idle[-1], drawn[1])
+                at_work[idle.pop()] = drawn[0]
+            if not at_work or enough():
+                return
+            for ready in (pipe for pipe in wait(list(at_work), LOOK) if isinstance(pipe, Connection)):
+                kind, said = self._receive(ready)
+                if kind == "answer":
+                    idle.append(ready)
+                    yield at_work.pop(ready), said
+                else:
+                    self._listen(said)
+
+    def start(self, count: int) -> None:
+        """Raises:
+        MemoryError: there is no room for so many.
+        """
+        context = multiprocessing.get_context("fork")
+        # No signal may meet a child that is not ready for it, nor this process before it knows of the child.
+        before = signal.pthread_sigmask(signal.SIG_BLOCK, HANDLED)
+        try:
+            for _ in range(count):
+                ours, theirs = context.Pipe()
+                child = context.Process(target=_serve, args=(theirs, self._work), daemon=True)
+                child.start()
+                theirs.close()
+                self._all[ours] = child
+        except OSError as refused:
+            raise MemoryError from refused
+        finally:
+            signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+    def end(self) -> None:
+        """Kills them all, and waits until they are gone."""
+        for child in self._all.values():
+            child.kill()
+        for pipe, child in self._all.items():
+            child.join()
+            pipe.close()
+
+    def _send(self, pipe: Connection, piece: Piece) -> None:
+        try:
+            pipe.send(piece)
+        except OSError:
+            self._gone(pipe)
+
+    def _receive(self, pipe: Connection) -> tuple[str, Any]:
+        try:
+            kind, said = pipe.recv()
+        except (EOFError, OSError):
+            self._gone(pipe)
+        if kind == "memory":
+            raise MemoryError
+        if kind == "failure":
+            raise RuntimeError(said)
+        return kind, said
+
+    def _gone(self, pipe: Connection) -> NoReturn:
+        child = self._all[pipe]
+        child.join(PATIENCE)
+        if child.exitcode == -signal.SIGKILL:  # the system's way out where memory is short
+            raise MemoryError
+        raise RuntimeError(f"a child process ended with status {child.exitcode}")
+
+
+@contextmanager
+def children(count: int, work: Callable[[Piece, Say], Answer], listen: Say) -> Iterator[Children[Piece, Answer]]:
+    """Within, so many children that do this work, or as many as the limit on memory leaves room for.
+
+    Args:
+        work: what a child makes of a piece, on its own copy of all that it reads. Pieces and answers
+            are of types that ``multiprocessing`` passes on.
+        listen: hears what they say at it.
+
+    Raises:
+        MemoryError: there is no room for so many.
+    """
+    made = Children(work, listen)
+    try:
+        made.start(copies(count))
+        yield made
+    finally:
+        made.end()
+
+
+def _serve(pipe: Connection, work: Callable[[Any, Say], Any]) -> None:
+    leave_signals()
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, HANDLED)
+    end_with_parent()
+
+    def say(progress: Progress) -> None:
+        pipe.send(("word", progress))
+
+    with suppress(EOFError, OSError):  # of the pipe alone: the parent is gone
+        while True:
+            piece = pipe.recv()
+            pipe.send(_done(piece, work, say))
+
+
+def _done(piece: Any, work: Callable[[Any, Say], Any], say: Say) -> tuple[str, Any]:
+    try:
+        return "answer", work(piece, say)
+    except MemoryError:
+        return "memory", None
+    except Exception as error:
+        return "failure", _described(error)
+
+
+def _described(error: Exception) -> str:
+    place = error.__traceback__
+    while place and place.tb_next:
+        place = place.tb_next
+    where = f" at {Path(place.tb_frame.f_code.co_filename).name}:{place.tb_lineno}" if place else ""
+    return f"{type(error).__name__}{where} in a child process: {error}"

@@ -1,0 +1,105 @@
+"""Attempts of a run made at once, in child processes: what comes of them is what comes of one after the other.
+
+A child has the run as it was when the child began, makes one attempt at a time and answers with the
+state of a run that knows nothing else. Answers are taken in by number; the first plan, by
+number, ends them all.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import TYPE_CHECKING, TypeAlias
+
+from missionc.backends.api import Attempt, Snapshot, forget, ignore
+from missionc.backends.clot.run.child_processes import Say, children
+from missionc.backends.clot.run.run_state import (
+    Reached,
+    State,
+    from_snapshot,
+    to_snapshot,
+)
+from missionc.backends.run_account import Account
+from missionc.base.signals import asked, hold
+
+if TYPE_CHECKING:
+    from missionc.backends.clot.backend import Run
+
+MakeAttempt: TypeAlias = Callable[[int], Reached | None]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Made:
+    """An attempt, as its child tells of it.
+
+    Args:
+        state: of a run that made this attempt alone.
+        come_to: of its best candidate, where that is no plan.
+        late: whether something was told to end.
+    """
+
+    state: Snapshot
+    come_to: Attempt | None
+    account: Account
+    late: bool
+
+
+def at_once(run: Run, numbers: range, attempt: MakeAttempt) -> tuple[int, Reached | None]:
+    """The first of these attempts that finds a plan, and that plan; or the attempt to go on with, and None.
+
+    Args:
+        numbers: attempts of which none asks what came of another.
+
+    Raises:
+        MemoryError: a child had too little memory.
+    """
+    made: dict[int, tuple[Made, State]] = {}
+    number, last = numbers.start, numbers[-1]
+
+    def drawn() -> Iterator[int]:
+        for each in numbers:
+            if each > last or not run.in_time():
+                return
+            yield each
+
+    with children(min(run.options.processes, len(numbers)), partial(_make, run, attempt), run.budget.listen) as workers:
+        for place, answer in workers.answers(drawn(), asked):
+            state = from_snapshot(answer.state, run.mission, run.graph)
+            made[numbers[place]] = answer, state
+            if state.reached is not None and numbers[place] <= last:
+                hold()
+                last = numbers[place]
+                run.spare = last, state.reached
+            while number in made:
+                found, as_before = _take_in(run, *made.pop(number))
+                if found is not None:
+                    return number, found
+                number += 1
+                if not as_before:
+                    return number, None
+                if number <= numbers[-1]:
+                    run.keep(number)
+    return number, None
+
+
+def _make(run: Run, attempt: MakeAttempt, number: int, say: Say) -> Made:
+    """In the child."""
+    run.best, run.late, run.account = None, False, Account()
+    run.budget = replace(run.budget, listen=ignore if run.budget.listen is ignore else say, keep=forget)
+    run.account.sizes["attempts"] = number + 1
+    found = attempt(number)
+    best = run.best
+    state = State(number, best and best.nearest, beside=run.beside, reached=found)
+    return Made(to_snapshot(state, run.graph), best and best.attempt, run.account, run.late)
+
+
+def _take_in(run: Run, made: Made, state: State) -> tuple[Reached | None, bool]:
+    """The plan, if there is one; and whether the attempts after this one began with what is known now."""
+    run.late = run.late or made.late
+    run.account.add(made.account)
+    if state.nearest is not None and made.come_to is not None:
+        run.consider(state.nearest, made.come_to)
+    as_before = run.beside == state.beside
+    run.beside.update(state.beside)
+    return state.reached, as_before

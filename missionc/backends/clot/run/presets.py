@@ -1,0 +1,107 @@
+"""Named ways to plan, each of which leaves something out or puts something back, so that parts can be compared.
+
+    sketch   schedule, key frames, one joint sketch, joint polish; every eighth attempt is a ``search``. The default.
+    search   Algorithm 2 over Algorithm 1, seeded with the sketch and its schedule; joint polish at the end.
+    paper    Algorithm 2 over Algorithm 1 as published: the four rules, exact Sinkhorn, the prior alone, no polish.
+    fsot     ``paper`` with one fixed sequence, breadth first, and nothing ever taken back.
+    mpot     ``paper`` without a sequence: the waypoints of all agents are transported at once.
+
+What ``paper`` keeps of ours: positions for states, a rotation for each waypoint, steps smoothed over
+time (without that next to nothing is found, see ``transport``), scores normalised by visits, and starts
+and finishes that are regions taken from a key frame, for the paper has none of those.
+
+The paper optimises 800 to 1000 trajectories at once on a GPU; ``samples`` is how many here, 96 where
+it is not said (``--samples``).
+
+Source:
+    [clot] Algorithms 1 and 2; V-A.3 (I) and (II) for ``mpot`` and ``fsot``.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from enum import Enum, auto
+
+from missionc.backends.clot.paper.transport import Coupling, TransportSettings
+from missionc.backends.clot.run.search_settings import FSOT, SearchSettings
+
+
+class Order(Enum):
+    """In which order agents are planned."""
+
+    TOGETHER = auto()
+    """In none: all at once."""
+    FIXED = auto()
+    """One sequence, breadth first."""
+    SEARCHED = auto()
+    """Every valid sequence may be tried."""
+
+
+@dataclass(frozen=True, slots=True)
+class Preset:
+    """How candidates are made.
+
+    Args:
+        local: whether Algorithm 1 moves anything at all.
+        seeded: candidates begin at the sketch, pass the key frames, and keep to the schedule's choices.
+        polished: what is found is polished jointly.
+        slack: metres by which a partial team may fail where that follows.
+        deviation: of the prior half-way between two ends, for a world 10 m wide, metres.
+        settled: an expansion ends once enough candidates hold with something to spare.
+        hinged: goals cost only what they lack, each by itself; else minus the mean of their robustness.
+    """
+
+    name: str
+    local: bool = True
+    order: Order = Order.SEARCHED
+    seeded: bool = False
+    polished: bool = False
+    slack: float = 0.0
+    deviation: float = 1.5
+    settled: bool = False
+    hinged: bool = False
+    search: SearchSettings = field(default_factory=SearchSettings)
+    transport: TransportSettings = field(default_factory=TransportSettings)
+
+    def with_samples(self, samples: int | None) -> Preset:
+        """The same with so many trajectories optimised at once."""
+        if samples is None:
+            return self
+        return replace(self, search=replace(self.search, few_samples=samples, many_samples=samples))
+
+
+_PUBLISHED = TransportSettings(iterations=40, coupling=Coupling.SINKHORN)
+
+_PAPER = Preset("paper", search=SearchSettings(few_samples=96, many_samples=96), transport=_PUBLISHED)
+
+PRESETS = {
+    each.name: each
+    for each in (
+        Preset("sketch", local=False, seeded=True, polished=True),
+        Preset(
+            "search",
+            seeded=True,
+            polished=True,
+            slack=0.1,
+            deviation=0.6,
+            settled=True,
+            hinged=True,
+            search=SearchSettings(wide=2, children=3, few_samples=32, many_samples=32, expansions=6),
+            transport=TransportSettings(iterations=20, first_radius=0.5),
+        ),
+        _PAPER,
+        replace(_PAPER, name="fsot", order=Order.FIXED, search=replace(FSOT, few_samples=96, many_samples=96)),
+        replace(_PAPER, name="mpot", order=Order.TOGETHER),
+    )
+}
+
+
+def preset(name: str, samples: int | None = None) -> Preset:
+    """The preset of that name, with so many trajectories where a number is given.
+
+    Raises:
+        ValueError: there is no such preset, or the number is less than 1.
+    """
+    if name not in PRESETS:
+        raise ValueError(f"there is no preset `{name}`; there are {', '.join(PRESETS)}")
+    return PRESETS[name].with_samples(samples)

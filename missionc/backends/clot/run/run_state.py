@@ -1,0 +1,190 @@
+"""What a run of the transport backend knows between two of its steps: as a ``Snapshot``, and back.
+
+Everything drawn at random follows from the seed and the attempt's number, and a sketch from those alone; so an attempt
+is kept as its number, and what a sketch led to as the number of the sketch and the motion.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from missionc.backends.api import Snapshot, UnusableSnapshot
+from missionc.backends.clot.cost_graph.cost_graph import (
+    CostGraph,
+    Greatest,
+    Ranked,
+    SomeLinked,
+)
+from missionc.backends.clot.optimise.active_set import Choices
+from missionc.backends.clot.optimise.control_points import splines
+from missionc.base.trace import Array
+from missionc.ir import Mission
+
+UNUSABLE = (ValueError, KeyError, IndexError, TypeError, OverflowError, RecursionError)
+"""What may come of a snapshot that somebody made up."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Nearest:
+    """The best candidate: its control points, by how much it falls short, metres, and what it came of.
+
+    ``sketch`` is the attempt whose schedule and key frames it follows, and ``motion`` the first motion of
+    its polish, (agents, steps + 1, dim), metres; None where it cannot serve another search.
+    """
+
+    control: Array
+    shortfall: float
+    sketch: int | None
+    motion: Array | None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Searching:
+    """A search between two rounds: ``to_arrays``, and how far it came (``run_algorithm_2.Searched``)."""
+
+    arrays: Mapping[str, Array]
+    text: str
+    planned: int
+    margin: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Reached:
+    """A plan: its control points, (agents, points, dim), metres, and its choices; ``final`` if it is left as it is."""
+
+    control: Array
+    choices: Choices
+    final: bool = False
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class State:
+    """Args:
+    number: of the attempt that is next, or at work, from 0.
+    furthest: of searches without a joint motion, how many agents were planned and by what margin, metres.
+    notes: what there was to tell.
+    beside: words of whoever runs this, by name.
+    search, reached: how far the attempt is.
+    """
+
+    number: int = 0
+    nearest: Nearest | None = None
+    furthest: tuple[int, float] | None = None
+    notes: tuple[str, ...] = ()
+    beside: Mapping[str, str] = field(default_factory=dict)
+    search: Searching | None = None
+    reached: Reached | None = None
+
+
+def to_snapshot(state: State, graph: CostGraph) -> Snapshot:
+    """The state as plain arrays and JSON."""
+    arrays: dict[str, Array] = {}
+    words: dict[str, Any] = {
+        "number": state.number,
+        "furthest": None if state.furthest is None else [state.furthest[0], _number(state.furthest[1])],
+        "notes": list(state.notes),
+        "beside": dict(state.beside),
+        "nearest": None,
+        "search": None,
+        "reached": state.reached is not None,
+    }
+    if state.nearest is not None:
+        words["nearest"] = {"shortfall": _number(state.nearest.shortfall), "sketch": state.nearest.sketch}
+        arrays["nearest.control"] = state.nearest.control
+        if state.nearest.motion is not None:
+            arrays["nearest.motion"] = state.nearest.motion
+    if state.search is not None:
+        search = state.search
+        words["search"] = {"text": search.text, "planned": search.planned, "margin": _number(search.margin)}
+        arrays |= {f"search.{name}": array for name, array in search.arrays.items()}
+    if state.reached is not None:
+        place = {term: index for index, term in enumerate(graph.order)}
+        rows = [(place[term], agent, step, chosen) for (term, agent, step), chosen in state.reached.choices.items()]
+        arrays["reached.control"] = state.reached.control
+        arrays["reached.choices"] = np.array(rows, dtype=np.float64).reshape(-1, 4)
+    return Snapshot(arrays, words)
+
+
+def from_snapshot(snapshot: Snapshot, mission: Mission, graph: CostGraph) -> State:
+    """The state that ``to_snapshot`` was asked of.
+
+    Raises:
+        UnusableSnapshot: it holds no state of a run of this mission.
+    """
+    try:
+        return _read(snapshot.arrays, snapshot.words, mission, graph)
+    except UNUSABLE as wrong:
+        raise UnusableSnapshot(f"it holds no state of a run of this mission: {wrong}") from wrong
+
+
+def _read(arrays: Mapping[str, Array], words: Mapping[str, Any], mission: Mission, graph: CostGraph) -> State:
+    nearest = search = reached = furthest = None
+    moves = len(mission.agents), mission.steps + 1, mission.dimension
+    control = len(mission.agents), splines(mission).points, mission.dimension
+    if words["nearest"] is not None:
+        kept = words["nearest"]
+        sketch = None if kept["sketch"] is None else _count(kept["sketch"])
+        motion = None if sketch is None else _shaped(arrays["nearest.motion"], moves)
+        nearest = Nearest(_shaped(arrays["nearest.control"], control), _margin(kept["shortfall"]), sketch, motion)
+    if words["furthest"] is not None:
+        planned, margin = words["furthest"]
+        furthest = _count(planned), _margin(margin)
+    if words["search"] is not None:
+        kept = words["search"]
+        own = {name.removeprefix("search."): array for name, array in arrays.items() if name.startswith("search.")}
+        if len(own["motion"]):
+            _shaped(own["motion"], (len(own["motion"]), *moves[1:]))
+        search = Searching(own, str(kept["text"]), _count(kept["planned"]), _margin(kept["margin"]))
+    if words["reached"]:
+        chosen = _choices(arrays["reached.choices"], mission, graph)
+        reached = Reached(_shaped(arrays["reached.control"], control), chosen)
+    notes = tuple(map(str, words["notes"]))
+    beside = {str(name): str(word) for name, word in dict(words["beside"]).items()}
+    return State(_count(words["number"]), nearest, furthest, notes, beside, search, reached)
+
+
+def _choices(rows: Array, mission: Mission, graph: CostGraph) -> Choices:
+    found = {}
+    for index, agent, step, chosen in rows.astype(np.int64).tolist():
+        term = graph.order[_within(index, len(graph.order))]
+        match term:
+            case Greatest(parts) | Ranked(_, parts):
+                most = len(parts)
+            case SomeLinked():
+                most = len(mission.agents)
+            case _:
+                most = mission.steps + 1
+        place = _within(agent, len(mission.agents)), _within(step, mission.steps + 1)
+        found[term, *place] = _within(chosen, most)
+    return found
+
+
+def _within(number: int, count: int) -> int:
+    if not 0 <= number < count:
+        raise ValueError(f"{number} is not one of {count}")
+    return number
+
+
+def _count(number: object) -> int:
+    if not isinstance(number, int) or number < 0:
+        raise ValueError(f"{str(number)[:40]} is no count")
+    return number
+
+
+def _number(value: float) -> float | None:
+    """JSON has no word for what is below every number."""
+    return float(value) if np.isfinite(value) else None
+
+
+def _margin(value: object) -> float:
+    return -np.inf if value is None else float(str(value))
+
+
+def _shaped(array: Array, shape: tuple[int, ...]) -> Array:
+    if array.shape != shape:
+        raise ValueError(f"an array of shape {array.shape} instead of {shape}")
+    return array

@@ -1,0 +1,124 @@
+"""Where a team gets into formation, or together, from where it is: without moving its middle, and each agent little.
+
+Each two agents that are tied want the other at a length or an offset. All move at once, so
+that these wishes are met in the sense of least squares, and then again from there.
+
+Source:
+    de Leeuw, "Applications of convex analysis to multidimensional scaling", 1977: majorization
+    of stress; here with offsets, and with ties that only must not be too long.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from missionc.backends.clot.cost_graph.spanning_trees import Indices, spanning_tree
+from missionc.base.trace import Array
+from missionc.ir import Connected, InFormation, Predicate, Proximity
+from missionc.language.margins.predicate_margins import link_margin
+
+ROUNDS = 100
+"""Moves at most. Each leaves less amiss in all."""
+
+NEAR = 0.02
+"""Metres: no tie is further from what it should be than this."""
+
+SHAKEN = 0.01
+"""Metres by which agents are shaken first: two on top of each other have no direction from one to the other."""
+
+
+def gathers(predicate: Predicate) -> bool:
+    """Whether this is about where agents are to each other in a way that ``gathered`` knows."""
+    match predicate:
+        case InFormation():
+            return True
+        case Connected(graph):
+            return isinstance(graph, Proximity)
+        case _:
+            return False
+
+
+def gathered(shapes: Iterable[Predicate], position: Array) -> Array:
+    """Positions, (agents, dim), metres, at which all shapes hold as well as it finds; where they do, nobody moves.
+
+    Bodies and obstacles are not looked at.
+
+    Args:
+        position: of all the mission's agents, (agents, dim), metres.
+    """
+    first, second, least, most, offset = _ties(shapes, position)
+    if not len(first):
+        return position
+    count, dim = position.shape
+    row = np.arange(len(first))
+    differences = np.zeros((len(first), count))
+    differences[row, second], differences[row, first] = 1.0, -1.0
+    spread = np.linalg.pinv(differences.T @ differences) @ differences.T  # (agents, ties)
+    wishes = least, most, offset
+    if _furthest(differences @ position, *wishes) <= NEAR:
+        return position
+    tied = np.unique(np.concatenate([first, second]))
+    moved = position.copy()
+    moved[tied] += SHAKEN * np.random.default_rng(0).uniform(-1, 1, (len(tied), dim))
+    for _ in range(ROUNDS):
+        apart = differences @ moved
+        if _furthest(apart, *wishes) <= NEAR:
+            break
+        moved += spread @ (_wished(apart, *wishes) - apart)
+    return moved
+
+
+def _ties(shapes: Iterable[Predicate], position: Array) -> tuple[Indices, Indices, Array, Array, Array]:
+    """The ends of all ties; the least and greatest length of each, or its offset, NaN where it has none."""
+    dim = position.shape[1]
+    first: list[int] = []
+    second: list[int] = []
+    least: list[float] = []
+    most: list[float] = []
+    offset: list[tuple[float, ...]] = []
+    none = (np.nan,) * dim
+    for shape in shapes:
+        match shape:
+            case InFormation(formation):
+                for edge in formation.edges:
+                    first.append(edge.first)
+                    second.append(edge.second)
+                    if isinstance(edge.target, tuple):
+                        least.append(0.0)
+                        most.append(np.inf)
+                        offset.append(edge.target)
+                    else:
+                        least.append(edge.target)
+                        most.append(edge.target)
+                        offset.append(none)
+            case Connected(Proximity() as graph, agents) if len(agents) > 1:
+                members = position[list(agents)]
+                links = np.asarray(link_margin(graph, members[:, None], members[None]))
+                one, other, _ = spanning_tree(links[None])
+                for a, b in zip(one[0].tolist(), other[0].tolist(), strict=True):
+                    first.append(agents[a])
+                    second.append(agents[b])
+                    least.append(0.0)
+                    most.append(max(graph.radius - NEAR, 0.0))
+                    offset.append(none)
+            case _:
+                pass
+    ends = np.array(first, dtype=np.int64), np.array(second, dtype=np.int64)
+    return *ends, np.array(least), np.array(most), np.array(offset).reshape(-1, dim)
+
+
+def _wished(apart: Array, least: Array, most: Array, offset: Array) -> Array:
+    """What is nearest to each of these differences of positions, (ties, dim), metres, among those wished for."""
+    length = np.linalg.norm(apart, axis=1)
+    scaled = apart * (np.clip(length, least, most) / np.maximum(length, 1e-9))[:, None]
+    wished: Array = np.where(np.isnan(offset), scaled, offset)
+    return wished
+
+
+def _furthest(apart: Array, least: Array, most: Array, offset: Array) -> float:
+    """By how much the worst of these differences of positions, (ties, dim), is not what is wished for, metres."""
+    length = np.linalg.norm(apart, axis=1)
+    off = np.where(np.isnan(offset[:, 0]), np.abs(np.clip(length, least, most) - length), 0.0)
+    return float(np.maximum(off, np.linalg.norm(np.nan_to_num(offset - apart), axis=1)).max())

@@ -1,0 +1,158 @@
+"""Ways round the obstacles that stand still, for a point with some room around it: shortest paths on a grid."""
+
+from __future__ import annotations
+
+from itertools import product
+
+import numpy as np
+from scipy import ndimage, sparse
+from scipy.sparse.csgraph import dijkstra
+
+from missionc.backends.clot.optimise.obstacle_index import Obstacles
+from missionc.base.trace import Array
+from missionc.ir import Box, Mission, Still
+from missionc.world.signed_distance import signed_distance
+
+CELLS = 12_000
+"""About so many cells has the grid."""
+
+
+DETOUR = 1.4
+"""A way with more room may be so many times as long as the shortest."""
+
+
+class Guide:
+    """Straight or bent ways between points; room is metres to obstacles and to the world's bounds."""
+
+    def __init__(self, mission: Mission) -> None:
+        self.mission = mission
+        self.standing = Obstacles(mission, [each for each in mission.obstacles if isinstance(each.motion, Still)])
+        low, high = np.array(mission.world.low), np.array(mission.world.high)
+        size = high - low
+        self.cell = float((np.prod(size) / CELLS) ** (1 / len(size)))
+        self.low = low
+        self.shape = tuple(int(count) for count in np.maximum(np.ceil(size / self.cell), 1))
+        axes = [low[axis] + (np.arange(count) + 0.5) * self.cell for axis, count in enumerate(self.shape)]
+        self.points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
+        self.room = self.room_at(self.points)
+        self.graphs: dict[float, sparse.csr_matrix] = {}
+
+    def room_at(self, points: Array) -> Array:
+        """How far points are from standing obstacles and from the world's bounds: (..., dim) -> (...), metres."""
+        world = Box(self.mission.world.low, self.mission.world.high)
+        room: Array = -np.asarray(signed_distance(np, world, points))
+        standing = self.standing.standing_room(points.reshape(-1, points.shape[-1]))
+        room = np.minimum(room, standing.reshape(room.shape))
+        return room
+
+    def way(self, start: Array, end: Array, wanted: float, least: float, avoid: Array | None = None) -> Array | None:
+        """A way from start to end: its corners, (corners, dim); None where there is none.
+
+        Args:
+            wanted: metres of room along the way where both ends have them; less as it must be.
+            least: metres that it has to have between the ends at any rate.
+            avoid: points of ways not to be taken again, (points, dim).
+        """
+        shortest = self._with(start, end, least, avoid)
+        if shortest is None:
+            return None
+        longest = DETOUR * _length(shortest)
+        for room in (wanted, (wanted + least) / 2):
+            found = self._with(start, end, room, avoid)
+            if found is not None and _length(found) <= longest:
+                return found
+        return shortest
+
+    def _with(self, start: Array, end: Array, room: float, avoid: Array | None) -> Array | None:
+        """A way with so much room, straight where that has it."""
+        if avoid is None and self._clear(start, end, room):
+            return np.stack([start, end])
+        return self._around(start, end, room, avoid)
+
+    def _clear(self, start: Array, end: Array, room: float) -> bool:
+        """Whether the straight way has room, but for what its ends themselves lack."""
+        count = max(2, int(np.ceil(float(np.linalg.norm(end - start)) / (self.cell / 2))) + 1)
+        share = np.linspace(0.0, 1.0, count)[:, None]
+        points = start * (1 - share) + end * share
+        from_ends = np.minimum(np.linalg.norm(points - start, axis=1), np.linalg.norm(points - end, axis=1))
+        lacking = room - min(*self.room_at(np.stack([start, end])), room)
+        return bool((self.room_at(points) >= room - np.maximum(lacking - from_ends, 0.0) - 1e-9).all())
+
+    def _around(self, start: Array, end: Array, room: float, avoid: Array | None) -> Array | None:
+        graph = self._graph(room)
+        if avoid is not None:
+            near = np.zeros(self.shape, dtype=np.bool_)
+            near[tuple(self._cell(avoid).T)] = True
+            wide = ndimage.binary_dilation(near, iterations=max(1, int(0.6 / self.cell))).ravel()
+            scale = sparse.diags(np.where(wide, 4.0, 1.0))
+            graph = scale @ graph
+        first, last = (int(np.ravel_multi_index(tuple(self._free(point, room)), self.shape)) for point in (start, end))
+        length, before = dijkstra(graph, directed=True, indices=np.array(first), return_predecessors=True)
+        if not np.isfinite(length[last]):
+            return None
+        cells = [last]
+        while cells[-1] != first:
+            cells.append(int(before[cells[-1]]))
+        path = self.points.reshape(-1, self.points.shape[-1])[cells[::-1]]
+        return self._pulled(np.concatenate([start[None], path, end[None]]), room)
+
+    def _graph(self, room: float) -> sparse.csr_matrix:
+        """Moves to neighbouring cells, weighted by their length."""
+        if room not in self.graphs:
+            free = self.room >= room
+            number = np.arange(free.size).reshape(self.shape)
+            rows, columns, lengths = [], [], []
+            for move in product((-1, 0, 1), repeat=len(self.shape)):
+                if not any(move):
+                    continue
+                here = tuple(slice(max(0, -by), count - max(0, by)) for by, count in zip(move, self.shape, strict=True))
+                there = tuple(
+                    slice(max(0, by), count - max(0, -by)) for by, count in zip(move, self.shape, strict=True)
+                )
+                both = free[here] & free[there]
+                rows.append(number[here][both])
+                columns.append(number[there][both])
+                lengths.append(np.full(int(both.sum()), self.cell * float(np.linalg.norm(move))))
+            row, column, length = (np.concatenate(each) for each in (rows, columns, lengths))
+            self.graphs[room] = sparse.csr_matrix((length, (row, column)), shape=(free.size, free.size))
+        return self.graphs[room]
+
+    def _cell(self, points: Array) -> Array:
+        index = np.floor((points - self.low) / self.cell).astype(np.int64)
+        clipped: Array = np.clip(index, 0, np.array(self.shape) - 1)
+        return clipped
+
+    def _free(self, point: Array, room: float) -> Array:
+        """The nearest cell with room."""
+        free = np.argwhere(self.room >= room)
+        if len(free) == 0:
+            return self._cell(point)
+        centres = self.low + (free + 0.5) * self.cell
+        nearest: Array = free[np.linalg.norm(centres - point, axis=1).argmin()]
+        return nearest
+
+    def _pulled(self, path: Array, room: float) -> Array:
+        """The way pulled tight: corners that can be left out are."""
+        kept = [path[0]]
+        here = 0
+        while here < len(path) - 1:
+            ahead = len(path) - 1
+            while ahead > here + 1 and not self._clear(path[here], path[ahead], room):
+                ahead = here + (ahead - here + 1) // 2
+            kept.append(path[ahead])
+            here = ahead
+        return np.array(kept)
+
+
+def _length(way: Array) -> float:
+    return float(np.linalg.norm(np.diff(way, axis=0), axis=1).sum())
+
+
+def along(way: Array, share: Array) -> Array:
+    """Points at shares, (points,), of a way's length: (points, dim)."""
+    lengths = np.linalg.norm(np.diff(way, axis=0), axis=1)
+    total = float(lengths.sum())
+    if total == 0:
+        return np.repeat(way[:1], len(share), axis=0)
+    at = np.r_[0.0, np.cumsum(lengths)] / total
+    return np.stack([np.interp(share, at, way[:, axis]) for axis in range(way.shape[1])], axis=1)

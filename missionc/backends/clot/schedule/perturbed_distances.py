@@ -1,0 +1,37 @@
+"""How one schedule sees the mission: a little wrong, for another one than before."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from missionc.backends.clot.cost_graph.cost_graph import Term
+from missionc.backends.clot.schedule.tasks import Event
+from missionc.ir import Region
+
+
+@dataclass(frozen=True, slots=True)
+class Judged:
+    """How one schedule sees the mission: rightly where ``noise`` is 0.
+
+    ``stretch`` is how many times as long the way to each region is taken to be;
+    ``delay`` the share of the time it has by which each event without a region is put off.
+    """
+
+    noise: float
+    generator: np.random.Generator
+    stretch: dict[Region, float] = field(default_factory=dict)
+    delay: dict[tuple[Term, int, int], float] = field(default_factory=dict)
+
+    def factor(self, region: Region) -> float:
+        if self.noise and region not in self.stretch:
+            self.stretch[region] = float(np.exp(self.noise * self.generator.standard_normal()))
+        return self.stretch[region] if self.noise else 1.0
+
+    def put_off(self, event: Event) -> float:
+        """From 0, as early as can be, which it is in one case of three, to 1, as late as can be."""
+        key = event.chooser, event.agent, event.asked
+        if self.noise and key not in self.delay:
+            self.delay[key] = max(0.0, float(self.generator.uniform(-0.5, 1.0)))
+        return self.delay.get(key, 0.0)

@@ -1,0 +1,127 @@
+"""A first joint motion through the key frames: teams go together, round what stands in their way."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import pairwise
+
+import numpy as np
+import torch
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
+
+from missionc.backends.clot.cost_graph.cost_graph import Margin
+from missionc.backends.clot.optimise.obstacle_index import Obstacles
+from missionc.backends.clot.schedule.geodesics import Guide, along
+from missionc.backends.clot.schedule.key_frames import Frame
+from missionc.backends.clot.schedule.schedule import Schedule
+from missionc.base.trace import Array
+from missionc.ir import Box, Connected, InFormation, Mission, Still
+from missionc.world.signed_distance import signed_distance
+
+BENDS = 24
+"""Detours tried where the way is blocked by something that moves."""
+
+BEND_COST, LEAST_BEND, ROOM = 0.02, 0.5, 0.05
+"""What a metre of detour costs against one in an obstacle; the least size of a detour and the room asked, metres."""
+
+
+def sketch(
+    mission: Mission,
+    schedule: Schedule,
+    found: Sequence[Frame],
+    guide: Guide,
+    generator: np.random.Generator,
+    detour: float,
+) -> Array:
+    """Positions at the steps, (agents, steps + 1, dim), metres.
+
+    Args:
+        detour: how likely a team goes another way than the shortest.
+    """
+    position = np.zeros((len(mission.agents), mission.steps + 1, mission.dimension))
+    position[:, 0] = found[0].position
+    for earlier, later in pairwise(found):
+        span = later.step - earlier.step
+        share = np.arange(1, span + 1) / span
+        for team in _teams(mission, schedule, earlier.step, later.step):
+            position[team, earlier.step + 1 : later.step + 1] = _together(
+                mission, team, earlier, later, share, guide, generator, generator.random() < detour
+            )
+    return position
+
+
+def _together(
+    mission: Mission,
+    team: list[int],
+    earlier: Frame,
+    later: Frame,
+    share: Array,
+    guide: Guide,
+    generator: np.random.Generator,
+    other_way: bool,
+) -> Array:
+    """A team's middle goes round the obstacles, everybody keeps the place beside it: (agents, steps, dim)."""
+    start, end = earlier.position[team], later.position[team]
+    middle, goal = start.mean(axis=0), end.mean(axis=0)
+    radius = max(mission.agents[agent].radius for agent in team) + mission.clearance
+    extent = max(float(np.linalg.norm(each - each.mean(axis=0), axis=1).max()) for each in (start, end))
+    way = guide.way(middle, goal, radius + 0.1 + extent, radius)
+    if way is not None and other_way:
+        second = guide.way(middle, goal, radius + 0.1 + extent / 2, radius, along(way, np.linspace(0.1, 0.9, 60)))
+        way = way if second is None else second
+    if way is None:
+        way = np.stack([middle, goal])
+    around = (start - middle)[:, None] * (1 - share)[None, :, None] + (end - goal)[:, None] * share[None, :, None]
+    moved: Array = along(way, share)[None] + around
+    time = (earlier.step + share * (later.step - earlier.step)) * mission.step
+    movers = [obstacle for obstacle in mission.obstacles if not isinstance(obstacle.motion, Still)]
+    if _blocked(Obstacles(mission, movers, time), moved[None], radius)[0] == 0.0:
+        return moved
+    # What moves has no way round that a map of standing obstacles could show: the least blocked of many bends.
+    bends = np.stack(_bends(share, float(np.linalg.norm(goal - middle)), mission.dimension, generator))
+    blocked = _blocked(Obstacles(mission, mission.obstacles, time), moved + bends[:, None], radius)
+    extra = np.linalg.norm(np.diff(bends, axis=1), axis=2).sum(axis=1)
+    bent: Array = moved + bends[int(np.argmin(blocked + BEND_COST * extra))]
+    return bent
+
+
+def _bends(share: Array, length: float, dimension: int, generator: np.random.Generator) -> list[Array]:
+    """Ways to leave a way and come back to it, the first of which does not: (steps, dim), metres, each."""
+    shape = np.sin(np.pi * share)[:, None]
+    offsets = generator.standard_normal((BENDS, dimension)) * max(length / 3, LEAST_BEND)
+    skewed = [np.sin(np.pi * share ** float(np.exp(0.5 * generator.standard_normal())))[:, None] for _ in offsets]
+    return [0.0 * shape * offsets[0], *(skew * offset for skew, offset in zip(skewed, offsets, strict=True))]
+
+
+def _blocked(obstacles: Obstacles, position: Array, radius: float) -> Array:
+    """By how much agents of motions, (motions, agents, steps, dim), are in obstacles or out of the world: metres."""
+    world = Box(obstacles.mission.world.low, obstacles.mission.world.high)
+    total: Array = np.maximum(signed_distance(np, world, position), 0.0).sum(axis=(1, 2))
+    points = torch.from_numpy(position.reshape(-1, position.shape[-1]))
+    instant = torch.arange(position.shape[2]).repeat(position.shape[0] * position.shape[1])
+    pairs = obstacles.near(points, instant, radius + ROOM)
+    lacking = (radius + ROOM - obstacles.distance(points[pairs.row], pairs)).clamp_min(0.0)
+    motion = pairs.row // (position.shape[1] * position.shape[2])
+    return total + np.bincount(motion.numpy(), lacking.numpy(), len(position))
+
+
+def _teams(mission: Mission, schedule: Schedule, begin: int, end: int) -> list[list[int]]:
+    """The agents that a formation or a connected graph ties together between two steps."""
+    pairs: list[tuple[int, int]] = []
+    for hold in schedule.holds:
+        term = hold.term
+        if not (isinstance(term, Margin) and term.holds and hold.low < end and hold.high > begin):
+            continue
+        match term.predicate:
+            case InFormation(formation):
+                pairs.extend((edge.first, edge.second) for edge in formation.edges)
+            case Connected(_, agents):
+                pairs.extend((agents[0], other) for other in agents[1:])
+            case _:
+                pass
+    count = len(mission.agents)
+    first, second = (np.array(column, dtype=np.int64) for column in (zip(*pairs, strict=True) if pairs else ((), ())))
+    tied = coo_matrix((np.ones(len(first)), (first, second)), shape=(count, count))
+    number, label = connected_components(tied, directed=False)
+    return [np.flatnonzero(label == team).tolist() for team in range(number)]

@@ -1,0 +1,269 @@
+"""The choices a mission leaves open, read off its cost graph: what must come to be at some time, and the ways it can.
+
+    in   CostGraph
+    out  Outline
+
+What must hold at fixed steps is a ``Hold``. What must hold at some step of a window is
+an ``Event``. Where one of several things will do, a ``Task`` has several ``Option``s.
+What is chosen afresh at every step of a window stays one ``Hold`` and is left to the motion.
+
+Source:
+    The branching of [clot]'s disjunctions and windows, decided before the motion instead of by it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from itertools import combinations, product
+from math import comb, prod
+from typing import assert_never
+
+import numpy as np
+
+from missionc.backends.clot.cost_graph.cost_graph import (
+    CostGraph,
+    EveryLinked,
+    Greatest,
+    GreatestOver,
+    Least,
+    LeastOver,
+    Length,
+    Margin,
+    Member,
+    Of,
+    Ranked,
+    Release,
+    SomeLinked,
+    Term,
+    Until,
+    below,
+)
+
+MOST_OPTIONS = 256
+"""Of one task. Where there are more, these are drawn from among them, the same ones each time."""
+
+
+@dataclass(frozen=True, slots=True)
+class Hold:
+    """``term`` holds of ``agent`` at every step from ``low`` to ``high``, which count from the event; or from step 0.
+
+    ``timeless`` where no temporal operator is in it, so that one configuration can be asked for it.
+    """
+
+    agent: int
+    term: Term
+    low: int
+    high: int
+    timeless: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Decision:
+    """A part chosen, by number, of a term at an agent, at the steps ``low`` to ``high`` from the event (or step 0)."""
+
+    term: Term
+    agent: int
+    part: int
+    low: int
+    high: int
+
+
+@dataclass(frozen=True, slots=True)
+class Event:
+    """All of ``holds`` and ``then`` from a step of the window ``low`` to ``high``; ``before`` at each step up to it.
+
+    ``chooser`` at ``agent`` is the term whose window this is, asked at ``asked`` steps from the
+    event around it (or step 0); the window counts from there too. ``kind`` is what to call it.
+    """
+
+    chooser: Term
+    agent: int
+    asked: int
+    low: int
+    high: int
+    holds: tuple[Hold, ...] = ()
+    before: tuple[Hold, ...] = ()
+    decisions: tuple[Decision, ...] = ()
+    then: tuple[Event, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Option:
+    holds: tuple[Hold, ...] = ()
+    decisions: tuple[Decision, ...] = ()
+    events: tuple[Event, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Task:
+    """One of the options must come true."""
+
+    name: str
+    options: tuple[Option, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Outline:
+    """``holds``: what must be whatever is chosen."""
+
+    holds: tuple[Hold, ...]
+    tasks: tuple[Task, ...]
+
+
+def outline(graph: CostGraph, steps: int) -> Outline:
+    """What a mission's requirements ask for, over steps 0 to ``steps``."""
+    reader = _Reader(graph.order, steps)
+    holds: list[Hold] = []
+    tasks: list[Task] = []
+    for wanted in graph.requirements:
+        for agent, part in reader.conjuncts(wanted.term, 0):
+            options = reader.options(part, agent, 0, 0, False)
+            if len(options) == 1 and not options[0].events:
+                holds.extend(options[0].holds)
+            else:
+                tasks.append(Task(wanted.name, options))
+    return Outline(tuple(holds), tuple(tasks))
+
+
+class _Reader:
+    def __init__(self, order: tuple[Term, ...], steps: int) -> None:
+        self.steps = steps
+        self.timeless: dict[Term, bool] = {}
+        for term in order:
+            windowed = isinstance(term, LeastOver | GreatestOver | Until | Release)
+            self.timeless[term] = not windowed and all(self.timeless[part] for part in below(term))
+
+    def conjuncts(self, term: Term, agent: int) -> Iterable[tuple[int, Term]]:
+        stack = [(agent, term)]
+        while stack:
+            agent, term = stack.pop()
+            match term:
+                case Least(parts):
+                    stack.extend((agent, part) for part in reversed(parts))
+                case Of(other, body):
+                    stack.append((other, body))
+                case _:
+                    yield agent, term
+
+    def options(self, term: Term, agent: int, low: int, high: int, branch: bool) -> tuple[Option, ...]:
+        """The ways in which a term holds at an agent at all steps from ``low`` to ``high``."""
+        match term:
+            case Least(parts):
+                return self._together([self.options(part, agent, low, high, branch) for part in parts])
+            case Of(other, body):
+                return self.options(body, other, low, high, branch)
+            case LeastOver(body, first, last):
+                return self.options(body, agent, low + first, self._end(high, last), branch)
+            case Release(free, end, first, last):
+                kept = self.options(end, agent, low + first, self._end(high, last), branch)
+                return (*kept, *self._freed(term, free, end, agent, low, first, last)) if low == high else kept
+            case Greatest(parts) if parts and (branch or (low == high and not self.timeless[term])):
+                found = [
+                    replace(option, decisions=(*option.decisions, Decision(term, agent, number, low, high)))
+                    for number, part in enumerate(parts)
+                    for option in self.options(part, agent, low, high, branch)
+                ]
+                return _some_of(found)
+            case Ranked(count, parts) if low == high and not self.timeless[term]:
+                return self._some(parts, count, agent, low)
+            case GreatestOver(body, first, last) if low == high:
+                bodies = self.options(body, agent, 0, 0, True)
+                return tuple(self._event(term, agent, low, first, last, option) for option in bodies)
+            case Until(hold, end, first, last) if low == high:
+                before = Hold(agent, hold, low, low, self.timeless[hold])
+                found = [
+                    self._event(term, agent, low, first, last, option, (before,))
+                    for option in self.options(end, agent, 0, 0, True)
+                ]
+                return tuple(found)
+            case (
+                Margin()
+                | Member()
+                | Greatest()
+                | Ranked()
+                | GreatestOver()
+                | Until()
+                | SomeLinked()
+                | EveryLinked()
+                | Length()
+            ):
+                return (Option((Hold(agent, term, low, high, self.timeless[term]),)),)
+            case _:
+                assert_never(term)
+
+    def _freed(
+        self, term: Term, free: Term, end: Term, agent: int, asked: int, first: int, last: int | None
+    ) -> tuple[Option, ...]:
+        """``free`` at some step before the window's last, ``end`` from the window's first step up to it."""
+        before = Hold(agent, end, asked + first, asked + first, self.timeless[end])
+        here = Hold(agent, end, 0, 0, self.timeless[end])
+        final = (self.steps - asked if last is None else last) - 1
+        found: list[Option] = []
+        for option in self.options(free, agent, 0, 0, True):
+            if first > 0 and final >= 0:
+                found.append(self._event(term, agent, asked, 0, min(first - 1, final), option))
+            if first <= final:
+                also = replace(option, holds=(*option.holds, here))
+                found.append(self._event(term, agent, asked, first, final, also, (before,)))
+        return tuple(found)
+
+    def _end(self, high: int, last: int | None) -> int:
+        return self.steps if last is None else min(high + last, self.steps)
+
+    def _event(
+        self,
+        term: Term,
+        agent: int,
+        asked: int,
+        first: int,
+        last: int | None,
+        body: Option,
+        before: tuple[Hold, ...] = (),
+    ) -> Option:
+        high = self.steps if last is None else asked + last
+        event = Event(term, agent, asked, asked + first, high, body.holds, before, body.decisions, body.events)
+        return Option(events=(event,))
+
+    def _together(self, each: list[tuple[Option, ...]]) -> tuple[Option, ...]:
+        """One option of each, in all ways there are up to a bound."""
+        return tuple(
+            Option(
+                tuple(hold for option in chosen for hold in option.holds),
+                tuple(decision for option in chosen for decision in option.decisions),
+                tuple(event for option in chosen for event in option.events),
+            )
+            for chosen in _ways(each)
+        )
+
+    def _some(self, parts: tuple[Term, ...], count: int, agent: int, step: int) -> tuple[Option, ...]:
+        """Every choice of so many parts up to a bound; which they are shows in the motion, so none is recorded."""
+        each = [self.options(part, agent, step, step, False) for part in parts]
+        found = [self._together([each[number] for number in chosen]) for chosen in _choices(len(parts), count)]
+        return _some_of([option for options in found for option in options])
+
+
+def _ways(each: list[tuple[Option, ...]]) -> Iterable[tuple[Option, ...]]:
+    """One of each, in all ways or in so many as there may be: the first, and others drawn evenly."""
+    if prod(len(options) for options in each) <= MOST_OPTIONS:
+        return product(*each)
+    generator = np.random.default_rng(0)
+    drawn = generator.integers(0, [len(options) for options in each], (MOST_OPTIONS - 1, len(each)))
+    rows = dict.fromkeys([(0,) * len(each), *map(tuple, drawn.tolist())])
+    return [tuple(options[number] for options, number in zip(each, row, strict=True)) for row in rows]
+
+
+def _choices(parts: int, count: int) -> Iterable[tuple[int, ...]]:
+    """So many of the parts, in all ways or in so many as there may be: the first, and others drawn evenly."""
+    if comb(parts, count) <= MOST_OPTIONS:
+        return combinations(range(parts), count)
+    generator = np.random.default_rng(0)
+    drawn = generator.permuted(np.tile(np.arange(parts), (MOST_OPTIONS - 1, 1)), axis=1)[:, :count]
+    return dict.fromkeys([tuple(range(count)), *map(tuple, np.sort(drawn, axis=1).tolist())])
+
+
+def _some_of(options: list[Option]) -> tuple[Option, ...]:
+    """All of them, or so many as there may be, evenly from the first to the last."""
+    if len(options) <= MOST_OPTIONS:
+        return tuple(options)
+    return tuple(options[number] for number in np.linspace(0, len(options) - 1, MOST_OPTIONS).astype(np.int64))

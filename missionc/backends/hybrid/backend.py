@@ -1,0 +1,146 @@
+"""The hybrid backend, top to bottom: what is discrete by Z3 on a roadmap → witness → polish of everything → a trace.
+
+    in   Mission, its kernel
+    out  Planned or NotFound
+
+Z3 says which robots relay over which links and when; its motion is where the polish starts,
+and its choices are kept for the requirements that a roadmap can judge. Other plans of Z3's follow where one
+leads nowhere, and now and then a sketch of the transport's own. That a roadmap holds no plan says
+nothing about the world between its nodes, so that "impossible" is not this backend's to say.
+"""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from missionc.backends import smt
+from missionc.backends.api import Budget, Impossible, NotFound, Options, Outcome, Planned, ignore, unheard
+from missionc.backends.clot.backend import ATTEMPTS, NOISE
+from missionc.backends.clot.backend import Run as Smooth
+from missionc.backends.clot.cost_graph.cost_graph import GreatestOver, Until
+from missionc.backends.clot.optimise.active_set import Choices
+from missionc.backends.clot.optimise.control_points import splines
+from missionc.backends.clot.optimise.goal_terms import Demand
+from missionc.backends.clot.run.run_state import Reached
+from missionc.backends.clot.schedule.schedule import Scheduler
+from missionc.backends.clot.torch_device import enough_memory, one_thread
+from missionc.backends.hybrid.discrete_relaxation import Discrete, discrete
+from missionc.backends.hybrid.resample import on_clock, positions
+from missionc.base.trace import Array
+from missionc.ir import Mission
+from missionc.kernel.nodes import Kernel
+
+OWN = 3
+"""Every so many-th first motion is the transport's own sketch, while Z3 finds others."""
+
+TICKS = 30
+"""A mission of more steps is asked of the roadmap on a coarser clock, of so many."""
+
+SHARE = 0.4
+"""Of the time that is left, so much may go into one plan of Z3's."""
+
+
+@dataclass(slots=True)
+class HybridBackend:
+    """Z3 for what is counted, transport and polish for what is measured."""
+
+    name: str = "hybrid"
+    refutes: bool = False
+
+    def plan(self, mission: Mission, kernel: Kernel, options: Options, budget: Budget) -> Outcome:
+        """A joint motion that satisfies every requirement."""
+        with one_thread(), enough_memory():
+            return Run(mission, kernel, options, budget).plan()
+
+
+BACKEND = HybridBackend()
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Start:
+    """A first motion, (agents, steps + 1, dim), metres, and what it decides."""
+
+    position: Array
+    choices: Choices
+
+
+@dataclass(slots=True)
+class Run:
+    mission: Mission
+    kernel: Kernel
+    options: Options
+    budget: Budget
+    smooth: Smooth = field(init=False)
+    asked: Discrete = field(init=False)
+    on_roadmap: Mission = field(init=False)
+
+    @property
+    def refused(self) -> str:
+        """Why Z3 is asked no more; empty while it is."""
+        return self.smooth.beside.get("refused", "")
+
+    @refused.setter
+    def refused(self, why: str) -> None:
+        self.smooth.beside["refused"] = why
+
+    def __post_init__(self) -> None:
+        self.smooth = Smooth(self.mission, self.kernel, self.options, self.budget)
+        ticks = min(self.mission.steps, TICKS)
+        self.asked = discrete(self.kernel, self.mission.steps, ticks)
+        self.on_roadmap = on_clock(self.mission, ticks)
+        if not self.asked.kernel.requirements:
+            self.refused = "no requirement is one for a roadmap"
+
+    def plan(self) -> Outcome:
+        outcome = self.smooth.plan(self.attempt)
+        if not isinstance(outcome, NotFound):
+            return outcome
+        return replace(outcome, statement="; ".join(part for part in (outcome.statement, self.refused) if part))
+
+    def attempt(self, number: int) -> Reached | None:
+        start = None if self.refused or number % OWN == OWN - 1 else self.start(number)
+        if start is None:
+            return self.smooth.attempt(number)
+        return self.smooth.polished(start.position, start.choices, number)
+
+    def start(self, number: int) -> Start | None:
+        """A plan of Z3's for what is discrete, with the choices it makes, if there is one."""
+        account, budget = self.smooth.account, self.budget
+        self.smooth.tell("discrete", number)
+        now = time.monotonic()
+        deadline = now + SHARE * (budget.deadline - now)
+        seed = budget.seed * ATTEMPTS + number
+        with account.stage("discrete"):
+            asked = replace(budget, deadline=deadline, seed=seed, listen=ignore, found=unheard)
+            outcome = smt.BACKEND.plan(self.on_roadmap, self.asked.kernel, Options(self.options.solver), asked)
+        match outcome:
+            case Planned(trace, report):
+                account.sizes |= {name: size for name, size in report.sizes if name in ("nodes", "clauses")}
+            case Impossible(_, statement) | NotFound(_, statement):
+                self.refused = statement
+                account.notes.append(f"the discrete part was left to the transport: {statement}")
+                return None
+        with account.stage("witness"):
+            first = positions(self.mission, trace)
+            return Start(first, self.decided(first, number))
+
+    def decided(self, first: Array, number: int) -> Choices:
+        """Z3's choices where nothing is measured; elsewhere a schedule's, at times far from Z3's own."""
+        mission = self.mission
+        made = splines(mission)
+        roots = tuple(each.term for each in self.smooth.graph.requirements if each.name in self.asked.whole)
+        witness = Demand.of(mission, roots, {}, mission.steps).witness(*made.states(made.through(first)))
+        taken = [step for (term, _, _), step in witness.items() if isinstance(term, GreatestOver | Until)]
+        scheduler = Scheduler(mission, self.smooth.asked, np.random.default_rng([self.budget.seed, number]))
+        choices = dict(scheduler.schedule(NOISE if number else 0.0).choices)
+        for term, agent, asked in choices:
+            if isinstance(term, GreatestOver | Until):
+                last = mission.steps if term.high is None else min(asked + term.high, mission.steps)
+                choices[term, agent, asked] = max(
+                    range(asked + term.low, last + 1),
+                    key=lambda step: min((abs(step - each) for each in taken), default=0),
+                )
+        return choices | dict(witness)

@@ -1,0 +1,54 @@
+"""What a run has used and has to tell, collected while it goes on."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+
+from missionc.backends.api import CutShort, Report
+from missionc.base.signals import asked
+from missionc.base.units import Seconds
+
+
+@dataclass(slots=True)
+class Account:
+    seconds: dict[str, float] = field(default_factory=dict)
+    sizes: dict[str, int] = field(default_factory=dict)
+    texts: dict[str, str] = field(default_factory=dict)
+    files: dict[str, bytes] = field(default_factory=dict)
+    notes: list[str] = field(default_factory=list)
+    cut_short: CutShort | None = None
+
+    @contextmanager
+    def stage(self, name: str) -> Iterator[None]:
+        """Counts the time spent within, also where it ends by an exception."""
+        begin = time.perf_counter()
+        try:
+            yield
+        finally:
+            self.seconds[name] = self.seconds.get(name, 0.0) + time.perf_counter() - begin
+
+    def cut(self) -> None:
+        """The plan that is there is the best so far: time is up, or someone has asked to end."""
+        self.cut_short = CutShort.SIGNAL if asked() else CutShort.TIME
+        self.notes.append(self.cut_short.note)
+
+    def add(self, other: Account) -> None:
+        """What was done elsewhere counts here: seconds and iterations are summed, other sizes are the last ones."""
+        for stage, spent in other.seconds.items():
+            self.seconds[stage] = self.seconds.get(stage, 0.0) + spent
+        iterations = self.sizes.get("iterations", 0) + other.sizes.get("iterations", 0)
+        self.sizes |= other.sizes | {"iterations": iterations}
+        self.notes.extend(other.notes)
+
+    def report(self) -> Report:
+        return Report(
+            seconds=tuple((stage, Seconds(spent)) for stage, spent in self.seconds.items()),
+            sizes=tuple(self.sizes.items()),
+            texts=tuple(self.texts.items()),
+            files=tuple(self.files.items()),
+            notes=tuple(self.notes),
+            cut_short=self.cut_short,
+        )

@@ -1,0 +1,267 @@
+"""The SMT backend, top to bottom: roadmaps → clauses → solver and collisions, in rounds → a trace.
+
+    in   Mission, its kernel
+    out  Planned, Impossible or NotFound
+
+Where a roadmap holds no plan, finer ones are tried before that is the answer.
+
+Source:
+    [strel] Algorithm 2.
+"""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from missionc.backends.api import Budget, Impossible, NotFound, Options, Outcome, Planned, Progress, Reason
+from missionc.backends.run_account import Account
+from missionc.backends.smt.encode.clauses import Clauses, TooLarge
+from missionc.backends.smt.encode.dimacs import dimacs, smt2
+from missionc.backends.smt.encode.lower_motion import all_ways
+from missionc.backends.smt.lift import lift
+from missionc.backends.smt.prioritized.prioritized_planning import Turns
+from missionc.backends.smt.refine.lazy_constraints import Found
+from missionc.backends.smt.refine.problem import (
+    LINKS,
+    Problem,
+    Setting,
+)
+from missionc.backends.smt.refine.unsat_core import minimise
+from missionc.backends.smt.roadmap.labels import Unexpressible
+from missionc.backends.smt.roadmap.roadmap import (
+    NoRoadmap,
+    Roadmap,
+    build_roadmaps,
+)
+from missionc.backends.smt.sat.proof import (
+    CNF,
+    DRAT,
+    Proof,
+    Unproved,
+    prove,
+)
+from missionc.backends.smt.sat.solve import (
+    Solvers,
+    Stopped,
+    Unsatisfiable,
+)
+from missionc.backends.smt.shorten.improve import improve
+from missionc.base.memory import left
+from missionc.base.signals import hold
+from missionc.base.trace import Flags
+from missionc.ir import Mission, Objective
+from missionc.kernel.nodes import Kernel
+
+NODES, NEIGHBOURS = 110, 6
+"""What ``solve with smt { nodes = …, neighbors = … }`` are unless said. [strel] Table 2."""
+
+FINER, ROADMAPS = 1.7, 3
+"""A roadmap after one without a plan has so many times its nodes; so many roadmaps are tried."""
+
+TURNS_SHARE = 0.5
+"""Of the time that is left, so much may go into plans made in turns, should their other limits not end them."""
+
+
+@dataclass(frozen=True, slots=True)
+class NoPlan:
+    """Proven: these roadmaps hold no plan. The requirements that rests on, and what was refused."""
+
+    conflict: tuple[str, ...]
+    clauses: Clauses
+    core: tuple[int, ...]
+    """The literals of the requirements in conflict."""
+
+
+@dataclass(frozen=True, slots=True)
+class TooFewLinks:
+    """No plan was found, with routes shorter than the mission allows."""
+
+
+@dataclass(slots=True)
+class SmtBackend:
+    """Z3 or CaDiCaL on one list of clauses; its plans are checked for collisions until they have none."""
+
+    name: str = "smt"
+    refutes: bool = True
+
+    def plan(self, mission: Mission, kernel: Kernel, options: Options, budget: Budget) -> Outcome:
+        """A joint motion on roadmaps that satisfies every requirement."""
+        run = Run(mission, kernel, options, budget)
+        try:
+            return run.plan()
+        except TooLarge as error:
+            return run.not_found(Reason.SIZE, f"{error}; the limit is {budget.limits.clauses}")
+        except MemoryError as error:
+            return run.not_found(
+                Reason.MEMORY, str(error) or "the compiler's own memory ran out while the clauses were built"
+            )
+        except Unexpressible as error:
+            return run.not_found(Reason.SOLVER, f"the solver cannot be asked for {error}")
+
+
+BACKEND = SmtBackend()
+
+
+@dataclass(slots=True)
+class Run:
+    mission: Mission
+    kernel: Kernel
+    options: Options
+    budget: Budget
+    account: Account = field(default_factory=Account)
+    tried: list[int] = field(default_factory=list)
+    """The nodes of each roadmap tried."""
+    refused: list[int] = field(default_factory=list)
+    """Of those, the ones that were shown to hold no plan."""
+    conflicting: set[str] = field(default_factory=set)
+    """Requirements that one or the other of these refusals rests on: on each of the roadmaps they conflict."""
+
+    @property
+    def setting(self) -> Setting:
+        return Setting(self.mission, self.budget, self.account)
+
+    def plan(self) -> Outcome:
+        solve = self.mission.solve
+        refused: NoPlan | None = None
+        missing = ""
+        for attempt in range(1 if self.options.brief else ROADMAPS):
+            nodes = round(solve.option("nodes", NODES) * FINER**attempt)
+            with self.solvers() as solvers:
+                self.budget.listen(Progress("roadmap", attempt + 1, f"{nodes} nodes"))
+                with self.account.stage("roadmap"):
+                    generator = np.random.default_rng([self.budget.seed, attempt])
+                    neighbours = round(solve.option("neighbors", NEIGHBOURS))
+                    roadmaps = build_roadmaps(self.mission, nodes, neighbours, generator)
+                if isinstance(roadmaps, NoRoadmap):  # on these samples: a finer one may have what is missing
+                    missing = roadmaps.statement
+                    continue
+                self.tried.append(nodes)
+                missing = ""
+                result = self.on_roadmaps(roadmaps, solvers)
+            if not isinstance(result, NoPlan):
+                return result
+            refused = result
+            self.refused.append(nodes)
+            self.conflicting.update(refused.conflict)
+        if missing or refused is None:
+            return self.not_found(Reason.NO_ROADMAP, missing)
+        if self.options.certify:
+            with self.account.stage("proof"):
+                self.certify(refused)
+        conflict = tuple(goal.name for goal in self.kernel.requirements if goal.name in self.conflicting)
+        return Impossible(conflict, self.refusal(conflict), self.account.report())
+
+    def on_roadmaps(self, roadmaps: tuple[Roadmap, ...], solvers: Solvers) -> Outcome | NoPlan:
+        self.account.sizes["nodes"] = self.tried[-1]
+        self.account.sizes["states"] = sum(len(roadmap.position) for roadmap in roadmaps)
+        found = self.with_turns(roadmaps, solvers)
+        if found is not None:
+            return found
+        ways = all_ways(roadmaps, {})
+        for most_links in (LINKS, len(self.mission.agents)):
+            if not solvers.alive:
+                solvers = self.solvers()
+            with solvers:
+                result = self.with_everyone(roadmaps, ways, most_links, solvers)
+            if not isinstance(result, TooFewLinks):
+                break
+        assert not isinstance(result, TooFewLinks)
+        return result
+
+    def with_turns(self, roadmaps: tuple[Roadmap, ...], solvers: Solvers) -> Planned | None:
+        """A plan made for few agents at a time, if there is one."""
+        mission, kernel = self.mission, self.kernel
+        if kernel.preferences or mission.objective is not Objective.NONE or mission.steps == 0:
+            return None
+        now = time.monotonic()
+        turns = Turns(self.setting, kernel, roadmaps, solvers, now + TURNS_SHARE * (self.budget.deadline - now))
+        trace = turns.plan()
+        if trace is not None:
+            self.account.sizes["turns"] = turns.taken
+            self.record(turns.largest, turns.rounds, solvers)
+            return Planned(trace, self.account.report())
+        if not solvers.alive:
+            self.account.notes.append("a plan for few agents at a time was not found in its share of the time")
+        return None
+
+    def with_everyone(
+        self, roadmaps: tuple[Roadmap, ...], ways: tuple[Flags, ...], most_links: int, solvers: Solvers
+    ) -> Outcome | NoPlan | TooFewLinks:
+        kernel, account = self.kernel, self.account
+        everyone = frozenset(range(len(self.mission.agents)))
+        self.budget.listen(Progress("lower", len(self.tried), f"{len(everyone)} agents"))
+        goals = kernel.requirements + kernel.preferences
+        problem = self.setting.problem(goals, roadmaps, ways, everyone, frozenset(), most_links, solvers)
+        search, lowered = problem.search, problem.lowered
+        required = lowered.goals[: len(kernel.requirements)]
+        core: tuple[int, ...] = ()
+        self.budget.listen(Progress("solve"))
+        result = search.find(required)
+        if isinstance(result, Found):
+            if kernel.preferences or self.mission.objective is not Objective.NONE:
+                hold()
+                self.budget.found(Planned(lift(result.states, problem.motion, self.mission), account.report()))
+            result = improve(result, kernel, lowered.goals, search)
+            if solvers.cut:
+                account.cut()
+        elif isinstance(result, Unsatisfiable) and not lowered.shortened:
+            with account.stage("core"):
+                core = result.core if self.options.brief else minimise(result.core, search)
+        self.record(problem, search.rounds, solvers)
+        match result:
+            case Found(states):
+                return Planned(lift(states, problem.motion, self.mission), account.report())
+            case Unsatisfiable() if lowered.shortened:
+                return TooFewLinks()
+            case Unsatisfiable():
+                asked = zip(kernel.requirements, required, strict=True)
+                conflict = tuple(goal.name for goal, literal in asked if literal in core)
+                return NoPlan(conflict, search.clauses, core)
+            case Stopped(reason, detail):
+                return self.not_found(reason, detail)
+
+    def solvers(self) -> Solvers:
+        return Solvers(self.options.solver, left(self.budget.memory_bytes), self.budget.seed, self.budget.deadline)
+
+    def record(self, problem: Problem | None, rounds: int, solvers: Solvers) -> None:
+        """The sizes of the largest problem there was, if there was any, and the rounds of all."""
+        solvers.close()
+        sizes, texts = self.account.sizes, self.account.texts
+        clauses = Clauses(1) if problem is None else problem.search.clauses
+        sizes["variables"], sizes["clauses"], sizes["rounds"] = clauses.variables, clauses.count, rounds
+        sizes["solver bytes"] = max(sizes.get("solver bytes", 0), solvers.peak_bytes)
+        if "dimacs" in self.options.captures:
+            texts["dimacs"] = dimacs(clauses.everything(), clauses.variables, clauses.count).decode()
+        if "smt2" in self.options.captures:
+            texts["smt2"] = smt2(clauses.everything(), clauses.variables)
+
+    def certify(self, refused: NoPlan) -> None:
+        match prove(refused.clauses, refused.core, self.budget):
+            case Proof(cnf, drat):
+                self.account.files |= {CNF: cnf, DRAT: drat}
+            case Unproved(statement):
+                self.account.notes.append(statement)
+
+    def refusal(self, conflict: tuple[str, ...]) -> str:
+        names = _listed([f"`{name}`" for name in conflict])
+        what = {0: "the agents cannot move as they must", 1: f"{names} cannot hold"}.get(
+            len(conflict), f"{names} cannot hold together"
+        )
+        return f"on roadmaps of {self.nodes_tried()} nodes {what}"
+
+    def not_found(self, reason: Reason, detail: str) -> NotFound:
+        nodes = _listed([str(nodes) for nodes in self.refused])
+        refused = f"roadmaps of {nodes} nodes hold no plan" if nodes else ""
+        statement = "; ".join(part for part in (detail, refused) if part)
+        return NotFound(reason, statement or reason.value, self.account.report())
+
+    def nodes_tried(self) -> str:
+        return _listed([str(nodes) for nodes in self.tried])
+
+
+def _listed(words: list[str]) -> str:
+    """``a, b and c``"""
+    return " and ".join([", ".join(words[:-1]), words[-1]]) if len(words) > 1 else "".join(words)

@@ -1,0 +1,54 @@
+"""Clauses as text: DIMACS for solvers and proof checkers, SMT-LIB for those who read it."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from missionc.backends.smt.encode.clauses import Literals
+
+
+def dimacs(flat: Literals, variables: int, clauses: int) -> bytes:
+    """Literals with a 0 after each clause, as a DIMACS file."""
+    return f"p cnf {variables} {clauses}\n".encode() + lines(flat, variables)
+
+
+def lines(flat: Literals, variables: int) -> bytes:
+    """The clauses of a DIMACS file, without its header, which Z3's program does not need.
+
+    One gather from a table in which every literal has the same width, instead
+    of a loop over them; what fills the table up is then left out, for Z3 takes
+    its time over every letter.
+    """
+    return np.take(_written(variables), flat + variables, axis=0, mode="clip").tobytes().translate(None, _FILL)
+
+
+_FILL = b"\0"
+
+
+def _written(variables: int) -> NDArray[np.uint64]:
+    """Every literal's text from ``-variables`` on, (literals, words of eight letters)."""
+    digits = len(str(variables))
+    width = -(-(digits + 2) // 8) * 8
+    letters = np.zeros((2 * variables + 1, width), dtype=np.uint8)
+    letters[:, -1] = ord(" ")
+    size = np.abs(np.arange(-variables, variables + 1))
+    sign = np.full(len(size), width - 2)
+    for place in range(digits):
+        written = size >= 10**place
+        letters[written, width - 2 - place] = ord("0") + size[written] // 10**place % 10
+        sign[written] = width - 3 - place
+    letters[np.arange(variables), sign[:variables]] = ord("-")
+    letters[variables, -2:] = list(b"0\n")
+    return letters.view(np.uint64)
+
+
+def smt2(flat: Literals, variables: int) -> str:
+    """The same clauses in SMT-LIB; variable ``n`` is ``k!n``, as Z3 names those of a DIMACS file."""
+    lines = ["(set-logic QF_FD)"]
+    lines += [f"(declare-const k!{number} Bool)" for number in range(1, variables + 1)]
+    for clause in np.split(flat, np.flatnonzero(flat == 0)[:-1] + 1):
+        words = [f"k!{literal}" if literal > 0 else f"(not k!{-literal})" for literal in clause[:-1].tolist()]
+        lines.append(f"(assert (or {' '.join(words)}))" if len(words) > 1 else f"(assert {words[0]})")
+    lines.append("(check-sat)")
+    return "\n".join(lines) + "\n"

@@ -1,0 +1,255 @@
+"""The mission's formulas as clauses over where its agents are.
+
+    in   kernel, motion
+    out  Lowered: for each goal the literal that asks for it
+
+A cell is an agent at a step; all cells a node is asked of are worked on
+together, and none twice. Literals imply what they stand for (``clauses``), so
+that a node and its negation are lowered apart.
+
+Source:
+    [strel] Symbolic Encoding of STREL Specifications.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections import defaultdict
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import assert_never
+
+import numpy as np
+
+from missionc.backends.smt.encode.clauses import (
+    FALSE,
+    NOTHING,
+    TRUE,
+    Clauses,
+    Literals,
+)
+from missionc.backends.smt.encode.lower_atoms import Atoms
+from missionc.backends.smt.encode.lower_motion import Motion
+from missionc.backends.smt.encode.lower_on_demand import (
+    Ask,
+    choose,
+    join,
+)
+from missionc.backends.smt.encode.lower_places import Places, cheap_first
+from missionc.backends.smt.encode.lower_routes import Route
+from missionc.backends.smt.encode.lower_windows import Windows
+from missionc.backends.smt.encode.occupancy import Occupancy
+from missionc.backends.smt.roadmap.labels import (
+    Labels,
+    Unexpressible,
+    about_team,
+)
+from missionc.backends.smt.roadmap.roadmap import Indices
+from missionc.ir import Mission
+from missionc.kernel.nodes import (
+    All,
+    Any,
+    Apart,
+    At,
+    AtLeast,
+    Atom,
+    Goal,
+    Is,
+    Nearby,
+    Node,
+    Not,
+    Reach,
+    Sometime,
+    Throughout,
+    Until,
+)
+from missionc.kernel.nodes import Route as MetricRoute
+
+DEEP = 20_000
+"""Frames: formulas nest some hundreds deep, and each level takes a few."""
+
+
+@dataclass(frozen=True, slots=True)
+class Lowered:
+    """Literals to assume, one for each goal in order; where true, the goal holds.
+
+    ``hopeless``: some goal cannot hold, whatever the agents do. ``shortened``:
+    some route was given fewer links than the mission allows, so that a plan is
+    a plan, but no plan is no proof.
+    """
+
+    goals: tuple[int, ...]
+    hopeless: bool
+    shortened: bool
+
+
+def lower(
+    goals: Sequence[Goal], mission: Mission, motion: Motion, clauses: Clauses, occupancy: Occupancy, most_links: int
+) -> Lowered:
+    """Adds what the goals ask for, each under a literal of its own.
+
+    Args:
+        most_links: longer routes are not tried; at least the number of agents tries all.
+
+    Raises:
+        TooLarge: the clauses would pass their limit.
+        Unexpressible: a predicate is about too many agents at once.
+    """
+    formulas = Formulas(mission, motion, clauses, occupancy, most_links)
+    origin = np.zeros(1, dtype=np.int64)
+    asked = clauses.fresh(len(goals))
+    with deep():
+        found = [formulas.holds(goal.formula, True, origin, origin) for goal in goals]
+    held = np.concatenate([*found, np.zeros(0, dtype=np.int32)])
+    clauses.add(-asked, held)
+    return Lowered(tuple(asked.tolist()), bool((held == FALSE).any()), formulas.places.routes.shortened)
+
+
+class Formulas:
+    """Literals for formulas about agents."""
+
+    def __init__(
+        self, mission: Mission, motion: Motion, clauses: Clauses, occupancy: Occupancy, most_links: int
+    ) -> None:
+        labels = Labels(mission, motion.roadmaps)
+        self.motion, self.clauses = motion, clauses
+        self.atoms = Atoms(labels, motion, clauses)
+        self.places = Places(labels, occupancy, self, most_links)
+        self.windows = Windows(self, motion.steps, clauses)
+        self._tables: dict[tuple[Node, bool], Literals] = {}
+        self._of_team: dict[Node, bool] = {}
+
+    def holds(self, node: Node, positive: bool, agents: Indices, steps: Indices) -> Literals:
+        """For each cell a literal that implies that the formula holds of it; not ``positive``: that it fails."""
+        match node:
+            case Not(body):
+                return self.holds(body, not positive, agents, steps)
+            case At(agent, body):
+                return self.holds(body, positive, np.full_like(agents, agent), steps)
+            case _ if self.of_team(node):
+                agents = np.zeros_like(agents)
+            case _:
+                pass
+        shape = (self.motion.agents, self.motion.steps + 1)
+        if (node, positive) not in self._tables:
+            self._tables[node, positive] = np.full(shape, NOTHING, dtype=np.int32)
+        table = self._tables[node, positive]
+        missing = table[agents, steps] == NOTHING
+        if missing.any():
+            cells = np.unique(agents[missing] * shape[1] + steps[missing])
+            agent_of, step_of = np.divmod(cells, shape[1])
+            table[agent_of, step_of] = self._define(node, positive, agent_of, step_of)
+        return table[agents, steps]
+
+    def of_team(self, node: Node) -> bool:
+        """Whether its truth is the same whichever agent it is asked of."""
+        if node not in self._of_team:
+            self._of_team[node] = self._same_for_all(node)
+        return self._of_team[node]
+
+    def _same_for_all(self, node: Node) -> bool:
+        match node:
+            case Atom(predicate):
+                return about_team(predicate)
+            case At():
+                return True
+            case Is() | Nearby() | Reach() | MetricRoute() | Apart():
+                return False
+            case Not(body) | Throughout(body) | Sometime(body):
+                return self.of_team(body)
+            case All(parts) | Any(parts) | AtLeast(_, parts):
+                return all(map(self.of_team, parts))
+            case Until(hold, end):
+                return self.of_team(hold) and self.of_team(end)
+            case _:
+                assert_never(node)
+
+    def _define(self, node: Node, positive: bool, agents: Indices, steps: Indices) -> Literals:
+        if not self.of_team(node) and self.places.decides(node):
+            return self._by_place(
+                lambda agent, *cells: self.places.standing(node, positive, agent, *cells), agents, steps
+            )
+        match node:
+            case Atom(predicate):
+                return self.atoms.holds(predicate, positive, agents, steps)
+            case Is(members):
+                return np.where(np.isin(agents, list(members)) == positive, TRUE, FALSE).astype(np.int32)
+            case All(parts) | Any(parts):
+                self._together(parts, positive, agents, steps)
+                asks = [self._ask(part, positive, agents, steps) for part in cheap_first(parts)]
+                return join(self.clauses, positive == isinstance(node, All), len(agents), asks)
+            case AtLeast(count, parts):
+                self._together(parts, positive, agents, steps)
+                asked = [self.holds(part, positive, agents, steps) for part in parts]
+                matrix = np.stack(asked, axis=1) if asked else np.zeros((len(agents), 0), dtype=np.int32)
+                return self.clauses.at_least(count if positive else len(parts) - count + 1, matrix)
+            case Throughout(body, low, high):
+                return self.windows.window(body, positive, positive, agents, steps, low, high)
+            case Sometime(body, low, high):
+                return self.windows.window(body, positive, not positive, agents, steps, low, high)
+            case Until():
+                return self.windows.until(node, positive, agents, steps)
+            case Reach():
+                return self._reach(node, positive, agents, steps)
+            case MetricRoute() | Apart():
+                raise Unexpressible("a route bounded in metres")
+            case Nearby() | Not() | At():
+                raise AssertionError("these are seen to above")
+            case _:
+                assert_never(node)
+
+    def _ask(self, node: Node, positive: bool, agents: Indices, steps: Indices) -> Ask:
+        return lambda rows: self.holds(node, positive, agents[rows], steps[rows])
+
+    def _together(self, parts: tuple[Node, ...], positive: bool, agents: Indices, steps: Indices) -> None:
+        """Asks a formula of all the agents at once where the parts ask it of one after the other."""
+        asked: dict[Node, list[int]] = defaultdict(list)
+        for part in parts:
+            if isinstance(part, At):
+                asked[part.body].append(part.agent)
+        moments = np.unique(steps)
+        for body, members in asked.items():
+            if len(members) > 1:
+                self.holds(body, positive, np.repeat(members, len(moments)), np.tile(moments, len(members)))
+
+    def _reach(self, node: Reach, positive: bool, agents: Indices, steps: Indices) -> Literals:
+        """A route whose ends the places do not decide: whoever starts it is asked by name."""
+        graph, links = node.graph, min(node.hops, len(node.graph.agents) - 1) - 1
+        route = Route(graph, node.through, node.end)
+        result = self.holds(node.end, positive, agents, steps)
+        rows = np.flatnonzero(np.isin(agents, graph.agents)) if links >= 0 else np.zeros(0, dtype=np.int64)
+        agents, steps = agents[rows], steps[rows]
+
+        def onward(rows: Indices) -> Literals:
+            def beside(_: int, *cells: Indices) -> Literals:
+                return self.places.routes.route_beside(route, links, positive, *cells)
+
+            return self._by_place(beside, agents[rows], steps[rows])
+
+        here, start = self._ask(node.end, positive, agents, steps), self._ask(node.through, positive, agents, steps)
+        result[rows] = choose(self.clauses, positive, len(rows), here, start, onward)
+        return result
+
+    def _by_place(self, ask: Callable[..., Literals], agents: Indices, steps: Indices) -> Literals:
+        """For each cell a literal that implies what is asked of the place where the agent is."""
+        result = np.full(len(agents), FALSE, dtype=np.int32)
+        for agent in np.unique(agents).tolist():
+            cells = np.flatnonzero(agents == agent)
+            able = self.motion.ways[agent][steps[cells]]
+            row, state = np.nonzero(able)
+            asked = np.full(able.shape, TRUE, dtype=np.int32)
+            asked[row, state] = ask(agent, steps[cells][row], state + self.motion.places_of(agent).start)
+            result[cells] = self.atoms.where(self.motion.states[agent][steps[cells]], able, asked)
+        return result
+
+
+@contextmanager
+def deep() -> Iterator[None]:
+    """Room for formulas that nest deep."""
+    before = sys.getrecursionlimit()
+    sys.setrecursionlimit(max(before, DEEP))
+    try:
+        yield
+    finally:
+        sys.setrecursionlimit(before)

@@ -1,0 +1,163 @@
+"""Predicates asked of an agent at a step, as literals over the states it may be in.
+
+Of a state:   the agent is in one where it holds (or in none where it fails)
+Of a move:    it makes none during which it fails
+Of a pair:    the two are in states that go together
+"""
+
+from __future__ import annotations
+
+from typing import assert_never
+
+import numpy as np
+
+from missionc.backends.smt.encode.clauses import (
+    FALSE,
+    TRUE,
+    Clauses,
+    Literals,
+)
+from missionc.backends.smt.encode.lower_motion import Motion
+from missionc.backends.smt.roadmap.labels import (
+    Labels,
+    Unexpressible,
+    others,
+    simplified,
+)
+from missionc.backends.smt.roadmap.roadmap import Indices
+from missionc.base.trace import Flags
+from missionc.ir import Compare, Connected, InFormation, Inside, Predicate, Touches
+
+FEW = 3
+"""A clause for each state ruled out propagates better than one over the rest, up to so many times the literals."""
+
+
+class Atoms:
+    """Predicates as literals; cells are pairs of an agent and a step, (cells,) each."""
+
+    def __init__(self, labels: Labels, motion: Motion, clauses: Clauses) -> None:
+        self.labels, self.motion, self.clauses = labels, motion, clauses
+
+    def holds(self, predicate: Predicate, positive: bool, agents: Indices, steps: Indices) -> Literals:
+        """Literals that imply the predicate of each cell; that it fails, where not ``positive``.
+
+        Raises:
+            Unexpressible: it is about more than two agents, or one's speed and another.
+        """
+        match predicate:
+            case InFormation():
+                return self._formation(predicate, positive, steps)
+            case Inside() | Touches() | Compare():
+                result = np.full(len(agents), FALSE, dtype=np.int32)
+                for agent in np.unique(agents).tolist():
+                    cells = agents == agent
+                    result[cells] = self._of_agent(predicate, positive, agent, steps[cells])
+                return result
+            case Connected():
+                raise Unexpressible("`connected` in one piece")
+            case _:
+                assert_never(predicate)
+
+    def _of_agent(self, predicate: Predicate, positive: bool, agent: int, steps: Indices) -> Literals:
+        predicate = simplified(predicate, agent)
+        match sorted(others(predicate, agent)):
+            case []:
+                return self._own(predicate, positive, agent, steps)
+            case [other]:
+                first, second = agent, other
+            case [first, second]:
+                pass
+            case _:
+                raise Unexpressible("a comparison of more than two agents")
+        assert isinstance(predicate, Compare)
+        numbers = int(self.motion.roadmap_of[first]), int(self.motion.roadmap_of[second])
+        fits = self.labels.pair(predicate, (first, second), *numbers)
+        return self._pair(fits == positive, first, second, steps)
+
+    def _own(self, predicate: Predicate, positive: bool, agent: int, steps: Indices) -> Literals:
+        number = int(self.motion.roadmap_of[agent])
+        if not self.labels.of_moves(predicate, number):
+            return self._in(self.labels.states(predicate, number) == positive, agent, steps)
+        if self.motion.steps == 0:
+            return self._in(self.labels.standing(predicate, number) == positive, agent, steps)
+        last = steps == self.motion.steps
+        result = np.empty(len(steps), dtype=np.int32)
+        fits = self.labels.moves(predicate, number, at_end=False) == positive
+        result[~last] = self._by_moves(fits, agent, steps[~last])
+        fits = self.labels.moves(predicate, number, at_end=True) == positive
+        result[last] = self._by_moves(fits, agent, steps[last] - 1)
+        return result
+
+    def where(self, there: Literals, able: Flags, asked: Literals) -> Literals:
+        """For each row a literal that implies what is asked of the state the agent is in.
+
+        Of an agent that is left out nothing is known but what holds wherever it can be.
+
+        Args:
+            there: (rows, states): the literal that the agent is in the state.
+            able: likewise: it can be.
+            asked: likewise: what is asked of the state.
+        """
+        inside, outside = np.where(asked == TRUE, there, FALSE), np.where(asked == FALSE, there, FALSE)
+        result = np.full(len(there), FALSE, dtype=np.int32)
+        result[(~able | (asked == TRUE)).all(axis=1)] = TRUE
+        can = there != FALSE
+        open_ = (result == FALSE) & (can & (asked != FALSE)).any(axis=1)
+        plain = (~can | (np.abs(asked) == 1)).all(axis=1)
+        few = plain & ((outside != FALSE).sum(axis=1) > FEW * (inside != FALSE).sum(axis=1))
+        result[open_ & few] = self.clauses.any_of(inside[open_ & few])
+        result[open_ & plain & ~few] = self.clauses.all_of(-outside[open_ & plain & ~few])
+        rest = open_ & ~plain
+        result[rest] = self.clauses.fresh(int(rest.sum()))
+        row, state = np.nonzero(can & (asked != TRUE) & rest[:, None])
+        self.clauses.add(-result[row], -there[row, state], asked[row, state])
+        return result
+
+    def _in(self, fits: Flags, agent: int, steps: Indices) -> Literals:
+        """The agent is in one of these states, (states,), at each step."""
+        there = self.motion.states[agent][steps]
+        asked = np.broadcast_to(np.where(fits, TRUE, FALSE), there.shape)
+        return self.where(there, self.motion.ways[agent][steps], asked)
+
+    def _by_moves(self, fits: Flags, agent: int, steps: Indices) -> Literals:
+        """The agent makes one of these moves, (moves,), from each step."""
+        roadmap, states = self.motion.roadmap(agent), self.motion.states[agent]
+        source, target = roadmap.moves.T
+        from_, to = states[steps][:, source], states[steps + 1][:, target]
+        made = (from_ == TRUE) & (to == TRUE)  # also where others may not, because of this agent
+        live = (from_ != FALSE) & (to != FALSE) & (roadmap.allowed[steps] | made)
+        result = np.full(len(steps), FALSE, dtype=np.int32)
+        result[(live <= fits).all(axis=1) & live.any(axis=1)] = TRUE
+        open_ = (result == FALSE) & (live & fits).any(axis=1)
+        result[open_] = self.clauses.fresh(int(open_.sum()))
+        row, move = np.nonzero(live & ~fits & open_[:, None])
+        self.clauses.add(-result[row], -from_[row, move], -to[row, move])
+        return result
+
+    def _formation(self, predicate: InFormation, positive: bool, steps: Indices) -> Literals:
+        edges = []
+        for edge in predicate.formation.edges:
+            numbers = int(self.motion.roadmap_of[edge.first]), int(self.motion.roadmap_of[edge.second])
+            fits = self.labels.edge(predicate, edge, *numbers)
+            edges.append(self._pair(fits == positive, edge.first, edge.second, steps))
+        neutral = np.full(len(steps), TRUE if positive else FALSE, dtype=np.int32)
+        return (self.clauses.all_of if positive else self.clauses.any_of)(neutral, *edges)
+
+    def _pair(self, fits: Flags, first: int, second: int, steps: Indices) -> Literals:
+        """The two agents are in states, (states, states), that go together."""
+        result = np.full(len(steps), FALSE, dtype=np.int32)
+        for cell, step in enumerate(steps.tolist()):
+            one, other = self.motion.states[first][step], self.motion.states[second][step]
+            rows, columns = np.flatnonzero(one != FALSE), np.flatnonzero(other != FALSE)
+            together = fits[np.ix_(rows, columns)]
+            if together.all() or not together.any():
+                result[cell] = TRUE if together.size and together.all() else FALSE
+                continue
+            result[cell] = name = int(self.clauses.fresh(1)[0])
+            apart = FEW * (~together).sum(axis=1) < together.sum(axis=1)
+            row, column = np.nonzero(~together & apart[:, None])
+            self.clauses.add(-name, -one[rows[row]], -other[columns[column]])
+            row, column = np.nonzero(together[~apart])
+            heads = np.stack([np.full(int((~apart).sum()), -name, dtype=np.int32), -one[rows[~apart]]], axis=1)
+            self.clauses.add_ragged(heads, other[columns[column]], np.bincount(row, minlength=len(heads)))
+        return result

@@ -1,0 +1,238 @@
+"""Where every agent may be at every step, and that it gets there along its roadmap.
+
+    in   roadmaps
+    out  Motion: one variable for each agent, step and state it can be in
+
+A state counts only where some start leads to it in exactly that many moves and
+it leads to a finish in the moves left. Agents that share roadmap, starts and
+finishes get the same clauses, with other variables.
+
+Source:
+    [strel] Encoding Timeless PRMs using SMT Constraints, here with one variable for each state.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+
+from missionc.backends.smt.encode.clauses import (
+    FALSE,
+    TRUE,
+    Clauses,
+    Literals,
+)
+from missionc.backends.smt.roadmap.roadmap import Indices, Roadmap
+from missionc.base.memory import reserve
+from missionc.base.trace import Array, Flags
+
+MOVE_BYTES = 100
+"""Of memory that a move at a step takes on its way into clauses, about."""
+
+PAIRWISE = 5
+"""Up to so many literals, at most one of them is said pair by pair."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Motion:
+    """What the roadmaps' states are called in clauses.
+
+    A *place* is a state of some roadmap; places are numbered through all
+    roadmaps, in their order.
+
+    Args:
+        roadmap_of: for each agent, (agents,), the number of its roadmap.
+        first_place: for each roadmap, the number of its first place; one more
+            for the end.
+        ways: for each agent, (steps + 1, states): where it can be.
+        states: for each agent, (steps + 1, states): the literal that says the
+            agent is there then; FALSE where it cannot be, and everywhere for
+            agents that are left out.
+    """
+
+    roadmaps: tuple[Roadmap, ...]
+    roadmap_of: Indices
+    first_place: Indices
+    ways: tuple[Flags, ...]
+    states: tuple[Literals, ...]
+
+    @property
+    def agents(self) -> int:
+        return len(self.states)
+
+    @property
+    def steps(self) -> int:
+        """The number of the last step."""
+        return len(self.states[0]) - 1
+
+    @property
+    def places(self) -> int:
+        return int(self.first_place[-1])
+
+    @property
+    def position(self) -> Array:
+        """(places, dim), metres."""
+        return np.concatenate([roadmap.position for roadmap in self.roadmaps])
+
+    def places_of(self, agent: int) -> slice:
+        """The places that are states of the agent's roadmap."""
+        number = self.roadmap_of[agent]
+        return slice(int(self.first_place[number]), int(self.first_place[number + 1]))
+
+    def roadmap(self, agent: int) -> Roadmap:
+        return self.roadmaps[int(self.roadmap_of[agent])]
+
+
+def lower_motion(
+    roadmaps: tuple[Roadmap, ...], ways: tuple[Flags, ...], cast: frozenset[int], clauses: Clauses
+) -> Motion:
+    """Adds that each agent is in exactly one state at each step, and moves along its roadmap.
+
+    Args:
+        ways: where each agent can be, as ``all_ways`` says, or less.
+        cast: the agents it is said of.
+
+    Raises:
+        TooLarge: the clauses would pass their limit.
+    """
+    states = [np.full(way.shape, FALSE, dtype=np.int32) for way in ways]
+    roadmap_of = np.zeros(len(ways), dtype=np.int64)
+    for number, roadmap in enumerate(roadmaps):
+        roadmap_of[list(roadmap.agents)] = number
+        templates: dict[bytes, tuple[Clauses, Literals]] = {}
+        for agent in sorted(cast.intersection(roadmap.agents)):
+            kind = ways[agent].tobytes()
+            if kind not in templates:
+                templates[kind] = _template(roadmap, ways[agent], clauses.limit)
+            template, literals = templates[kind]
+            offset = clauses.variables - 1
+            clauses.fresh(template.variables - 1)
+            clauses.add_shifted(template, offset)
+            states[agent] = np.where(literals > 1, literals + np.int32(offset), literals).astype(np.int32)
+    first_place = np.cumsum([0, *(len(roadmap.position) for roadmap in roadmaps)])
+    return Motion(roadmaps, roadmap_of, first_place, ways, tuple(states))
+
+
+def all_ways(roadmaps: tuple[Roadmap, ...], never: dict[int, Flags]) -> tuple[Flags, ...]:
+    """For each agent, by its number, where it can be: (steps + 1, states).
+
+    Args:
+        never: where else some agents may not be, (steps + 1, states).
+    """
+    ways: dict[int, Flags] = {}
+    known: dict[tuple[int, bytes, bytes, bytes], Flags] = {}
+    for number, roadmap in enumerate(roadmaps):
+        for agent, start, finish in zip(roadmap.agents, roadmap.starts, roadmap.finishes, strict=True):
+            standing = roadmap.standing & ~never[agent] if agent in never else roadmap.standing
+            kind = (number, start.tobytes(), finish.tobytes(), standing.tobytes())
+            if kind not in known:
+                known[kind] = _ways(roadmap, standing, start, finish)
+            ways[agent] = known[kind]
+    return tuple(ways[agent] for agent in sorted(ways))
+
+
+def _ways(roadmap: Roadmap, standing: Flags, start: Indices, finish: Indices) -> Flags:
+    """Which states lie on some motion from a start to a finish: (steps + 1, states)."""
+    source, target = roadmap.moves[:, 0], roadmap.moves[:, 1]
+    into = np.argsort(target, kind="stable")
+    ways: Flags = np.zeros(standing.shape, dtype=np.bool_)
+    ways[0, start] = True
+    ways[0] &= standing[0]
+    for step, allowed in enumerate(roadmap.allowed):
+        ways[step + 1] = _grouped(ways[step, source[into]] & allowed[into], target[into], len(roadmap.position))
+        ways[step + 1] &= standing[step + 1]
+    last = np.zeros(len(roadmap.position), dtype=np.bool_)
+    last[finish] = True
+    ways[-1] &= last
+    for step in range(len(roadmap.allowed) - 1, -1, -1):
+        ways[step] &= _grouped(ways[step + 1, target] & roadmap.allowed[step], source, len(roadmap.position))
+    return ways
+
+
+def _grouped(flags: Flags, owner: Indices, count: int) -> Flags:
+    """Whether any flag of each owner is set, (count,)."""
+    return np.bincount(owner[flags], minlength=count) > 0
+
+
+def _template(roadmap: Roadmap, ways: Flags, limit: int) -> tuple[Clauses, Literals]:
+    """One agent's clauses, and its literals (steps + 1, states)."""
+    clauses = Clauses(limit)
+    literals = np.full(ways.shape, FALSE, dtype=np.int32)
+    choices = ways.sum(axis=1)
+    literals[ways & (choices == 1)[:, None]] = TRUE
+    open_ = ways & (choices > 1)[:, None]
+    if not open_.any():  # what it does is known
+        if not choices.all():
+            clauses.add(np.array([FALSE], dtype=np.int32))
+        return clauses, literals
+    literals[open_] = clauses.fresh(int(open_.sum()))
+    for width in np.unique(choices).tolist():
+        rows = np.flatnonzero(choices == width)
+        at_once = literals[rows][ways[rows]].reshape(len(rows), width)
+        clauses.add(at_once)
+        add_at_most_one(clauses, at_once)
+    source, target = roadmap.moves[:, 0], roadmap.moves[:, 1]
+    live = ways[:-1, source] & ways[1:, target] & roadmap.allowed
+    reserve(MOVE_BYTES * int(live.sum()), f"the moves of {len(ways) - 1} steps among {ways.shape[1]} states")
+    into = np.argsort(target, kind="stable")
+    add_moves(clauses, literals[:-1], literals[1:], live, source, target)
+    add_moves(clauses, literals[1:], literals[:-1], live[:, into], target[into], source[into])
+    return clauses, literals
+
+
+def add_moves(clauses: Clauses, here: Literals, there: Literals, live: Flags, source: Indices, target: Indices) -> None:
+    """Who is at a source at some step is at one of its targets at the step beside it.
+
+    Said forwards it is enough. Said backwards too it costs a fifth more
+    clauses, and shows five times sooner that there is no way.
+
+    Args:
+        here: (steps, states); ``there`` likewise, at the steps beside them.
+        live: (steps, moves): which moves there are.
+        source: (moves,), sorted; ``target`` likewise.
+    """
+    step, move = np.nonzero(live)
+    head = step * here.shape[1] + source[move]
+    begins = np.flatnonzero(np.diff(head, prepend=-1))
+    sizes = np.diff(np.append(begins, len(head)))
+    heads = -here[step[begins], source[move[begins]]]
+    clauses.add_ragged(heads[:, None], there[step, target[move]], sizes)
+
+
+def add_at_most_one(clauses: Clauses, matrix: Literals) -> None:
+    """No two literals of a row hold; ``matrix`` is (rows, literals).
+
+    Source:
+        Chen, "A new SAT encoding of the at-most-one constraint", 2010: rows
+        and columns of a square, twice as many clauses as literals.
+    """
+    rows, width = matrix.shape
+    pattern, extra = _at_most_one(width)
+    clauses.reserve(rows * len(pattern))
+    names = np.concatenate([matrix, clauses.fresh(rows * extra).reshape(rows, extra)], axis=1)
+    pairs = np.sign(pattern) * names[:, np.abs(pattern) - 1]
+    clauses.add(pairs.reshape(-1, 2))
+
+
+@cache
+def _at_most_one(width: int) -> tuple[Literals, int]:
+    """The clauses, (clauses, 2), over literals 1 … ``width`` and helpers after them; and how many helpers."""
+    if width <= PAIRWISE:
+        pairs = [(-one, -other) for one in range(1, width + 1) for other in range(1, one)]
+        return np.array(pairs, dtype=np.int32).reshape(-1, 2), 0
+    rows = int(np.ceil(np.sqrt(width)))
+    columns = -(-width // rows)
+    number = np.arange(width)
+    parts = [
+        np.stack([-1 - number, width + 1 + number // columns], axis=1),
+        np.stack([-1 - number, width + rows + 1 + number % columns], axis=1),
+    ]
+    extra = rows + columns
+    for first, size in ((0, rows), (rows, columns)):
+        inner, more = _at_most_one(size)
+        names = np.concatenate([np.arange(size) + width + first, np.arange(more) + width + extra]) + 1
+        parts.append(np.sign(inner) * names[np.abs(inner) - 1])
+        extra += more
+    return np.concatenate(parts).astype(np.int32), extra

@@ -1,0 +1,51 @@
+"""*And*, *or* and a choice of formulas that are lowered only where those before them leave the matter open.
+
+An ask gives literals for some of the cells at hand, by their positions.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+
+import numpy as np
+
+from missionc.backends.smt.encode.clauses import (
+    FALSE,
+    TRUE,
+    Clauses,
+    Literals,
+)
+from missionc.backends.smt.roadmap.roadmap import Indices
+
+Ask = Callable[[Indices], Literals]
+
+
+def join(clauses: Clauses, every: bool, count: int, asks: Iterable[Ask]) -> Literals:
+    """For each of ``count`` cells a literal that implies all that is asked; or, not ``every``, some of it."""
+    decided, neutral = (FALSE, TRUE) if every else (TRUE, FALSE)
+    columns = [np.full(count, neutral, dtype=np.int32)]
+    open_ = np.arange(count)
+    for ask in asks:
+        column = np.full(count, neutral, dtype=np.int32)
+        column[open_] = ask(open_)
+        columns.append(column)
+        open_ = open_[column[open_] != decided]
+        if not open_.size:
+            break
+    matrix = np.stack(columns, axis=1)
+    return clauses.all_of(matrix) if every else clauses.any_of(matrix)
+
+
+def choose(clauses: Clauses, positive: bool, count: int, here: Ask, start: Ask, onward: Ask) -> Literals:
+    """``here``, or ``start`` and ``onward``; not ``positive``: the negations, ``here`` and one of the others."""
+    decided = TRUE if positive else FALSE
+    first = here(np.arange(count))
+    second = np.full(count, -decided, dtype=np.int32)
+    third = second.copy()
+    rows = np.flatnonzero(first != decided)
+    second[rows] = start(rows)
+    rows = rows[(second[rows] != -decided) & (second[rows] != first[rows])]
+    third[rows] = onward(rows)
+    if positive:
+        return clauses.either(first, second, third)
+    return clauses.all_of(first, clauses.any_of(second, third))

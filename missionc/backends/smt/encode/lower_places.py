@@ -1,0 +1,262 @@
+"""Formulas lifted from agents to places: what holds of whoever stands there.
+
+No two agents are ever in one place. So "some linked agent" may be asked of the
+places linked to this one, whoever is there, and what it costs does not depend
+on how many agents there are. Literals imply what they stand for:
+
+    among     some of these agents is there of whom the formula holds; or none is
+    standing  if this agent is there, the formula holds of it; or fails
+
+With one agent at most in a place, both run through *and*, *or* and *not*.
+
+Source:
+    [strel] Symbolic Encoding of STREL Specifications, without its list of routes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Protocol
+
+import numpy as np
+
+from missionc.backends.smt.encode.clauses import (
+    FALSE,
+    TRUE,
+    Literals,
+)
+from missionc.backends.smt.encode.lower_on_demand import (
+    Ask,
+    choose,
+    join,
+)
+from missionc.backends.smt.encode.lower_routes import Route, Routes
+from missionc.backends.smt.encode.occupancy import (
+    Agents,
+    Occupancy,
+    Tables,
+)
+from missionc.backends.smt.roadmap.labels import Labels
+from missionc.backends.smt.roadmap.roadmap import Indices
+from missionc.kernel.nodes import All, Any, AtLeast, Atom, Is, Nearby, Node, Not, Reach
+from missionc.kernel.walk import children
+
+
+class OfAgents(Protocol):
+    """The other half of the lowering: formulas about an agent, by its index."""
+
+    def holds(self, node: Node, positive: bool, agents: Indices, steps: Indices) -> Literals: ...
+
+    def of_team(self, node: Node) -> bool: ...
+
+
+class Places:
+    """Literals for places, made when they are first asked for. Cells are a step and a place each, (cells,) twice."""
+
+    def __init__(self, labels: Labels, occupancy: Occupancy, of_agents: OfAgents, most_links: int) -> None:
+        self.labels, self.occupancy, self.of_agents = labels, occupancy, of_agents
+        self.motion, self.clauses = occupancy.motion, occupancy.clauses
+        self.routes = Routes(occupancy, self, most_links)
+        self._tables = Tables(self.motion.steps + 1, self.motion.places)
+        self._decides: dict[Node, bool] = {}
+        self._told_apart: dict[Node, tuple[Agents, ...]] = {}
+
+    # ----------------------------------------------- of whoever is there
+
+    def among(self, node: Node, some: bool, agents: Agents, steps: Indices, places: Indices) -> Literals:
+        """Some of these agents is there of whom the formula holds; not ``some``: none is."""
+
+        def define(steps: Indices, places: Indices) -> Literals:
+            return self._among(node, some, agents, steps, places)
+
+        if isinstance(node, Atom | Is):  # nothing to gain from a table
+            return define(steps, places)
+        return self._tables.look_up((node, some, agents), steps, places, define)
+
+    def _among(self, node: Node, some: bool, agents: Agents, steps: Indices, places: Indices) -> Literals:
+        def present(agents: Agents) -> Ask:
+            whether = self.occupancy.occupied if some else self.occupancy.vacant
+            return lambda rows: whether(agents, steps[rows], places[rows])
+
+        def ask(node: Node, some: bool, agents: Agents) -> Ask:
+            return lambda rows: self.among(node, some, agents, steps[rows], places[rows])
+
+        def both(*asks: Ask) -> Literals:
+            return join(self.clauses, some, len(steps), asks)
+
+        match node:
+            case Atom(predicate) if self.labels.of_places(predicate):
+                holds = np.where(self.labels.places(predicate)[places] == some, TRUE, FALSE)
+                return both(lambda rows: holds[rows], present(agents))
+            case Is(members):
+                return present(agents & members)(np.arange(len(steps)))
+            case Not(body):
+                return both(present(agents), ask(body, not some, agents))
+            case All(parts):
+                fewer, rest = _narrowed(parts, agents)
+                return both(present(fewer), *(ask(part, some, fewer) for part in cheap_first(rest)))
+            case Any(parts):
+                asks = [ask(part, some, agents) for part in cheap_first(parts)]
+                return join(self.clauses, not some, len(steps), asks)
+            case AtLeast(count, parts):
+                number = count if some else len(parts) - count + 1
+                return both(present(agents), self._at_least(number, [ask(part, some, agents) for part in parts]))
+            case Nearby(graph, body):
+                return both(
+                    present(agents.intersection(graph.agents)),
+                    lambda rows: self.routes.agent_beside(graph, body, some, steps[rows], places[rows]),
+                )
+            case Reach(graph, through, end, hops):
+                links, route = min(hops, len(graph.agents) - 1) - 1, Route(graph, through, end)
+                here = ask(end, some, agents)
+                start = ask(through, some, agents.intersection(graph.agents))
+                if links < 0:
+                    return here(np.arange(len(steps)))
+
+                def onward(rows: Indices) -> Literals:
+                    return self.routes.route_beside(route, links, some, steps[rows], places[rows])
+
+                return choose(self.clauses, some, len(steps), here, start, onward)
+            case _ if self.of_agents.of_team(node):
+                return both(present(agents), self._of_team(node, some, steps))
+            case _:
+                return both(
+                    present(agents), lambda rows: self._of_whoever(node, some, agents, steps[rows], places[rows])
+                )
+
+    def _of_whoever(self, node: Node, positive: bool, agents: Agents, steps: Indices, places: Indices) -> Literals:
+        """If one of these agents is there the formula holds of it; not ``positive``: it fails."""
+        names = self.clauses.fresh(len(steps))
+        for agent in sorted(agents):
+            of_agent = self.motion.places_of(agent)
+            inside = np.flatnonzero((places >= of_agent.start) & (places < of_agent.stop))
+            there = self.motion.states[agent][steps[inside], places[inside] - of_agent.start]
+            inside, there = inside[there != FALSE], there[there != FALSE]
+            literals = self.of_agents.holds(node, positive, np.full_like(inside, agent), steps[inside])
+            self.clauses.add(-names[inside], -there, literals)
+        return names
+
+    # ------------------------------------------- of an agent known by name
+
+    def decides(self, node: Node) -> bool:
+        """Whether the place where an agent stands decides the formula, given where the others are now."""
+        if node not in self._decides:
+            match node:
+                case Atom(predicate):
+                    known = self.labels.of_places(predicate)
+                case Is() | Nearby():
+                    known = True
+                case Not() | All() | Any() | AtLeast() | Reach():
+                    known = all(map(self.decides, children(node)))
+                case _:
+                    known = False
+            self._decides[node] = known or self.of_agents.of_team(node)
+        return self._decides[node]
+
+    def standing(self, node: Node, positive: bool, agent: int, steps: Indices, places: Indices) -> Literals:
+        """If the agent is there the formula, which ``decides``, holds of it; not ``positive``: it fails."""
+
+        def define(steps: Indices, places: Indices) -> Literals:
+            return self._standing(node, positive, agent, steps, places)
+
+        if isinstance(node, Atom | Is | Not):
+            return define(steps, places)
+        alike = tuple(agent in members for members in self._apart(node))
+        return self._tables.look_up(("standing", node, positive, alike), steps, places, define)
+
+    def _standing(self, node: Node, positive: bool, agent: int, steps: Indices, places: Indices) -> Literals:
+        def ask(node: Node, positive: bool) -> Ask:
+            return lambda rows: self.standing(node, positive, agent, steps[rows], places[rows])
+
+        def constant(truth: bool) -> Literals:
+            return np.full(len(steps), TRUE if truth == positive else FALSE, dtype=np.int32)
+
+        match node:
+            case Atom(predicate) if self.labels.of_places(predicate):
+                return np.where(self.labels.places(predicate)[places] == positive, TRUE, FALSE).astype(np.int32)
+            case Is(members):
+                return constant(agent in members)
+            case Not(body):
+                return self.standing(body, not positive, agent, steps, places)
+            case All(parts) | Any(parts):
+                every = positive == isinstance(node, All)
+                return join(self.clauses, every, len(steps), [ask(part, positive) for part in cheap_first(parts)])
+            case AtLeast(count, parts):
+                number = count if positive else len(parts) - count + 1
+                return self._at_least(number, [ask(part, positive) for part in parts])(np.arange(len(steps)))
+            case Nearby(graph, body):
+                if agent not in graph.agents:
+                    return constant(False)
+                return self.routes.agent_beside(graph, body, positive, steps, places)
+            case Reach(graph, through, end, hops):
+                links, route = min(hops, len(graph.agents) - 1) - 1, Route(graph, through, end)
+                if agent not in graph.agents or links < 0:
+                    return self.standing(end, positive, agent, steps, places)
+
+                def onward(rows: Indices) -> Literals:
+                    return self.routes.route_beside(route, links, positive, steps[rows], places[rows])
+
+                here, start = ask(end, positive), ask(through, positive)
+                return choose(self.clauses, positive, len(steps), here, start, onward)
+            case _:
+                return self._of_team(node, positive, steps)(np.arange(len(steps)))
+
+    def _apart(self, node: Node) -> tuple[Agents, ...]:
+        """The sets that tell agents apart: agents in the same of them may share literals."""
+        if node not in self._told_apart:
+            match node:
+                case Is(members):
+                    own: tuple[Agents, ...] = (members,)
+                case Nearby(graph) | Reach(graph):
+                    own = (frozenset(graph.agents),)
+                case _:
+                    own = ()
+            # What is asked of linked agents is the same whoever asks.
+            below = () if isinstance(node, Nearby) else children(node)
+            self._told_apart[node] = tuple(dict.fromkeys(own + sum(map(self._apart, below), ())))
+        return self._told_apart[node]
+
+    # ---------------------------------------------------------------- asks
+
+    def _of_team(self, node: Node, positive: bool, steps: Indices) -> Ask:
+        return lambda rows: self.of_agents.holds(node, positive, np.zeros_like(rows), steps[rows])
+
+    def _at_least(self, count: int, asks: list[Ask]) -> Ask:
+        def ask(rows: Indices) -> Literals:
+            asked = [each(rows) for each in asks]
+            matrix = np.stack(asked, axis=1) if asked else np.zeros((len(rows), 0), dtype=np.int32)
+            return self.clauses.at_least(count, matrix)
+
+        return ask
+
+
+def _narrowed(parts: tuple[Node, ...], agents: Agents) -> tuple[Agents, list[Node]]:
+    """Who of the agents the parts leave by name, and the parts that say more than names."""
+    rest: list[Node] = []
+    for part in parts:
+        match part:
+            case Is(members):
+                agents &= members
+            case Not(Is(members)):
+                agents -= members
+            case All(inner):
+                agents, more = _narrowed(inner, agents)
+                rest += more
+            case _:
+                rest.append(part)
+    return agents, rest
+
+
+def cheap_first(parts: Iterable[Node]) -> list[Node]:
+    """What is cheap to ask may leave less to ask of the rest."""
+
+    def cost(node: Node) -> int:
+        match node:
+            case Is() | Not(Is()):
+                return 0
+            case Atom() | Not(Atom()):
+                return 1
+            case _:
+                return 2
+
+    return sorted(parts, key=cost)

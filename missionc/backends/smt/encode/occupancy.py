@@ -1,0 +1,124 @@
+"""Which agents may be at which places, and the literals that say that some are or that none is."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable
+
+import numpy as np
+
+from missionc.backends.smt.encode.clauses import (
+    FALSE,
+    NOTHING,
+    TRUE,
+    Clauses,
+    Literals,
+)
+from missionc.backends.smt.encode.lower_motion import Motion
+from missionc.backends.smt.roadmap.roadmap import Indices
+
+Agents = frozenset[int]
+
+Define = Callable[[Indices, Indices], Literals]
+"""From cells, a step and a place each, (cells,) twice, to their literals, (cells,)."""
+
+
+class Tables:
+    """Literals by step and place, each made when it is first asked for."""
+
+    def __init__(self, steps: int, places: int) -> None:
+        self._shape = (steps, places)
+        self._tables: dict[Hashable, Literals] = {}
+
+    def look_up(self, key: Hashable, steps: Indices, places: Indices, define: Define) -> Literals:
+        """The literals of these cells, (cells,); those that are not there yet are defined together, each once."""
+        if key not in self._tables:
+            self._tables[key] = np.full(self._shape, NOTHING, dtype=np.int32)
+        table = self._tables[key]
+        found = table[steps, places]
+        missing = np.zeros(self._shape, dtype=np.bool_)
+        missing[steps, places] = found == NOTHING
+        step, place = np.nonzero(missing)
+        if not step.size:
+            return found
+        table[step, place] = define(step, place)
+        return table[steps, places]
+
+
+class Occupancy:
+    """Cells are a step and a place each, (cells,) twice; literals are (cells,)."""
+
+    def __init__(self, motion: Motion, clauses: Clauses) -> None:
+        self.motion, self.clauses = motion, clauses
+        self._tables = Tables(motion.steps + 1, motion.places)
+        self._states: dict[Agents, list[Literals]] = {}
+
+    def occupied(self, agents: Agents, steps: Indices, places: Indices) -> Literals:
+        """One of these agents is there."""
+
+        def define(steps: Indices, places: Indices) -> Literals:
+            presence = self.presence(agents, steps, places)
+            there = self._literals(agents, steps, places)
+            named = _named(there)
+            self.clauses.add(-presence[named], there[named])
+            return presence
+
+        return self._tables.look_up(("occupied", agents), steps, places, define)
+
+    def vacant(self, agents: Agents, steps: Indices, places: Indices) -> Literals:
+        """None of these agents is there."""
+
+        def define(steps: Indices, places: Indices) -> Literals:
+            presence = self.presence(agents, steps, places)
+            there = self._literals(agents, steps, places)
+            cell, member = np.nonzero(_named(there)[:, None] & (there != FALSE))
+            self.clauses.add(-there[cell, member], presence[cell])
+            return -presence
+
+        return self._tables.look_up(("vacant", agents), steps, places, define)
+
+    def presence(self, agents: Agents, steps: Indices, places: Indices) -> Literals:
+        """The literal that ``occupied`` and ``vacant`` share; FALSE where none of them can be.
+
+        It has no clauses of its own: whoever relies on it asks for one of the two.
+        """
+
+        def define(steps: Indices, places: Indices) -> Literals:
+            there = self._literals(agents, steps, places)
+            presence: Literals = there.max(axis=1, initial=FALSE)  # of one who alone may be there, the literal itself
+            presence[(there == TRUE).any(axis=1)] = TRUE
+            named = _named(there)
+            presence[named] = self.clauses.fresh(int(named.sum()))
+            return presence
+
+        return self._tables.look_up(("presence", agents), steps, places, define)
+
+    def _literals(self, agents: Agents, steps: Indices, places: Indices) -> Literals:
+        """That each of them is there: (cells, agents), FALSE where it cannot be."""
+        if agents not in self._states:
+            self._states[agents] = [
+                _side_by_side([self.motion.states[agent] for agent in roadmap.agents if agent in agents])
+                if agents.intersection(roadmap.agents)
+                else np.zeros((self.motion.steps + 1, len(roadmap.position), 0), dtype=np.int32)
+                for roadmap in self.motion.roadmaps
+            ]
+        number = np.searchsorted(self.motion.first_place, places, side="right") - 1
+        parts = self._states[agents]
+        result = np.full((len(places), max(part.shape[-1] for part in parts)), FALSE, dtype=np.int32)
+        for part, first in zip(range(len(parts)), self.motion.first_place[:-1], strict=True):
+            cells = np.flatnonzero(number == part)
+            result[cells, : parts[part].shape[-1]] = parts[part][steps[cells], places[cells] - first]
+        return result
+
+
+def _side_by_side(states: list[Literals]) -> Literals:
+    """That each agent is in each state: (steps + 1, states, agents); those whose motion is known are taken as one."""
+    known = [np.abs(each).max() == TRUE for each in states]
+    open_ = [each for each, is_known in zip(states, known, strict=True) if not is_known]
+    together = [each for each, is_known in zip(states, known, strict=True) if is_known]
+    return np.stack([*open_, *([np.maximum.reduce(together)] if together else [])], axis=-1)
+
+
+def _named(there: Literals) -> np.ndarray:
+    """Where presence needs a name of its own: several may be there, none is for certain."""
+    named: np.ndarray = ((there != FALSE).sum(axis=1) > 1) & ~(there == TRUE).any(axis=1)
+    return named

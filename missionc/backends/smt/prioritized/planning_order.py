@@ -1,0 +1,126 @@
+"""Whom the requirements need, who of them must be planned together, and in which order.
+
+All of it is read off the mission and its roadmaps: who has furthest to go comes first.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from missionc.backends.smt.prioritized.requirement_parts import (
+    NOBODY,
+    Agents,
+    Part,
+    named_by,
+    own_state,
+    states_of,
+)
+from missionc.backends.smt.roadmap.labels import Labels
+from missionc.base.trace import Flags
+from missionc.kernel.nodes import All, Any, At, AtLeast, Atom, Is, Node, Not, Reach, Sometime, Until
+from missionc.kernel.walk import children, postorder
+
+
+@dataclass(frozen=True, slots=True)
+class Need:
+    """Agents that can make a formula true together, and the steps until each can be where it asks them to be."""
+
+    steps: int = 0
+    agents: Agents = NOBODY
+
+
+@dataclass(slots=True, eq=False)
+class Order:
+    """What orders the agents.
+
+    ``ways``: for each agent where it can be, (steps + 1, states).
+    """
+
+    labels: Labels
+    ways: tuple[Flags, ...]
+    roadmap_of: dict[int, int]
+
+    def groups(self, parts: Iterable[Part]) -> list[tuple[int, ...]]:
+        """Agents with whom these parts can be true, each group to be planned in one problem, in order.
+
+        First come those to whom others keep a way, then who has furthest to go.
+        """
+        group_of: dict[int, set[int]] = {}
+        steps: dict[int, int] = {}
+        hubs: set[int] = set()
+        for part in parts:
+            need = self.need(part.formula)
+            hubs |= _hubs(part.formula)
+            together = set(need.agents).union(*(group_of.get(agent, ()) for agent in need.agents))
+            for agent in together:
+                group_of[agent] = together
+            for agent in need.agents:
+                steps[agent] = max(steps.get(agent, 0), need.steps)
+        found = {tuple(sorted(group)) for group in group_of.values()}
+
+        def first(group: tuple[int, ...]) -> tuple[bool, int, tuple[int, ...]]:
+            return hubs.isdisjoint(group), -max(steps[agent] for agent in group), group
+
+        return sorted(found, key=first)
+
+    def need(self, formula: Node) -> Need:
+        """The cheapest choice of agents for it."""
+        needs: dict[tuple[Node, bool], Need] = {}
+        for node in postorder((formula,)):
+            for positive in (True, False):
+                needs[node, positive] = self._need(node, positive, needs)
+        return needs[formula, True]
+
+    def _need(self, node: Node, positive: bool, needs: dict[tuple[Node, bool], Need]) -> Need:
+        match node:
+            case At(agent, body):
+                inner = needs[body, positive]
+                return Need(max(inner.steps, self.steps_to(agent, body)), inner.agents | {agent})
+            case Atom():
+                return Need(0, named_by(node))
+            case Not(body):
+                return needs[body, not positive]
+            case All(parts) | Any(parts):
+                below = [needs[part, positive] for part in parts]
+                return _together(below if positive == isinstance(node, All) else _cheapest(below, 1))
+            case AtLeast(count, parts):
+                below = [needs[part, positive] for part in parts]
+                return _together(_cheapest(below, count if positive else len(parts) - count + 1))
+            case _:
+                return _together([needs[child, positive] for child in children(node)])
+
+    def steps_to(self, agent: int, body: Node) -> int:
+        """The first step at which the agent can have been wherever it has to be at some time."""
+        number, latest = self.roadmap_of[agent], 0
+        for node in postorder((body,)):
+            match node:
+                case Sometime(place) | Until(_, place) if own_state(place, self.labels):
+                    there = self.ways[agent] & states_of(place, agent, number, self.labels)
+                    met = np.flatnonzero(there.any(axis=1))
+                    latest = max(latest, int(met[0]) if met.size else len(there))
+                case _:
+                    pass
+        return latest
+
+
+def _together(needs: list[Need]) -> Need:
+    return Need(max((need.steps for need in needs), default=0), NOBODY.union(*(need.agents for need in needs)))
+
+
+def _cheapest(needs: list[Need], count: int) -> list[Need]:
+    return sorted(needs, key=lambda need: (need.steps, len(need.agents), sorted(need.agents)))[: max(count, 0)]
+
+
+def _hubs(formula: Node) -> set[int]:
+    """Agents at whom, by name, a route is to end."""
+    hubs: set[int] = set()
+    for node in postorder((formula,)):
+        match node:
+            case Reach(graph, _, Is(members)) if len(members) < len(graph.agents):
+                hubs |= members
+            case _:
+                pass
+    return hubs

@@ -1,0 +1,233 @@
+"""What the requirements ask, part by part, and of whom.
+
+A requirement of every drone is as many parts as there are drones, and a part can
+be asked as soon as the agents it is about are there. So agents need not all be
+planned at once (``prioritized_planning``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from functools import reduce
+
+import numpy as np
+
+from missionc.backends.smt.roadmap.labels import Labels, others
+from missionc.base.trace import Flags
+from missionc.ir import InFormation
+from missionc.kernel.nodes import (
+    All,
+    Any,
+    Apart,
+    At,
+    AtLeast,
+    Atom,
+    Is,
+    Kernel,
+    Nearby,
+    Node,
+    Not,
+    Reach,
+    Route,
+    Sometime,
+    Throughout,
+    Until,
+)
+from missionc.kernel.walk import children, postorder
+
+Agents = frozenset[int]
+NOBODY: Agents = frozenset()
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Part:
+    """A formula that is required as a whole, at step 0.
+
+    Args:
+        asks: the agents it asks something of by name.
+        grows: agents that join can only help it.
+    """
+
+    formula: Node
+    asks: Agents
+    grows: bool
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Asked:
+    """All that is required.
+
+    ``never``: for some agents, where they may not be, (steps + 1, states), whatever
+    else; what that says is in no part.
+    """
+
+    parts: tuple[Part, ...]
+    never: dict[int, Flags]
+
+
+def asked_of(kernel: Kernel, labels: Labels, roadmap_of: dict[int, int]) -> Asked:
+    """The requirements in parts.
+
+    Args:
+        roadmap_of: the number of each agent's roadmap.
+    """
+    never: dict[int, Flags] = {}
+    formulas: list[Node] = []
+    bodies: dict[tuple[tuple[Node, ...], Node], Node] = {}
+    for agent, windows, node in _conjuncts(kernel):
+        if agent is not None and len(windows) <= 1 and own_state(node, labels):
+            roadmap = labels.roadmaps[roadmap_of[agent]]
+            fails = ~states_of(node, agent, roadmap_of[agent], labels)
+            forbidden = never.setdefault(agent, np.zeros(roadmap.standing.shape, dtype=np.bool_))
+            low, high = (windows[0].low, windows[0].high) if windows else (0, 0)
+            forbidden[low : None if high is None else high + 1] |= fails
+            continue
+        if (windows, node) not in bodies:
+            body = node
+            for window in reversed(windows):
+                body = Throughout(body, window.low, window.high, window.span)
+            bodies[windows, node] = body
+        formulas.append(bodies[windows, node] if agent is None else At(agent, bodies[windows, node], node.span))
+    asks, grows = asks_of(formulas), _grows(formulas)
+    return Asked(tuple(Part(formula, asks[formula], grows[formula, True]) for formula in formulas), never)
+
+
+def _conjuncts(kernel: Kernel) -> Iterator[tuple[int | None, tuple[Throughout, ...], Node]]:
+    """What must hold: of which agent or of the team, throughout which windows one in the other, and which formula."""
+    work: list[tuple[int | None, tuple[Throughout, ...], Node]]
+    work = [(None, (), goal.formula) for goal in reversed(kernel.requirements)]
+    seen: set[tuple[int | None, tuple[Throughout, ...], Node]] = set()
+    while work:
+        what = work.pop()
+        if what in seen:
+            continue
+        seen.add(what)
+        agent, windows, node = what
+        match node:
+            case All(parts):
+                work.extend((agent, windows, part) for part in reversed(parts))
+            case Throughout(body):
+                work.append((agent, (*windows, node), body))
+            case At(who, body):
+                work.append((who, windows, body))
+            case _:
+                yield what
+
+
+def asks_of(roots: Iterable[Node]) -> dict[Node, Agents]:
+    """Of these formulas and of what is below them, the agents each asks something of by name."""
+    asks: dict[Node, Agents] = {}
+    for node in postorder(roots):
+        asks[node] = named_by(node).union(*(asks[child] for child in children(node)))
+    return asks
+
+
+def named_by(node: Node) -> Agents:
+    """The agents that the node by itself asks something of."""
+    match node:
+        case At(agent):
+            return frozenset((agent,))
+        case Atom(InFormation(formation)):
+            return frozenset(formation.agents)
+        case Atom(predicate):
+            return others(predicate, -1)
+        case _:
+            return NOBODY
+
+
+def _grows(roots: Iterable[Node]) -> dict[tuple[Node, bool], bool]:
+    """Whether agents that join can only make the formula true; or, with False, only make it false."""
+    grows: dict[tuple[Node, bool], bool] = {}
+    for node in postorder(roots):
+        for positive in (True, False):
+            match node:
+                case Atom() | Is():
+                    known = True
+                case Not(body):
+                    known = grows[body, not positive]
+                case Nearby() | Reach():
+                    known = positive and all(grows[child, True] for child in children(node))
+                case Route() | Apart():
+                    known = False
+                case _:
+                    known = all(grows[child, positive] for child in children(node))
+            grows[node, positive] = known
+    return grows
+
+
+def among(formula: Node, asks: dict[Node, Agents], present: Agents) -> Node | None:
+    """A formula that only asks something of agents who are there, and implies the one given; None if there is none.
+
+    Where some of many will do, it must be some of those.
+    """
+    if asks[formula] <= present:
+        return formula
+    made: dict[tuple[Node, bool], Node | None] = {}
+    for node in postorder((formula,)):
+        for positive in (True, False):
+            made[node, positive] = node if asks[node] <= present else _among(node, positive, made, present)
+    return made[formula, True]
+
+
+def _among(node: Node, positive: bool, made: dict[tuple[Node, bool], Node | None], present: Agents) -> Node | None:
+    match node:
+        case At(agent, body):
+            inner = made[body, positive]
+            return At(agent, inner, node.span) if inner is not None and agent in present else None
+        case Not(body):
+            inner = made[body, not positive]
+            return None if inner is None else Not(inner, node.span)
+        case Throughout(body, low, high) | Sometime(body, low, high):
+            inner = made[body, positive]
+            return None if inner is None else type(node)(inner, low, high, node.span)
+        case Until(hold, end, low, high):
+            first, second = made[hold, positive], made[end, positive]
+            return None if first is None or second is None else Until(first, second, low, high, node.span)
+        case All(parts) | Any(parts):
+            left = tuple(part for part in (made[part, positive] for part in parts) if part is not None)
+            every = positive == isinstance(node, All)
+            if len(left) < (len(parts) if every else 1):
+                return None
+            return left[0] if len(left) == 1 else type(node)(left, node.span)
+        case AtLeast(count, parts):
+            left = tuple(part for part in (made[part, positive] for part in parts) if part is not None)
+            count = count if positive else count - (len(parts) - len(left))
+            return AtLeast(count, left, node.span) if 0 < count <= len(left) else None
+        case _:
+            return None
+
+
+def own_state(node: Node, labels: Labels) -> bool:
+    """Whether an agent's own state decides it."""
+    match node:
+        case Atom(predicate):
+            return labels.of_places(predicate)
+        case Is():
+            return True
+        case Not(body):
+            return own_state(body, labels)
+        case All(parts) | Any(parts):
+            return all(own_state(part, labels) for part in parts)
+        case _:
+            return False
+
+
+def states_of(node: Node, agent: int, number: int, labels: Labels) -> Flags:
+    """In which states, (states,), an agent's own state makes it true."""
+    shape = len(labels.roadmaps[number].position)
+    match node:
+        case Atom(predicate):
+            return labels.states(predicate, number)
+        case Is(members):
+            return np.full(shape, agent in members)
+        case Not(body):
+            return ~states_of(body, agent, number, labels)
+        case All(parts):
+            everywhere = np.ones(shape, dtype=np.bool_)
+            return reduce(np.logical_and, (states_of(part, agent, number, labels) for part in parts), everywhere)
+        case Any(parts):
+            nowhere = np.zeros(shape, dtype=np.bool_)
+            return reduce(np.logical_or, (states_of(part, agent, number, labels) for part in parts), nowhere)
+        case _:
+            raise AssertionError(node)

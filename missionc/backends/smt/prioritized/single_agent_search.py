@@ -1,0 +1,76 @@
+"""One agent's shortest way on which all that is asked of it holds, while the others do what is settled.
+
+For what is asked at once, throughout a window or at some time in it, of the place
+where the agent is: then each place at each step is open to it or not, and no solver
+is needed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from missionc.backends.smt.encode.clauses import TRUE, Clauses
+from missionc.backends.smt.encode.lower import Formulas, deep
+from missionc.backends.smt.encode.lower_motion import lower_motion
+from missionc.backends.smt.encode.occupancy import Occupancy
+from missionc.backends.smt.prioritized.reservations import Settled
+from missionc.backends.smt.refine.problem import LINKS
+from missionc.backends.smt.roadmap.roadmap import Indices
+from missionc.base.trace import Flags
+from missionc.ir import Mission
+from missionc.kernel.nodes import At, Node, Sometime, Throughout
+
+ERRANDS = 3
+"""So many places to visit at most; the work doubles with each."""
+
+
+class Alone:
+    """Ways of single agents among others, who are where ``settled`` says: ``agents``.
+
+    What those who are settled later do for others is not seen.
+    """
+
+    def __init__(self, settled: Settled, ways: tuple[Flags, ...], mission: Mission, limit: int) -> None:
+        motion = settled.motion
+        clauses = Clauses(limit)  # what is known needs none
+        known = lower_motion(motion.roadmaps, settled.fixed(ways), frozenset(settled.agents), clauses)
+        self.agents = list(settled.agents)
+        self._ways, self._motion = ways, motion
+        self._formulas = Formulas(mission, known, clauses, Occupancy(known, clauses), LINKS)
+
+    def way(self, agent: int, formulas: Sequence[Node], settled: Settled, *, pushing: bool = False) -> Indices | None:
+        """The shortest way, (steps + 1,), clear of all who are settled by now, or ``pushing`` few of them.
+
+        None where there is none, or where the formulas ask for more than this can look for.
+        """
+        ways, errands = self._ways[agent].copy(), []
+        for formula in formulas:
+            match formula:
+                case At(who, Throughout(body, low, high)) if who == agent and self._decides(body):
+                    window = slice(low, None if high is None else high + 1)
+                    ways[window] &= self._holds(body, agent)[window]
+                case At(who, Sometime(body, low, high)) if who == agent and self._decides(body):
+                    errand = self._holds(body, agent)
+                    errand[:low] = False
+                    errand[len(errand) if high is None else high + 1 :] = False
+                    errands.append(errand)
+                case At(who, body) if who == agent and self._decides(body):
+                    ways[0] &= self._holds(body, agent)[0]
+                case _:
+                    return None
+        return settled.shortest(agent, ways, errands, pushing=pushing) if len(errands) <= ERRANDS else None
+
+    def _decides(self, body: Node) -> bool:
+        return self._formulas.places.decides(body)
+
+    def _holds(self, body: Node, agent: int) -> Flags:
+        """Where and when it holds of the agent for certain, (steps + 1, states)."""
+        able = self._ways[agent]
+        step, state = np.nonzero(able)
+        holds = np.zeros_like(able)
+        with deep():
+            place = state + self._motion.places_of(agent).start
+            holds[step, state] = self._formulas.places.standing(body, True, agent, step, place) == TRUE
+        return holds

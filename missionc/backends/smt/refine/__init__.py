@@ -1,0 +1,1 @@
+"""Refinement by lazy constraints: collisions are forbidden where a model has them; unsat cores."""

@@ -1,0 +1,185 @@
+"""No two bodies nearer than the mission allows, at the steps and between them, added where a model breaks it.
+
+Who comes too near whom is worked out from a model's joint motion. What is
+forbidden then is forbidden to all agents and at all steps: two in one place,
+two in places too near each other, two moves at the same time that come too near.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from missionc.backends.smt.encode.clauses import (
+    FALSE,
+    Clauses,
+    Literals,
+)
+from missionc.backends.smt.encode.lower_motion import Motion, add_at_most_one
+from missionc.backends.smt.roadmap.roadmap import Indices
+from missionc.base.trace import Array
+from missionc.ir import Mission
+from missionc.world.dynamics import States, motion_of
+from missionc.world.relative_motion import closest_approach
+
+CUSHION = 1e-6
+"""Metres that agents keep beyond what they must, so that no rounding makes them touch."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Near:
+    """Pairs of agents that come too near within a step, (pairs,) each."""
+
+    first: Indices
+    second: Indices
+    step: Indices
+
+    def __len__(self) -> int:
+        return len(self.step)
+
+
+def too_near(states: Indices, agents: Indices, motion: Motion, mission: Mission) -> Near:
+    """All pairs of these agents that break the separation in a joint motion.
+
+    Args:
+        states: (agents of the mission, steps + 1), each agent's state in its roadmap.
+    """
+    first, second = np.triu_indices(len(agents), k=1)
+    moving = kinematics(states[agents], agents, motion, mission)
+    position, velocity, acceleration = moving
+    least = closest_approach(
+        position[first],
+        velocity[first],
+        acceleration[first],
+        position[second],
+        velocity[second],
+        acceleration[second],
+        mission.step if motion.steps else 0.0,
+    )
+    first, second = agents[first], agents[second]
+    pair, step = np.nonzero(least < needed(first, second, mission)[:, None])
+    return Near(first[pair], second[pair], step)
+
+
+def needed(first: Indices, second: Indices, mission: Mission) -> Array:
+    """How far apart the centres of pairs of agents must be, (pairs,), metres."""
+    radii = np.array([agent.radius for agent in mission.agents])
+    return np.asarray(radii[first] + radii[second] + mission.separation + CUSHION)
+
+
+def kinematics(states: Indices, agents: Indices, motion: Motion, mission: Mission) -> tuple[Array, Array, Array]:
+    """Position, velocity and acceleration at the start of each step, (agents, steps, dim) each.
+
+    At the only step, where the mission has no other.
+
+    Args:
+        states: (agents, steps + 1), in the roadmap of each of ``agents``, (agents,).
+    """
+    rows = []
+    for agent, row in zip(agents.tolist(), states, strict=True):
+        roadmap = motion.roadmap(agent)
+        here = States(roadmap.position[row], roadmap.velocity[row])
+        if motion.steps == 0:
+            rows.append((here.position, np.zeros_like(here.position), np.zeros_like(here.position)))
+            continue
+        before, after = here.take(np.arange(motion.steps)), here.take(np.arange(1, motion.steps + 1))
+        rows.append(motion_of(mission.agents[agent].dynamics, before, after, mission.step))
+    position, velocity, acceleration = (np.stack(each) for each in zip(*rows, strict=True))
+    return position, velocity, acceleration
+
+
+@dataclass(slots=True)
+class Separation:
+    """What has been forbidden so far, of the agents of ``cast``, (cast,)."""
+
+    mission: Mission
+    motion: Motion
+    cast: Indices
+    clauses: Clauses
+    _alone: set[int] = field(default_factory=set)
+    _apart: set[tuple[tuple[int, ...], tuple[int, ...]]] = field(default_factory=set)
+    _events: dict[tuple[int, ...], Literals] = field(default_factory=dict)
+    _members: list[list[int]] = field(init=False)
+    """For each roadmap, those of the agents that are on it."""
+
+    def __post_init__(self) -> None:
+        numbers = self.motion.roadmap_of[self.cast]
+        self._members = [self.cast[numbers == number].tolist() for number in range(len(self.motion.roadmaps))]
+
+    def one_in_each_place(self) -> None:
+        """Says ahead of any model that no two agents are in one place.
+
+        Raises:
+            TooLarge: the clauses would pass their limit.
+        """
+        for members in self._members:
+            there = [self.motion.states[agent].ravel() for agent in members]
+            if there:
+                self._one_of(np.stack(there, axis=1))
+        self._alone.update(range(self.motion.places))
+
+    def forbid(self, near: Near, states: Indices) -> None:
+        """Adds clauses that rule these out, and their like.
+
+        Raises:
+            TooLarge: the clauses would pass their limit.
+        """
+        last = self.motion.steps
+        for first, second, step in zip(near.first.tolist(), near.second.tolist(), near.step.tolist(), strict=True):
+            one = self._place(first, states[first, step])
+            other = self._place(second, states[second, step])
+            if one == other:
+                self._one_at(one)
+            elif self._touch(first, states[first, step], second, states[second, step]):
+                self._not_both((one,), (other,))
+            elif step < last:
+                after = self._place(first, states[first, step + 1]), self._place(second, states[second, step + 1])
+                if after[0] == after[1]:
+                    self._one_at(after[0])
+                else:
+                    self._not_both((one, after[0]), (other, after[1]))
+
+    def _place(self, agent: int, state: int) -> int:
+        return int(state) + int(self.motion.places_of(agent).start)
+
+    def _touch(self, first: int, one: int, second: int, other: int) -> bool:
+        radii = self.mission.agents[first].radius + self.mission.agents[second].radius
+        here, there = self.motion.roadmap(first).position[one], self.motion.roadmap(second).position[other]
+        return float(np.linalg.norm(here - there)) < radii + self.mission.separation + CUSHION
+
+    def _one_at(self, place: int) -> None:
+        """At most one agent in a place, at every step."""
+        if place not in self._alone:
+            self._alone.add(place)
+            number, state = self._state(place)
+            self._one_of(np.stack([self.motion.states[agent][:, state] for agent in self._members[number]], axis=1))
+
+    def _one_of(self, there: Literals) -> None:
+        """At most one of each row, (rows, agents)."""
+        crowded = (there != FALSE).sum(axis=1) > 1
+        add_at_most_one(self.clauses, there[crowded])
+
+    def _not_both(self, one: tuple[int, ...], other: tuple[int, ...]) -> None:
+        """No agent in one place, or on one move, while another is in the other, at every step."""
+        if (one, other) not in self._apart:
+            self._apart |= {(one, other), (other, one)}
+            self.clauses.add(-self._event(one), -self._event(other))
+
+    def _event(self, places: tuple[int, ...]) -> Literals:
+        """Some agent is in the place, or goes from the first to the second, at each step: (steps,) or one more."""
+        if places not in self._events:
+            number, *_ = (self._state(place)[0] for place in places)
+            moments = self.motion.steps + 2 - len(places)
+            name = self.clauses.fresh(moments)
+            for agent in self._members[number]:
+                states = self.motion.states[agent]
+                there = [-states[ahead : ahead + moments, self._state(place)[1]] for ahead, place in enumerate(places)]
+                self.clauses.add(*there, name)
+            self._events[places] = name
+        return self._events[places]
+
+    def _state(self, place: int) -> tuple[int, int]:
+        """A place's roadmap, and its number there."""
+        number = int(np.searchsorted(self.motion.first_place, place, side="right")) - 1
+        return number, place - int(self.motion.first_place[number])

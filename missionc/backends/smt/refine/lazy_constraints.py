@@ -1,0 +1,154 @@
+"""Solve, look for collisions in the model, forbid them, and again, until a joint motion without any is found."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import TypeAlias
+
+import numpy as np
+
+from missionc.backends.api import Progress, Reason
+from missionc.backends.run_account import Account
+from missionc.backends.smt.encode.clauses import (
+    FALSE,
+    TRUE,
+    Clauses,
+    Literals,
+    TooLarge,
+)
+from missionc.backends.smt.encode.lower_motion import Motion
+from missionc.backends.smt.refine.collisions import Separation, too_near
+from missionc.backends.smt.roadmap.roadmap import Indices
+from missionc.backends.smt.sat.solve import (
+    Answer,
+    Satisfiable,
+    Solvers,
+    Stopped,
+    Unsatisfiable,
+)
+from missionc.base.trace import Flags
+from missionc.ir import Mission
+
+PAIR, CROWD = 2, 5
+"""That no two are in one place is said at once of a pair, which takes few clauses, and of a crowd, which often is."""
+
+SMALL = 20_000
+"""So it is of any number where there are fewer clauses: a round costs more than it saves there."""
+
+GLANCES = 300_000
+"""Clauses: each glance reads all of them, so that of many it is quicker to ask a solver that knows most already."""
+
+
+@dataclass(frozen=True, slots=True)
+class Effort:
+    """How much may go into one question, counted so that it is the same on every machine.
+
+    ``conflicts`` is for each time the solver is asked.
+    """
+
+    conflicts: int
+    rounds: int
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Found:
+    """A joint motion that breaks nothing: each agent's state in its roadmap, (agents, steps + 1)."""
+
+    states: Indices
+
+
+Result: TypeAlias = Found | Unsatisfiable | Stopped
+
+
+@dataclass(slots=True)
+class Search:
+    """One problem and its solvers. Clauses about collisions stay for later questions.
+
+    ``cast`` are the agents that are looked for, (cast,); the others are nowhere, or
+    what they do is known and nothing the agents may do comes near them.
+    """
+
+    mission: Mission
+    motion: Motion
+    cast: Indices
+    clauses: Clauses
+    solvers: Solvers
+    account: Account
+    listen: Callable[[Progress], None]
+    rounds: int = 0
+    glances: int = GLANCES
+    """Clauses that may still be read for glances; none any more once one was not enough."""
+    _separation: Separation = field(init=False)
+
+    def __post_init__(self) -> None:
+        self._separation = Separation(self.mission, self.motion, self.cast, self.clauses)
+        if len(self.cast) == PAIR or len(self.cast) >= CROWD or self.clauses.count < SMALL:
+            with self.account.stage("collisions"):
+                self._separation.one_in_each_place()
+
+    def find(self, assumptions: tuple[int, ...], deadline: float | None = None, effort: Effort | None = None) -> Result:
+        """A joint motion without collisions in which the assumptions hold, or why there is none."""
+        most = None if effort is None else self.rounds + effort.rounds
+        while self.rounds != most:
+            self.rounds += 1
+            with self.account.stage("solve"):
+                states = self.joint_motion(assumptions, deadline, effort)
+            if not isinstance(states, np.ndarray):
+                return states
+            with self.account.stage("collisions"):
+                near = too_near(states, self.cast, self.motion, self.mission)
+                if not len(near):
+                    return Found(states)
+                try:
+                    self._separation.forbid(near, states)
+                except TooLarge as error:
+                    return Stopped(Reason.SIZE, f"{error}; the limit is {self.clauses.limit}")
+            self.listen(Progress("solve", self.rounds, f"{len(near)} times two agents came too near"))
+        return Stopped(Reason.SOLVER, f"after {effort.rounds} rounds agents still came too near" if effort else "")
+
+    def joint_motion(
+        self, assumptions: tuple[int, ...], deadline: float | None, effort: Effort | None
+    ) -> Indices | Unsatisfiable | Stopped:
+        """Each agent's state, (agents, steps + 1), in a model of the clauses so far, or why there is none."""
+        seen = None
+        if self.glances > 0:
+            seen = self.solvers.glance(self.clauses, assumptions)
+            self.glances = 0 if seen is None else self.glances - self.clauses.count
+        if isinstance(seen, Unsatisfiable):
+            return seen
+        if seen is not None:
+            return self._states(seen.__getitem__)
+        answer = self.ask(assumptions, deadline, effort)
+        return self._states(self.solvers.values) if isinstance(answer, Satisfiable) else answer
+
+    def ask(self, assumptions: tuple[int, ...], deadline: float | None = None, effort: Effort | None = None) -> Answer:
+        """What the solver says of the clauses so far; of a refusal it says what that rests on."""
+        self.solvers.add(self.clauses)
+        return self.solvers.solve(assumptions, deadline, effort.conflicts if effort else None)
+
+    def _states(self, holding: Callable[[Literals], Flags | Stopped]) -> Indices | Stopped:
+        """Where a model has the agents; asked step by step, only of where their moves may have led.
+
+        Args:
+            holding: which of the variables, by their numbers, the model holds true.
+        """
+        motion = self.motion
+        states = np.zeros((motion.agents, motion.steps + 1), dtype=np.int64)
+        for step in range(motion.steps + 1):
+            agents, options, literals = [], [], []
+            for agent in self.cast.tolist():
+                there = motion.states[agent][step]
+                moves = motion.roadmap(agent).moves
+                able = moves[moves[:, 0] == states[agent, step - 1], 1] if step else np.arange(len(there))
+                able = able[there[able] != FALSE]
+                agents.append(np.full(len(able), agent))
+                options.append(able)
+                literals.append(there[able])
+            asked = np.concatenate(literals)
+            values = holding(asked)
+            if isinstance(values, Stopped):
+                return values
+            true = values | (asked == TRUE)
+            states[np.concatenate(agents)[true], step] = np.concatenate(options)[true]
+        return states

@@ -1,0 +1,74 @@
+"""One question for the solvers: some agents, some formulas, what is settled already."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from missionc.backends.api import Budget
+from missionc.backends.run_account import Account
+from missionc.backends.smt.encode.clauses import Clauses
+from missionc.backends.smt.encode.lower import Lowered, lower
+from missionc.backends.smt.encode.lower_motion import Motion, lower_motion
+from missionc.backends.smt.encode.occupancy import Occupancy
+from missionc.backends.smt.refine.lazy_constraints import Search
+from missionc.backends.smt.roadmap.roadmap import Roadmap
+from missionc.backends.smt.sat.solve import Solvers
+from missionc.base.trace import Flags
+from missionc.ir import Mission
+from missionc.kernel.nodes import Goal
+
+LINKS = 8
+"""Routes are first given at most so many links; all they may have only where that finds nothing."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Problem:
+    """What the solvers are asked; in ``lowered`` is a literal for each of the goals."""
+
+    motion: Motion
+    lowered: Lowered
+    search: Search
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Setting:
+    """What all questions of a run share."""
+
+    mission: Mission
+    budget: Budget
+    account: Account
+
+    def problem(
+        self,
+        goals: Sequence[Goal],
+        roadmaps: tuple[Roadmap, ...],
+        ways: tuple[Flags, ...],
+        asked: frozenset[int],
+        settled: frozenset[int],
+        most_links: int,
+        solvers: Solvers,
+    ) -> Problem:
+        """The clauses, and what asks the solvers about them.
+
+        Args:
+            roadmaps: with the moves that the asked may make.
+            ways: for each agent where it can be, (steps + 1, states).
+            asked: the agents whose motion is looked for.
+            settled: agents whose ways leave one motion each, clear of what the asked may do.
+
+        Raises:
+            TooLarge: the clauses would pass their limit.
+            Unexpressible: a predicate is about too many agents at once.
+        """
+        with self.account.stage("lower"):
+            clauses = Clauses(self.budget.limits.clauses)
+            solvers.begin()
+            motion = lower_motion(roadmaps, ways, asked | settled, clauses)
+            solvers.show(clauses)
+            lowered = lower(goals, self.mission, motion, clauses, Occupancy(motion, clauses), most_links)
+        members = np.array(sorted(asked), dtype=np.int64)
+        search = Search(self.mission, motion, members, clauses, solvers, self.account, self.budget.listen)
+        return Problem(motion, lowered, search)

@@ -1,0 +1,1 @@
+"""Probabilistic roadmaps: nodes sampled, joined by steerable motions, unrolled to steps, labelled. [strel]"""

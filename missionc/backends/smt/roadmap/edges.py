@@ -1,0 +1,94 @@
+"""Motions of several steps from node to node, and whether they are clear.
+
+Source:
+    [strel] Algorithm 1, lines 6 and 7.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from missionc.backends.smt.roadmap.sample_nodes import Ground
+from missionc.base.trace import Array, Flags
+from missionc.ir import DoubleIntegrator, Dynamics
+from missionc.world.clearance import Motions, clear_motions, clear_of
+from missionc.world.dynamics import States, motion_of, path_between
+
+Indices = NDArray[np.int64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Edges:
+    """Motions from node to node.
+
+    Args:
+        source: (edges,), node indices; ``target`` likewise.
+        count: (edges,), how many steps each takes, at least 1.
+        bend: (edges,), rad, how far it turns left from one step to the next; 0 where straight.
+    """
+
+    source: Indices
+    target: Indices
+    count: Indices
+    bend: Array
+
+    def take(self, which: Indices | Flags) -> Edges:
+        return Edges(self.source[which], self.target[which], self.count[which], self.bend[which])
+
+    def __len__(self) -> int:
+        return len(self.source)
+
+
+NONE = Edges(np.zeros(0, np.int64), np.zeros(0, np.int64), np.zeros(0, np.int64), np.zeros(0))
+
+
+def joined(parts: list[Edges]) -> Edges:
+    """All edges of all parts, one after the other."""
+    return Edges(
+        np.concatenate([part.source for part in parts]),
+        np.concatenate([part.target for part in parts]),
+        np.concatenate([part.count for part in parts]),
+        np.concatenate([part.bend for part in parts]),
+    )
+
+
+def paths(dynamics: Dynamics, nodes: States, edges: Edges, step: float) -> Iterator[tuple[Indices, Array, Array]]:
+    """Edges of equal length: which they are, and positions and velocities at their steps, (edges, count + 1, dim)."""
+    for count in np.unique(edges.count):
+        which = np.flatnonzero(edges.count == count)
+        start, end = nodes.take(edges.source[which]), nodes.take(edges.target[which])
+        yield which, *path_between(dynamics, start, end, step, int(count), edges.bend[which])
+
+
+def are_clear(ground: Ground, nodes: States, edges: Edges) -> Flags:
+    """Which edges, (edges,), stay in the world and clear of the obstacles that stand still."""
+    dynamics, step, world = ground.agents[0].dynamics, ground.mission.step, ground.mission.world
+    clear = np.zeros(len(edges), dtype=bool)
+    straight = np.zeros(len(edges), dtype=bool) if isinstance(dynamics, DoubleIntegrator) else edges.bend == 0
+    start, end = nodes.position[edges.source[straight]], nodes.position[edges.target[straight]]
+    clear[straight] = clear_of(ground.obstacles, start, end, np.full(len(start), ground.margin))
+    others = np.flatnonzero(~straight)
+    for which, position, velocity in paths(dynamics, nodes, edges.take(others), step):
+        before, after = (
+            States(position[:, some].reshape(-1, world.dimension), velocity[:, some].reshape(-1, world.dimension))
+            for some in (slice(None, -1), slice(1, None))
+        )
+        motions = Motions(*motion_of(dynamics, before, after, step))
+        least, most = _extent(motions, step)
+        free = np.all((least >= world.low) & (most <= world.high), axis=1)
+        free &= clear_motions(ground.obstacles, motions, step, ground.margin)
+        clear[others[which]] = free.reshape(len(which), -1).all(axis=1)
+    return clear
+
+
+def _extent(motions: Motions, step: float) -> tuple[Array, Array]:
+    """The box that each motion of one step stays in: least and largest coordinates, (motions, dim)."""
+    bend = np.where(motions.acceleration == 0, 1.0, motions.acceleration)
+    turning = np.clip(np.where(motions.acceleration == 0, 0.0, -motions.velocity / bend), 0.0, step)
+    extreme = motions.position + motions.velocity * turning + motions.acceleration * (turning * turning / 2)
+    ends = np.stack([motions.position, motions.at(step), extreme])
+    return ends.min(axis=0), ends.max(axis=0)

@@ -1,0 +1,95 @@
+"""Nodes joined into one roadmap: momentum added where the dynamics have it, stepping stones where a node stays alone.
+
+in   Ground, points
+out  nodes, point i being node i, and their Edges
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from missionc.backends.smt.roadmap.connect import connect
+from missionc.backends.smt.roadmap.edges import Edges
+from missionc.backends.smt.roadmap.sample_nodes import Ground
+from missionc.base.trace import Array
+from missionc.ir import DoubleIntegrator
+from missionc.world.clearance import clear_of
+from missionc.world.dynamics import States, speeds
+from missionc.world.sampling import far_apart
+
+Indices = NDArray[np.int64]
+
+GROWTHS = 3
+"""How often nodes that stay alone get stepping stones."""
+
+STONES = 3
+"""Stepping stones around one lonely node, out of so many tried:"""
+STONES_TRIED = 64
+
+STATES = 8_000
+STATES_PER_NODE = 12
+"""More states than both of these between the ends of edges, and each node looks for fewer neighbours:"""
+FEWEST = 2
+
+MOVING = 2
+"""Every so many points also carry a node in motion, and the same in the other direction."""
+
+CRUISE = 0.6
+"""Of the top speed: how fast nodes in motion are."""
+
+COMPASS = 8
+"""Their directions, all level: few, so that many of them have the same and need not turn to meet."""
+
+STEPS_TO_SPEED = 4
+"""Where reaching the top speed takes more steps, edges are long, and the states within them many enough."""
+
+
+def grow(ground: Ground, points: Array, neighbours: int, generator: np.random.Generator) -> tuple[States, Edges]:
+    """The nodes and edges of a roadmap on these points, (points, dim), metres."""
+    for _ in range(GROWTHS):
+        nodes, mirror = _with_momentum(ground, points, generator)
+        edges = connect(ground, nodes, mirror, neighbours)
+        between = int(np.sum(edges.count - 1))
+        if between > (budget := max(STATES, STATES_PER_NODE * len(points))):
+            neighbours = max(FEWEST, neighbours * budget // between)
+            edges = connect(ground, nodes, mirror, neighbours)
+        lonely = np.setdiff1d(np.arange(len(points)), edges.source)
+        stones = [_stepping_stones(ground, points[node], generator) for node in lonely]
+        if sum(map(len, stones)) == 0:
+            break
+        points = np.concatenate([points, *stones])
+    return nodes, edges
+
+
+def _with_momentum(ground: Ground, points: Array, generator: np.random.Generator) -> tuple[States, Indices]:
+    """Nodes at rest, some also in motion, and for each the one at the same place that moves the other way."""
+    dynamics, itself = ground.agents[0].dynamics, np.arange(len(points))
+    rest = States(points, np.zeros_like(points))
+    if not isinstance(dynamics, DoubleIntegrator):
+        return rest, itself
+    if dynamics.speed > STEPS_TO_SPEED * dynamics.acceleration * ground.mission.step:
+        return rest, itself
+    places = points[::MOVING]
+    angle = generator.integers(COMPASS, size=len(places)) * (2 * np.pi / COMPASS)
+    velocity = np.zeros_like(places)
+    velocity[:, 0], velocity[:, 1] = np.cos(angle), np.sin(angle)
+    velocity *= CRUISE * dynamics.speed
+    nodes = States(np.concatenate([points, places, places]), np.concatenate([rest.velocity, velocity, -velocity]))
+    forth = len(points) + np.arange(len(places))
+    return nodes, np.concatenate([itself, forth + len(places), forth])
+
+
+def _stepping_stones(ground: Ground, point: Array, generator: np.random.Generator) -> Array:
+    """Places one step from a lonely point, spread around it: (at most STONES, dim), metres."""
+    dynamics, step = ground.agents[0].dynamics, ground.mission.step
+    shortest, longest = (speed * step for speed in speeds(dynamics))
+    if isinstance(dynamics, DoubleIntegrator):
+        longest = min(longest, dynamics.acceleration * step * step)
+    direction = generator.standard_normal((STONES_TRIED, len(point)))
+    direction /= np.linalg.norm(direction, axis=1, keepdims=True)
+    places = point + direction * generator.uniform(shortest, longest, size=(STONES_TRIED, 1))
+    places = places[ground.is_free(places) & ground.keeps_within(places)]
+    start = np.broadcast_to(point, places.shape)
+    places = places[clear_of(ground.obstacles, start, places, np.full(len(places), ground.margin))]
+    return places[far_apart(places, STONES, point[None])]

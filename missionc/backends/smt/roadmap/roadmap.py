@@ -1,0 +1,183 @@
+"""A probabilistic roadmap: one kind of agent's states, and the moves it can make in one step.
+
+Source:
+    [strel] Algorithm 1.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import assert_never
+
+import numpy as np
+from numpy.typing import NDArray
+
+from missionc.backends.smt.roadmap.grow import grow
+from missionc.backends.smt.roadmap.sample_nodes import (
+    Ground,
+    NoRoadmap,
+    free_ground,
+    sample_nodes,
+)
+from missionc.backends.smt.roadmap.unroll import Unrolled, unroll
+from missionc.base.memory import reserve
+from missionc.base.trace import Array, Flags
+from missionc.ir import Agent, Anywhere, Exactly, Mission, Place
+from missionc.world.clearance import Motions, clear_of_movers, clear_places
+from missionc.world.dynamics import States, motion_of
+from missionc.world.signed_distance import signed_distance
+
+__all__ = ["NoRoadmap", "Roadmap", "build_roadmaps"]
+
+Indices = NDArray[np.int64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Roadmap:
+    """States and one-step moves that every agent in ``agents`` can make.
+
+    Args:
+        agents: mission indices that share it (equal dynamics, radius and altitude).
+        position: (states, dim), metres.
+        velocity: (states, dim), m/s; the state's own velocity for a double
+            integrator, zero where the dynamics are of first order.
+        heading: (states,), rad; NaN where a state may face anywhere.
+        moves: (moves, 2), state indices from and to, sorted; each takes exactly
+            one step and obeys the dynamics. A move from a state to itself is
+            waiting.
+        standing: (steps + 1, states): the state is clear of moving obstacles at
+            the step.
+        allowed: (steps, moves): the move may start at the step (moving obstacles).
+        starts: for each of ``agents``, the states it may start from.
+        finishes: for each of ``agents``, the states it may be in at the last
+            step (all of them where the mission names no finish).
+    """
+
+    agents: tuple[int, ...]
+    position: Array
+    velocity: Array
+    heading: Array
+    moves: Indices
+    standing: Flags
+    allowed: Flags
+    starts: tuple[Indices, ...]
+    finishes: tuple[Indices, ...]
+
+
+def build_roadmaps(
+    mission: Mission, nodes: int, neighbours: int, generator: np.random.Generator
+) -> tuple[Roadmap, ...] | NoRoadmap:
+    """One roadmap for each kind of agent: equal dynamics, radius and altitude.
+
+    Args:
+        nodes: how many nodes each has, if places and regions need no more.
+            States add to them: between the ends of an edge of several steps,
+            and one for each heading where turning is bounded.
+        neighbours: how many each node looks for.
+        generator: the same seed gives the same arrays.
+
+    Returns:
+        in the order in which the mission names the kinds.
+    """
+    kinds: dict[object, list[Agent]] = {}
+    for agent in mission.agents:
+        kinds.setdefault((agent.dynamics, agent.radius, agent.altitude), []).append(agent)
+    roadmaps: list[Roadmap] = []
+    for agents in kinds.values():
+        roadmap = _build(free_ground(mission, tuple(agents)), nodes, neighbours, generator)
+        if isinstance(roadmap, NoRoadmap):
+            return roadmap
+        roadmaps.append(roadmap)
+    return tuple(roadmaps)
+
+
+def _build(ground: Ground, count: int, neighbours: int, generator: np.random.Generator) -> Roadmap | NoRoadmap:
+    mission, dynamics = ground.mission, ground.agents[0].dynamics
+    points = sample_nodes(ground, count, generator)
+    if isinstance(points, NoRoadmap):
+        return points
+    nodes, edges = grow(ground, points, neighbours, generator)
+    whole = unroll(dynamics, nodes, edges, mission.step)
+    is_node = np.arange(len(whole.states)) < len(nodes)
+    starts = [_may_be(ground, agent.start, 0, whole.states) & is_node for agent in ground.agents]
+    finishes = [_may_be(ground, agent.finish, mission.steps, whole.states) for agent in ground.agents]
+    ending = np.zeros(len(whole.states), dtype=bool)
+    for agent, finish in zip(ground.agents, finishes, strict=True):
+        if agent.finish is not None:
+            ending |= finish
+    kept = _useful(whole, starts, ending, mission.steps)
+    for agent, start, finish in zip(ground.agents, starts, finishes, strict=True):
+        if not np.any(start & kept):
+            return NoRoadmap(f"no way out of {_written(agent.start)} for `{agent.name}`")
+        if agent.finish is not None and not np.any(finish & kept):
+            return NoRoadmap(f"no way into {_written(agent.finish)} for `{agent.name}`")
+    number = np.cumsum(kept) - 1
+    states, moves = whole.states.take(kept), number[whole.moves[kept[whole.moves].all(axis=1)]]
+    reserve(mission.steps * (len(states) + len(moves)), f"{mission.steps} steps among {len(states)} states")
+    motions = Motions(*motion_of(dynamics, states.take(moves[:, 0]), states.take(moves[:, 1]), mission.step))
+    return Roadmap(
+        agents=tuple(agent.index for agent in ground.agents),
+        position=states.position,
+        velocity=states.velocity,
+        heading=whole.heading[kept],
+        moves=moves,
+        standing=clear_places(mission, states.position, ground.margin, range(mission.steps + 1)),
+        allowed=clear_of_movers(mission, motions, ground.margin),
+        starts=tuple(np.flatnonzero(start[kept]) for start in starts),
+        finishes=tuple(np.flatnonzero(finish[kept]) for finish in finishes),
+    )
+
+
+def _may_be(ground: Ground, place: Place | None, step: int, states: States) -> Flags:
+    """Which states, (states,), an agent at that place may be in at that step: at rest there, and clear."""
+    match place:
+        case None:
+            return np.ones(len(states), dtype=bool)
+        case Exactly(point, _):
+            there = np.all(states.position == point, axis=1)
+        case Anywhere(region, _):
+            there = np.asarray(signed_distance(np, region.shape, states.position)) <= 0
+        case _:
+            assert_never(place)
+    clear = clear_places(ground.mission, states.position, ground.margin, (step,))[0]
+    return np.asarray(there & clear & np.all(states.velocity == 0, axis=1))
+
+
+def _useful(whole: Unrolled, starts: list[Flags], ending: Flags, steps: int) -> Flags:
+    """Which states, (states,), an agent can come to from a start and still go on from, or end in.
+
+    Dead ends and what leads to nothing else are left out, unless some agent then
+    has nowhere to start: a short mission may well end before such a way does.
+    """
+    source, target = whole.moves[:, 0], whole.moves[:, 1]
+    able = np.ones(len(whole.states), dtype=bool)  # it can make so many moves more as were counted
+    able_at_start, count = able, 0
+    while True:
+        goes_on = ending.copy()
+        goes_on[source[able[target]]] = True
+        before, able, count = able, able & goes_on, count + 1
+        if count <= steps:
+            able_at_start = able
+        if np.array_equal(before, able):
+            break
+    usable = able if all(np.any(start & able) for start in starts) else np.ones(len(whole.states), dtype=bool)
+    reached: Flags = np.any(starts, axis=0) & usable & able_at_start
+    while True:
+        after = reached.copy()
+        after[target[reached[source]]] = True
+        after &= usable
+        if np.array_equal(after, reached):
+            return reached
+        reached = after
+
+
+def _written(place: Place | None) -> str:
+    match place:
+        case Anywhere(region, _):
+            return f"`{region.name}`"
+        case Exactly(point, _):
+            return f"({', '.join(f'{coordinate:g}' for coordinate in point)})"
+        case None:
+            return "the world"
+        case _:
+            assert_never(place)

@@ -1,0 +1,160 @@
+"""Which places are linked in a graph: where two agents standing there would be.
+
+Where agents have velocities and headings, many places are near each other, and
+most of what is linked to one is linked to the next as well. Places are then put
+into an order in which neighbours come together, and where a whole aligned
+run of that order is linked to a place, it is named as one: a group.
+
+Source:
+    de Berg et al., "Computational Geometry" (2008), 10.3: runs are the nodes of
+    a segment tree, over the leaves of a kd-tree (5.2).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from missionc.backends.smt.roadmap.roadmap import Indices
+from missionc.backends.smt.roadmap.unique_rows import distinct
+from missionc.base.trace import Array, Flags
+from missionc.ir import Graph
+from missionc.language.margins.predicate_margins import link_margin
+
+BLOCK = 1 << 20
+"""How many pairs of places are looked at at once."""
+
+DENSE = 32
+"""So many links for each place, and groups save more than they cost."""
+
+WIDTH = 4
+"""Of a group: so many places, or groups."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Links:
+    """For each place the places linked to it, itself never among them.
+
+    No two agents are ever at one point. So places at the same point have the
+    same links, and none to each other.
+
+    Args:
+        first: (places + 1,): where the links of each begin; of several at a
+            point only the first has any.
+        linked: (links,): places, and groups after them: number ``places + i``
+            stands for all of group ``i``.
+        groups: (groups, 4): the places and groups each consists of.
+        same: (places,): the first place at the same point.
+    """
+
+    first: Indices
+    linked: Indices
+    groups: Indices
+    same: Indices
+
+    def beside(self, places: Indices) -> tuple[Indices, Indices, Indices]:
+        """The links of these places, one after the other.
+
+        Returns:
+            how many each has, (places,); whose each is, by position in
+            ``places``; and what is linked, in the same order.
+        """
+        places = self.same[places]
+        sizes = np.diff(self.first)[places]
+        owner = np.repeat(np.arange(len(places)), sizes)
+        within = np.arange(len(owner)) - np.repeat(np.cumsum(sizes) - sizes, sizes)
+        return sizes, owner, self.linked[self.first[places][owner] + within]
+
+
+def links_between(graph: Graph, position: Array) -> Links:
+    """The links between places, (places, dim), metres."""
+    first, point = distinct(position)
+    points = position[first]
+    place = Places(graph, points, first, point)
+    sizes, linked = place.links(np.arange(len(position)), 0)
+    groups = np.zeros((0, WIDTH), dtype=np.int64)
+    if len(linked) > DENSE * len(points):
+        order = _neighbours_together(position)
+        levels = max(1, (len(position).bit_length() - 1) // 2)
+        groups = _groups(order, levels)
+        sizes, linked = place.links(order, levels)
+    return Links(np.concatenate([[0], np.cumsum(sizes)]), linked, groups, first[place.point])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Places:
+    """Places and the points they are at.
+
+    Args:
+        points: (points, dim), metres, each once.
+        first: (points,): the first place at each.
+        point: (places,): the point of each.
+    """
+
+    graph: Graph
+    points: Array
+    first: Indices
+    point: Indices
+
+    def links(self, order: Indices, levels: int) -> tuple[Indices, Indices]:
+        """How many links each place has, (places,), and all of them, one place after the other.
+
+        Args:
+            order: of the places, (places,); groups are runs of it.
+            levels: how often groups are made of groups.
+        """
+        places, column_of = len(order), self.point[order]
+        sizes, found = np.zeros(places, dtype=np.int64), [np.zeros(0, dtype=np.int64)]
+        by_place = np.argsort(self.first)
+        block = max(1, BLOCK // max(1, places))
+        for start in range(0, len(by_place), block):
+            rows = by_place[start : start + block]
+            near = np.asarray(link_margin(self.graph, self.points[rows, None, :], self.points[None, :, :]) > 0)
+            near[np.arange(len(rows)), rows] = False
+            whole: Flags = np.zeros((len(rows), _padded(places, levels)), dtype=np.bool_)
+            whole[:, :places] = near[:, column_of]
+            parts = []
+            for level in range(levels + 1):
+                above = whole[:, :0]
+                if level < levels:
+                    above = np.asarray(whole.reshape(len(rows), -1, WIDTH).all(axis=-1))
+                    whole &= ~np.repeat(above, WIDTH, axis=1)
+                parts.append(whole if level else whole[:, :places])
+                whole = above
+            row, column = np.nonzero(np.concatenate(parts, axis=1))
+            sizes[self.first[rows]] = np.bincount(row, minlength=len(rows))
+            found.append(np.where(column < places, order[np.minimum(column, places - 1)], column))
+        return sizes, np.concatenate(found)
+
+
+def _groups(order: Indices, levels: int) -> Indices:
+    """What each group consists of, (groups, 4), level after level; runs that the places do not fill are of no use."""
+    places = len(order)
+    width = _padded(places, levels)
+    below = np.concatenate([order, np.zeros(width - places, dtype=np.int64)])
+    groups, first = [], places
+    for _ in range(levels):
+        groups.append(below.reshape(-1, WIDTH))
+        below = first + np.arange(len(groups[-1]))
+        first += len(below)
+    return np.concatenate(groups)
+
+
+def _padded(places: int, levels: int) -> int:
+    """So many places make whole groups at every level."""
+    run = int(WIDTH**levels)
+    return -(-places // run) * run
+
+
+def _neighbours_together(position: Array) -> Indices:
+    """An order of places, (places,): halves of halves, cut across the longer side."""
+    order = np.arange(len(position))
+    size = 1 << max(0, len(position) - 1).bit_length()
+    while size > WIDTH:
+        for start in range(0, len(order), size):
+            part = order[start : start + size]
+            sides: Array = np.ptp(position[part], axis=0)
+            order[start : start + size] = part[np.argsort(position[part, int(sides.argmax())], kind="stable")]
+        size //= 2
+    return order

@@ -1,0 +1,208 @@
+"""Where a roadmap's nodes are: named places, regions covered, the rest of free space filled evenly.
+
+    in   Mission, the agents of one kind
+    out  points in free space, or the place that has none
+
+Source:
+    [strel] Algorithm 1, line 1, and "Multi-agent PRM" (initial states are sampled in).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial import cKDTree
+from scipy.spatial.distance import pdist
+
+from missionc.backends.smt.roadmap.unique_rows import distinct
+from missionc.base.trace import Array, Flags
+from missionc.ir import Agent, Anywhere, Exactly, Mission, Region, Vector
+from missionc.world.clearance import ROUNDING, Solid, clear_of, clear_places, standing_solids
+from missionc.world.sampling import far_apart, packed, points_in, scatter
+from missionc.world.signed_distance import signed_distance
+
+COVER = 3
+"""Nodes in every region, the deepest place met among them."""
+
+TRIED = 512
+"""How many points of a region are enough to choose from."""
+
+NEARLY = 0.8
+"""Of the deepest place met: as deep as that is deep enough."""
+
+ASIDE = 1e-6
+"""Metres: agents so much further apart than their separation asks are surely not touching."""
+
+APART = 0.7
+"""How far from the named places the even filling keeps, in its own spacings."""
+
+
+LEAST_FILLING = 0.5
+"""Of the nodes asked for: so many fill the free space even where places and regions need many."""
+
+
+@dataclass(frozen=True, slots=True)
+class NoRoadmap:
+    """Why there is no roadmap, in the words of the mission."""
+
+    statement: str
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Ground:
+    """The free space of one kind of agent: where its centres may be, moving obstacles aside."""
+
+    mission: Mission
+    agents: tuple[Agent, ...]
+    obstacles: tuple[Solid, ...]
+
+    @property
+    def margin(self) -> float:
+        """What a centre keeps from every obstacle, metres."""
+        return self.agents[0].radius + self.mission.clearance - ROUNDING
+
+    def is_free(self, points: Array) -> Flags:
+        """Which points, (points, dim), are in the world and clear of what stands still."""
+        world, margin = self.mission.world, np.full(len(points), self.margin)
+        within: Flags = np.all((points >= world.low) & (points <= world.high), axis=1)
+        return within & clear_of(self.obstacles, points, points, margin)
+
+    def is_free_at(self, step: int, points: Array) -> Flags:
+        """Which of the points are clear of everything at a step."""
+        free: Flags = self.is_free(points) & clear_places(self.mission, points, self.margin, (step,))[0]
+        return free
+
+    def keeps_within(self, points: Array) -> Flags:
+        """Which of the points have room for the whole body within the world."""
+        world, radius = self.mission.world, self.agents[0].radius
+        low, high = np.add(world.low, radius), np.subtract(world.high, radius)
+        within: Flags = np.all((points >= low) & (points <= high), axis=1)
+        return within
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Crowd:
+    """Agents that are all in one region at one step."""
+
+    step: int
+    region: Region
+    agents: list[Agent]
+
+
+def free_ground(mission: Mission, agents: tuple[Agent, ...]) -> Ground:
+    return Ground(mission, agents, standing_solids(mission))
+
+
+def sample_nodes(ground: Ground, count: int, generator: np.random.Generator) -> Array | NoRoadmap:
+    """The nodes of one roadmap.
+
+    Every exact place is a node. Every region has some, spread and one of them
+    deep; a region to start or to finish in has twice as many as agents (and
+    four more than agents), as far apart as it allows.
+
+    Args:
+        count: how many nodes there are in all, if places and regions need no more.
+
+    Returns:
+        (nodes, dim), metres, all different.
+    """
+    mission = ground.mission
+    nodes = _named_places(ground)
+    if isinstance(nodes, NoRoadmap):
+        return nodes
+    for crowd in _crowds(ground):
+        places = _crowd(ground, crowd, nodes, generator)
+        if len(places) == 0:
+            return NoRoadmap(f"no free place for `{crowd.agents[0].name}` in `{crowd.region.name}`")
+        nodes = np.concatenate([nodes, places])
+    for region in mission.regions:
+        nodes = np.concatenate([nodes, _cover(ground, region, nodes, generator)])
+    nodes = np.concatenate([nodes, _fill(ground, count, nodes, generator)])
+    first, _ = distinct(nodes)
+    return nodes[np.sort(first)]
+
+
+def _named_places(ground: Ground) -> Array | NoRoadmap:
+    """Every exact place, once."""
+    points: dict[tuple[float, ...], None] = {}
+    for agent in ground.agents:
+        for place, step in ((agent.start, 0), (agent.finish, ground.mission.steps)):
+            if isinstance(place, Exactly):
+                points[place.point] = None
+                if not ground.is_free_at(step, np.array([place.point]))[0]:
+                    return NoRoadmap(_is_taken(agent, place.point, step, ground))
+    return np.array(list(points), dtype=float).reshape(-1, ground.mission.dimension)
+
+
+def _crowds(ground: Ground) -> list[Crowd]:
+    """Who starts, and who finishes, in which region."""
+    crowds: dict[tuple[int, int], Crowd] = {}
+    for agent in ground.agents:
+        for place, step in ((agent.start, 0), (agent.finish, ground.mission.steps)):
+            if isinstance(place, Anywhere):
+                crowd = crowds.setdefault((step, id(place.region)), Crowd(step, place.region, []))
+                crowd.agents.append(agent)
+    return list(crowds.values())
+
+
+def _points_to_be_at(ground: Ground, step: int, region: Region, generator: np.random.Generator) -> Array:
+    """Free points of a region at a step; those with room for the whole body in the world, if there are any."""
+    points, _ = points_in(region.shape, ground.mission.world, TRIED, generator)
+    points = points[ground.is_free_at(step, points)]
+    roomy = ground.keeps_within(points)
+    return points[roomy] if roomy.any() else points
+
+
+def _crowd(ground: Ground, crowd: Crowd, taken: Array, generator: np.random.Generator) -> Array:
+    """Places for agents that start, or finish, in one region, as far apart as it allows."""
+    free = _points_to_be_at(ground, crowd.step, crowd.region, generator)
+    agents = len(crowd.agents)
+    chosen = free[far_apart(free, agents + max(4, agents), taken)]
+    pitch = 2 * ground.agents[0].radius + ground.mission.separation + ASIDE
+    if len(chosen) and np.min(pdist(chosen[:agents]), initial=np.inf) < pitch:
+        grid = packed(crowd.region.shape, ground.mission.world, pitch)
+        grid = grid[ground.is_free_at(crowd.step, grid)]
+        denser = grid[far_apart(grid, agents + max(4, agents), taken)]
+        chosen = denser if len(denser) >= agents else np.concatenate([chosen, denser])
+    return chosen
+
+
+def _cover(ground: Ground, region: Region, taken: Array, generator: np.random.Generator) -> Array:
+    """What a region lacks of nodes: one as deep as the body or nearly the deepest, and a spread of others."""
+    points, depth = points_in(region.shape, ground.mission.world, TRIED, generator)
+    free = ground.is_free(points) & ground.keeps_within(points)
+    if not free.any():
+        free = ground.is_free(points)
+    points, depth = points[free], depth[free]
+    if len(points) == 0:
+        return points
+    inside = -np.asarray(signed_distance(np, region.shape, taken))
+    enough = min(ground.agents[0].radius, depth.max() * NEARLY)
+    deepest = points[[int(np.argmax(depth))]] if np.max(inside, initial=-np.inf) < enough else points[:0]
+    roomy = points[depth >= min(enough, depth.max() / 2)]
+    missing = COVER - int(np.sum(inside >= 0)) - len(deepest)
+    return np.concatenate([deepest, roomy[far_apart(roomy, missing, np.concatenate([taken, deepest]))]])
+
+
+def _fill(ground: Ground, count: int, taken: Array, generator: np.random.Generator) -> Array:
+    """Points all over the free space, away from those taken."""
+    world, radius = ground.mission.world, ground.agents[0].radius
+    missing = max(count - len(taken), round(LEAST_FILLING * count))
+    low, high = tuple(np.add(world.low, radius)), tuple(np.subtract(world.high, radius))
+    if missing <= 0 or any(first >= last for first, last in zip(low, high, strict=True)):
+        return taken[:0]
+    gap = APART * float(np.prod(np.subtract(high, low)) / count) ** (1 / world.dimension)
+    points = scatter(low, high, 4 * count, generator)
+    points = points[ground.is_free(points)]
+    if len(taken):
+        away = cKDTree(taken).query(points)[0] >= gap
+        points = np.concatenate([points[away], points[~away]])
+    return points[:missing]
+
+
+def _is_taken(agent: Agent, point: Vector, step: int, ground: Ground) -> str:
+    where = ", ".join(f"{coordinate:g}" for coordinate in point)
+    what = "starts" if step == 0 else "finishes"
+    need = ground.agents[0].radius + ground.mission.clearance
+    return f"`{agent.name}` {what} at ({where}), which is outside the world or less than {need:g} m from an obstacle"

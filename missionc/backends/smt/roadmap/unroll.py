@@ -1,0 +1,143 @@
+"""Edges of several steps made into one-step moves, with a state at every step between.
+
+    in   nodes and Edges
+    out  Unrolled: states, headings and moves; state i is node i for every node
+
+Where turning is bounded a state also has a heading, that of the motion which
+ended there: every edge has its own arrival, from which those edges go on that
+turn little enough. Node i then stands for an agent that may face anywhere,
+which only the start of a mission can be. Where waiting is allowed, a ring of
+headings at each node lets an agent turn there, as far in each step as it may.
+
+Source:
+    [strel] Algorithm 1, lines 7-9.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from missionc.backends.smt.roadmap.edges import Edges, paths
+from missionc.backends.smt.roadmap.unique_rows import distinct
+from missionc.base.trace import Array, Flags
+from missionc.ir import DoubleIntegrator, Dynamics
+from missionc.world.dynamics import States, can_wait, headings_along, turn_in_step
+
+Indices = NDArray[np.int64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Unrolled:
+    """Everywhere an agent can be at a step, and what it can do in one.
+
+    Args:
+        states: the nodes, then the states between and at the ends of edges.
+        heading: (states,), rad; NaN where a state may face anywhere.
+        moves: (moves, 2), from and to, sorted, each once.
+    """
+
+    states: States
+    heading: Array
+    moves: Indices
+
+
+def unroll(dynamics: Dynamics, nodes: States, edges: Edges, step: float) -> Unrolled:
+    """The states and one-step moves of a roadmap."""
+    limit = turn_in_step(dynamics, step)
+    if math.isfinite(limit):
+        return _unroll_headings(dynamics, nodes, edges, step, limit)
+    symmetric = not isinstance(dynamics, DoubleIntegrator)
+    if symmetric:
+        edges = edges.take(edges.source < edges.target)
+    parts, moves = [nodes], [np.zeros((0, 2), dtype=np.int64)]
+    size = len(nodes)
+    for which, position, velocity in paths(dynamics, nodes, edges, step):
+        inner = size + np.arange(len(which) * (position.shape[1] - 2)).reshape(len(which), -1)
+        chain = np.concatenate([edges.source[which, None], inner, edges.target[which, None]], axis=1)
+        moves.append(_links(chain))
+        parts.append(_listed(position[:, 1:-1], velocity[:, 1:-1]))
+        size += inner.size
+    states = _joined(parts)
+    if symmetric:
+        moves += [move[:, ::-1] for move in moves]
+    return Unrolled(states, np.full(size, np.nan), _sorted([*moves, _waits(dynamics, states)]))
+
+
+def _unroll_headings(dynamics: Dynamics, nodes: States, edges: Edges, step: float, limit: float) -> Unrolled:
+    parts, headings, moves = [nodes], [np.full(len(nodes), np.nan)], [np.zeros((0, 2), dtype=np.int64)]
+    size = len(nodes)
+    first, last = np.zeros(len(edges), dtype=np.int64), np.zeros(len(edges), dtype=np.int64)
+    leaving, arriving = np.zeros(len(edges)), np.zeros(len(edges))
+    for which, position, velocity in paths(dynamics, nodes, edges, step):
+        count = position.shape[1] - 1
+        chain = size + np.arange(len(which) * count).reshape(len(which), count)
+        start, end = nodes.take(edges.source[which]), nodes.take(edges.target[which])
+        heading = headings_along(start, end, count, edges.bend[which])
+        parts.append(_listed(position[:, 1:], velocity[:, 1:]))
+        headings.append(heading.ravel())
+        moves.append(_links(chain))
+        first[which], last[which] = chain[:, 0], chain[:, -1]
+        leaving[which], arriving[which] = heading[:, 0], heading[:, -1]
+        size += chain.size
+    moves.append(np.stack([edges.source, first], axis=1))
+    into, out = _pairs(edges.target, edges.source, len(nodes))
+    moves.append(np.stack([last[into], first[out]], axis=1)[_turns(arriving[into], leaving[out]) <= limit])
+    if can_wait(dynamics):
+        slots = math.ceil(2 * math.pi / limit)
+        ring = size + np.arange(len(nodes) * slots).reshape(len(nodes), slots)
+        spoke = np.linspace(0.0, 2 * math.pi, slots, endpoint=False, dtype=np.float64)
+        parts.append(nodes.take(np.repeat(np.arange(len(nodes)), slots)))
+        headings.append(np.tile(spoke, len(nodes)))
+        around = np.stack([ring.ravel(), np.roll(ring, 1, axis=1).ravel()], axis=1)
+        moves += [around, around[:, ::-1]]
+        edge, slot = np.nonzero(_turns(arriving[:, None], spoke) <= limit)
+        moves.append(np.stack([last[edge], ring[edges.target[edge], slot]], axis=1))
+        edge, slot = np.nonzero(_turns(leaving[:, None], spoke) <= limit)
+        moves.append(np.stack([ring[edges.source[edge], slot], first[edge]], axis=1))
+    states = _joined(parts)
+    return Unrolled(states, np.concatenate(headings), _sorted([*moves, _waits(dynamics, states)]))
+
+
+def _links(chain: Indices) -> Indices:
+    """Moves along chains of states, (chains, states) each."""
+    return np.stack([chain[:, :-1].ravel(), chain[:, 1:].ravel()], axis=1)
+
+
+def _listed(position: Array, velocity: Array) -> States:
+    """States of paths, (paths, states, dim), path by path."""
+    dimension = position.shape[-1]
+    return States(position.reshape(-1, dimension), velocity.reshape(-1, dimension))
+
+
+def _pairs(into: Indices, out: Indices, nodes: int) -> tuple[Indices, Indices]:
+    """Every edge that ends at a node with every edge that starts there; ``out`` is sorted."""
+    begin = np.searchsorted(out, np.arange(nodes + 1))
+    many = np.diff(begin)[into]
+    before = np.cumsum(many) - many
+    first = np.repeat(np.arange(len(into)), many)
+    return first, np.repeat(begin[into], many) + np.arange(many.sum()) - np.repeat(before, many)
+
+
+def _turns(before: Array, after: Array) -> Array:
+    """How far one heading is from another, in [0, pi]."""
+    turns: Array = np.abs((after - before + math.pi) % (2 * math.pi) - math.pi)
+    return turns
+
+
+def _waits(dynamics: Dynamics, states: States) -> Indices:
+    """A move to itself for every state at rest, where the dynamics let it wait."""
+    resting: Flags = np.all(states.velocity == 0, axis=1) & can_wait(dynamics)
+    return np.repeat(np.flatnonzero(resting)[:, None], 2, axis=1)
+
+
+def _joined(parts: list[States]) -> States:
+    return States(np.concatenate([part.position for part in parts]), np.concatenate([part.velocity for part in parts]))
+
+
+def _sorted(moves: list[Indices]) -> Indices:
+    every = np.concatenate(moves)
+    return every[distinct(every)[0]]

@@ -1,0 +1,99 @@
+"""A short look at a problem, by Z3's own program: easy questions are answered before a solver with a memory is ready.
+
+The program reads DIMACS text straight into Z3's solver of clauses, and is through
+with ten thousand of them before the library has made its terms. It forgets
+everything with its one answer, knows no assumptions and gives no reason for a
+refusal; so it may only try for a short while, and what it does not settle is asked
+in full.
+"""
+
+from __future__ import annotations
+
+import os
+import sysconfig
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+
+from missionc.backends.smt.encode.clauses import Clauses
+from missionc.backends.smt.encode.dimacs import lines
+from missionc.backends.smt.sat.solver_process import Process
+from missionc.backends.smt.sat.wait_for_process import wait
+from missionc.backends.smt.sat.worker import PARAMETERS
+from missionc.base.trace import Flags
+
+CONFLICTS = 300
+"""After so many it gives up. Where it finds anything it mostly finds it in fewer than a hundred."""
+
+YES, NO = b"s SATISFIABLE", b"s UNSATISFIABLE"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Seen:
+    """What a glance showed.
+
+    ``model`` says of every variable whether it holds, (variables + 1,), 0 being none;
+    it is None where no model was seen. ``refused``: there is none.
+    """
+
+    model: Flags | None
+    refused: bool
+
+
+class Glance(Process):
+    """One process, one question. It reads clauses as they are made."""
+
+    def __init__(self, z3: Path, memory_bytes: int, seed: int) -> None:
+        settings = {**PARAMETERS, "random_seed": str(seed % 2**31), "max_conflicts": str(CONFLICTS)}
+        command = [str(z3), "-dimacs", "-in", f"-memory:{max(1, memory_bytes >> 20)}"]
+        super().__init__(command + [f"sat.{name}={value}" for name, value in settings.items()])
+        self._told = 0
+
+    @property
+    def told(self) -> bool:
+        """Whether it has read anything."""
+        return self._told > 0
+
+    def tell(self, clauses: Clauses) -> None:
+        """Hands over what is new since the last time."""
+        new, self._told = clauses.since(self._told)
+        if new.size:
+            self.outbox.put(lines(new, clauses.variables))
+
+    def ask(self, clauses: Clauses, assumptions: tuple[int, ...], deadline: float) -> Seen:
+        """Whether there is a model in which the assumptions hold, if that shows soon.
+
+        Args:
+            deadline: on the clock of ``time.monotonic``.
+        """
+        self.tell(clauses)
+        self.weigh()  # while it surely runs; once it has answered it may be gone
+        self.outbox.put("".join(f"{literal} 0\n" for literal in assumptions).encode())
+        self.outbox.end()
+        verdict, _, model = self._said(deadline).partition(b"\n")
+        if verdict != YES:
+            return Seen(None, verdict == NO)
+        numbers = np.array(model.replace(b"v", b"").split(), dtype=np.int32)
+        holds = np.zeros(clauses.variables + 1, dtype=np.bool_)
+        holds[numbers[numbers > 0]] = True
+        return Seen(holds, False)
+
+    def _said(self, deadline: float) -> bytes:
+        """All that the process says; nothing where it takes longer than allowed."""
+        said = b""
+        while wait([self], deadline):
+            self.weigh()
+            more = self.read()
+            if not more:
+                return said
+            said += more
+        return b""
+
+
+@cache
+def program(folder: str) -> Path | None:
+    """Z3's program, which comes with the package that lies in this folder; None where it does not."""
+    places = Path(folder, "../../../bin/z3").resolve(), Path(sysconfig.get_path("scripts"), "z3.exe")
+    return next((place for place in places if place.is_file() and os.access(place, os.X_OK)), None)

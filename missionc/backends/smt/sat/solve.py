@@ -1,0 +1,286 @@
+"""The parent's side of the solver processes: send clauses, wait as long as allowed, leave no orphan."""
+
+from __future__ import annotations
+
+import signal
+import sys
+from dataclasses import dataclass
+from functools import cache
+from importlib.util import find_spec
+from pathlib import Path
+from types import TracebackType
+from typing import TypeAlias
+
+import numpy as np
+
+from missionc.backends.api import Reason
+from missionc.backends.smt.encode.clauses import Clauses, Literals
+from missionc.backends.smt.encode.dimacs import dimacs
+from missionc.backends.smt.sat.presolve import Glance, program
+from missionc.backends.smt.sat.solver_process import Process
+from missionc.backends.smt.sat.wait_for_process import is_over, wait
+from missionc.base.trace import Flags
+
+WORKER = Path(__file__).with_name("worker.py")
+
+SOLVERS = {"z3": ("z3",), "cadical": ("cadical",), "race": ("z3", "cadical")}
+"""What ``--solver`` may say, and the children it starts."""
+
+PACKAGES = {"z3": "z3", "cadical": "pysat", "proof": "pysat"}
+"""The packages that what the worker can be comes with."""
+
+FEW = 1_000
+"""Up to so many literals at a time are quicker as they are than as text, for Z3."""
+
+OUT_OF_MEMORY = {-signal.SIGABRT, -signal.SIGKILL, -signal.SIGSEGV, 101}
+"""How a child ends that could not have more memory: by a signal, or by Z3's own exit status."""
+
+
+@dataclass(frozen=True, slots=True)
+class Satisfiable:
+    """There is a model; ``Solvers.values`` reads it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Unsatisfiable:
+    """There is none; the assumptions it rests on."""
+
+    core: tuple[int, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Stopped:
+    """No answer, and why."""
+
+    reason: Reason
+    detail: str
+
+
+Answer: TypeAlias = Satisfiable | Unsatisfiable | Stopped
+
+
+class ChildEnded(Exception):
+    """The child closed its end: it died, or said why it gave up."""
+
+
+class Child(Process):
+    """A solver that remembers, in a process of its own."""
+
+    def __init__(self, name: str, memory_bytes: int, seed: int) -> None:
+        super().__init__(worker(name, memory_bytes, seed))
+        self.name = name
+        self._received = b""
+
+    def send(self, kind: bytes, payload: bytes) -> None:
+        """Hands a message over."""
+        self.outbox.put(kind + len(payload).to_bytes(8, "little") + payload)
+
+    def receive(self) -> None:
+        """Takes what has come.
+
+        Raises:
+            ChildEnded: nothing more will come.
+        """
+        data = self.read()
+        if not data:
+            raise ChildEnded
+        self._received += data
+
+    def next_message(self) -> tuple[bytes, bytes] | None:
+        """The next message that has come whole: its letter and what it says."""
+        end = 9 + int.from_bytes(self._received[1:9], "little")
+        if len(self._received) < max(end, 9):
+            return None
+        message, self._received = self._received[:end], self._received[end:]
+        return message[:1], message[9:]
+
+
+class Solvers:
+    """Those that answer the questions of one run; use as a context, which ends all processes.
+
+    Most questions are answered by a glance. The children, which remember what they
+    were told and learned, are started when one is not; the first that answers is kept.
+    """
+
+    def __init__(self, solver: str, memory_bytes: int, seed: int, deadline: float) -> None:
+        self.deadline = deadline
+        self.peak_bytes = 0
+        self.cut = False
+        """Whether a question was left without an answer because it was time to end."""
+        self._solver, self._memory_bytes, self._seed = solver, memory_bytes, seed
+        self._z3 = program(_folder(PACKAGES["z3"])) if "z3" in SOLVERS[solver] else None
+        self._glance = self._new_glance()  # it starts up while the roadmaps are built
+        self._children: list[Child] = []
+        self._started = False
+        self._told = 0
+
+    def __enter__(self) -> Solvers:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Ends every process; nothing can be asked any more."""
+        self._started = True
+        self._look(None)
+        self._keep(())
+
+    @property
+    def alive(self) -> bool:
+        return bool(self._children) or not self._started
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        return tuple(child.name for child in self._children)
+
+    def begin(self) -> None:
+        """A new problem: the clauses of the one before are forgotten."""
+        self._told = 0
+        for child in self._children:
+            child.send(b"N", b"")
+        if self._glance is None or self._glance.told:
+            self._look(self._new_glance())
+
+    def show(self, clauses: Clauses) -> None:
+        """The clauses so far, for the glance that is to come: it reads them while others are made."""
+        if self._glance is not None:
+            self._glance.tell(clauses)
+
+    def glance(self, clauses: Clauses, assumptions: tuple[int, ...]) -> Flags | Unsatisfiable | None:
+        """What a short look at all clauses shows: which variables a model has true; that there is none; or nothing.
+
+        Returns:
+            The model, (variables + 1,), of which 0 is none; a refusal said to rest on all the assumptions; or None.
+        """
+        glance = (self._glance or self._new_glance()) if self.alive else None
+        if glance is None:
+            return None
+        self._glance = glance
+        seen = glance.ask(clauses, assumptions, self.deadline)
+        self._look(None)
+        return Unsatisfiable(assumptions) if seen.refused else seen.model
+
+    def start(self) -> None:
+        """Starts the children, unless that was done."""
+        if not self._started:
+            self._children = [Child(name, self._memory_bytes, self._seed) for name in SOLVERS[self._solver]]
+        self._started = True
+
+    def add(self, clauses: Clauses) -> None:
+        """Tells the children what is new since the last time."""
+        self.start()
+        new, self._told = clauses.since(self._told)
+        if not new.size:
+            return
+        text = b""
+        for child in self._children:
+            if child.name == "z3" and len(new) > FEW:
+                text = text or dimacs(new, clauses.variables, int((new == 0).sum()))
+                child.send(b"A", text)
+            else:
+                child.send(b"L", new.tobytes())
+
+    def solve(
+        self, assumptions: tuple[int, ...], deadline: float | None = None, conflicts: int | None = None
+    ) -> Answer:
+        """Whether there is a model in which the assumptions hold.
+
+        Args:
+            conflicts: a solver that has met so many gives up; several that race may go on.
+        """
+        if conflicts is not None and len(self._children) == 1:
+            self._children[0].send(b"C", np.array([conflicts], dtype=np.int32).tobytes())
+        payload = np.array(assumptions, dtype=np.int32).tobytes()
+        answer = self._ask(b"S", payload, min(self.deadline, deadline or self.deadline))
+        if isinstance(answer, Stopped):
+            return answer
+        match answer[:1]:
+            case b"s":
+                return Satisfiable()
+            case b"u":
+                return Unsatisfiable(tuple(np.frombuffer(answer[1:], dtype=np.int32).tolist()))
+            case _:
+                return _gave_up(answer[1:].decode(errors="replace"))
+
+    def values(self, variables: Literals) -> Flags | Stopped:
+        """Which of the variables hold in the last model."""
+        answer = self._ask(b"V", variables.astype(np.int32).tobytes(), self.deadline)
+        return answer if isinstance(answer, Stopped) else np.frombuffer(answer, dtype=np.uint8).astype(bool)
+
+    def _ask(self, kind: bytes, payload: bytes, deadline: float) -> bytes | Stopped:
+        for child in self._children:
+            child.send(kind, payload)
+        stopped = Stopped(Reason.SOLVER, "no solver is left")
+        while self._children:
+            ready = wait(self._children, deadline)
+            if not ready:
+                self.cut = self.cut or is_over(self.deadline)
+                self._keep(())
+                return Stopped(Reason.TIME, "")
+            for child in ready:
+                answer = _answer(child, kind)
+                if isinstance(answer, bytes):
+                    self._keep((child,))
+                    return answer
+                if isinstance(answer, str):
+                    stopped = self._dropped(child, answer)
+        return stopped
+
+    def _dropped(self, child: Child, detail: str) -> Stopped:
+        """One child is lost; the others go on."""
+        self._keep(tuple(other for other in self._children if other is not child))
+        if not detail and child.process.returncode in OUT_OF_MEMORY:
+            detail = "memory"
+        return _gave_up(detail or f"the solver ended with status {child.process.returncode}")
+
+    def _new_glance(self) -> Glance | None:
+        return None if self._z3 is None else Glance(self._z3, self._memory_bytes, self._seed)
+
+    def _look(self, glance: Glance | None) -> None:
+        """The next glance, instead of the one there was."""
+        if self._glance is not None:
+            self._glance.close()
+            self.peak_bytes = max(self.peak_bytes, self._glance.peak_bytes)
+        self._glance = glance
+
+    def _keep(self, kept: tuple[Child, ...]) -> None:
+        for child in self._children:
+            if child not in kept:
+                child.close()
+                self.peak_bytes = max(self.peak_bytes, child.peak_bytes)
+        self._children = list(kept)
+
+
+def _answer(child: Child, kind: bytes) -> bytes | str | None:
+    """What a child has to say: its answer, why there will be none, or nothing yet."""
+    try:
+        child.receive()
+    except ChildEnded:
+        return ""
+    while message := child.next_message():
+        letter, payload = message
+        if letter == kind:
+            return payload
+        if letter == b"E":
+            return payload.decode(errors="replace")
+    return None
+
+
+def worker(what: str, memory_bytes: int, seed: int) -> list[str]:
+    """The command that starts a child: without ``site`` and what the environment says, it is ready a fifth sooner."""
+    limits = str(memory_bytes), str(seed)
+    return [sys.executable, "-I", "-S", str(WORKER), what, *limits, _folder(PACKAGES[what])]
+
+
+@cache
+def _folder(package: str) -> str:
+    """Where a package lies; nowhere, where there is none."""
+    found = find_spec(package)
+    return "" if found is None or found.origin is None else str(Path(found.origin).parent.parent)
+
+
+def _gave_up(detail: str) -> Stopped:
+    return Stopped(Reason.MEMORY if "memory" in detail else Reason.SOLVER, detail)

@@ -1,0 +1,174 @@
+"""Formulas that hold of a joint motion, and what can be read off them whatever the motion."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import reduce
+from typing import assert_never
+
+import numpy as np
+
+from missionc.backends.smt.encode.lower_motion import Motion
+from missionc.backends.smt.roadmap.labels import (
+    Labels,
+    about_team,
+    others,
+)
+from missionc.base.trace import Flags
+from missionc.ir import Graph, Mission, Predicate
+from missionc.kernel.nodes import (
+    All,
+    Any,
+    Apart,
+    At,
+    AtLeast,
+    Atom,
+    Is,
+    Nearby,
+    Node,
+    Not,
+    Reach,
+    Route,
+    Sometime,
+    Throughout,
+    Until,
+)
+from missionc.kernel.walk import children, postorder
+
+
+@dataclass(slots=True)
+class Goals:
+    """Asked of step 0.
+
+    ``instant``: nodes that the states at the step they are asked at decide.
+    ``own``: of those, the ones that an agent's own state decides where it is asked.
+    ``ahead``: by how many steps the others look ahead, the motion from the last included.
+    """
+
+    formulas: tuple[Node, ...]
+    mission: Mission
+    motion: Motion
+    labels: Labels
+    order: list[Node] = field(init=False)
+    instant: set[Node] = field(default_factory=set)
+    own: set[Node] = field(default_factory=set)
+    ahead: dict[Node, int] = field(default_factory=dict)
+    work: int = 0
+    """Pairs of agents looked at so far, which is what most of the time goes into."""
+    _concerned: dict[int, dict[Node, Flags]] = field(default_factory=dict)
+    _states: dict[tuple[Node, int], Flags] = field(default_factory=dict)
+    _read: dict[Node, tuple[tuple[Predicate, ...], tuple[Graph, ...]]] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        self.order = postorder(self.formulas)
+        for node in self.order:
+            self.ahead[node] = self._looks(node)
+            if self.ahead[node] == 0 and not isinstance(node, Route | Apart):
+                self.instant.add(node)
+                if self._by_itself(node):
+                    self.own.add(node)
+
+    def read_by(self, node: Node) -> tuple[tuple[Predicate, ...], tuple[Graph, ...]]:
+        """The predicates and the graphs that a formula reads."""
+        if node not in self._read:
+            below = postorder((node,))
+            atoms = dict.fromkeys(each.predicate for each in below if isinstance(each, Atom))
+            graphs = dict.fromkeys(each.graph for each in below if isinstance(each, Nearby | Reach))
+            self._read[node] = tuple(atoms), tuple(graphs)
+        return self._read[node]
+
+    def states(self, node: Node, agent: int) -> Flags:
+        """In which states of its roadmap, (states,), the agent's own state makes such a node true."""
+        if (node, agent) not in self._states:
+            self._states[node, agent] = self._own_states(node, agent)
+        return self._states[node, agent]
+
+    def concerned(self, agent: int) -> dict[Node, Flags]:
+        """For each node, of whom it can be asked so that the agent's motion may matter: (agents,)."""
+        if agent not in self._concerned:
+            known: dict[Node, Flags] = {}
+            for node in self.order:
+                known[node] = self._matters(node, agent, known)
+            self._concerned[agent] = known
+        return self._concerned[agent]
+
+    def _looks(self, node: Node) -> int:
+        last, ahead = self.motion.steps, self.ahead
+        match node:
+            case Atom(predicate):
+                numbers = range(len(self.motion.roadmaps))
+                return int(any(self.labels.of_moves(predicate, number) for number in numbers))
+            case Is() | Apart():
+                return 0
+            case Not(body) | At(_, body) | Nearby(_, body):
+                return ahead[body]
+            case All(parts) | Any(parts) | AtLeast(_, parts):
+                return max((ahead[part] for part in parts), default=0)
+            case Reach(_, through, end) | Route(_, through, end):
+                return max(ahead[through], ahead[end])
+            case Throughout(body, _, high) | Sometime(body, _, high):
+                # A window counts even where it is of this step alone: it is seen to by itself.
+                return max(1, last if high is None else high + ahead[body])
+            case Until(hold, end, _, high):
+                held = high - 1 + ahead[hold] if high else 0
+                return max(1, held, last if high is None else high + ahead[end])
+            case _:
+                assert_never(node)
+
+    def _by_itself(self, node: Node) -> bool:
+        match node:
+            case Atom(predicate):
+                return self.labels.of_places(predicate)
+            case Is():
+                return True
+            case Not() | All() | Any():
+                return all(part in self.own for part in children(node))
+            case _:
+                return False
+
+    def _own_states(self, node: Node, agent: int) -> Flags:
+        match node:
+            case Atom(predicate):
+                return self.labels.states(predicate, int(self.motion.roadmap_of[agent]))
+            case Is(members):
+                return np.full(len(self.motion.roadmap(agent).position), agent in members)
+            case Not(body):
+                return ~self.states(body, agent)
+            case _:
+                neutral = np.full(len(self.motion.roadmap(agent).position), isinstance(node, All))
+                choose = np.logical_and if isinstance(node, All) else np.logical_or
+                return reduce(choose, (self.states(part, agent) for part in children(node)), neutral)
+
+    def _matters(self, node: Node, agent: int, known: dict[Node, Flags]) -> Flags:
+        agents = len(self.mission.agents)
+        nobody = np.zeros(agents, dtype=np.bool_)
+        match node:
+            case Atom(predicate):
+                it = np.arange(agents) == agent
+                return (
+                    np.ones(agents, dtype=np.bool_) if about_team(predicate) or agent in others(predicate, -1) else it
+                )
+            case Is():
+                return nobody
+            case Not(body) | Throughout(body) | Sometime(body):
+                return known[body]
+            case All(parts) | Any(parts) | AtLeast(_, parts):
+                return reduce(np.logical_or, (known[part] for part in parts), nobody)
+            case Until(hold, end):
+                return known[hold] | known[end]
+            case At(asked, body):
+                return np.full(agents, known[body][asked])
+            case Nearby(graph, body):
+                return self._in_graph(graph.agents, agent, known[body])
+            case Reach(graph, through, end) | Route(graph, through, end):
+                return known[end] | self._in_graph(graph.agents, agent, known[through] | known[end])
+            case Apart(graph):
+                return self._in_graph(graph.agents, agent, nobody)
+            case _:
+                assert_never(node)
+
+    def _in_graph(self, members: Sequence[int], agent: int, below: Flags) -> Flags:
+        result = np.zeros(len(self.mission.agents), dtype=np.bool_)
+        result[list(members)] = agent in members or bool(below[list(members)].any())
+        return result

@@ -1,0 +1,56 @@
+"""From a plan to a better one: preferences by weight, then what is to be least, then ways without detours."""
+
+from __future__ import annotations
+
+from missionc.backends.api import Progress
+from missionc.backends.smt.encode.lower import deep
+from missionc.backends.smt.refine.conflict_limit import effort
+from missionc.backends.smt.refine.lazy_constraints import Found, Search
+from missionc.backends.smt.roadmap.labels import Labels
+from missionc.backends.smt.sat.solve import Stopped, Unsatisfiable
+from missionc.backends.smt.shorten.held_goals import Goals
+from missionc.backends.smt.shorten.minimize_distance import shorten_distance
+from missionc.backends.smt.shorten.minimize_duration import duration, shorten_duration
+from missionc.backends.smt.shorten.shorten_paths import calm
+from missionc.ir import Objective
+from missionc.kernel.nodes import Kernel
+
+
+def improve(found: Found, kernel: Kernel, literals: tuple[int, ...], search: Search) -> Found:
+    """The same plan or one that is better; what was and was not reached is noted.
+
+    Args:
+        literals: what asks for each requirement, then for each preference.
+    """
+    kept = literals[: len(kernel.requirements)]
+    formulas = [goal.formula for goal in kernel.requirements]
+    wishes = zip(kernel.preferences, literals[len(kept) :], strict=True)
+    for goal, literal in sorted(wishes, key=lambda wish: -(wish[0].weight or 0.0)):
+        search.listen(Progress("prefer", search.rounds, f"`{goal.name}`"))
+        result = search.find((*kept, literal), effort=effort(search.clauses))
+        match result:
+            case Found():
+                found, kept = result, (*kept, literal)
+                formulas.append(goal.formula)
+                search.account.notes.append(f"`{goal.name}` is kept")
+            case Unsatisfiable():
+                search.account.notes.append(f"`{goal.name}` is not kept: no plan on this roadmap keeps it too")
+            case Stopped():
+                search.account.notes.append(f"`{goal.name}` is not kept: the search ended first")
+
+    def calmed(found: Found, still_from: int | None = None) -> Found:
+        with search.account.stage("calm"):
+            agents = range(search.motion.agents)
+            return Found(calm(found.states, agents, formulas, search.motion, search.mission, still_from))
+
+    match search.mission.objective:
+        case Objective.DISTANCE:
+            labels = Labels(search.mission, search.motion.roadmaps)
+            goals = Goals(tuple(formulas), search.mission, search.motion, labels)
+            with deep():
+                return shorten_distance(calmed(found), goals, kept, search, calmed)
+        case Objective.DURATION:
+            found = shorten_duration(found, kept, search)
+            return calmed(found, duration(found.states))
+        case _:
+            return calmed(found)

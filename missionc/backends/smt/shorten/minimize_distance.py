@@ -1,0 +1,161 @@
+"""``minimize distance``: the metres all agents travel together.
+
+What each agent must travel whatever the others do is worked out (``cost_to_go``),
+and only what a plan travels beyond that, its excess, is counted by clauses. It
+is counted in units and rounded down, so that what is shown to be impossible is
+impossible. How long a plan is, is measured and not counted.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from missionc.backends.api import Progress
+from missionc.backends.smt.encode.clauses import TooLarge
+from missionc.backends.smt.encode.lower_motion import Motion
+from missionc.backends.smt.refine.conflict_limit import effort
+from missionc.backends.smt.refine.lazy_constraints import Found, Search
+from missionc.backends.smt.roadmap.roadmap import Indices
+from missionc.backends.smt.sat.solve import Stopped, Unsatisfiable
+from missionc.backends.smt.shorten.cost_to_go import (
+    Lengths,
+    choices,
+    duties,
+    lengths,
+)
+from missionc.backends.smt.shorten.held_goals import Goals
+from missionc.backends.smt.shorten.unary_totalizer import add_excess
+from missionc.base.trace import Array
+from missionc.ir import Mission
+from missionc.world.dynamics import States, motion_of
+
+UNITS = (48, 192)
+"""What the excess of the plan at hand is divided into, at first and then; the clauses grow with the square."""
+
+SAME = 1e-6
+"""Metres: so little makes no plan shorter."""
+
+CHORDS = 16
+"""A curved move is as long as so many straight pieces between its points."""
+
+
+def shorten_distance(
+    found: Found, goals: Goals, kept: tuple[int, ...], search: Search, calmed: Callable[[Found], Found]
+) -> Found:
+    """Asks for a shorter plan until there is none, or it takes too much.
+
+    Args:
+        kept: the literals of the goals.
+        calmed: a plan that is as good or better, near the one it is given.
+    """
+    hunt = Hunt(goals, kept, search, calmed, found)
+    try:
+        for parts in UNITS:
+            if not hunt.over and not hunt.in_parts(parts):
+                break
+    except TooLarge:
+        search.account.notes.append("too many clauses to look for a shorter plan")
+    what = f"{hunt.best:.6g} m in all"
+    if hunt.over:
+        search.account.notes.append(f"{what}, the least on this roadmap")
+    else:
+        gap = 1 - hunt.bound / hunt.best
+        search.account.notes.append(
+            f"{what}; no plan on this roadmap is shorter than {hunt.bound:.6g} m (a gap of {gap:.1%})"
+        )
+    return hunt.found
+
+
+@dataclass(slots=True)
+class Hunt:
+    """For the shortest plan: the best that was found, how long it is, and what none is shorter than."""
+
+    goals: Goals
+    kept: tuple[int, ...]
+    search: Search
+    calmed: Callable[[Found], Found]
+    found: Found
+    best: float = field(init=False)
+    bound: float = field(init=False)
+    alone: list[Lengths] = field(init=False)
+    """What each agent must travel by itself, and the metres of all together: ``floor``."""
+    floor: float = field(init=False)
+    metres: list[Array] = field(init=False)
+
+    def __post_init__(self) -> None:
+        motion, mission = self.goals.motion, self.goals.mission
+        self.metres = [move_lengths(mission, motion, number) for number in range(len(motion.roadmaps))]
+        self.best = self.travelled(self.found)
+        known = duties(self.goals)
+        self.alone = [
+            lengths(self.goals, agent, duty, self.metres[motion.roadmap_of[agent]]) for agent, duty in enumerate(known)
+        ]
+        self.floor = sum(each.least for each in self.alone)
+        self.bound = self.floor
+        for options in choices(self.goals):
+            more = [
+                lengths(self.goals, agent, known[agent].and_also(duty), self.metres[motion.roadmap_of[agent]]).least
+                - self.alone[agent].least
+                for agent, duty in options
+            ]
+            self.bound = max(self.bound, self.floor + min(more))
+
+    @property
+    def over(self) -> bool:
+        """Whether there is no shorter plan."""
+        return self.best - self.bound < SAME
+
+    def in_parts(self, parts: int) -> bool:
+        """Hunts with the excess of the plan at hand in so many units; whether every question was answered."""
+        search = self.search
+        unit = (self.best - self.floor) / parts
+        excess = add_excess(search.clauses, self.goals.motion, self.alone, self.metres, unit, parts)
+        fewest, most = 0, parts
+        while fewest < most and not self.over:
+            hopeful = max(fewest, min(int((self.bound - self.floor) / unit), most - 1))
+            target = most - max(1, (most - hopeful) // 3)
+            search.listen(Progress("improve", search.rounds, f"{self.best:.4g} m, at least {self.bound:.4g} m"))
+            result = search.find((*self.kept, -int(excess[target])), effort=effort(search.clauses))
+            match result:
+                case Found():
+                    shorter = self.calmed(result)
+                    if self.travelled(shorter) < self.best:
+                        self.found, self.best = shorter, self.travelled(shorter)
+                    most = min(target, int((self.best - self.floor) / unit))
+                case Unsatisfiable():
+                    fewest = target + 1
+                    self.bound = max(self.bound, self.floor + fewest * unit)
+                case Stopped():
+                    return False
+        return True
+
+    def travelled(self, found: Found) -> float:
+        """Metres of all agents."""
+        motion = self.goals.motion
+        rows = enumerate(found.states)
+        return float(
+            sum(self.metres[motion.roadmap_of[agent]][_taken(row, motion, agent)].sum() for agent, row in rows)
+        )
+
+
+def move_lengths(mission: Mission, motion: Motion, number: int) -> Array:
+    """How long each move of a roadmap is: (moves,), metres."""
+    roadmap = motion.roadmaps[number]
+    states = States(roadmap.position, roadmap.velocity)
+    source, target = roadmap.moves.T
+    dynamics = mission.agents[roadmap.agents[0]].dynamics
+    position, velocity, acceleration = motion_of(dynamics, states.take(source), states.take(target), mission.step)
+    moment = np.linspace(0.0, mission.step, CHORDS + 1)[:, None, None]
+    points = position + velocity * moment + acceleration * (0.5 * moment**2)
+    return np.asarray(np.linalg.norm(np.diff(points, axis=0), axis=-1).sum(axis=0))
+
+
+def _taken(row: Indices, motion: Motion, agent: int) -> Indices:
+    """The numbers of the moves between an agent's states, (steps + 1,): (steps,)."""
+    roadmap = motion.roadmap(agent)
+    count = len(roadmap.position)
+    keys = roadmap.moves[:, 0] * count + roadmap.moves[:, 1]
+    return np.searchsorted(keys, row[:-1] * count + row[1:])

@@ -1,0 +1,76 @@
+"""A plan without idle ways: each agent in turn takes a shorter one, as long as every goal still holds.
+
+A model of the clauses has no reason to be tidy: who has nothing to do does
+anything. What the goals rest on is kept (``slack``); within it, and clear of
+all others, an agent takes the shortest way (``time_expanded_path``).
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Iterable
+
+from missionc.backends.smt.encode.lower import deep
+from missionc.backends.smt.encode.lower_motion import Motion
+from missionc.backends.smt.roadmap.labels import Labels
+from missionc.backends.smt.roadmap.roadmap import Indices
+from missionc.backends.smt.shorten.held_goals import Goals
+from missionc.backends.smt.shorten.slack import Scene, leeway
+from missionc.backends.smt.shorten.time_expanded_path import Traffic
+from missionc.ir import Mission
+from missionc.kernel.nodes import Node
+
+ROUNDS = 4
+"""So many times each agent is asked at most."""
+
+WORK = 30_000_000
+"""After so much of it (``Goals.work``) nobody is asked any more; seconds, and only large teams come near it."""
+
+GAIN = 1e-6
+"""A way that costs less by no more than this, in metres, is not taken."""
+
+
+def calm(
+    states: Indices,
+    agents: Iterable[int],
+    formulas: Iterable[Node],
+    motion: Motion,
+    mission: Mission,
+    still_from: int | None = None,
+) -> Indices:
+    """The same joint motion, (agents, steps + 1), or one in which some of these agents go a shorter way.
+
+    Which formulas hold of the one hold of the other, and it has no collisions if the one has none.
+    Nobody is asked again before somebody else goes another way.
+
+    Args:
+        still_from: from this step on whoever is given another way stays where it is.
+    """
+    everyone = sorted(agents)
+    if motion.steps == 0 or not everyone:
+        return states
+    goals = Goals(tuple(formulas), mission, motion, Labels(mission, motion.roadmaps))
+    scene = Scene.of(goals, states)
+    if not scene.good:
+        return states
+    traffic = Traffic(states, motion, mission)
+    still_from = motion.steps if still_from is None else still_from
+    waiting = deque(everyone)
+    left = ROUNDS * len(waiting)
+    while waiting and left and goals.work < WORK:
+        left -= 1
+        agent = waiting.popleft()
+        before = traffic.states[agent].copy()
+        with deep():
+            room = leeway(goals, agent, scene)
+        way = traffic.detour(agent, room, still_from, GAIN)
+        if way is None:
+            continue
+        traffic.take(agent, way)
+        after = Scene.of(goals, traffic.states)
+        if not after.good:
+            traffic.take(agent, before)
+            continue
+        scene = after
+        waiting.extend(other for other in everyone if other != agent and other not in waiting)
+    return traffic.states

@@ -1,0 +1,219 @@
+"""Where one agent may be at each step, with all others as they are, so that every goal that holds still holds.
+
+A goal that holds rests on some of what holds below it: on one part of an *or*,
+on one step of an *eventually*. What it rests on is kept, and is a set of states
+for each step; an agent that moves through these sets breaks nothing. There may
+be other motions that break nothing: what a goal could rest on instead is not
+looked for.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from missionc.backends.smt.lift import lift
+from missionc.backends.smt.roadmap.roadmap import Indices
+from missionc.backends.smt.roadmap.unique_rows import distinct
+from missionc.backends.smt.shorten.held_goals import Goals
+from missionc.base.trace import Flags, Trace
+from missionc.kernel.nodes import (
+    All,
+    Any,
+    At,
+    AtLeast,
+    Node,
+    Not,
+    Sometime,
+    Throughout,
+    Until,
+)
+from missionc.language.margins.predicate_margins import link_margin
+from missionc.monitoring.monitor import truths
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Scene:
+    """A joint motion, (agents, steps + 1), and where every node below the goals holds on it, (agents, steps + 1)."""
+
+    states: Indices
+    trace: Trace
+    truths: dict[Node, Flags]
+    good: bool
+    """Whether all goals hold."""
+
+    @classmethod
+    def of(cls, goals: Goals, states: Indices) -> Scene:
+        trace = lift(states, goals.motion, goals.mission)
+        goals.work += len(states) ** 2 * states.shape[1]
+        found = truths(goals.order, goals.mission, trace)
+        return cls(states.copy(), trace, found, all(bool(found[formula][0, 0]) for formula in goals.formulas))
+
+
+def leeway(goals: Goals, agent: int, scene: Scene) -> Flags:
+    """The states, (steps + 1, states of its roadmap), in which the agent may be at each step.
+
+    What it does now lies within. Any other motion within keeps every goal, as
+    long as the others do as they do now.
+    """
+    found = Found(goals, agent, scene)
+    for formula in goals.formulas:
+        found.need(formula, True, 0, 0)
+    return found.room
+
+
+class Found:
+    """What is kept for one agent, while the goals are gone through."""
+
+    def __init__(self, goals: Goals, agent: int, scene: Scene) -> None:
+        self.goals, self.agent = goals, agent
+        self.states, self.trace, self.truths = scene.states, scene.trace, scene.truths
+        self.motion, self.labels = goals.motion, goals.labels
+        self.room = goals.motion.ways[agent].copy()
+        self.concerned = goals.concerned(agent)
+        self.seen: set[tuple[Node, bool, int, int]] = set()
+        self.tried: dict[tuple[Node, int], tuple[Flags, Flags]] = {}
+
+    def holds(self, node: Node, positive: bool, asked: int, step: int) -> bool:
+        """As things are."""
+        return bool(self.truths[node][asked, step]) == positive
+
+    def need(self, node: Node, positive: bool, asked: int, step: int) -> None:
+        """Keeps what the node, which holds here (not ``positive``: fails), rests on."""
+        key = (node, positive, asked, step)
+        if key in self.seen or not self.concerned[node][asked]:
+            return
+        self.seen.add(key)
+        match node:
+            case Not(body):
+                self.need(body, not positive, asked, step)
+            case At(other, body):
+                self.need(body, positive, other, step)
+            case All(parts) | Any(parts) if positive == isinstance(node, All):
+                for part in self._cheap_first(parts):
+                    self.need(part, positive, asked, step)
+            case Throughout(body, low, high) if positive and asked == self.agent and body in self.goals.own:
+                window = self._window(step, low, high)
+                self.room[window.start : window.stop] &= self.goals.states(body, asked)
+            case _ if node in self.goals.instant:
+                self.room[step] &= self.mask(node, positive, asked, step, self.room[step])
+            case All(parts) | Any(parts):
+                self._some(1, [(part, positive, asked, step) for part in parts])
+            case AtLeast(count, parts):
+                enough = count if positive else len(parts) - count + 1
+                self._some(enough, [(part, positive, asked, step) for part in parts])
+            case Throughout(body, low, high) | Sometime(body, low, high):
+                each_step = [(body, positive, asked, moment) for moment in self._window(step, low, high)]
+                if positive == isinstance(node, Throughout):
+                    for each in each_step:
+                        self.need(*each)
+                else:
+                    self._some(1, each_step)
+            case Until():
+                self._until(node, positive, asked, step)
+            case _:
+                # At the last step a speed is that of the motion which ended there.
+                last = self.motion.steps
+                for moment in range(max(0, min(step, last - 1)), min(step + self.goals.ahead[node], last) + 1):
+                    self._stay(moment)
+
+    def mask(self, node: Node, positive: bool, asked: int, step: int, wanted: Flags) -> Flags:
+        """In which of the wanted states, (states,), an instant node holds; of other states it says nothing."""
+        if not self.concerned[node][asked]:
+            return np.full(len(wanted), self.holds(node, positive, asked, step))
+        match node:
+            case _ if asked == self.agent and node in self.goals.own:
+                found = self.goals.states(node, asked)
+                return found if positive else ~found
+            case Not(body):
+                return self.mask(body, not positive, asked, step, wanted)
+            case At(other, body):
+                return self.mask(body, positive, other, step, wanted)
+            case All(parts) | Any(parts):
+                every = positive == isinstance(node, All)
+                here = self.states[self.agent, step]
+                left, decided = wanted.copy(), np.zeros(len(wanted), dtype=np.bool_)
+                for part in self._cheap_first(parts):
+                    if not left.any() or (decided[here] and not every and self._of_others(part)):
+                        break
+                    decided |= left & (self.mask(part, positive, asked, step, left) != every)
+                    left &= ~decided
+                return np.not_equal(decided, every)
+            case _:
+                return np.equal(self._supposed(node, asked, step, wanted), positive)
+
+    def _supposed(self, node: Node, asked: int, step: int, wanted: Flags) -> Flags:
+        """Whether it holds, (states,), with the agent in each of the wanted states at this step."""
+        shape = (len(self.states), len(wanted))
+        value, known = self.tried.setdefault((node, step), (np.zeros(shape, np.bool_), np.zeros(shape[1], np.bool_)))
+        missing = np.flatnonzero(wanted & ~known)
+        if missing.size:
+            first, kind = self._kinds(node, step, missing)
+            position = np.repeat(self.trace.position[:, step, None], first.size, axis=1)
+            position[self.agent] = self.motion.roadmap(self.agent).position[first]
+            velocity = np.repeat(self.trace.velocity[:, step, None], first.size, axis=1)
+            velocity[self.agent] = self.motion.roadmap(self.agent).velocity[first]
+            supposed = Trace(self.trace.step, position, velocity, np.zeros(position.shape[:2]))
+            value[:, missing] = truths((node,), self.goals.mission, supposed)[node][:, kind]
+            known[missing] = True
+            self.goals.work += first.size * shape[0] ** 2
+        found: Flags = value[asked]
+        return found
+
+    def _kinds(self, node: Node, step: int, states: Indices) -> tuple[Indices, Indices]:
+        """One state of each kind, and of which kind each state is: with the agent in two of a kind all is the same.
+
+        Those are of a kind that are linked to the same agents and where the same predicates hold.
+        """
+        atoms, graphs = self.goals.read_by(node)
+        number = int(self.motion.roadmap_of[self.agent])
+        if not all(self.labels.of_places(predicate) for predicate in atoms):
+            return states, np.arange(states.size)
+        columns = [self.labels.states(predicate, number)[states, None] for predicate in atoms]
+        here, others = self.motion.roadmap(self.agent).position[states, None], self.trace.position[None, :, step]
+        columns += [np.asarray(link_margin(graph, here, others) > 0) for graph in graphs]
+        rows = np.packbits(np.concatenate([np.zeros((states.size, 1), np.bool_), *columns], axis=1), axis=1)
+        first, kind = distinct(rows)
+        return states[first], kind
+
+    def _some(self, count: int, options: Iterable[tuple[Node, bool, int, int]]) -> None:
+        """Keeps so many of the options that hold: first those that the agent has no part in, then as they come."""
+        true = [option for option in options if self.holds(*option)]
+        concerning = [option for option in true if self.concerned[option[0]][option[2]]]
+        for option in concerning[: max(0, count - (len(true) - len(concerning)))]:
+            self.need(*option)
+
+    def _until(self, node: Until, positive: bool, asked: int, step: int) -> None:
+        window = self._window(step, node.low, node.high)
+        if positive:
+            end = next(moment for moment in window if self.holds(node.end, True, asked, moment))
+            self.need(node.end, True, asked, end)
+            for moment in range(step, end):
+                self.need(node.hold, True, asked, moment)
+            return
+        broken = (moment for moment in range(step, window.stop - 1) if self.holds(node.hold, False, asked, moment))
+        stop = next(broken, window.stop)
+        if stop < window.stop:
+            self.need(node.hold, False, asked, stop)
+        for moment in window:
+            if moment <= stop:
+                self.need(node.end, False, asked, moment)
+
+    def _window(self, step: int, low: int, high: int | None) -> range:
+        last = self.motion.steps
+        return range(step + low, (last if high is None else min(step + high, last)) + 1)
+
+    def _stay(self, step: int) -> None:
+        """In its own state at the step."""
+        here = self.states[self.agent, step]
+        self.room[step, np.arange(self.room.shape[1]) != here] = False
+
+    def _cheap_first(self, parts: tuple[Node, ...]) -> list[Node]:
+        """Those that ask nothing of others before those that do."""
+        return sorted(parts, key=self._of_others)
+
+    def _of_others(self, node: Node) -> bool:
+        """Whether the agent's motion matters where others are asked."""
+        return bool(np.count_nonzero(self.concerned[node]) > 1)

@@ -1,0 +1,130 @@
+"""One agent's shortest way by the clock, within given states and clear of what all others do."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from missionc.backends.smt.encode.lower_motion import Motion
+from missionc.backends.smt.refine.collisions import kinematics, needed
+from missionc.backends.smt.roadmap.roadmap import Indices
+from missionc.backends.smt.shorten.minimize_distance import move_lengths
+from missionc.base.trace import Array, Flags
+from missionc.ir import Mission
+from missionc.world.dynamics import States, motion_of
+from missionc.world.relative_motion import closest_approach
+
+RESTLESS = 1e-6
+"""Metres that a step in motion counts more than it is long, or up to twice as many."""
+
+
+class Roads:
+    """The moves of one roadmap, by where they lead.
+
+    ``cost``, (steps, moves), is their length in metres and a little for not
+    waiting, ever more of it: of ways of one length the one is best that is the
+    least restless, then the one that is over soonest.
+    """
+
+    def __init__(self, mission: Mission, motion: Motion, number: int) -> None:
+        roadmap = motion.roadmaps[number]
+        order = np.lexsort((roadmap.moves[:, 0], roadmap.moves[:, 1]))
+        self.source, self.target = roadmap.moves[order].T
+        self.allowed = roadmap.allowed[:, order]
+        self.length = move_lengths(mission, motion, number)[order]
+        restless = RESTLESS * (1 + np.arange(motion.steps) / (1 + motion.steps))
+        self.cost = self.length + restless[:, None] * (self.source != self.target)
+        states = States(roadmap.position, roadmap.velocity)
+        dynamics = mission.agents[roadmap.agents[0]].dynamics
+        self.moves = motion_of(dynamics, states.take(self.source), states.take(self.target), mission.step)
+        self._count = len(roadmap.position)
+        self._into = np.searchsorted(self.target, np.arange(self._count + 1))
+        self._reached = np.flatnonzero(np.diff(self._into))
+        self._begins = self._into[self._reached]
+
+    def taken(self, way: Indices) -> Indices:
+        """The moves of a way, (steps + 1,): (steps,)."""
+        return np.searchsorted(self.target * self._count + self.source, way[1:] * self._count + way[:-1])
+
+    def cost_of(self, way: Indices) -> float:
+        return float(self.cost[np.arange(len(way) - 1), self.taken(way)].sum())
+
+    def shortest(self, room: Flags, free: Flags) -> Indices | None:
+        """The way of least cost, (steps + 1,).
+
+        Args:
+            room: (steps + 1, states), where it may lead.
+            free: (steps, moves), what it may take.
+        """
+        steps = len(free)
+        able = free & room[1:, self.target] & room[:-1, self.source]
+        cost = np.where(able, self.cost, np.inf)
+        least = np.full((steps + 1, self._count), np.inf)
+        least[0, room[0]] = 0.0
+        for step in range(steps):
+            whole = least[step, self.source] + cost[step]
+            least[step + 1, self._reached] = np.minimum.reduceat(whole, self._begins)
+        way = np.empty(steps + 1, dtype=np.int64)
+        way[-1] = np.argmin(least[-1])
+        if not np.isfinite(least[-1, way[-1]]):
+            return None
+        for step in range(steps - 1, -1, -1):
+            into = slice(self._into[way[step + 1]], self._into[way[step + 1] + 1])
+            way[step] = self.source[into][np.argmin(least[step, self.source[into]] + cost[step, into])]
+        return way
+
+
+class Traffic:
+    """What all agents do, (agents, steps + 1), clear of each other, and what else one of them could do."""
+
+    def __init__(self, states: Indices, motion: Motion, mission: Mission) -> None:
+        self.states, self.motion, self.mission = states.copy(), motion, mission
+        everyone = np.arange(motion.agents)
+        self.roads = [Roads(mission, motion, number) for number in range(len(motion.roadmaps))]
+        self.tracks = kinematics(self.states, everyone, motion, mission)
+        self.apart = [needed(np.full(motion.agents, agent), everyone, mission) for agent in everyone.tolist()]
+
+    def cost(self, agent: int) -> float:
+        """Of what the agent does now."""
+        roads = self.roads_of(agent)
+        return roads.cost_of(self.states[agent])
+
+    def roads_of(self, agent: int) -> Roads:
+        return self.roads[int(self.motion.roadmap_of[agent])]
+
+    def detour(self, agent: int, room: Flags, still_from: int, gain: float) -> Indices | None:
+        """A way that costs less than its own by more than ``gain``, clear of all others; the best there is.
+
+        Only moves that lead into somebody are shut, as they are met: what is
+        found before all are shut costs no more than what is found then.
+
+        Args:
+            room: (steps + 1, states), where it may lead.
+            still_from: from this step on it stays where it is.
+        """
+        roads, least = self.roads_of(agent), self.apart[agent]
+        free = roads.allowed.copy()
+        free[still_from:, roads.source != roads.target] = False
+        enough = self.cost(agent) - gain
+        while (way := roads.shortest(room, free)) is not None:
+            taken = roads.taken(way)
+            if roads.cost_of(way) >= enough:
+                return None
+            nearest = self._nearest(tuple(part[taken] for part in roads.moves), self.tracks)
+            nearest[agent] = np.inf
+            met, step = np.nonzero(nearest < least[:, None])
+            if not met.size:
+                return way
+            theirs = tuple(part[met, step][:, None] for part in self.tracks)
+            np.logical_and.at(free, step, self._nearest(roads.moves, theirs) >= least[met][:, None])
+        return None
+
+    def _nearest(self, one: tuple[Array, ...], other: tuple[Array, ...]) -> Array:
+        """How near motions of one step come, each a position, velocity and acceleration: (..., dim) thrice -> (...)."""
+        return closest_approach(one[0], one[1], one[2], other[0], other[1], other[2], self.mission.step)
+
+    def take(self, agent: int, way: Indices) -> None:
+        """The agent goes another way."""
+        self.states[agent] = way
+        track = kinematics(way[None], np.array([agent]), self.motion, self.mission)
+        for part, row in zip(self.tracks, track, strict=True):
+            part[agent] = row[0]

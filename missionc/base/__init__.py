@@ -1,0 +1,1 @@
+"""Values and services that every stage uses: text and its places, units, limits, signals, traces."""

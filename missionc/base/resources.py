@@ -1,0 +1,18 @@
+"""Where the files that come with the compiler are: inside the installed package, or in the source tree beside it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+
+def folder(name: str) -> Path:
+    """The folder ``grammars``, ``missions`` or ``docs/errors``.
+
+    Raises:
+        FileNotFoundError: the installation is incomplete.
+    """
+    package = Path(__file__).resolve().parents[1]
+    for root in (package, package.parent):
+        if (root / name).is_dir():
+            return root / name
+    raise FileNotFoundError(name)

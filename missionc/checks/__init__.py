@@ -1,0 +1,1 @@
+"""Static checks of a mission as meant: IR to findings, without planning."""

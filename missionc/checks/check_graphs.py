@@ -1,0 +1,97 @@
+"""Graphs and formations: enough agents, and formations whose agents would not touch.
+
+says MC506 MC507 MC508
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from itertools import pairwise
+
+from missionc.diagnostics.code import FORMATION_TOO_SMALL, FORMATION_TOO_TIGHT, GRAPH_TOO_SMALL
+from missionc.diagnostics.model import Diagnostic, Label
+from missionc.ir import Formation, Graph, Mission
+from missionc.ir.wording import metres
+
+FEWEST = 2
+
+
+def check_graphs(mission: Mission) -> list[Diagnostic]:
+    """Graphs and formations that cannot be meant."""
+    findings = [_small_graph(graph) for graph in mission.graphs if len(graph.agents) < FEWEST]
+    for formation in mission.formations:
+        if len(formation.agents) < FEWEST:
+            findings.append(_small_formation(formation))
+        else:
+            tight = list(_tight(mission, formation))
+            if tight:
+                findings.append(_forbidden(mission, formation, *min(tight, key=lambda pair: pair[2]), len(tight)))
+    return findings
+
+
+def _tight(mission: Mission, formation: Formation) -> Iterator[tuple[int, int, float]]:
+    """Pairs that the formation keeps too close, with the most it lets them be apart in metres."""
+    for first, second, apart in _reaches(formation):
+        if apart <= mission.spacing(first, second):
+            yield first, second, apart
+
+
+def _reaches(formation: Formation) -> Iterator[tuple[int, int, float]]:
+    """How far apart, at most, the formation lets two agents be: the pair of each edge, and neighbours by offset."""
+    tolerance = formation.tolerance
+    offsets: list[tuple[tuple[float, ...], int]] = []
+    for edge in formation.edges:
+        if isinstance(edge.target, tuple):
+            yield edge.first, edge.second, math.hypot(*edge.target) + tolerance
+            offsets.append((edge.target, edge.second))
+        else:
+            yield edge.first, edge.second, edge.target + tolerance
+    offsets.sort()
+    both = tolerance if formation.total else 2 * tolerance
+    for (here, first), (there, second) in pairwise(offsets):
+        yield first, second, math.dist(here, there) + both
+
+
+# ------------------------------------------------------------------ messages
+
+
+def _small_graph(graph: Graph) -> Diagnostic:
+    return Diagnostic(
+        GRAPH_TOO_SMALL,
+        f"graph `{graph.name}` is over {_agents(len(graph.agents))}; a link takes two",
+        Label(graph.span),
+        help="name more agents after `over`, or leave the graph out",
+    )
+
+
+def _small_formation(formation: Formation) -> Diagnostic:
+    return Diagnostic(
+        FORMATION_TOO_SMALL,
+        f"formation `{formation.name}` is of {_agents(len(formation.agents))}; it takes two",
+        Label(formation.span),
+        help="form it of more agents, or leave the formation out",
+    )
+
+
+def _agents(count: int) -> str:
+    return "one agent" if count == 1 else "no agent"
+
+
+def _forbidden(mission: Mission, formation: Formation, first: int, second: int, apart: float, pairs: int) -> Diagnostic:
+    one, other = mission.agents[first], mission.agents[second]
+    needed = mission.spacing(first, second)
+    takes = (
+        f"the radii {metres(one.radius)} and {metres(other.radius)} and the separation {metres(mission.separation)}"
+        f" take {metres(needed)}, and agents never touch"
+    )
+    if needed > one.radius + other.radius + mission.separation:
+        takes = f"what their vehicles keep from each other takes {metres(needed)}, from centre to centre"
+    more = () if pairs == 1 else (f"{pairs - 1:,} more {'pair' if pairs == 2 else 'pairs'} of it would be too close",)
+    return Diagnostic(
+        FORMATION_TOO_TIGHT,
+        f"formation `{formation.name}` keeps `{one.name}` and `{other.name}` within {metres(apart)} of each other",
+        Label(formation.span, f"with its tolerance of {metres(formation.tolerance)}"),
+        notes=(takes, *more),
+        help="space the formation more widely, or make the separation smaller",
+    )

@@ -1,0 +1,149 @@
+"""Requirements that contradict on their face, requirements that cannot be violated, routes that mean nothing.
+
+    in   Mission
+    out  nothing but findings
+    says MC307 MC510 MC511 MC514 MC515 MC517
+
+Nothing is said without a proof, so much that is impossible is left to the solver.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import islice
+
+from missionc.checks.check_contradictions import contradictions
+from missionc.checks.check_routes import check_routes
+from missionc.checks.free_space import Ground
+from missionc.checks.must_analysis import (
+    FALSE,
+    TRUE,
+    Certain,
+    certain,
+)
+from missionc.checks.value_ranges import (
+    Range,
+    in_words,
+    of_comparison,
+)
+from missionc.diagnostics.code import CONTRADICTION, NEVER_HOLDS, VACUOUS
+from missionc.diagnostics.model import Diagnostic, Label
+from missionc.diagnostics.text_order import in_text_order
+from missionc.ir import Apply, AtLeastOf, Compare, Formula, Holds, Mission, OfAgent, Requirement
+from missionc.language.walk_formulas import (
+    bottom_up,
+    formulas,
+    goals,
+    operands,
+)
+from missionc.syntax.tokens import MOST_FINDINGS
+
+
+@dataclass(frozen=True, slots=True)
+class Culprit:
+    """The smallest part from which it follows, and why it is as it is."""
+
+    formula: Formula
+    why: str
+
+
+def check_requirements(mission: Mission, ground: Ground | None = None) -> list[Diagnostic]:
+    """All about the requirements that needs no planning to see; ``ground`` is the mission's where it is known."""
+    if not mission.agents or mission.world.flat:
+        return []
+    ground = ground or Ground.of(mission)
+    known = certain(ground)
+    findings = [*check_routes(mission, known), *_dead_comparisons(mission, known)]
+    undecided = []
+    for requirement in mission.requirements:
+        match known.sure[requirement.formula].number:
+            case number if number == TRUE:
+                findings.append(_never_violated(known, requirement))
+            case number if number == FALSE:
+                findings.append(_never_holds(known, requirement))
+            case _:
+                undecided.append(requirement)
+    places = ground.places(mission.agents)
+    return in_text_order([*findings, *islice(contradictions(mission, places, undecided), MOST_FINDINGS)])
+
+
+def _dead_comparisons(mission: Mission, known: Certain) -> Iterator[Diagnostic]:
+    """Comparisons that no agent can satisfy, where what they are part of is not decided by them."""
+    dead = {formula for formula in formulas(mission) if known.sure[formula].number == FALSE and _compares(formula)}
+    if dead:
+        told = {goal.formula for goal in mission.requirements if known.sure[goal.formula].number in (TRUE, FALSE)}
+        others = bottom_up(goal.formula for goal in goals(mission) if goal.formula not in told)
+        yield from (_comparison_never_holds(known, formula) for formula in others if formula in dead)
+
+
+def _compares(formula: Formula) -> bool:
+    return isinstance(formula, Holds) and isinstance(formula.predicate, Compare)
+
+
+def _culprit(known: Certain, root: Formula) -> Culprit:
+    """Down from a formula that is surely true, or false, to the part that makes it so."""
+    formula = root
+    while True:
+        decided = [operand for operand in operands(formula) if known.sure[operand].true | known.sure[operand].false]
+        if not decided:
+            break
+        formula = decided[0]
+    return Culprit(formula, _why(known, formula))
+
+
+def _why(known: Certain, formula: Formula) -> str:
+    sure = known.sure[formula]
+    always = sure.true != 0
+    match formula:
+        case Holds(Compare() as said) if (values := _range(known, said, sure.true or sure.false)) is not None:
+            return f"always {always}: {in_words(said, values)}".lower()
+        case Holds():
+            return "wherever an agent can be" if always else "no agent has room to be there"
+        case Apply() if not formula.operator.spatial:
+            return "true whatever its parts are" if always else "false whatever its parts are"
+        case Apply():
+            return "true of every agent there is" if always else "true of no agent there is"
+        case AtLeastOf() | OfAgent():
+            return "true whoever is meant" if always else "false whoever is meant"
+        case _:
+            return "always true" if always else "never true"
+
+
+def _range(known: Certain, said: Compare, bits: int) -> Range | None:
+    """Between which values a comparison's sides differ for one of these agents; None where that does not decide it."""
+    agent = next(agent for agent, kind in known.kinds if kind & bits)
+    values = of_comparison(known.ground, agent, said)
+    return None if values.low < 0 < values.high else values
+
+
+# ------------------------------------------------------------------ messages
+
+
+def _never_violated(known: Certain, requirement: Requirement) -> Diagnostic:
+    culprit = _culprit(known, requirement.formula)
+    return Diagnostic(
+        VACUOUS,
+        f"requirement `{requirement.name}` cannot be violated: every plan satisfies it",
+        Label(culprit.formula.span, culprit.why),
+        help="drop it, or say what it should rule out",
+    )
+
+
+def _comparison_never_holds(known: Certain, formula: Formula) -> Diagnostic:
+    return Diagnostic(
+        NEVER_HOLDS,
+        "this comparison can never hold",
+        Label(formula.span, _why(known, formula)),
+        help="compare with a value within that range, or drop it",
+    )
+
+
+def _never_holds(known: Certain, requirement: Requirement) -> Diagnostic:
+    culprit = _culprit(known, requirement.formula)
+    return Diagnostic(
+        CONTRADICTION,
+        f"requirement `{requirement.name}` can never hold: no plan satisfies it",
+        Label(culprit.formula.span, culprit.why),
+        help="change this part, or drop the requirement",
+    )

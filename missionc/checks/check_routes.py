@@ -1,0 +1,116 @@
+"""Routes that need more agents than there are, and routes of no length at all.
+
+says MC307 MC514 MC515
+"""
+
+from __future__ import annotations
+
+from missionc.checks.must_analysis import Certain
+from missionc.checks.route_conditions import (
+    ends_at_once,
+    fewest_agents,
+    length_of,
+)
+from missionc.diagnostics.code import ESCAPES_AT_ONCE, HOPS_BEYOND_TEAM, REACHES_ITSELF
+from missionc.diagnostics.model import Diagnostic, Fix, Label
+from missionc.ir import Apply, AtLeastOf, Formula, Mission, OfAgent
+from missionc.language.walk_formulas import (
+    bits_of,
+    formulas,
+    operands,
+    operator_words,
+)
+
+
+def check_routes(mission: Mission, known: Certain) -> list[Diagnostic]:
+    """Every spatial operator whose bounds cannot be meant."""
+    asked = _asked(mission)
+    findings = []
+    for formula in formulas(mission):
+        if not isinstance(formula, Apply) or not formula.operator.spatial:
+            continue
+        name = formula.operator.name
+        if len(length_of(formula).graph.agents) > 1 and fewest_agents(formula) > len(length_of(formula).graph.agents):
+            findings.append(_too_few_agents(formula))
+        elif name == "escape" and ends_at_once(formula):
+            findings.append(_escapes_at_once(formula))
+        elif name in ("reach", "somewhere") and ends_at_once(formula):
+            end = formula.operands[-1]
+            whom = asked[formula]
+            if whom and whom & ~known.sure[end].true == 0:
+                findings.append(_reaches_itself(mission, formula, end, whom))
+    return findings
+
+
+def _asked(mission: Mission) -> dict[Formula, int]:
+    """Of whom each formula may be asked: the bits of those agents."""
+    asked = dict.fromkeys(formulas(mission), 0)
+    for formula in reversed(formulas(mission)):
+        match formula:
+            case AtLeastOf():
+                below = bits_of(formula.agents.agents)
+            case OfAgent():
+                below = 1 << formula.agent
+            case Apply() if formula.operator.spatial:
+                below = asked[formula] | bits_of(length_of(formula).graph.agents)
+            case _:
+                below = asked[formula]
+        for operand in operands(formula):
+            asked[operand] |= below
+    return asked
+
+
+# ------------------------------------------------------------------ messages
+
+
+def _too_few_agents(formula: Apply) -> Diagnostic:
+    length = length_of(formula)
+    there = len(length.graph.agents)
+    return Diagnostic(
+        HOPS_BEYOND_TEAM,
+        f"a route of {length.low:.0f} hops takes {fewest_agents(formula)} agents;"
+        f" graph `{length.graph.name}` has {there}",
+        Label(operator_words(formula)),
+        (Label(length.graph.span, f"over {there} agents"),),
+        ("a route visits no agent twice",),
+        f"lower the bound to {there - 1} hops or fewer",
+    )
+
+
+def _escapes_at_once(formula: Apply) -> Diagnostic:
+    body = " ".join(formula.operands[0].span.text.split())
+    return Diagnostic(
+        ESCAPES_AT_ONCE,
+        "`escape` with a lower bound of 0 says no more than its formula: the agent is where it escapes to",
+        Label(operator_words(formula), f"the same as `{body}`" if len(body) <= 40 else ""),
+        help=f"ask for a distance: `{_from_one(formula)}`",
+        fix=_fix(formula),
+    )
+
+
+def _reaches_itself(mission: Mission, formula: Apply, end: Formula, whom: int) -> Diagnostic:
+    first = mission.agents[(whom & -whom).bit_length() - 1]
+    who = f"`{first.name}`" if whom.bit_count() == 1 else f"each of the {whom.bit_count()} agents it is asked of"
+    return Diagnostic(
+        REACHES_ITSELF,
+        f"this `{formula.operator.name}` is always true: {who} ends its own route, after no hops",
+        Label(operator_words(formula), "the lower bound 0 counts the agent itself"),
+        (Label(end.span, f"true of {who}"),),
+        help=f"ask for another agent: `{_from_one(formula)}`",
+        fix=_fix(formula),
+    )
+
+
+def _fix(formula: Apply) -> Fix | None:
+    """None where the bounds do not stand beside their operator."""
+    words = operator_words(formula)
+    return None if words == formula.span else Fix(words, _from_one(formula))
+
+
+def _from_one(formula: Apply) -> str:
+    """The operator with a lower bound of one hop (in metres: more than none)."""
+    length, name = length_of(formula), formula.operator.name
+    unit = length.metric.value
+    low = "1" if unit == "hops" else "0.1"
+    high = "" if length.high == float("inf") else f"{max(length.high, float(low)):g}"
+    return f"{name}[{unit} {low}..{high} on {length.graph.name}]"

@@ -1,0 +1,247 @@
+"""Starts and finishes: in the world, clear of obstacles and of each other, in regions with room for all.
+
+    says MC501 MC502 MC503 MC516
+
+An agent is in the world where its centre is. Obstacles are taken where they
+are at time 0 for starts and at the horizon for finishes. Two agents never
+touch: exactly the separation apart is too close.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from missionc.base.source import Span
+from missionc.checks.free_space import Ground, Lies
+from missionc.diagnostics.code import AGENTS_OVERLAP, IN_OBSTACLE, NO_ROOM, OUTSIDE_WORLD
+from missionc.diagnostics.model import Diagnostic, Label
+from missionc.ir import Agent, Anywhere, Exactly, Mission, Obstacle, Place, Region, Still
+from missionc.ir.wording import (
+    at_least_metres,
+    listed,
+    metres,
+    number,
+)
+from missionc.world.configuration_space import common, empty
+from missionc.world.placement_conflicts import too_close, too_near
+from missionc.world.required_separation import Spacing
+
+MOST_PAIRS = 2_000
+"""Pairs of agents too close to each other that are looked for; one finding names the first and counts the others."""
+
+
+@dataclass(frozen=True, slots=True)
+class Stage:
+    """The starts, or the finishes: who is where, when (seconds)."""
+
+    verb: str
+    verbs: str
+    time: float
+    places: tuple[tuple[Agent, Place], ...]
+
+    @property
+    def exact(self) -> list[tuple[Agent, Exactly]]:
+        return [(agent, place) for agent, place in self.places if isinstance(place, Exactly)]
+
+
+def check_starts(mission: Mission, ground: Ground) -> list[Diagnostic]:
+    """Everything wrong with where agents start and finish."""
+    starts = Stage("start", "starts", 0.0, tuple((agent, agent.start) for agent in mission.agents))
+    ends = [(agent, agent.finish) for agent in mission.agents if agent.finish is not None]
+    finishes = Stage("finish", "finishes", float(mission.horizon), tuple(ends))
+    return [
+        finding
+        for stage in (starts, finishes)
+        for check in (_outside, _in_obstacles, _overlapping, _without_room)
+        for finding in check(mission, ground, stage)
+    ]
+
+
+def _outside(mission: Mission, ground: Ground, stage: Stage) -> list[Diagnostic]:
+    low, high = mission.world.low, mission.world.high
+    outside = [
+        (agent, place)
+        for agent, place in stage.exact
+        if not all(a <= value <= b for a, value, b in zip(low, place.point, high, strict=True))
+    ]
+    return [_beyond_the_world(mission, stage, there) for there in _by_span(outside)]
+
+
+def _in_obstacles(mission: Mission, ground: Ground, stage: Stage) -> list[Diagnostic]:
+    exact = stage.exact
+    places = [place.point for _, place in exact]
+    margins = [agent.radius + mission.clearance for agent, _ in exact]
+    findings: list[Diagnostic] = []
+    for obstacle in mission.obstacles:
+        near = dict(too_near(obstacle, stage.time, places, margins))
+        distances = {exact[place][0].index: distance for place, distance in near.items()}
+        findings.extend(
+            _touches_obstacle(mission, stage, obstacle, there, distances[there[0][0].index])
+            for there in _by_span(exact[place] for place in near)
+        )
+    return findings
+
+
+def _overlapping(mission: Mission, ground: Ground, stage: Stage) -> list[Diagnostic]:
+    exact = stage.exact
+    pairs = too_close(
+        [place.point for _, place in exact], [agent.index for agent, _ in exact], Spacing.of(mission), MOST_PAIRS
+    )
+    by_spans: dict[tuple[Span, Span], list[tuple[int, int, float]]] = {}
+    for first, second, distance in pairs:
+        by_spans.setdefault((exact[first][1].span, exact[second][1].span), []).append((first, second, distance))
+    return [
+        _too_close(mission, stage, exact[found[0][0]], exact[found[0][1]], found[0][2], len(found))
+        for found in by_spans.values()
+    ]
+
+
+def _without_room(mission: Mission, ground: Ground, stage: Stage) -> list[Diagnostic]:
+    by_region: dict[Region, list[tuple[Agent, Anywhere]]] = {}
+    for agent, place in stage.places:
+        if isinstance(place, Anywhere):
+            by_region.setdefault(place.region, []).append((agent, place))
+    findings = []
+    for region, there in by_region.items():
+        if ground.lies(region.shape) is not Lies.OPEN:
+            continue
+        findings.extend(
+            _no_room_for_one(ground, stage, region, there) or _no_room_for_all(ground, stage, region, there)
+        )
+    return findings
+
+
+def _no_room_for_one(
+    ground: Ground, stage: Stage, region: Region, there: list[tuple[Agent, Anywhere]]
+) -> list[Diagnostic]:
+    area = ground.atlas.outer(region.shape)
+    radii = {agent.radius for agent, _ in there}
+    stuck = {radius for radius in radii if empty(common(area, ground.free(radius, stage.time)))}
+    return [
+        _no_place(ground.mission, stage, region, group)
+        for group in _by_span(entry for entry in there if entry[0].radius in stuck)
+    ]
+
+
+def _no_room_for_all(
+    ground: Ground, stage: Stage, region: Region, there: list[tuple[Agent, Anywhere]]
+) -> list[Diagnostic]:
+    """Bodies, each with half the separation around it, that are larger together than the region and its rim."""
+    mission = ground.mission
+    sizes = [agent.radius + mission.separation / 2 for agent, _ in there]
+    free = ground.free(min(agent.radius for agent, _ in there), stage.time)
+    room = ground.atlas.size(common(ground.atlas.outer(region.shape), free), max(sizes))
+    bodies = sum(math.pi * size**2 if mission.dimension == 2 else 4 / 3 * math.pi * size**3 for size in sizes)
+    if bodies <= room * (1 + 1e-9):
+        return []
+    return [_too_many(stage, region, there, math.floor(room / (bodies / len(there))))]
+
+
+def _by_span(entries: Iterable[tuple[Agent, Place]]) -> list[list[tuple[Agent, Place]]]:
+    """The entries whose places were written at one place together."""
+    groups: dict[Span, list[tuple[Agent, Place]]] = {}
+    for agent, place in entries:
+        groups.setdefault(place.span, []).append((agent, place))
+    return list(groups.values())
+
+
+# ------------------------------------------------------------------ messages
+
+
+def _others(there: list[tuple[Agent, Place]]) -> tuple[str, ...]:
+    names = [f"`{agent.name}`" for agent, _ in there[1:]]
+    return (f"the same goes for {listed(names)}",) if names else ()
+
+
+def _point(place: Place) -> str:
+    return f"({', '.join(map(number, place.point))})" if isinstance(place, Exactly) else ""
+
+
+def _beyond_the_world(mission: Mission, stage: Stage, there: list[tuple[Agent, Place]]) -> Diagnostic:
+    (agent, place), low, high = there[0], mission.world.low, mission.world.high
+    extent = f"({', '.join(map(number, low))}) to ({', '.join(map(number, high))})"
+    return Diagnostic(
+        OUTSIDE_WORLD,
+        f"`{agent.name}` {stage.verbs} at {_point(place)}, outside the world",
+        Label(place.span),
+        (Label(mission.world.span, f"the world is {extent}"),),
+        _others(there),
+        "move it into the world, or make the world larger",
+    )
+
+
+def _touches_obstacle(
+    mission: Mission, stage: Stage, obstacle: Obstacle, there: list[tuple[Agent, Place]], distance: float
+) -> Diagnostic:
+    agent, place = there[0]
+    needed = agent.radius + mission.clearance
+    if distance <= 0:
+        message = f"`{agent.name}` {stage.verbs} in obstacle `{obstacle.name}`"
+    else:
+        message = (
+            f"`{agent.name}` {stage.verbs} {metres(distance)} from obstacle `{obstacle.name}`;"
+            f" its radius and the clearance take {metres(needed)}"
+        )
+    where = "" if isinstance(obstacle.motion, Still) else f", which has moved there by {number(stage.time)} s"
+    moving = where if stage.time > 0 else ""
+    return Diagnostic(
+        IN_OBSTACLE,
+        message,
+        Label(place.span, f"at {_point(place)}"),
+        (Label(obstacle.span, f"this obstacle{moving}"),),
+        _others(there),
+        f"move it {at_least_metres(needed - distance)} or more away from the obstacle",
+    )
+
+
+def _too_close(
+    mission: Mission,
+    stage: Stage,
+    first: tuple[Agent, Exactly],
+    second: tuple[Agent, Exactly],
+    distance: float,
+    pairs: int,
+) -> Diagnostic:
+    (one, here), (other, there) = first, second
+    needed = mission.spacing(one.index, other.index)
+    where = f"{metres(distance)} apart" if distance > 0 else "at the same point"
+    counted = f"more than {pairs - 1:,}" if pairs >= MOST_PAIRS else f"{pairs - 1:,}"
+    more = () if pairs == 1 else (f"{counted} more {'pair' if pairs == 2 else 'pairs'} of these places are too close",)
+    takes = f"the radii and the separation take {metres(needed)}, and agents never touch"
+    if needed > one.radius + other.radius + mission.separation:
+        takes = f"what their vehicles keep from each other takes {metres(needed)}, from centre to centre"
+    return Diagnostic(
+        AGENTS_OVERLAP,
+        f"`{one.name}` and `{other.name}` {stage.verb} {where}",
+        Label(there.span, f"`{other.name}`" if there.span != here.span else ""),
+        (Label(here.span, f"`{one.name}`"),) if there.span != here.span else (),
+        (takes, *more),
+        f"put them more than {metres(needed)} apart",
+    )
+
+
+def _no_place(mission: Mission, stage: Stage, region: Region, there: list[tuple[Agent, Place]]) -> Diagnostic:
+    agent, place = there[0]
+    needed = agent.radius + mission.clearance
+    return Diagnostic(
+        NO_ROOM,
+        f"no place in `{region.name}` is free for `{agent.name}` to {stage.verb}",
+        Label(place.span),
+        (Label(region.span, f"every place in it is closer than {metres(needed)} to an obstacle, or out of the world"),),
+        _others(there),
+        "make the region larger, or move it away from the obstacles",
+    )
+
+
+def _too_many(stage: Stage, region: Region, there: list[tuple[Agent, Anywhere]], room: int) -> Diagnostic:
+    holds = "no agent" if room == 0 else "one agent at most" if room == 1 else f"{room:,} agents at most"
+    return Diagnostic(
+        NO_ROOM,
+        f"{len(there):,} agents {stage.verb} in `{region.name}`, which has room for {holds}",
+        Label(there[0][1].span),
+        (Label(region.span, "this region"),),
+        ("room is counted with the agents' radii and separation",),
+        "make the region larger, or let some agents be elsewhere",
+    )

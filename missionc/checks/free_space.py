@@ -1,0 +1,143 @@
+"""Where agents can be: the world less the obstacles; and what follows from that alone."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from enum import Enum
+from typing import TYPE_CHECKING
+
+from missionc.base.recent_cache import Recent
+from missionc.checks.literals import (
+    Literal,
+    Places,
+    Rule,
+)
+from missionc.ir import Agent, Mission, Obstacle, Shape, Still
+from missionc.world.configuration_space import (
+    Area,
+    Atlas,
+    common,
+    covers,
+    disjoint,
+    empty,
+    moved,
+    union,
+    without,
+)
+from missionc.world.placement_conflicts import displaced
+
+if TYPE_CHECKING:
+    from missionc.checks.must_analysis import Certain
+
+HAIR = 0.01
+"""Metres around an obstacle that count as its inside, where all bodies are larger: more than circles are off by."""
+
+SLACK = 1e-6
+"""Metres by which obstacles are taken smaller, so that a place that just touches one still counts as free."""
+
+
+class Lies(Enum):
+    """Where a shape is that nobody can be in; or that somebody may be."""
+
+    NOWHERE = "it is empty"
+    ELSEWHERE = "outside the world"
+    COVERED = "within obstacles"
+    OPEN = "somewhere in the world"
+
+
+@dataclass(slots=True, eq=False)
+class Deduced:
+    """What has been deduced of a world, its obstacles and its agents, and need not be again while those stay."""
+
+    free: Recent[tuple[float, float | None], Area] = field(default_factory=Recent)
+    lies: Recent[Shape, Lies] = field(default_factory=Recent)
+    certain: Certain | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Ground:
+    """Outer bounds of where an agent's centre can be, by its radius.
+
+    ``rests_on`` is all of the mission that they, and what is ``deduced`` from them, depend on; ``rules`` rest on
+    the atlas alone.
+    """
+
+    mission: Mission
+    rests_on: tuple[object, ...]
+    atlas: Atlas
+    standing: Area
+    """At most the points of the obstacles that never move."""
+    filled: Area
+    """The same, and a hair's breadth around them, which no agent's centre can be in either."""
+    rules: Recent[tuple[float, float, Literal], Rule]
+    deduced: Deduced = field(default_factory=Deduced)
+
+    @staticmethod
+    def of(mission: Mission, before: Ground | None = None) -> Ground:
+        """Of a mission whose world is not flat; ``before`` is that of an earlier version of it."""
+        dimension = mission.dimension
+        shapes = [region.shape for region in mission.regions]
+        for obstacle in mission.obstacles:
+            times = (0.0,) if isinstance(obstacle.motion, Still) else (0.0, float(mission.horizon))
+            shapes.extend(moved(obstacle.shape, displaced(obstacle, time, dimension)) for time in times)
+        atlas = Atlas.of(mission.world, shapes)
+        rules: Recent[tuple[float, float, Literal], Rule] = Recent()
+        if before is not None and before.atlas.alike(atlas):
+            atlas, rules = before.atlas, before.rules
+        rests_on = (
+            atlas,
+            mission.agents,
+            mission.obstacles,
+            mission.separation,
+            mission.clearance,
+            mission.horizon,
+        )
+        if before is not None and before.rests_on == rests_on:
+            return replace(before, mission=mission)
+        still = [obstacle.shape for obstacle in mission.obstacles if isinstance(obstacle.motion, Still)]
+        standing = union([atlas.inner(shape) for shape in still], len(atlas.heights))
+        return Ground(mission, rests_on, atlas, standing, atlas.grown(standing, _hair(mission), outer=False), rules)
+
+    def fills(self, obstacle: Obstacle, area: Area) -> bool:
+        """Whether an obstacle that stands still covers an area by itself, but for a hair's breadth."""
+        body = self.atlas.inner(obstacle.shape)
+        return covers(self.atlas.grown(body, _hair(self.mission), outer=False), area)
+
+    def lies(self, shape: Shape) -> Lies:
+        """Whether anybody's centre may be in a shape that stays."""
+        return self.deduced.lies.of(shape, lambda: self._lies(shape))
+
+    def _lies(self, shape: Shape) -> Lies:
+        area = self.atlas.outer(shape)
+        if empty(area):
+            return Lies.NOWHERE
+        if disjoint(area, self.atlas.whole()):
+            return Lies.ELSEWHERE
+        return Lies.COVERED if covers(self.filled, area) else Lies.OPEN
+
+    def places(self, agents: Sequence[Agent]) -> Places:
+        """Where literals let the centre of any of these agents be."""
+        radii = [agent.radius for agent in agents]
+        return Places(self.atlas, min(radii), max(radii), self.rules)
+
+    def free(self, radius: float, time: float | None = None) -> Area:
+        """Where the centre of an agent can be: ever, or (moving obstacles regarded too) at a time, in seconds."""
+        return self.deduced.free.of((radius, time), lambda: self._free(radius, time))
+
+    def _free(self, radius: float, time: float | None) -> Area:
+        mission, atlas = self.mission, self.atlas
+        if time is None:
+            taken = self.standing
+        else:
+            shapes = [
+                moved(obstacle.shape, displaced(obstacle, time, mission.dimension)) for obstacle in mission.obstacles
+            ]
+            taken = union([atlas.inner(shape) for shape in shapes], len(atlas.heights))
+        blocked = atlas.grown(taken, radius + mission.clearance - SLACK, outer=False)
+        return common(without(atlas.whole(), blocked), atlas.whole())
+
+
+def _hair(mission: Mission) -> float:
+    body = min((agent.radius for agent in mission.agents), default=0.0) + mission.clearance
+    return max(min(HAIR, body - SLACK), 0.0)

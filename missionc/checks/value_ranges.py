@@ -1,0 +1,105 @@
+"""Between which values the two sides of a comparison can differ, whatever the plan."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from missionc.checks.free_space import Ground
+from missionc.ir import (
+    Agent,
+    Altitude,
+    Beacon,
+    Compare,
+    Coordinate,
+    DistanceBetween,
+    DistanceTo,
+    Feature,
+    Mission,
+    Region,
+    Speed,
+    Unicycle,
+    Vector,
+    top_speed,
+)
+from missionc.ir.wording import number
+from missionc.world.configuration_space import empty
+
+
+@dataclass(frozen=True, slots=True)
+class Range:
+    """From ``low`` to ``high``, both included."""
+
+    low: float
+    high: float
+
+    def __add__(self, other: Range) -> Range:
+        return Range(self.low + other.low, self.high + other.high)
+
+    def scaled(self, weight: float) -> Range:
+        ends = (self.low * weight, self.high * weight)
+        return Range(min(ends), max(ends))
+
+
+def of_comparison(ground: Ground, agent: Agent, said: Compare) -> Range:
+    """Of the expression that the comparison says is at least 0, for that agent and every other of its kind."""
+    total = Range(said.constant, said.constant)
+    for weight, feature in said.terms:
+        total += of_feature(ground, agent, feature).scaled(weight)
+    return total
+
+
+def of_feature(ground: Ground, agent: Agent, feature: Feature) -> Range:
+    """Of a state or a distance, in SI units, for that agent and every other of its kind."""
+    mission = ground.mission
+    low, high = mission.world.low, mission.world.high
+    match feature:
+        case Coordinate(axis):
+            return Range(low[axis], high[axis])
+        case Speed():
+            slowest = agent.dynamics.slowest if isinstance(agent.dynamics, Unicycle) else 0.0
+            return Range(slowest, top_speed(agent.dynamics))
+        case Altitude():
+            return Range(low[2], high[2]) if mission.dimension == 3 else Range(agent.altitude, agent.altitude)
+        case DistanceBetween(first, second):
+            return _between(mission, first, second)
+        case DistanceTo(int()):
+            return Range(0.0, math.dist(low, high))
+        case DistanceTo(Beacon() as beacon):
+            return Range(0.0, _farthest(mission, beacon.position, beacon.position))
+        case DistanceTo(region):
+            assert isinstance(region, Region)
+            area = ground.atlas.outer(region.shape)
+            if empty(area):
+                return Range(-math.inf, math.inf)
+            corners = ground.atlas.bounds(area)
+            deepest = min(b - a for a, b in zip(*corners, strict=True)) / 2
+            return Range(-deepest, _farthest(mission, *corners))
+
+
+def _between(mission: Mission, first: int, second: int) -> Range:
+    if first == second:
+        return Range(0.0, 0.0)
+    bodies = mission.agents[first].radius + mission.agents[second].radius + mission.separation
+    return Range(bodies, math.dist(mission.world.low, mission.world.high))
+
+
+def _farthest(mission: Mission, low: Vector, high: Vector) -> float:
+    """From a place in the world to the farthest one in a box, at most."""
+    spans = zip(mission.world.low, mission.world.high, low, high, strict=True)
+    return math.hypot(*(max(d - a, b - c, 0.0) for a, b, c, d in spans))
+
+
+def in_words(said: Compare, values: Range) -> str:
+    """Between which values the comparison's one state or distance stays, for a message."""
+    match said.terms:
+        case ((weight, feature),) if weight != 0:
+            both = (values + Range(-said.constant, -said.constant)).scaled(1 / weight)
+            what = {Speed: "the speed", Altitude: "the altitude"}.get(type(feature), "the distance")
+            if isinstance(feature, Coordinate):
+                what = f"`{'xyz'[feature.axis]}`"
+            unit = "m/s" if isinstance(feature, Speed) else "m"
+            low, high = number(round(both.low, 4)), number(round(both.high, 4))
+            return f"{what} is {low} {unit}" if low == high else f"{what} stays between {low} and {high} {unit}"
+        case _:
+            return "the two sides never come closer than that"

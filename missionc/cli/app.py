@@ -1,0 +1,119 @@
+"""The commands: flags in, files and words out. Nothing about missions is decided here.
+
+Diagnostics go to standard error, results to standard output; with ``--format
+json`` standard output is one document that holds the diagnostics too.
+"""
+
+from __future__ import annotations
+
+import io
+import os
+import sys
+from importlib import import_module
+from importlib.util import find_spec
+
+import click
+
+from missionc.cli.exit_status import (
+    Status,
+    defect,
+    out_of_memory,
+    say,
+)
+from missionc.cli.streams import Unsaid, speaking
+from missionc.diagnostics.sanitize import plain
+from missionc.syntax.read_file import nowhere
+from missionc.version import __version__
+
+MODULES = (
+    "check",
+    "compile",
+    "demo",
+    "explain",
+    "export",
+    "fmt",
+    "init",
+    "lsp",
+    "monitor",
+    "report",
+    "simulate",
+    "vehicles",
+    "verify",
+)
+"""The commands, each in a module of its own."""
+FLYING = ("export", "report", "simulate", "verify")
+"""Those that may fly with crazyflow, which wants scipy to be told of other arrays than its own before it is loaded."""
+
+
+def main(arguments: list[str] | None = None, began: float | None = None) -> int:
+    """Run one command and return its exit status; nothing comes out but ``Stopped``, a traceback least of all.
+
+    Args:
+        began: when the process did, on the clock of ``time.monotonic``, where its time limit counts from there.
+    """
+    words = sys.argv[1:] if arguments is None else arguments
+    try:
+        with speaking():
+            return _run(words, began)
+    except Unsaid as unsaid:
+        return unsaid.status
+
+
+def _run(words: list[str], began: float | None) -> int:
+    try:
+        return int(commands.main(args=words, prog_name="missionc", standalone_mode=False, obj=began) or Status.DONE)
+    except click.exceptions.Exit as left:
+        return left.exit_code
+    except click.ClickException as error:
+        return _refused(error)
+    except Unsaid:
+        raise
+    except MemoryError:
+        say([out_of_memory()], [], _form(words), {})
+        return Status.MISSION_ERRORS
+    except Exception as error:
+        if nowhere():
+            return _refused(click.UsageError("the folder that this runs in is gone; change to one that is there"))
+        if os.environ.get("MISSIONC_TRACEBACK"):
+            raise
+        say([defect(error)], [], _form(words), {})
+        return Status.DEFECT
+
+
+def _refused(error: click.ClickException) -> Status:
+    """Say what is wrong with a command line, which may hold anything."""
+    said = io.StringIO()
+    error.show(said)
+    click.echo(plain(said.getvalue()), err=True, nl=False)
+    return Status.USAGE
+
+
+class Commands(click.Group):
+    """The commands, in ``missionc.cli.commands``, are loaded when they are called."""
+
+    def list_commands(self, context: click.Context) -> list[str]:
+        return list(MODULES)
+
+    def get_command(self, context: click.Context, name: str) -> click.Command | None:
+        if name not in MODULES:
+            return None
+        if name in FLYING and find_spec("crazyflow"):
+            os.environ.setdefault("SCIPY_ARRAY_API", "1")
+        command = import_module(f"missionc.cli.commands.{name}").command
+        assert isinstance(command, click.Command)
+        return command
+
+
+@click.group(cls=Commands, context_settings={"help_option_names": ["-h", "--help"]})
+@click.version_option(__version__, message="missionc %(version)s")
+def commands() -> None:
+    """A compiler for multi-robot missions.
+
+    A mission says what must be true; trajectories that provably do it come back.
+    """
+
+
+def _form(words: list[str]) -> str:
+    """The form of answers that a command line asks for, whatever else is wrong with it."""
+    named = {word.removeprefix("--format=") for word in words}
+    return next((form for form in ("json", "sarif") if form in named), "text")

@@ -1,0 +1,54 @@
+"""``missionc check FILE…``: every problem of missions; nothing is solved."""
+
+from __future__ import annotations
+
+from functools import partial
+from pathlib import Path
+
+import click
+
+from missionc.cli import options, summary
+from missionc.cli.exit_status import Status, say
+from missionc.cli.options import (
+    Pairs,
+    existing,
+    files,
+    of_mission,
+    read_limits,
+)
+from missionc.diagnostics.model import has_errors
+from missionc.diagnostics.render import counts
+from missionc.pipeline import driver
+from missionc.pipeline.results import Checked
+
+
+@click.command("check")
+@click.argument("missions", nargs=-1, required=True, type=existing, shell_complete=files, metavar="FILE...")
+@partial(of_mission, forms=("text", "json", "sarif"))
+@options.vehicle
+@options.watch
+def command(
+    missions: tuple[Path, ...], overrides: Pairs, limits: Pairs, form: str, vehicle: str | None, watch: bool
+) -> Status:
+    """Report every problem of the missions; solve nothing."""
+    allowed = read_limits(limits)
+
+    def check() -> list[Checked]:
+        return [
+            driver.check(file, overrides=dict(overrides), limits=allowed, vehicle=vehicle or "") for file in missions
+        ]
+
+    if not watch:
+        return _answer(check(), form)
+    if form != "text":
+        raise click.UsageError("`--watch` answers on and on, in words; leave `--format` out")
+    from missionc.cli.watch import watched_missions as watching  # for those who ask for it
+
+    watching.watch(watching.Missions([str(file) for file in missions], check), partial(_answer, form=form))
+
+
+def _answer(results: list[Checked], form: str) -> Status:
+    findings = [finding for checked in results for finding in checked.findings]
+    lines = [f"{checked.file}: {counts(checked.findings)}" for checked in results]
+    say(findings, lines, form, summary.checked_document(results))
+    return Status.MISSION_ERRORS if has_errors(findings) else Status.DONE

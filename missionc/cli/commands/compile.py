@@ -1,0 +1,191 @@
+"""``missionc compile FILE``: a verified plan, in a folder."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from missionc.backends.api import DEVICES, PRESETS, Options
+from missionc.base.units import Seconds
+from missionc.cli import emit_stages, options
+from missionc.cli.compile_request import Order, fulfil
+from missionc.cli.exit_status import Status
+from missionc.cli.options import (
+    Number,
+    Pairs,
+    existing,
+    export_names,
+    exports,
+    file_to_write,
+    files,
+    folder_to_write,
+    of_mission,
+    read_limits,
+    several_of,
+    stage_names,
+)
+from missionc.pipeline import driver
+
+
+@click.command("compile")
+@click.argument("file", type=existing, shell_complete=files)
+@of_mission
+@click.option(
+    "-o", "--output", type=folder_to_write, metavar="FOLDER", help="The folder to write; build/MISSION if left out."
+)
+@click.option("--force", is_flag=True, help="Replace the folder if it exists.")
+@options.vehicle
+@click.option("--backend", type=click.Choice(["auto", "smt", "clot", "hybrid"]), default="auto", show_default=True)
+@click.option("--solver", type=click.Choice(["z3", "cadical", "race"]), default="z3", show_default=True)
+@click.option("--preset", type=click.Choice(PRESETS), default=PRESETS[0], show_default=True, help="How clot plans.")
+@click.option(
+    "--samples",
+    type=click.IntRange(1, 100_000),
+    metavar="N",
+    help="Trajectories that presets but `sketch` optimise at once.",
+)
+@click.option(
+    "--device",
+    type=click.Choice(DEVICES),
+    default=DEVICES[0],
+    show_default=True,
+    help="Where presets but `sketch` optimise their trajectories.",
+)
+@click.option(
+    "--margin",
+    type=Number(min=0, max=1e3),
+    metavar="METRES",
+    help="Keep every requirement by so much where that is possible; its vehicles' tracking margin if left out.",
+)
+@click.option(
+    "--processes",
+    type=click.IntRange(1, 256),
+    default=1,
+    show_default=True,
+    metavar="N",
+    help="Child processes of clot and hybrid; the plan is the same.",
+)
+@click.option("--stretch", type=Number(1, 1000), default=1.0, metavar="S", help="Fly the plan S times slower.")
+@click.option("--seed", type=click.IntRange(0, 2**32 - 1), default=0, show_default=True, metavar="N")
+@click.option(
+    "--time-limit",
+    type=Number(min=0, min_open=True, max=1e9),
+    default=float(driver.DEFAULT_TIME_LIMIT),
+    show_default=True,
+    metavar="SECONDS",
+    help="End after so long, with the best plan so far.",
+)
+@options.memory_limit
+@click.option(
+    "--checkpoint",
+    type=file_to_write,
+    metavar="FILE",
+    help="Keep what the search knows in a file, as it goes on.",
+)
+@click.option(
+    "--resume", type=existing, shell_complete=files, metavar="FILE", help="Go on from what an interrupted run kept."
+)
+@click.option(
+    "--emit",
+    "asked",
+    type=stage_names,
+    shell_complete=several_of(lambda: emit_stages.ALL),
+    multiple=True,
+    metavar="STAGE[,STAGE...]",
+    help=f"Print stages and go no further: {', '.join(emit_stages.ALL)}. With -o the folder is written all the same.",
+)
+@click.option(
+    "--export",
+    "exported",
+    type=export_names,
+    shell_complete=several_of(exports),
+    multiple=True,
+    metavar="NAME[,NAME...]",
+    help="Write the flight in other forms as well; `missionc export --list` names them.",
+)
+@click.option("--timings", is_flag=True, help="Say how long each stage took.")
+@click.option("--plot", type=file_to_write, metavar="FILE", help="Draw the plan: FILE.svg or FILE.png.")
+@click.option("--certify", is_flag=True, help="Leave the CNF and a DRAT proof beside an `impossible`.")
+@click.option("--continuous", is_flag=True, help="Refuse a plan whose requirements fail between the steps.")
+@options.explain_limit
+@click.option("--quiet", is_flag=True, help="No summary and no progress.")
+@options.watch
+@options.no_open
+@click.pass_obj
+def command(
+    began: float | None,
+    file: Path,
+    overrides: Pairs,
+    limits: Pairs,
+    form: str,
+    output: Path | None,
+    force: bool,
+    vehicle: str | None,
+    backend: str,
+    solver: str,
+    preset: str,
+    samples: int | None,
+    device: str,
+    margin: float | None,
+    processes: int,
+    stretch: float,
+    seed: int,
+    time_limit: float,
+    memory_limit: int,
+    checkpoint: Path | None,
+    resume: Path | None,
+    asked: tuple[tuple[str, ...], ...],
+    exported: tuple[tuple[str, ...], ...],
+    timings: bool,
+    plot: Path | None,
+    certify: bool,
+    continuous: bool,
+    explain_limit: float,
+    quiet: bool,
+    watch: bool,
+    no_open: bool,
+) -> Status:
+    """Turn a mission into a verified plan and its files."""
+    if plot and plot.suffix not in (".svg", ".png"):
+        raise click.BadParameter(f"`{plot}` ends neither in .svg nor in .png", param_hint="--plot")
+    if samples is not None and preset == PRESETS[0]:
+        raise click.UsageError(
+            f"`--samples` is for presets that transport trajectories, and `{preset}` does not; "
+            f"add `--preset` with one of {', '.join(PRESETS[1:])}"
+        )
+    if watch and (form != "text" or asked or resume):
+        raise click.UsageError("`--watch` goes on and on, in words; leave `--format`, `--emit` and `--resume` out")
+    if no_open and not watch:
+        raise click.UsageError("`--no-open` is for `--watch`, which opens the report")
+    wanted = emit_stages.in_order(stage for group in asked for stage in group)
+    captures = frozenset(wanted) & frozenset(emit_stages.BY_A_BACKEND)
+    order = Order(
+        file,
+        overrides,
+        read_limits(limits),
+        backend,
+        vehicle or "",
+        Options(solver, certify, captures, preset, samples, device, margin, processes, stretch),
+        seed,
+        Seconds(time_limit),
+        memory_limit,
+        Seconds(explain_limit),
+        continuous,
+        tuple(name for group in exported for name in group),
+        checkpoint,
+        resume,
+        wanted,
+        output,
+        force,
+        plot,
+        form,
+        quiet,
+        timings,
+        None if watch else began,
+    )
+    if watch:
+        from missionc.cli.watch.loop import watch as again  # for those who ask for it
+
+        return again(order, no_open)
+    return fulfil(order).status

@@ -1,0 +1,46 @@
+"""``missionc demo``: the mission that comes with the compiler, planned, and its report in the browser."""
+
+from __future__ import annotations
+
+from itertools import chain, count
+from pathlib import Path
+
+import click
+
+from missionc.base.resources import folder
+from missionc.cli import options
+from missionc.cli.browser import said
+from missionc.cli.compile_request import Order, fulfil
+from missionc.cli.exit_status import Status, say_line
+from missionc.output.folder.file_names import REPORT
+
+MISSION = "wildfire"
+
+# Where the user is, and not in the system's folder for temporary files: browsers in a sandbox cannot read there.
+FOLDER = "missionc-demo"
+
+
+@click.command("demo")
+@click.option(
+    "-o",
+    "--output",
+    type=options.folder_to_write,
+    metavar="FOLDER",
+    help=f"The folder to write; {FOLDER} if left out, with a number where that exists.",
+)
+@options.no_open
+def command(output: Path | None, no_open: bool) -> Status:
+    """Plan a mission that comes with the compiler, and open its report in the browser."""
+    answer = fulfil(Order(folder("missions") / f"{MISSION}.mission", output=output or _fresh()))
+    if answer.output:
+        written = Path(answer.output)
+        page = written / REPORT
+        say_line(said(page.absolute().as_uri(), no_open, str(page)))
+        say_line(f"its mission, to copy and change: {written / 'mission' / f'{MISSION}.mission'}")
+    return answer.status
+
+
+def _fresh() -> Path:
+    """The first of the demo's folders that is not there yet."""
+    names = chain([FOLDER], (f"{FOLDER}-{number}" for number in count(2)))
+    return next(path for path in map(Path, names) if not path.exists() and not path.is_symlink())

@@ -1,0 +1,96 @@
+"""``missionc explain``: what a code means, or what a mission says."""
+
+from __future__ import annotations
+
+import re
+import sys
+from pathlib import Path
+
+import click
+from click.shell_completion import CompletionItem
+
+from missionc.cli.exit_status import Status, say
+from missionc.cli.options import (
+    Pairs,
+    existing,
+    files,
+    of_mission,
+    one_of,
+    read_limits,
+)
+from missionc.diagnostics.code import CODES
+from missionc.diagnostics.code_page import explain as page_of
+from missionc.diagnostics.suggest import nearest
+from missionc.explain.explanation import (
+    document,
+    explained,
+    lines,
+)
+from missionc.language.walk_formulas import goals
+from missionc.pipeline.front_end import check
+
+CODE = re.compile(r"(MC)?\d{1,3}", re.IGNORECASE)
+
+
+def _codes_or_files(context: click.Context, parameter: click.Parameter, incomplete: str) -> list[CompletionItem]:
+    codes = one_of(lambda: CODES)(context, parameter, incomplete) if incomplete else []
+    return codes or files(context, parameter, incomplete)
+
+
+@click.command("explain")
+@click.argument("what", required=False, shell_complete=_codes_or_files, metavar="[CODE | FILE]")
+@click.argument("requirement", required=False)
+@of_mission
+def command(what: str | None, requirement: str | None, overrides: Pairs, limits: Pairs, form: str) -> Status:
+    """Say what a mission, or one requirement of it, means; or print the page of a code.
+
+    A code is such as MC301; any other argument is a mission's file. Without an argument, all codes are listed.
+    """
+    if what is not None and not CODE.fullmatch(what):
+        return _mission(existing(what), requirement, dict(overrides), limits, form)
+    if what is None and (overrides or limits):
+        raise click.UsageError("name the mission that `-D` and `--limit` are for")
+    if requirement is not None or overrides or limits:
+        raise click.UsageError(f"`{what}` is a code, and takes nothing else; write `./{what}` if it is a file")
+    if what is None:
+        titles = [f"{code.name}  {code.title}" for code in CODES.values()]
+        say([], titles, form, {"codes": [{"code": code.name, "title": code.title} for code in CODES.values()]})
+        return Status.DONE
+    name = f"MC{what}" if what.isdigit() else what.upper()
+    if name not in CODES:
+        near = nearest(name, CODES)
+        hint = f"did you mean {near}?" if isinstance(near, str) else "`missionc explain` lists them"
+        raise click.UsageError(f"there is no code `{what}`; {hint}")
+    page = page_of(CODES[name])
+    say([], [page.removesuffix("\n")], form, {"code": name, "title": CODES[name].title, "page": page})
+    return Status.DONE
+
+
+def _mission(file: Path, name: str | None, overrides: dict[str, str], limits: Pairs, form: str) -> Status:
+    checked = check(file, overrides=overrides, limits=read_limits(limits))
+    mission = checked.mission
+    if mission is None:
+        say(checked.findings, [], form, {"mission": None})
+        return Status.MISSION_ERRORS
+    known = [goal.name for goal in goals(mission)]
+    if name is not None and name not in known:
+        near = nearest(name, known)
+        hint = f"did you mean `{near}`?" if isinstance(near, str) else f"there are {', '.join(known) or 'none'}"
+        raise click.UsageError(f"`{file}` has no requirement `{name}`; {hint}")
+    parts = explained(mission, name)
+    say(
+        checked.findings,
+        lines(parts, mission, checked.choice, _unicode()),
+        form,
+        document(parts, mission, checked.choice),
+    )
+    return Status.DONE if checked.ok else Status.MISSION_ERRORS
+
+
+def _unicode() -> bool:
+    """Whether standard output can show a drawing's blocks."""
+    try:
+        "█░─".encode(sys.stdout.encoding or "ascii")
+    except (UnicodeEncodeError, LookupError):
+        return False
+    return True

@@ -1,0 +1,92 @@
+"""``missionc export FOLDER NAME…``: a compiled folder's flight in other forms."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from missionc.cli import summary
+from missionc.cli.exit_status import (
+    Status,
+    say,
+    status_of,
+)
+from missionc.cli.options import (
+    export_name,
+    exports,
+    folder,
+    folder_to_write,
+    folders,
+    limits_and_form,
+    named,
+    one_of,
+    read_limits,
+)
+from missionc.diagnostics.model import Diagnostic
+from missionc.output.export.formats import (
+    FORMATS,
+    Exported,
+    flight,
+)
+from missionc.output.folder.file_names import EXPORT, MANIFEST
+from missionc.output.folder.manifest import without_plan
+from missionc.output.folder.overlap import Output, overlapping
+from missionc.output.folder.write_file import beside
+from missionc.output.folder.write_folder import write_folder
+from missionc.replay.reverify import Replayed, replay
+
+
+def _list(context: click.Context, parameter: click.Parameter, asked: bool) -> None:
+    if not asked or context.resilient_parsing:
+        return
+    width = max(map(len, FORMATS))
+    for form in FORMATS.values():
+        click.echo(f"{form.name:<{width}}  {form.says}")
+    context.exit()
+
+
+@click.command("export")
+@click.argument("path", type=folder, shell_complete=folders, metavar="FOLDER")
+@click.argument("names", nargs=-1, required=True, type=export_name, shell_complete=one_of(exports), metavar="NAME...")
+@click.option(
+    "-o", "--output", type=folder_to_write, metavar="FOLDER", help="The folder to write; FOLDER-export if left out."
+)
+@click.option("--force", is_flag=True, help="Replace the folder if it exists.")
+@click.option("--list", is_flag=True, is_eager=True, expose_value=False, callback=_list, help="List the names.")
+@limits_and_form
+def command(
+    path: Path, names: tuple[str, ...], output: Path | None, force: bool, limits: tuple[tuple[str, str], ...], form: str
+) -> Status:
+    """Write a compiled folder's flight in other forms, once it has been verified again."""
+    replayed = replay(path, read_limits(limits))
+    target = output or beside(named(path), "-export")
+    findings = list(replayed.findings)
+    files: dict[str, bytes] = {}
+    notes: list[str] = []
+    for name in dict.fromkeys(names):
+        made = _made(replayed, name)
+        if isinstance(made, Exported):
+            files.update({f"{name}/{file}": content for file, content in made.files.items()})
+            notes += made.notes
+        elif made is not None:
+            findings.append(made)
+    if not findings and replayed.reopened:
+        files[MANIFEST] = without_plan(replayed.reopened.mission.name, EXPORT, files).encode()
+        wrong = overlapping([Output("-o", target, True)], [path]) or write_folder(target, files.items(), force)
+        findings += [wrong] if wrong else []
+    done = not findings
+    lines = summary.exported_lines(str(target), tuple(files.items()), notes) if done else []
+    say(findings, lines, form, summary.exported_document(str(target) if done else None, files, notes))
+    if done:
+        return Status.DONE
+    refused = replayed.certificate is not None and not replayed.passed
+    return status_of(False, replayed.undecided) if refused else Status.MISSION_ERRORS
+
+
+def _made(replayed: Replayed, name: str) -> Exported | Diagnostic | None:
+    """One form; nothing of a folder that is not to be flown."""
+    if replayed.reopened is None or not replayed.passed:
+        return None
+    reopened = replayed.reopened
+    return FORMATS[name].export(flight(reopened.mission, reopened.kernel, reopened.trace, reopened.flights))

@@ -1,0 +1,100 @@
+"""``missionc fmt FILE…``: missions in their one layout."""
+
+from __future__ import annotations
+
+import difflib
+from pathlib import Path
+
+import click
+
+from missionc.base.limits import Limits
+from missionc.base.source import Source
+from missionc.cli.exit_status import Status, say
+from missionc.cli.options import (
+    existing,
+    files,
+    limits_and_form,
+    read_limits,
+)
+from missionc.diagnostics.model import Diagnostic
+from missionc.output.folder.write_file import refuse_file, write_file
+from missionc.syntax.format import format_mission
+from missionc.syntax.parse import parse
+from missionc.syntax.read_file import (
+    changed_meanwhile,
+    read_source,
+    read_standard_input,
+)
+
+STANDARD_INPUT = Path("-")
+
+
+@click.command("fmt")
+@click.argument(
+    "missions",
+    nargs=-1,
+    required=True,
+    type=lambda word: STANDARD_INPUT if word == "-" else existing(word),
+    shell_complete=files,
+    metavar="FILE...",
+)
+@click.option("--check", is_flag=True, help="Change nothing; exit with 1 if a file would change.")
+@click.option("--diff", is_flag=True, help="Change nothing; show what would change.")
+@limits_and_form
+def command(
+    missions: tuple[Path, ...], check: bool, diff: bool, limits: tuple[tuple[str, str], ...], form: str
+) -> Status:
+    """Put missions in the one layout; `-` goes from standard input to standard output.
+
+    Words and comments stay what they are. A mission with errors of syntax is
+    left alone.
+    """
+    allowed = read_limits(limits)
+    findings: list[Diagnostic] = []
+    lines: list[str] = []
+    changed: list[str] = []
+    for path in missions:
+        read = _read(path, allowed)
+        if isinstance(read, list):
+            findings += read
+            continue
+        before, text = read
+        if path == STANDARD_INPUT and not (check or diff):
+            click.echo(text, nl=False)
+            continue
+        if text == before:
+            continue
+        changed.append(str(path))
+        if diff:
+            lines += _difference(str(path), before, text)
+        elif not check and (wrong := _rewrite(path, before, text, allowed)):
+            findings.append(wrong)
+            changed.pop()
+    verb = "would change" if check or diff else "changed"
+    lines += [] if diff and not check else [f"{name}: {verb}" for name in changed]
+    say(findings, lines, form, {"changed": changed})
+    return Status.MISSION_ERRORS if findings or (check and changed) else Status.DONE
+
+
+def _read(path: Path, limits: Limits) -> tuple[str, str] | list[Diagnostic]:
+    """A file's text, and in the one layout; what it includes is not looked at: each file has its own."""
+    source = read_standard_input(limits) if path == STANDARD_INPUT else read_source(path, str(path), limits)
+    if isinstance(source, Diagnostic):
+        return [source]
+    program, findings = parse(source, limits, lambda written, span: Source(written, ""))
+    return findings if program is None else (source.text, format_mission(source, program, limits))
+
+
+def _rewrite(path: Path, before: str, text: str, limits: Limits) -> Diagnostic | None:
+    """The file with this text, unless somebody saved it since it was read; what went wrong, if anything did."""
+    now = read_source(path, str(path), limits)
+    if isinstance(now, Diagnostic):
+        return now
+    if now.text != before:
+        return changed_meanwhile(str(path))
+    return refuse_file(path) or write_file(path, text.encode("utf-8"))
+
+
+def _difference(name: str, before: str, after: str) -> list[str]:
+    lines = difflib.unified_diff(before.splitlines(), after.splitlines(), name, f"{name}, formatted", lineterm="")
+    return list(lines)

@@ -1,0 +1,117 @@
+"""``missionc init [NAME]``: a mission to begin with.
+
+says MC007 MC701 MC702
+"""
+
+from __future__ import annotations
+
+import os
+import re
+from importlib.util import find_spec
+from pathlib import Path
+
+import click
+
+from missionc.base.limits import Limits
+from missionc.base.source import Source
+from missionc.cli.exit_status import Status, say
+from missionc.cli.options import form_flag
+from missionc.data.templates import (
+    DEFAULT,
+    Template,
+    templates,
+)
+from missionc.diagnostics.code import NAME_NOT_ALLOWED, OUTPUT_EXISTS
+from missionc.diagnostics.model import Diagnostic
+from missionc.output.folder.write_file import refuse_file, write_file
+from missionc.pipeline.front_end import check
+from missionc.syntax.tokens import nameable, quoted, reserved
+
+SUFFIX = ".mission"
+
+
+@click.command("init")
+@click.argument("name", required=False)
+@click.option("--template", type=click.Choice(list(templates())), default=DEFAULT, show_default=True)
+@click.option("--list", "listed", is_flag=True, help="List the templates.")
+@click.option("--force", is_flag=True, help="Replace the file if it exists.")
+@form_flag
+def command(name: str | None, template: str, listed: bool, force: bool, form: str) -> Status:
+    """Write a mission to begin with, NAME.mission; the template's own name if left out.
+
+    NAME may lie in a folder: `missionc init north/patrol` writes north/patrol.mission.
+    """
+    if listed:
+        return _list(form)
+    chosen = templates()[template]
+    asked = Path(name or chosen.mission)
+    mission = asked.name.removesuffix(SUFFIX)
+    target = asked.parent / f"{mission}{SUFFIX}"
+    wrong = _name_refused(mission)
+    wrong = wrong or _file_refused(target, force) or refuse_file(target)
+    wrong = wrong or write_file(target, chosen.named(mission).encode("utf-8"))
+    if wrong:
+        say([wrong], [], form, {"written": None, "template": template})
+        return Status.MISSION_ERRORS
+    lines = [f"written to {target}, from the template `{template}`", *_next(target, chosen)]
+    say([], lines, form, {"written": str(target), "template": template})
+    return Status.DONE
+
+
+def _list(form: str) -> Status:
+    known = templates().values()
+    wide = max(len(each.name) for each in known)
+    lines = [f"{each.name:{wide}}  {each.about}{_needs(each)}" for each in known]
+    document = [{"name": each.name, "about": each.about, "backend": _backend(each)} for each in known]
+    say([], lines, form, {"templates": document})
+    return Status.DONE
+
+
+def _next(target: Path, template: Template) -> list[str]:
+    """What to run now, and what to install for it."""
+    lines = ["next"]
+    if _backend(template) != "smt" and find_spec("torch") is None:
+        lines.append("  pip install 'missionc[clot]'    # what plans it rests on torch")
+    return [
+        *lines,
+        f"  missionc check {target}",
+        f"  missionc explain {target}",
+        f"  missionc compile {target}",
+    ]
+
+
+def _needs(template: Template) -> str:
+    return "" if _backend(template) == "smt" else " Needs the extra `clot`."
+
+
+def _backend(template: Template) -> str:
+    choice = check(Source(f"{template.name}{SUFFIX}", template.text)).choice
+    return choice.backend if choice else ""
+
+
+def _name_refused(name: str) -> Diagnostic | None:
+    """What forbids the name as that of a mission; absent where nothing does."""
+    if reserved(name):
+        message = f"{quoted(name)} is a word of the language, so it cannot be the name of a mission"
+        return Diagnostic(NAME_NOT_ALLOWED, message, None, help=f"choose another, such as `{name}_1`")
+    most = Limits().name_length
+    if not nameable(name) or len(name) > most:
+        message = f"{quoted(name)} cannot be the name of a mission"
+        note = f"a name is a letter or `_` followed by letters a to z, digits and `_`, at most {most} of them"
+        return Diagnostic(
+            NAME_NOT_ALLOWED, message, None, notes=(note,), help=f"choose another, such as `{_like(name)}`"
+        )
+    return None
+
+
+def _like(name: str) -> str:
+    """A name that is one, near to what was asked for."""
+    letters = re.sub(r"[^A-Za-z0-9_]+", "_", name)[:40].strip("_") or "patrol"
+    return letters if nameable(letters) else f"mission_{letters}"
+
+
+def _file_refused(target: Path, force: bool) -> Diagnostic | None:
+    if not os.path.lexists(target) or force:
+        return None
+    help_ = "choose another name, or replace it with `--force`"
+    return Diagnostic(OUTPUT_EXISTS, f"`{target}` exists", None, help=help_)

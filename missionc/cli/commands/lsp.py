@@ -1,0 +1,34 @@
+"""``missionc lsp``: the language server, for an editor to start."""
+
+from __future__ import annotations
+
+from importlib.util import find_spec
+
+import click
+
+from missionc.cli.exit_status import Status, say
+from missionc.diagnostics.code import EXTRA_MISSING
+from missionc.diagnostics.model import Diagnostic
+
+
+@click.command("lsp")
+@click.option("--stdio", is_flag=True, help="Speak on standard input and output, as without it.")
+def command(stdio: bool) -> Status:
+    """Answer an editor in the Language Server Protocol.
+
+    It speaks on standard input and output, until the editor hangs up.
+    """
+    if find_spec("pygls") is None:
+        message = "the language server needs the package pygls, which is not installed"
+        say(
+            [Diagnostic(EXTRA_MISSING, message, None, help="install it with `pip install 'missionc[lsp]'`")],
+            [],
+            "text",
+            {},
+        )
+        return Status.MISSION_ERRORS
+    # Loaded when an editor asks, and never by another command.
+    from missionc.lsp.server import serve
+
+    serve()
+    return Status.DONE

@@ -1,0 +1,149 @@
+"""``missionc simulate FOLDER``: what the written polynomials come to in the air."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import click
+
+from missionc.cli import summary
+from missionc.cli.exit_status import Status, say
+from missionc.cli.options import (
+    Number,
+    file_to_write,
+    folder,
+    folders,
+    limits_and_form,
+    read_limits,
+)
+from missionc.cli.progress import ProgressLine
+from missionc.diagnostics.model import Diagnostic
+
+ENGINES = ("quadrotor", "rotorpy", "crazyflow")
+MOST_FLIGHTS = 100_000
+DRAWN = 20
+"""Flights whose paths are drawn."""
+
+
+def wind(value: str) -> tuple[float, float]:
+    """``MEAN`` or ``MEAN,GUST``, m/s."""
+    words = value.split(",")
+    try:
+        numbers = [float(word) for word in words]
+    except ValueError:
+        numbers = []
+    if not 1 <= len(numbers) <= 2 or not all(0 <= number <= 100 for number in numbers):
+        raise click.UsageError(f"`{value}` is not a wind such as 1 or 1,0.5, in m/s")
+    return numbers[0], numbers[1] if len(numbers) > 1 else 0.0
+
+
+@click.command("simulate")
+@click.argument("path", type=folder, shell_complete=folders, metavar="FOLDER")
+@limits_and_form
+@click.option("--engine", type=click.Choice(ENGINES), default=ENGINES[0], show_default=True)
+@click.option("--trials", type=click.IntRange(1, MOST_FLIGHTS), default=1, show_default=True, metavar="N")
+@click.option("--wind", "air", type=wind, default="0", metavar="MEAN[,GUST]", help="In m/s; level, from anywhere.")
+@click.option(
+    "--mass-error",
+    type=Number(0, 50),
+    default=0.0,
+    metavar="PERCENT",
+    help="Each vehicle weighs up to so much more or less than its controller thinks.",
+)
+@click.option(
+    "--start-error",
+    type=Number(0, 1),
+    default=0.0,
+    metavar="METRES",
+    help="Each begins up to so far beside its start, along x and along y.",
+)
+@click.option("--clock-error", type=Number(0, 1), default=0.0, metavar="SECONDS", help="Each begins up to so late.")
+@click.option("--seed", type=click.IntRange(0, 2**32 - 1), default=0, show_default=True, metavar="N")
+@click.option("--trace", type=file_to_write, metavar="FILE", help="Write the first flight's path: FILE.csv.")
+@click.option("--plot", type=file_to_write, metavar="FILE", help="Draw the flights: FILE.svg or FILE.png.")
+@click.option("--quiet", is_flag=True, help="No progress.")
+def command(
+    path: Path,
+    limits: tuple[tuple[str, str], ...],
+    form: str,
+    engine: str,
+    trials: int,
+    air: tuple[float, float],
+    mass_error: float,
+    start_error: float,
+    clock_error: float,
+    seed: int,
+    trace: Path | None,
+    plot: Path | None,
+    quiet: bool,
+) -> Status:
+    """Fly a compiled folder's polynomials in simulation, judge the mission on their path, and add it to the report."""
+    if plot and plot.suffix not in (".svg", ".png"):
+        raise click.BadParameter(f"`{plot}` ends neither in .svg nor in .png", param_hint="--plot")
+    if engine != ENGINES[0] and (trials > 1 or any((*air, mass_error, start_error, clock_error))):
+        raise click.UsageError(f"{engine} flies once and undisturbed; leave `--engine` out for trials and disturbances")
+    from missionc.replay.simulate_folder import simulate
+    from missionc.simulate.disturbance import Disturbance
+    from missionc.simulate.trials import Trial
+
+    allowed = read_limits(limits)
+    refused = _refused(path, trace, plot)
+    if refused:
+        say([refused], [], form, {"passed": None})
+        return Status.MISSION_ERRORS
+    disturbance = Disturbance(*air, mass_error / 100, start_error, clock_error)
+    trial = Trial(engine, trials, disturbance, seed, DRAWN if plot else 1)
+    with _progress(quiet or form == "json", trials) as listen:
+        simulated = simulate(path, trial, allowed, listen)
+    findings = list(simulated.findings)
+    document = summary.simulated_document(simulated)
+    if simulated.reopened and simulated.trials:
+        from missionc.output.documents.simulation_json import simulation_json
+        from missionc.replay.render_report import laid
+
+        flown = simulation_json(simulated.reopened.mission, document, simulated.trials.flown)
+        findings += laid(path, flown, allowed)
+    if (trace or plot) and simulated.reopened and simulated.trials:
+        from missionc.output.folder.write_file import write_file
+        from missionc.output.plot.plot_flights import draw, table
+
+        if trace:
+            findings += filter(None, [write_file(trace, table(simulated.reopened.mission, simulated.trials.flown))])
+        if plot:
+            picture = draw(simulated.reopened.mission, simulated.trials, plot.suffix[1:])
+            findings += filter(None, [write_file(plot, picture)])
+    say(findings, summary.simulated_lines(simulated), form, document)
+    if findings:
+        return Status.MISSION_ERRORS
+    return Status.DONE if simulated.passed else Status.VIOLATED
+
+
+def _refused(path: Path, trace: Path | None, plot: Path | None) -> Diagnostic | None:
+    """What forbids writing, said before anything is flown."""
+    if not (trace or plot):
+        return None
+    from missionc.output.folder.overlap import Output, overlapping
+    from missionc.output.folder.write_file import refuse_file
+    from missionc.output.plot.plot import missing
+
+    outputs = [Output(flag, file) for flag, file in (("--trace", trace), ("--plot", plot)) if file]
+    return (
+        overlapping(outputs, [path])
+        or (plot and (missing() or refuse_file(plot)))
+        or (trace and refuse_file(trace))
+        or None
+    )
+
+
+@contextmanager
+def _progress(silent: bool, trials: int) -> Iterator[Callable[[int], None]]:
+    """Where to say how many flights are over: a line on a terminal, nowhere else."""
+    if silent or not sys.stderr.isatty():
+        yield lambda done: None
+        return
+    with ProgressLine(sys.stderr) as line:
+        line.say("flying")
+        yield lambda done: line.say(f"flying: {done}/{trials} flights")

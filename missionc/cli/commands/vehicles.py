@@ -1,0 +1,31 @@
+"""``missionc vehicles [NAME]``: what a team may be flown by."""
+
+from __future__ import annotations
+
+import click
+
+from missionc.cli import summary
+from missionc.cli.exit_status import Status
+from missionc.cli.options import (
+    form_flag,
+    one_of,
+    vehicle_name,
+)
+from missionc.data.vehicles import profiles
+from missionc.diagnostics.sanitize import as_json
+from missionc.resolve.show_vehicle import show_vehicle
+
+
+@click.command("vehicles")
+@click.argument("name", required=False, type=vehicle_name, shell_complete=one_of(profiles))
+@form_flag
+def command(name: str | None, form: str) -> Status:
+    """List the vehicles a team may name; of one, every figure."""
+    known = profiles()
+    chosen = list(known.values()) if name is None else [known[name]]
+    if form == "json":
+        click.echo(as_json(summary.vehicles_document(chosen)))
+        return Status.DONE
+    for line in map(show_vehicle, chosen) if name is None else summary.vehicle_lines(chosen[0]):
+        click.echo(line)
+    return Status.DONE

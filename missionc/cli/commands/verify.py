@@ -1,0 +1,33 @@
+"""``missionc verify FOLDER``: whether what lies in a folder may be flown."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from missionc.cli import summary
+from missionc.cli.exit_status import (
+    Status,
+    say,
+    status_of,
+)
+from missionc.cli.options import (
+    folder,
+    folders,
+    limits_and_form,
+    read_limits,
+)
+from missionc.replay.reverify import replay
+
+
+@click.command("verify")
+@click.argument("path", type=folder, shell_complete=folders, metavar="FOLDER")
+@limits_and_form
+def command(path: Path, limits: tuple[tuple[str, str], ...], form: str) -> Status:
+    """Verify a compiled folder once more, from its files alone."""
+    replayed = replay(path, read_limits(limits))
+    say(replayed.findings, summary.replayed_lines(replayed), form, summary.replayed_document(replayed))
+    if replayed.certificate is None:
+        return Status.MISSION_ERRORS
+    return status_of(replayed.passed, replayed.undecided)

@@ -1,0 +1,224 @@
+"""One compilation as a command asks for it: planned, judged, written, and said.
+
+in   Order
+out  Answer
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, assert_never
+
+from missionc.backends.api import Budget, Impossible, NotFound, Options, Progress
+from missionc.base.limits import Limits
+from missionc.base.units import Seconds
+from missionc.cli import emit_stages, summary
+from missionc.cli.exit_status import Status, say
+from missionc.cli.progress import shown
+from missionc.diagnostics.model import Diagnostic, has_errors
+from missionc.pipeline import driver
+from missionc.pipeline.checkpoints import KeptRun
+from missionc.pipeline.results import (
+    Checked,
+    Compiled,
+    Refused,
+    Unverified,
+    Verified,
+)
+
+if TYPE_CHECKING:
+    from missionc.output.folder.overlap import Output
+
+
+@dataclass(frozen=True, slots=True)
+class Order:
+    """What is to be compiled, how, and what is to be written and said; the flags of ``compile``, read."""
+
+    file: Path
+    overrides: tuple[tuple[str, str], ...] = ()
+    limits: Limits = field(default_factory=Limits)
+    backend: str = "auto"
+    vehicle: str = ""
+    """What flies teams that name none; empty for none."""
+    options: Options = field(default_factory=Options)
+    seed: int = 0
+    time_limit: Seconds = driver.DEFAULT_TIME_LIMIT
+    memory_limit: int = driver.DEFAULT_MEMORY_LIMIT
+    explain_limit: Seconds = driver.NO_EXPLANATION
+    continuous: bool = False
+    exports: tuple[str, ...] = ()
+    checkpoint: Path | None = None
+    resume: Path | None = None
+    wanted: tuple[str, ...] = ()
+    """Stages to print, in the order of the pipeline."""
+    output: Path | None = None
+    """The folder to write; that of the mission's name where it is left out."""
+    force: bool = False
+    plot: Path | None = None
+    form: str = "text"
+    quiet: bool = False
+    timings: bool = False
+    began: float | None = None
+    """When the time limit began to run, on the clock of ``time.monotonic``; None for when the work begins."""
+
+    @property
+    def writes(self) -> bool:
+        """Whether a folder is to be written: stages that are printed take its place, unless both are asked for."""
+        return not self.wanted or self.output is not None
+
+
+@dataclass(frozen=True, slots=True)
+class Answer:
+    """What an order came to; ``output`` is the folder written, empty where none was."""
+
+    compiled: Compiled
+    status: Status
+    output: str = ""
+
+
+def fulfil(order: Order) -> Answer:
+    """Compile, write, and say what came of it."""
+    deadline = (time.monotonic() if order.began is None else order.began) + order.time_limit
+    with shown(order.quiet or order.form == "json", deadline) as listen:
+        answer = _compiled(order, deadline, listen)
+    compiled = answer.compiled
+    lines = [] if order.quiet or order.wanted else summary.compiled_lines(compiled, answer.output)
+    lines += summary.timing_lines(compiled.seconds) if order.timings else []
+    texts = emit_stages.of_compiled(compiled, order.wanted)
+    document = summary.compiled_document(compiled, answer.output, texts)
+    say(compiled.findings, [*_stage_lines(texts), *lines], order.form, document)
+    return answer
+
+
+def check(order: Order) -> Checked:
+    """What the front end says of the mission."""
+    return driver.check(
+        order.file,
+        overrides=dict(order.overrides),
+        backend=order.backend,
+        limits=order.limits,
+        vehicle=order.vehicle,
+    )
+
+
+def folder_of(order: Order, checked: Checked) -> Path:
+    """The folder that a plan is written to."""
+    return order.output or Path("build") / (checked.mission.name if checked.mission else "mission")
+
+
+def _compiled(order: Order, deadline: float, listen: Callable[[Progress], None]) -> Answer:
+    budget = Budget(deadline, order.memory_limit, order.seed, order.limits, listen)
+    checked = driver.check_within(
+        budget,
+        order.file,
+        overrides=dict(order.overrides),
+        backend=order.backend,
+        vehicle=order.vehicle,
+    )
+    if isinstance(checked, Compiled):
+        return Answer(checked, Status.UNDECIDED)
+    if order.wanted and not order.writes and not order.plot and set(order.wanted) <= set(emit_stages.BEFORE_PLANNING):
+        compiled = Compiled(checked, Refused(), checked.findings, checked.seconds)
+        return Answer(compiled, Status.DONE if checked.ok else Status.MISSION_ERRORS)
+    folder = folder_of(order, checked) if order.writes else None
+    return _planned(order, checked, folder, budget)
+
+
+def _planned(order: Order, checked: Checked, folder: Path | None, budget: Budget) -> Answer:
+    """Plan and write. What can be known to forbid writing is said before any planning."""
+    from missionc.output.export.formats import FORMATS
+    from missionc.output.folder.overlap import overlapping
+    from missionc.output.folder.write_folder import refuse
+    from missionc.output.plot.plot import missing
+
+    absent = next(filter(None, (FORMATS[name].missing() for name in order.exports)), None)
+    refused = (order.plot and missing()) or absent or overlapping(*_paths(order, checked, folder))
+    refused = refused or (refuse(folder, order.force) if folder else None)
+    if refused and checked.ok:
+        return _refused(Compiled(checked, Refused(), checked.findings, checked.seconds), refused)
+    kept = KeptRun(order.checkpoint, order.resume)
+    checkpoints = kept.checkpoints(budget.limits)
+    if isinstance(checkpoints, Diagnostic):
+        return _refused(Compiled(checked, Refused(), checked.findings, checked.seconds), checkpoints)
+    compiled = driver.plan(
+        checked, order.options, budget, checkpoints, order.exports, order.continuous, order.explain_limit
+    )
+    answer = _answer(compiled, folder, order.force, order.plot)
+    if kept.wrong:
+        findings = (*answer.compiled.findings, kept.wrong)
+        return Answer(replace(answer.compiled, findings=findings), Status.MISSION_ERRORS, answer.output)
+    return answer
+
+
+def _paths(order: Order, checked: Checked, folder: Path | None) -> tuple[list[Output], list[Path]]:
+    """All that is to be written, and all that was read; a run may be kept in the file that it is taken up from."""
+    from missionc.output.folder.overlap import Output, within
+
+    named = [("-o", folder), ("--plot", order.plot), ("--checkpoint", order.checkpoint)]
+    outputs = [Output(flag, path, flag == "-o") for flag, path in named if path]
+    again = order.resume and order.checkpoint and within(order.resume, order.checkpoint)
+    resumed = [order.resume] if order.resume and not again else []
+    return outputs, [order.file, *(Path(source.name) for source in checked.sources[1:]), *resumed]
+
+
+def _answer(compiled: Compiled, folder: Path | None, force: bool, plot: Path | None) -> Answer:
+    """What was planned, written."""
+    match compiled.outcome:
+        case Refused():
+            return Answer(compiled, Status.MISSION_ERRORS)
+        case Unverified():
+            return Answer(compiled, Status.NOT_VERIFIED)
+        case NotFound():
+            return _write(compiled, Status.UNDECIDED, folder, force, None)
+        case Impossible():
+            return _write(compiled, Status.IMPOSSIBLE, folder, force, None)
+        case Verified():
+            status = Status.MISSION_ERRORS if has_errors(list(compiled.findings)) else Status.DONE
+            return _write(compiled, status, folder, force, plot)
+        case _:
+            assert_never(compiled.outcome)
+
+
+def _write(
+    compiled: Compiled,
+    status: Status,
+    folder: Path | None,
+    force: bool,
+    plot: Path | None,
+) -> Answer:
+    """The folder, whole or not at all; then the map."""
+    from missionc.output.folder.write_file import write_file
+    from missionc.output.folder.write_folder import write_folder
+    from missionc.output.plot.plot import plot as draw
+
+    mission = compiled.checked.mission
+    picture: bytes | Diagnostic = b""
+    if plot and mission and isinstance(compiled.outcome, Verified):
+        plan = compiled.outcome.plan
+        picture = draw(mission, plan.trace, plan.backend, plot.suffix[1:])
+    if isinstance(picture, Diagnostic):
+        return _refused(compiled, picture)
+    written = folder if compiled.files else None
+    wrong = write_folder(written, compiled.files, force) if written else None
+    if wrong:
+        return _refused(compiled, wrong)
+    wrong = write_file(plot, picture) if plot and picture else None
+    if wrong:
+        compiled, status = replace(compiled, findings=(*compiled.findings, wrong)), Status.MISSION_ERRORS
+    return Answer(compiled, status, str(written or ""))
+
+
+def _refused(compiled: Compiled, finding: Diagnostic) -> Answer:
+    """The end of a compilation whose output cannot be written."""
+    findings = (*compiled.findings, finding)
+    return Answer(replace(compiled, outcome=Refused(), findings=findings), Status.MISSION_ERRORS)
+
+
+def _stage_lines(texts: list[tuple[str, str]]) -> list[str]:
+    """The stages asked for; with a heading each where there are several."""
+    if len(texts) == 1:
+        return [texts[0][1].rstrip("\n")]
+    return [line for stage, text in texts for line in (f"# {stage}", text.rstrip("\n"), "")]

@@ -1,0 +1,58 @@
+"""Every stage of the pipeline as text, for ``--emit``."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from missionc.checks.show_horizons import show_horizons
+from missionc.kernel.show import show as show_kernel
+from missionc.pipeline.results import (
+    Checked,
+    Compiled,
+    Refused,
+    Verified,
+)
+from missionc.resolve.show_ir import show_ir
+from missionc.syntax.show_tree import show as show_program
+
+BEFORE_PLANNING = ("ast", "ir", "kernel", "cost-graph", "horizons", "backend")
+BY_A_BACKEND = ("smt2", "dimacs")
+ALL = (*BEFORE_PLANNING, *BY_A_BACKEND, "plan")
+
+
+def in_order(names: Iterable[str]) -> tuple[str, ...]:
+    """The stages of these names, each once, in the order of the pipeline."""
+    asked = set(names)
+    return tuple(stage for stage in ALL if stage in asked)
+
+
+def of_checked(checked: Checked, asked: tuple[str, ...]) -> list[tuple[str, str]]:
+    """The stages before planning, as far as the mission came: name and text."""
+    texts: dict[str, str] = {}
+    if checked.program:
+        texts["ast"] = show_program(checked.program)
+    if checked.mission and checked.kernel:
+        texts["ir"] = show_ir(checked.mission)
+        texts["horizons"] = show_horizons(checked.mission)
+        texts["kernel"] = show_kernel(checked.kernel, checked.mission)
+        if "cost-graph" in asked:
+            from missionc.backends.clot.cost_graph.cost_graph import (
+                build,  # few look at it, and everybody would wait for it
+            )
+            from missionc.backends.clot.cost_graph.show_cost_graph import show_cost_graph
+
+            texts["cost-graph"] = show_cost_graph(build(checked.kernel), checked.mission)
+    if checked.choice:
+        texts["backend"] = checked.choice.explanation + "\n"
+    return [(stage, texts[stage]) for stage in asked if stage in texts]
+
+
+def of_compiled(compiled: Compiled, asked: tuple[str, ...]) -> list[tuple[str, str]]:
+    """All stages that came to be: name and text."""
+    outcome = compiled.outcome
+    texts = dict(of_checked(compiled.checked, asked))
+    if isinstance(outcome, Verified):
+        texts |= {"plan": dict(outcome.files)["plan.json"].decode("utf-8")}
+    if not isinstance(outcome, Refused):
+        texts |= dict(outcome.report.texts)
+    return [(stage, texts[stage]) for stage in asked if stage in texts]

@@ -1,0 +1,86 @@
+"""What every command ends with: an exit status, findings on standard error, results on standard output."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Iterable
+from enum import IntEnum
+from pathlib import Path
+
+import click
+
+from missionc.cli.streams import HUNG_UP, NOT_SAID
+from missionc.diagnostics.code import INTERNAL, OUT_OF_MEMORY
+from missionc.diagnostics.model import Diagnostic
+from missionc.diagnostics.render import render_json, render_text
+from missionc.diagnostics.sanitize import as_json, plain
+
+
+class Status(IntEnum):
+    """Exit statuses; that of a signal is 128 and its number."""
+
+    DONE = 0
+    MISSION_ERRORS = 1
+    USAGE = 2
+    IMPOSSIBLE = 3
+    UNDECIDED = 4
+    NOT_VERIFIED = 5
+    VIOLATED = 3
+    DEFECT = 70
+    NOT_SAID = NOT_SAID
+    HUNG_UP = HUNG_UP
+
+
+def status_of(passed: bool, undecided: bool) -> Status:
+    """What the files of a folder that could be read come to."""
+    if passed:
+        return Status.DONE
+    return Status.UNDECIDED if undecided else Status.NOT_VERIFIED
+
+
+def say(findings: Iterable[Diagnostic], lines: Iterable[str], form: str, document: dict[str, object]) -> None:
+    """Findings to standard error and results to standard output, or one document with both."""
+    if form == "sarif":
+        from missionc.diagnostics.sarif import render_sarif  # few ask for it
+
+        click.echo(as_json(render_sarif(list(findings))))
+        return
+    if form == "json":
+        click.echo(as_json({**document, "diagnostics": render_json(list(findings))}))
+        return
+    text = render_text(list(findings), _colours(sys.stderr.isatty()))
+    if text:
+        click.echo(text, err=True, color=True)
+    for line in lines:
+        say_line(line)
+
+
+def say_line(line: str) -> None:
+    """A line on standard output, harmless to a terminal whatever it names."""
+    click.echo(plain(line))
+
+
+def defect(error: Exception) -> Diagnostic:
+    """What is said of an error that nobody foresaw: which, and where."""
+    place = error.__traceback__
+    while place and place.tb_next:
+        place = place.tb_next
+    where = f"{Path(place.tb_frame.f_code.co_filename).name}:{place.tb_lineno}" if place else "nowhere"
+    return Diagnostic(
+        INTERNAL,
+        f"a defect of the compiler: {type(error).__name__} at {where}",
+        None,
+        notes=(str(error)[:200],) if str(error) else (),
+        help="report it with the mission, the command and `missionc --version`; MISSIONC_TRACEBACK=1 shows more",
+    )
+
+
+def out_of_memory() -> Diagnostic:
+    """What is said where there is no memory for what limits that were raised, or a large team, ask for."""
+    help_ = "make it smaller, or run it where there is more memory; `--limit` bounds what a mission may hold"
+    return Diagnostic(OUT_OF_MEMORY, "there is not enough memory for what this mission holds", None, help=help_)
+
+
+def _colours(terminal: bool) -> bool:
+    return terminal and not os.environ.get("NO_COLOR") and os.environ.get("TERM") != "dumb"

@@ -1,0 +1,265 @@
+"""What several commands take: the flags, and how their values are read."""
+
+from __future__ import annotations
+
+import errno
+import math
+import os
+from collections.abc import Callable, Collection, Iterable
+from dataclasses import fields, replace
+from pathlib import Path
+from typing import Any, TypeVar
+
+import click
+from click.shell_completion import CompletionItem
+
+from missionc.base.limits import Limits, most
+from missionc.cli import emit_stages
+from missionc.data.vehicles import profiles
+from missionc.diagnostics.suggest import nearest
+
+Command = TypeVar("Command", bound=Callable[..., Any])
+
+Pairs = tuple[tuple[str, str], ...]
+"""Of flags that take NAME=VALUE, each as often as it was given."""
+
+Completer = Callable[[click.Context, click.Parameter, str], list[CompletionItem]]
+
+SIZES = {"": 1 << 20, "B": 1, "KB": 1 << 10, "MB": 1 << 20, "GB": 1 << 30}
+"""Bytes in each unit of memory; a bare number is in megabytes."""
+
+
+class Number(click.FloatRange):
+    """A finite number within bounds; 0 has no sign."""
+
+    def convert(self, value: Any, parameter: click.Parameter | None, context: click.Context | None) -> float:
+        number = float(super().convert(value, parameter, context))
+        if not math.isfinite(number):
+            self.fail(f"{value!r} is not a finite number.", parameter, context)
+        return number + 0.0
+
+
+def existing(value: str) -> Path:
+    """A file that is there. Whether it can be read and believed is ``read_file``'s to say."""
+    path = _path(value)
+    if not os.path.exists(path):
+        raise click.UsageError(f"there is no file `{value}`")
+    if os.path.isdir(path):
+        raise click.UsageError(f"`{value}` is a folder; name a file in it")
+    return path
+
+
+def folder(value: str) -> Path:
+    """A folder that is there."""
+    path = _path(value)
+    if not os.path.exists(path):
+        raise click.UsageError(f"there is no folder `{value}`")
+    if not os.path.isdir(path):
+        raise click.UsageError(f"`{value}` is a file; name the folder that `missionc compile` wrote")
+    return path
+
+
+def named(path: Path) -> Path:
+    """A folder by its whole path, for what is written beside it under its name."""
+    whole = Path(os.path.abspath(path))
+    if not whole.name:
+        raise click.UsageError(f"`{path}` has no name; say with `-o` where to write")
+    return whole
+
+
+def folder_to_write(value: str) -> Path:
+    """A path for a folder. Whether it may be written is ``output.folder.write_folder``'s to say."""
+    return _path(value)
+
+
+def file_to_write(value: str) -> Path:
+    """A path for a file, at which there is no folder."""
+    path = _path(value)
+    if os.path.isdir(path):
+        raise click.UsageError(f"`{value}` is a folder; name a file in it")
+    return path
+
+
+def _path(value: str) -> Path:
+    """A path that the system can have, whether there is something or not."""
+    if not value:
+        raise click.UsageError("a path is empty; name a file or a folder")
+    try:
+        os.lstat(value)
+    except ValueError:
+        raise click.UsageError(f"`{value}` holds characters that no path has") from None
+    except OSError as error:
+        if error.errno == errno.ENAMETOOLONG:
+            raise click.UsageError(f"`{value[:40]}…` is longer than the system lets a path be") from None
+    return Path(value)
+
+
+def vehicle_name(value: str) -> str:
+    """A profile that there is."""
+    return _known(value, profiles(), "vehicle", "`missionc vehicles` lists them")
+
+
+def _known(value: str, known: Collection[str], what: str, otherwise: str) -> str:
+    if value not in known:
+        near = nearest(value, known)
+        hint = f"did you mean `{near}`?" if isinstance(near, str) else otherwise
+        raise click.UsageError(f"there is no {what} `{value}`; {hint}")
+    return value
+
+
+def files(context: click.Context, parameter: click.Parameter, incomplete: str) -> list[CompletionItem]:
+    """For shell completion: whatever files there are."""
+    return [CompletionItem(incomplete, type="file")]
+
+
+def folders(context: click.Context, parameter: click.Parameter, incomplete: str) -> list[CompletionItem]:
+    """For shell completion: whatever folders there are."""
+    return [CompletionItem(incomplete, type="dir")]
+
+
+def one_of(names: Callable[[], Iterable[str]]) -> Completer:
+    """For shell completion: one of these names, looked up when it is asked for."""
+
+    def complete(context: click.Context, parameter: click.Parameter, incomplete: str) -> list[CompletionItem]:
+        return [CompletionItem(name) for name in names() if name.startswith(incomplete)]
+
+    return complete
+
+
+def several_of(names: Callable[[], Iterable[str]]) -> Completer:
+    """For shell completion: names with commas between them; the last of them is completed, with none said twice."""
+
+    def complete(context: click.Context, parameter: click.Parameter, incomplete: str) -> list[CompletionItem]:
+        before, comma, last = incomplete.rpartition(",")
+        left = [name for name in names() if name not in before.split(",")]
+        return [CompletionItem(before + comma + name) for name in left if name.startswith(last)]
+
+    return complete
+
+
+def exports() -> Collection[str]:
+    """The forms of export there are; loaded where one is asked for, and nowhere else."""
+    from missionc.output.export.formats import FORMATS
+
+    return FORMATS
+
+
+def pair(value: str) -> tuple[str, str]:
+    """``NAME=VALUE``"""
+    name, equals, text = value.partition("=")
+    if not (name.strip() and equals and text.strip()):
+        raise click.UsageError(f"`{value}` is not of the form NAME=VALUE")
+    return name.strip(), text.strip()
+
+
+def memory(value: str) -> int:
+    """Bytes, written in megabytes or with a unit: ``512``, ``2GB``."""
+    word = value.strip().upper().replace(" ", "")
+    number = word.rstrip("KMGB")
+    try:
+        size = float(number) * SIZES[word[len(number) :]]
+    except (ValueError, KeyError):
+        raise click.UsageError(f"`{value}` is not a size such as 512, 512MB or 2GB") from None
+    if not 1 <= size <= 1 << 60:  # nor anything that is no number
+        raise click.UsageError(f"`{value}` is out of range")
+    return int(size)
+
+
+def stage_names(value: str) -> tuple[str, ...]:
+    """Names of stages with commas between them."""
+    words = tuple(word.strip() for word in value.split(","))
+    for word in words:
+        if word not in emit_stages.ALL:
+            raise click.UsageError(f"there is no stage `{word}`; there are {', '.join(emit_stages.ALL)}")
+    return words
+
+
+def export_name(value: str) -> str:
+    """The name of a form of export."""
+    return _known(value, exports(), "export", f"there are {', '.join(exports())}")
+
+
+def export_names(value: str) -> tuple[str, ...]:
+    """Names of exports with commas between them."""
+    return tuple(export_name(word.strip()) for word in value.split(","))
+
+
+def read_limits(pairs: tuple[tuple[str, str], ...]) -> Limits:
+    """The default limits but for those given."""
+    limits = Limits()
+    kinds = {field.name: type(getattr(limits, field.name)) for field in fields(limits)}
+    for name, text in pairs:
+        if name not in kinds:
+            near = nearest(name, kinds)
+            hint = f"; did you mean `{near}`?" if isinstance(near, str) else f"; there are {', '.join(kinds)}"
+            raise click.UsageError(f"there is no limit `{name}`{hint}")
+        try:
+            value = float(text)
+        except ValueError:
+            raise click.UsageError(f"the limit `{name}` needs a number, not `{text}`") from None
+        if not 0 < value <= most(name):
+            raise click.UsageError(f"the limit `{name}` must be above 0, and {most(name):g} at most")
+        if kinds[name] is int and not value.is_integer():
+            raise click.UsageError(f"the limit `{name}` needs a whole number, not `{text}`")
+        limits = replace(limits, **{name: kinds[name](value)})
+    return limits
+
+
+FORMS = ("text", "json")
+"""How every command can answer."""
+
+
+def form_of(forms: tuple[str, ...]) -> Callable[[Command], Command]:
+    """The flag that says which of these forms the answer has."""
+    words = "Words, or one document for programs."
+    return click.option("--format", "form", type=click.Choice(forms), default="text", help=words)
+
+
+form_flag = form_of(FORMS)
+
+
+memory_limit = click.option(
+    "--memory-limit",
+    type=memory,
+    metavar="SIZE",
+    default="8GB",
+    show_default=True,
+    help="Of the compiler and its solver; 512 is 512 MB.",
+)
+
+vehicle = click.option(
+    "--vehicle",
+    type=vehicle_name,
+    shell_complete=one_of(profiles),
+    metavar="NAME",
+    help="Fly teams that name no vehicle as this one; `missionc vehicles` lists them.",
+)
+
+watch = click.option("--watch", is_flag=True, help="Go on, and do it again whenever a file of the mission is saved.")
+
+no_open = click.option("--no-open", is_flag=True, help="Say where the page is, and open no browser.")
+
+explain_limit = click.option(
+    "--explain-limit",
+    type=Number(min=0, max=1e9),
+    default=20.0,
+    show_default=True,
+    metavar="SECONDS",
+    help="Of the time limit, so much for what would make an `impossible` possible; 0 for none.",
+)
+
+
+def of_mission(command: Command, forms: tuple[str, ...] = FORMS) -> Command:
+    """The flags of every command that reads a mission; ``forms`` are how it can answer."""
+    define = click.option(
+        "-D", "overrides", type=pair, multiple=True, metavar="NAME=VALUE", help="Give a parameter another value."
+    )
+    return define(limits_and_form(command, forms))
+
+
+def limits_and_form(command: Command, forms: tuple[str, ...] = FORMS) -> Command:
+    """The flags of every command that reads files."""
+    limit = click.option(
+        "--limit", "limits", type=pair, multiple=True, metavar="NAME=VALUE", help="Raise or lower a limit of size."
+    )
+    return limit(form_of(forms)(command))

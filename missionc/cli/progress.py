@@ -1,0 +1,79 @@
+"""One line on a terminal that says what goes on: the time so far and the time left, the stage, and how far it is."""
+
+from __future__ import annotations
+
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from shutil import get_terminal_size
+from typing import TYPE_CHECKING, TextIO
+
+from missionc.cli.streams import Unsaid
+from missionc.diagnostics.sanitize import plain_line
+
+if TYPE_CHECKING:
+    from missionc.backends.api import Progress
+
+EVERY = 0.2
+"""Seconds between two drawings; the time goes on while a stage is silent."""
+
+
+class ProgressLine:
+    """A context in which the line is drawn again and again, and after which it is gone."""
+
+    def __init__(self, stream: TextIO, deadline: float | None = None) -> None:
+        """Args:
+        deadline: when time is up, on the clock of ``time.monotonic``, if it ever is.
+        """
+        self._stream, self._deadline = stream, deadline
+        self._begin = time.monotonic()
+        self._says = "reading"
+        self._done = threading.Event()
+        self._drawer = threading.Thread(target=self._draw, daemon=True)
+
+    def listen(self, progress: Progress) -> None:
+        """Take note of where a backend is."""
+        rounds = f", round {progress.round}" if progress.round > 1 else ""
+        iteration = f", iteration {progress.iteration}" if progress.iteration else ""
+        planned = "{}/{} robots planned".format(*progress.planned) if progress.planned else ""
+        margin = "" if progress.margin is None else f"best margin {progress.margin:.3g} m"
+        details = ", ".join(filter(None, (planned, margin, progress.detail)))
+        self._says = f"{progress.stage}{rounds}{iteration}" + (f": {details}" if details else "")
+
+    def say(self, stage: str) -> None:
+        self._says = stage
+
+    def __enter__(self) -> ProgressLine:
+        self._drawer.start()
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        self._done.set()
+        self._drawer.join()
+        self._show("")
+
+    def _draw(self) -> None:
+        while not self._done.wait(EVERY):
+            now = time.monotonic()
+            left = "" if self._deadline is None else f", {max(0.0, self._deadline - now):.0f} s left"
+            line = f"{now - self._begin:5.1f} s{left}  {self._says}"
+            # A line that wraps would not be erased whole.
+            self._show(plain_line(line)[: get_terminal_size().columns - 1])
+
+    def _show(self, line: str) -> None:
+        # Nobody misses a line that goes away anyway.
+        with suppress(Unsaid):
+            self._stream.write(f"\r\x1b[K{line}")
+            self._stream.flush()
+
+
+@contextmanager
+def shown(silent: bool, deadline: float) -> Iterator[Callable[[Progress], None]]:
+    """Where to say how far things are: a line on a terminal, nowhere else."""
+    if silent or not sys.stderr.isatty():
+        yield lambda progress: None
+        return
+    with ProgressLine(sys.stderr, deadline) as line:
+        yield line.listen

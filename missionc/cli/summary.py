@@ -1,0 +1,351 @@
+"""What a command has to say: as lines for people, and as one document for programs."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, assert_never
+
+from missionc.backends.api import Attempt, Fault, Impossible, NotFound
+from missionc.base.trace import judgement_lines
+from missionc.base.units import Seconds
+from missionc.diagnostics.model import has_errors
+from missionc.ir import FIGURES, Band, Vehicle
+from missionc.pipeline.relax.advice import explained_document, explained_lines
+from missionc.pipeline.results import (
+    Checked,
+    Compiled,
+    Monitored,
+    Refused,
+    Unverified,
+    Verified,
+)
+from missionc.resolve.resolve_quantities import SI
+from missionc.resolve.show_vehicle import figures_of
+
+if TYPE_CHECKING:
+    from missionc.base.trace import Judgement
+    from missionc.replay.reverify import Replayed
+    from missionc.replay.simulate_folder import Simulated
+    from missionc.verify.certificate import Between, Certificate, Check
+
+SHOWN = 5e-4
+"""A margin below it, in its unit, would be shown as nothing."""
+
+
+def outcome_word(compiled: Compiled) -> str | None:
+    """The outcome in one word, as the JSON document has it; None where a sound mission was not to be planned."""
+    outcome = compiled.outcome
+    match outcome:
+        case Verified():
+            return "planned"
+        case Impossible():
+            return "impossible"
+        case NotFound():
+            return "undecided"
+        case Unverified():
+            return "unverified"
+        case Refused():
+            return "refused" if has_errors(list(compiled.findings)) else None
+        case _:
+            assert_never(outcome)
+
+
+def compiled_lines(compiled: Compiled, output: str) -> list[str]:
+    """The summary of a compilation; ``output`` is the folder written, or empty."""
+    mission = compiled.checked.mission
+    if isinstance(compiled.outcome, Impossible | NotFound) and mission:
+        best = compiled.outcome.best if isinstance(compiled.outcome, NotFound) else None
+        candidate = attempt_lines(mission.name, best, mission.step) if best else []
+        written = [f"written to {output}", *file_lines(compiled.files)] if output else []
+        return [*candidate, *explained_lines(compiled), *written]
+    if not isinstance(compiled.outcome, Verified) or mission is None:
+        return []
+    plan, certificate = compiled.outcome.plan, compiled.outcome.certificate
+    lines = [
+        *str(plan).splitlines(),
+        *(f"note: {note}" for note in compiled.outcome.report.notes),
+        f"verified: {_many(len(certificate.checks), 'check')}, the tightest margin of each kind",
+        *margin_lines(certificate),
+        *(f"note: {warning}" for warning in certificate.warnings),
+        *between_lines(certificate.between),
+    ]
+    return [*lines, f"written to {output}", *file_lines(compiled.outcome.files)] if output else lines
+
+
+def attempt_lines(name: str, best: Attempt, step: Seconds) -> list[str]:
+    """The best candidate of a search that found no plan, requirement by requirement, and what else it breaks."""
+    lines = [f"{name}: no plan was found; the best candidate, which is none", *judgement_lines(best.requirements, step)]
+    faults = best.worst_faults()
+    width = max((len(fault.what) for fault in faults), default=0)
+    return [*lines, *(f"  {fault.what:<{width}}  broken  {_amount(fault, step)}" for fault in faults)]
+
+
+def monitored_lines(monitored: Monitored) -> list[str]:
+    """A verdict, and one line for each requirement and preference."""
+    mission = monitored.checked.mission
+    if not monitored.ok or mission is None:
+        return []
+    verdict = "satisfied" if monitored.satisfied else "violated"
+    lines = [f"{mission.name}: {verdict}", *judgement_lines(monitored.requirements, mission.step)]
+    if monitored.preferences:
+        lines += ["preferences", *judgement_lines(monitored.preferences, mission.step)]
+    return [*lines, *between_lines(monitored.between)]
+
+
+def margin_lines(certificate: Certificate) -> list[str]:
+    """Of every kind of check the one closest to failing; kinds that are met to rounding, as equalities are, last."""
+    least: dict[str, Check] = {}
+    for check in certificate.checks:
+        if check.name not in least or check.margin < least[check.name].margin:
+            least[check.name] = check
+    shown = [check for check in least.values() if check.margin >= SHOWN]
+    exact = [check.name for check in least.values() if check.margin < SHOWN]
+    width = max((len(check.name) for check in shown), default=0)
+    lines = [f"  {check.name:<{width}}  {check.margin:.3f} {check.unit}{_where(check)}".rstrip() for check in shown]
+    return [*lines, f"  to rounding: {', '.join(exact)}"] if exact else lines
+
+
+def between_lines(between: Iterable[Between]) -> list[str]:
+    """A sentence for each requirement that fails between the steps, or of which that is not known."""
+    return [f"note: {each.detail}" for each in between if not each.holds]
+
+
+def file_lines(files: tuple[tuple[str, bytes], ...]) -> list[str]:
+    """The files of a folder, those in one subfolder on one line."""
+    names: dict[str, list[str]] = {}
+    for path, _ in files:
+        folder, slash, _ = path.partition("/")
+        names.setdefault(folder + slash, []).append(path)
+    return [
+        f"  {name}" + (f"  {_many(len(paths), 'file')}" if name.endswith("/") else "") for name, paths in names.items()
+    ]
+
+
+def exported_lines(output: str, files: tuple[tuple[str, bytes], ...], notes: list[str]) -> list[str]:
+    """Where a flight was exported to."""
+    return [*(f"note: {note}" for note in notes), f"written to {output}", *file_lines(files)]
+
+
+def timing_lines(seconds: tuple[tuple[str, Seconds], ...]) -> list[str]:
+    """Seconds by stage; a stage in rounds appears once for each."""
+    width = max((len(name) for name, _ in seconds), default=0)
+    return ["time", *(f"  {name:<{width}}  {value:8.3f} s" for name, value in seconds)]
+
+
+def checked_document(results: list[Checked]) -> dict[str, object]:
+    return {"files": [{"file": checked.file, "ok": checked.ok} for checked in results]}
+
+
+def compiled_document(compiled: Compiled, output: str, texts: list[tuple[str, str]]) -> dict[str, object]:
+    """``outcome`` and what belongs to it; wall-clock times are here and in no file."""
+    outcome = compiled.outcome
+    document: dict[str, object] = {
+        "outcome": outcome_word(compiled),
+        "output": output or None,
+        "backend": compiled.checked.choice.backend if compiled.checked.choice else None,
+        "requirements": [],
+        "timings": _sums(compiled.seconds),
+    }
+    if isinstance(outcome, Verified):
+        document["requirements"] = [each.as_record() for each in outcome.plan.judgements]
+        document["notes"] = list(outcome.report.notes)
+        document["cut_short"] = outcome.report.cut_short.value if outcome.report.cut_short else None
+        document["between_steps"] = [_between(each) for each in outcome.certificate.between]
+        document["certificate"] = {"checks": len(outcome.certificate.checks), "passed": outcome.certificate.passed}
+    if isinstance(outcome, NotFound):
+        document["best_attempt"] = _attempt(outcome.best)
+    if isinstance(outcome, Impossible):
+        document["conflict"] = list(outcome.conflict)
+    if isinstance(outcome, Impossible | NotFound):
+        document |= explained_document(compiled.explained)
+    if texts:
+        document["emit"] = dict(texts)
+    return document
+
+
+def monitored_document(monitored: Monitored) -> dict[str, object]:
+    return {
+        "satisfied": monitored.satisfied if monitored.ok else None,
+        "requirements": [each.as_record() for each in monitored.requirements],
+        "preferences": [each.as_record() for each in monitored.preferences],
+        "between_steps": [_between(each) for each in monitored.between],
+    }
+
+
+def replayed_lines(replayed: Replayed) -> list[str]:
+    """That a folder's files pass, and how narrowly."""
+    certificate = replayed.certificate
+    if certificate is None or not certificate.passed:
+        return []
+    lines = [
+        f"{certificate.mission}: verified, {_many(len(certificate.checks), 'check')} from the folder's files alone"
+    ]
+    return [
+        *lines,
+        *margin_lines(certificate),
+        *(f"note: {warning}" for warning in certificate.warnings),
+        *between_lines(certificate.between),
+    ]
+
+
+def replayed_document(replayed: Replayed) -> dict[str, object]:
+    """``passed`` is null where the folder could not be read; ``failures`` are the checks that fail."""
+    certificate = replayed.certificate
+    failures = certificate.failures if certificate else ()
+    return {
+        "passed": certificate.passed if certificate else None,
+        "checks": len(certificate.checks) if certificate else 0,
+        "failures": [
+            {
+                "name": check.name,
+                "subject": check.subject,
+                "margin": _finite(check.margin),
+                "unit": check.unit,
+                "at": check.at,
+            }
+            for check in failures
+        ],
+        "between_steps": [_between(each) for each in certificate.between] if certificate else [],
+    }
+
+
+def exported_document(output: str | None, files: Iterable[str], notes: list[str]) -> dict[str, object]:
+    """``output`` is null where nothing was written."""
+    return {"output": output, "files": sorted(files) if output else [], "notes": notes}
+
+
+def _amount(fault: Fault, step: Seconds) -> str:
+    by = f"margin {fault.margin:.3f} m  " if fault.margin < 0 else ""
+    return f"{by}at {fault.step * step:g} s{_by(fault.agents)}"
+
+
+def _where(check: Check) -> str:
+    when = "" if check.at is None else f" at {round(check.at, 2):g} s"
+    what = "" if check.agents else f" of {check.subject}"
+    return f"{what}{when}{_by(check.agents)}"
+
+
+def _by(agents: tuple[str, ...]) -> str:
+    return f" by {', '.join(agents)}" if agents else ""
+
+
+def _between(between: Between) -> dict[str, object]:
+    return {
+        "requirement": between.requirement,
+        "verdict": between.verdict.value,
+        "at": between.at,
+        "until": between.until,
+        "agents": list(between.agents),
+        "detail": between.detail,
+    }
+
+
+def _attempt(best: Attempt | None) -> dict[str, object] | None:
+    if best is None:
+        return None
+    faults = [each.as_record() for each in best.worst_faults()]
+    return {"requirements": [each.as_record() for each in best.requirements], "faults": faults}
+
+
+def _sums(seconds: tuple[tuple[str, Seconds], ...]) -> dict[str, float]:
+    sums: dict[str, float] = {}
+    for name, value in seconds:
+        sums[name] = sums.get(name, 0.0) + value
+    return sums
+
+
+def _many(number: int, noun: str) -> str:
+    return f"{number} {noun}{'' if number == 1 else 's'}"
+
+
+# ------------------------------------------------------------------ vehicles
+
+
+def vehicle_lines(vehicle: Vehicle) -> list[str]:
+    """A table of every figure: its name, its value with its unit, what it is."""
+    rows = [(name, text or "none", FIGURES[name].says) for name, text in figures_of(vehicle)]
+    wide = [max(len(row[column]) for row in rows) for column in (0, 1)]
+    return [f"{name:<{wide[0]}}  {text:<{wide[1]}}  {says}" for name, text, says in rows]
+
+
+def vehicles_document(vehicles: Iterable[Vehicle]) -> dict[str, object]:
+    """Every figure in its unit; a band as two numbers; null where there is no limit."""
+    return {
+        "vehicles": [
+            {"name": vehicle.name, "figures": {name: _figure(vehicle, name) for name in FIGURES}}
+            for vehicle in vehicles
+        ]
+    }
+
+
+def _figure(vehicle: Vehicle, name: str) -> dict[str, object]:
+    value, unit = getattr(vehicle, name), SI[FIGURES[name].dimension].strip()
+    if isinstance(value, Band):
+        return {"value": [_finite(value.low), _finite(value.high)], "unit": unit}
+    return {"value": _finite(value), "unit": unit}
+
+
+def _finite(value: float) -> float | None:
+    return value if math.isfinite(value) else None
+
+
+# -------------------------------------------------------------------- flights
+
+
+def simulated_lines(simulated: Simulated) -> list[str]:
+    """One flight in full; of several, how often everything held, and how badly the worst of them went."""
+    trials, reopened = simulated.trials, simulated.reopened
+    if trials is None or reopened is None:
+        return []
+    mission, trial = reopened.mission, trials.trial
+    verdict = "as required" if trials.passed else "not as required"
+    lines = [
+        f"{mission.name}: flown by {trial.engine}, {_many(len(mission.agents), 'agent')}, "
+        f"{_many(trial.flights, 'flight')} of {mission.horizon:g} s, seed {trial.seed}: {verdict}"
+    ]
+    if reopened.differing:
+        lines.append(f"note: {_many(len(reopened.differing), 'file')} changed since the folder was written")
+    first = trials.flights[0]
+    if trial.flights == 1:
+        lines += _compared(simulated.planned, (*first.requirements, *first.preferences), mission.step)
+    else:
+        fractions = trials.fractions()
+        width = max(map(len, fractions))
+        lines += [
+            f"  {name:<{width}}  {each.held} of {each.flights}  {each.share:.3f}, with 95 % confidence "
+            f"{each.low:.3f} to {each.high:.3f}"
+            for name, each in fractions.items()
+        ]
+    lines.append("tracking error: mean, 95 % of the time, at most" + (", of all flights" if trial.flights > 1 else ""))
+    width = max(len(agent.name) for agent in mission.agents)
+    for agent, most in zip(mission.agents, trials.allowed.tolist(), strict=True):
+        error = trials.error(agent.index)
+        excess = "" if error.most <= most else f", more than {most:g} m"
+        figures = f"{error.mean:.3f} m  {error.usual:.3f} m  {error.most:.3f} m at {error.at:.2f} s"
+        lines.append(f"  {agent.name:<{width}}  {figures}{excess}")
+    named = [("each other" if check.name == "separation" else check.subject, check) for check in trials.room()]
+    width = max((len(name) for name, _ in named), default=0)
+    lines += ["least room between bodies"] if named else []
+    return [*lines, *(f"  {name:<{width}}  {_room(check)}" for name, check in named)]
+
+
+def _room(check: Check) -> str:
+    return f"{check.margin:.3f} m at {check.at or 0.0:.2f} s{_by(check.agents)}"
+
+
+def _compared(planned: tuple[Judgement, ...], flown: tuple[Judgement, ...], step: Seconds) -> list[str]:
+    width = max((len(each.name) for each in flown), default=0)
+    return [
+        f"  {after.name:<{width}}  planned {before.robustness:.3f}, flown {after.verdict(step)}"
+        for before, after in zip(planned, flown, strict=True)
+    ]
+
+
+def simulated_document(simulated: Simulated) -> dict[str, object]:
+    """``passed`` is null where nothing was flown."""
+    if simulated.trials is None or simulated.reopened is None:
+        return {"passed": None}
+    from missionc.output.documents.simulation_json import simulation_record
+
+    return simulation_record(simulated.reopened.mission, simulated.planned, simulated.trials)

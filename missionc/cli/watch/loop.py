@@ -1,0 +1,75 @@
+"""``compile --watch``: on every save the mission is checked and planned anew, and the open report follows."""
+
+from __future__ import annotations
+
+import os
+import time
+from dataclasses import replace
+from pathlib import Path
+
+from missionc.cli.browser import said
+from missionc.cli.compile_request import (
+    Order,
+    check,
+    folder_of,
+)
+from missionc.cli.exit_status import (
+    Status,
+    say,
+    say_line,
+)
+from missionc.cli.watch.file_changes import EVERY
+from missionc.cli.watch.live_page import Live
+from missionc.cli.watch.planner_process import Ended, Planner
+from missionc.cli.watch.watched_missions import Missions, heading
+from missionc.diagnostics.code import OUTPUT_EXISTS
+from missionc.diagnostics.render import counts, render_text
+from missionc.output.folder.file_names import REPORT
+
+FIRST = "smt"
+"""The backend to make ready for, as long as nothing is known of the mission."""
+
+
+def watch(order: Order, no_open: bool) -> Status:
+    """Goes on until it is interrupted; returns only where the folder to write is not the compiler's."""
+    missions = Missions([str(order.file)], lambda: [check(order)])
+    ours: set[Path] = set()  # folders that were not there before
+    with Planner() as planner, Live(order.file.name) as live:
+        planner.ready(FIRST)
+        say_line(said(live.address, no_open, live.address))
+        say_line(f"watching {order.file} and what it includes; Ctrl-C ends")
+        while True:
+            _begin(order, missions, planner, live, ours)
+            while not missions.saved():
+                ended = planner.ended()
+                if ended and OUTPUT_EXISTS.name in ended.codes:
+                    return Status(ended.status)
+                if ended:
+                    _show(ended, live)
+                time.sleep(EVERY)
+            planner.stop()
+            heading()
+
+
+def _begin(order: Order, missions: Missions, planner: Planner, live: Live, ours: set[Path]) -> None:
+    """Check; and begin to plan, unless there are errors to mend first."""
+    (checked,) = missions.checked()
+    if not checked.ok or checked.choice is None:
+        findings = list(checked.findings)
+        say(findings, [f"{checked.file}: {counts(findings)}"], "text", {})
+        live.tell("wrong", render_text(findings, False))
+        return
+    folder = folder_of(order, checked)
+    # Also a plan that is stopped may have got as far as being written, and nobody hears of it.
+    if not os.path.lexists(folder):
+        ours.add(folder)
+    planner.start(replace(order, output=folder, force=order.force or folder in ours), checked.choice.backend)
+    live.tell("planning")
+
+
+def _show(ended: Ended, live: Live) -> None:
+    """A new report where there is one; else the last one stays, with the findings above it."""
+    if ended.status == Status.DONE:
+        live.tell("planned", report=(Path(ended.output) / REPORT).read_bytes())
+    else:
+        live.tell("wrong", ended.says)

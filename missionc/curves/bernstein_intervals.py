@@ -1,0 +1,208 @@
+"""Curves in Bernstein form, in doubles, with every rounding counted.
+
+A polynomial over a piece of time is known by its control points: it stays in
+their hull, and so do its parts when the piece is halved. The points here are
+doubles; ``radius`` says how far the true ones may be from them. Whatever is
+concluded from points and radius holds for the true curve: no rounding is lost.
+
+A sum of ``k`` products, in whatever order it is taken, errs by less than
+``k * ROUNDING`` times the sum of their magnitudes; that is twice what is
+needed, so that the bound may be computed in doubles too.
+
+Source:
+    Farin, "Curves and Surfaces for CAGD" (2002), chapters 4 and 5.
+    Higham, "Accuracy and Stability of Numerical Algorithms" (2002), section 3.1.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+from math import comb
+from typing import Any
+
+import numpy as np
+
+from missionc.base.trace import Array
+
+ROUNDING = 2.0**-52
+"""Twice the relative error of one operation on doubles."""
+
+TINY = 2.0**-900
+"""What underflow may cost, for numbers below 2**150 to begin with."""
+
+GROWN = 1.0 + 2.0**-48
+"""A bound computed in a few operations, times this, is one in spite of their rounding."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Enclosed:
+    """Polynomials of a share from 0 to 1.
+
+    Args:
+        points: (..., degree + 1): Bernstein control points.
+        radius: (...): no true control point is further from its own; infinite where nothing is known.
+    """
+
+    points: Array
+    radius: Array
+
+    @property
+    def degree(self) -> int:
+        return int(self.points.shape[-1]) - 1
+
+    def __getitem__(self, index: Any) -> Enclosed:
+        """Some of the polynomials, by an index of all axes but the last."""
+        return Enclosed(self.points[index], self.radius[index])
+
+    def __sub__(self, other: Enclosed) -> Enclosed:
+        """The difference of two of the same degree."""
+        points = self.points - other.points
+        return _counted(points, self.radius + other.radius, ROUNDING * _largest(points))
+
+    def moved(self, by: Array) -> Enclosed:
+        """With numbers added, of the shape of ``radius`` or one that broadcasts to it."""
+        points = self.points + np.asarray(by)[..., None]
+        return _counted(points, self.radius, ROUNDING * _largest(points))
+
+    def scaled(self, by: Array | float) -> Enclosed:
+        """Multiplied by numbers, of the shape of ``radius`` or one that broadcasts to it."""
+        factor = np.asarray(by, dtype=np.float64)
+        points = self.points * factor[..., None]
+        return _counted(points, self.radius * np.abs(factor), ROUNDING * _largest(points))
+
+    def elevated(self, degree: int) -> Enclosed:
+        """The same polynomials, written with the control points of a higher degree."""
+        own = self.degree
+        change = np.array(
+            [
+                [comb(own, i) * comb(degree - own, k - i) / comb(degree, k) if k >= i else 0.0 for i in range(own + 1)]
+                for k in range(degree + 1)
+            ]
+        )
+        return _counted(_times(self.points, change), self.radius, (own + 3) * ROUNDING * _largest(self.points))
+
+    def halves(self) -> tuple[Enclosed, Enclosed]:
+        """Over the first and the second half, each from 0 to 1 again."""
+        first = _halving(self.degree)
+        spent = (self.degree + 2) * ROUNDING * _largest(self.points)
+        halves = (_times(self.points, change) for change in (first, first[::-1, ::-1]))
+        before, after = (_counted(points, self.radius, spent) for points in halves)
+        return before, after
+
+    def split(self, share: Array) -> tuple[Enclosed, Enclosed]:
+        """Before and after a share of the piece, which has the shape of ``radius`` or one that broadcasts to it."""
+        weight = np.asarray(share)[..., None]
+        level, first, last = self.points, [self.points[..., 0]], [self.points[..., -1]]
+        for _ in range(self.degree):
+            level = (1.0 - weight) * level[..., :-1] + weight * level[..., 1:]
+            first.append(level[..., 0])
+            last.append(level[..., -1])
+        spent = 4 * self.degree * ROUNDING * _largest(self.points)
+        before = _counted(np.stack(first, axis=-1), self.radius, spent)
+        return before, _counted(np.stack(last[::-1], axis=-1), self.radius, spent)
+
+    def squares(self) -> Enclosed:
+        """The sum of the squares over the last axis of ``radius``, at twice the degree: (..., dim) -> (...)."""
+        degree = self.degree
+        weighted = self.points * _binomials(degree)
+        product = np.zeros((*self.points.shape[:-1], 2 * degree + 1))
+        for index in range(degree + 1):
+            product[..., index : index + degree + 1] += weighted[..., index : index + 1] * weighted
+        points = product.sum(axis=-2) / _binomials(2 * degree)
+        largest = _largest(self.points)
+        # The weights of the products add up to one: what a point may be off, their mean may be off.
+        off = (2 * largest + self.radius) * self.radius
+        spent = (degree + self.points.shape[-2] + 6) * ROUNDING * (largest**2).sum(axis=-1)
+        return _counted(points, off.sum(axis=-1), spent)
+
+    def middle(self) -> Enclosed:
+        """The values halfway, as constants: one control point each."""
+        points = self.points @ (_binomials(self.degree) / 2.0**self.degree)
+        return _counted(points[..., None], self.radius, (self.degree + 2) * ROUNDING * _largest(self.points))
+
+    def ends(self) -> Enclosed:
+        """The values at 0 and at 1: two control points each, which are no polynomial together."""
+        return Enclosed(self.points[..., [0, -1]], self.radius)
+
+    def low(self) -> Array:
+        """(...): no value of the polynomial is below."""
+        return lowered(self.points.min(axis=-1) - self.radius)
+
+    def high(self) -> Array:
+        """(...): no value of the polynomial is above."""
+        return raised(self.points.max(axis=-1) + self.radius)
+
+
+def from_powers(coefficients: Array, duration: Array) -> Enclosed:
+    """Polynomials of seconds, over [0, duration].
+
+    Args:
+        coefficients: (..., degree + 1): ascending powers, numbers that are exact as they stand, below 2**150.
+        duration: of the shape of the other axes, or one that broadcasts to it; exact as it stands.
+    """
+    degree = coefficients.shape[-1] - 1
+    change = np.array([[comb(i, j) / comb(degree, j) for j in range(degree + 1)] for i in range(degree + 1)])
+    with np.errstate(over="ignore", invalid="ignore"):
+        power = np.cumprod(np.broadcast_to(np.asarray(duration)[..., None], coefficients.shape), axis=-1)
+        terms = coefficients.copy()
+        terms[..., 1:] *= power[..., :-1]
+        spent = (2 * degree + 4) * ROUNDING * np.abs(terms).sum(axis=-1)
+        return _counted(_times(terms, change), np.zeros(terms.shape[:-1]), spent)
+
+
+def derivative(coefficients: Array) -> Array:
+    """(..., degree + 1), ascending powers, to (..., degree).
+
+    Float32 numbers may be derived three times: all their bits and those of the factors fit into a double.
+    """
+    return coefficients[..., 1:] * np.arange(1, coefficients.shape[-1])
+
+
+def lowered(bound: Array) -> Array:
+    """A lower bound that one operation has rounded; where it is not a number nothing is known."""
+    return np.where(np.isnan(bound), -np.inf, np.nextafter(bound, -np.inf))
+
+
+def raised(bound: Array) -> Array:
+    """An upper bound that one operation has rounded; where it is not a number nothing is known."""
+    return np.where(np.isnan(bound), np.inf, np.nextafter(bound, np.inf))
+
+
+def root_below(square: Array) -> Array:
+    """A lower bound of the root, from one of the square."""
+    return np.maximum(lowered(np.sqrt(np.maximum(square, 0.0))), 0.0)
+
+
+def root_above(square: Array) -> Array:
+    """An upper bound of the root, from one of the square."""
+    return raised(np.sqrt(np.maximum(square, 0.0)))
+
+
+def _counted(points: Array, radius: Array, spent: Array) -> Enclosed:
+    """With what an operation spent added to the radius; where something overflowed nothing is known."""
+    total = (radius + spent) * GROWN + TINY
+    known = np.isfinite(points).all(axis=-1) & np.isfinite(total)
+    if known.all():
+        return Enclosed(points, np.array(np.broadcast_to(total, points.shape[:-1])))
+    return Enclosed(np.where(known[..., None], points, 0.0), np.where(known, total, np.inf))
+
+
+def _largest(points: Array) -> Array:
+    return np.asarray(np.abs(points).max(axis=-1))
+
+
+def _times(points: Array, change: Array) -> Array:
+    """Each row of control points changed by a matrix, all rows at once."""
+    return np.asarray((points.reshape(-1, points.shape[-1]) @ change.T).reshape(*points.shape[:-1], len(change)))
+
+
+@cache
+def _binomials(degree: int) -> Array:
+    return np.array([comb(degree, index) for index in range(degree + 1)], dtype=np.float64)
+
+
+@cache
+def _halving(degree: int) -> Array:
+    """From control points to those of the first half: dyadic numbers, exact as they stand."""
+    return np.array([[comb(i, j) / 2.0**i for j in range(degree + 1)] for i in range(degree + 1)])

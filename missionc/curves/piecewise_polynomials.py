@@ -1,0 +1,123 @@
+"""Joint motion in continuous time: polynomials, piece by piece, all agents on one grid of times.
+
+The motion between two steps is a polynomial of degree one or two, what a
+Crazyflie flies is one of degree seven; everything that is proved about either
+is proved here once.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import comb
+
+import numpy as np
+from numpy.typing import NDArray
+
+from missionc.base.trace import Array, Trace
+from missionc.ir import DoubleIntegrator, Mission
+
+Indices = NDArray[np.int64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Curves:
+    """Where each agent is at every moment.
+
+    Args:
+        times: (pieces + 1,), seconds, increasing.
+        coefficients: (agents, pieces, dim, degree + 1), metres and seconds:
+            ascending powers of the time since the piece began.
+    """
+
+    times: Array
+    coefficients: Array
+
+    @property
+    def durations(self) -> Array:
+        """(pieces,), seconds."""
+        return np.diff(self.times)
+
+    def derivative(self) -> Curves:
+        """The velocities of positions, the accelerations of velocities."""
+        power = np.arange(1, self.coefficients.shape[-1])
+        return Curves(self.times, self.coefficients[..., 1:] * power)
+
+    def at(self, times: Array) -> Array:
+        """Where everybody is, (samples,) -> (agents, samples, dim); times in seconds, outside all pieces their ends."""
+        piece = np.clip(np.searchsorted(self.times, times, side="right") - 1, 0, self.durations.size - 1)
+        local = np.clip(times - self.times[piece], 0.0, self.durations[piece])
+        return values(self.coefficients[:, piece], np.broadcast_to(local, (len(self.coefficients), local.size)))
+
+    def between(self, first: Indices, second: Indices) -> Curves:
+        """The difference ``first - second`` of pairs of agents, as if each pair were an agent."""
+        return Curves(self.times, self.coefficients[first] - self.coefficients[second])
+
+
+def values(coefficients: Array, local: Array) -> Array:
+    """Polynomials at local times: (..., dim, degree + 1), (...) -> (..., dim); 0 where they have no power at all."""
+    if not coefficients.shape[-1]:
+        return np.zeros(coefficients.shape[:-1])
+    result = coefficients[..., -1]
+    for power in range(coefficients.shape[-1] - 2, -1, -1):
+        result = result * local[..., None] + coefficients[..., power]
+    return result
+
+
+def control_points(coefficients: Array, duration: Array) -> Array:
+    """Bernstein control points over [0, duration]: (..., dim, degree + 1), (...) -> the same shape.
+
+    The curve stays in their convex hull.
+    """
+    degree = coefficients.shape[-1] - 1
+    change = np.array([[comb(j, i) / comb(degree, i) for j in range(degree + 1)] for i in range(degree + 1)])
+    scaled: Array = coefficients * duration[..., None, None] ** np.arange(degree + 1)
+    return np.asarray(scaled @ change)
+
+
+def speed_bounds(curves: Curves) -> Array:
+    """(agents, pieces), m/s: no agent is faster than this within the piece; exact up to degree two."""
+    velocity = curves.derivative().coefficients
+    if velocity.shape[-1] == 0:
+        return np.zeros(curves.coefficients.shape[:2])
+    points = control_points(velocity, np.broadcast_to(curves.durations, velocity.shape[:2]))
+    return np.asarray(np.linalg.norm(points, axis=-2).max(axis=-1))
+
+
+def refined(curves: Curves, extra: Array) -> Curves:
+    """The same motion with more joints: those of ``extra`` (seconds) that fall inside a piece."""
+    inside = extra[(extra > curves.times[0]) & (extra < curves.times[-1])]
+    times = np.union1d(curves.times, inside)
+    if times.size == curves.times.size:
+        return curves
+    piece = np.searchsorted(curves.times, times[:-1], side="right") - 1
+    return Curves(times, _shifted(curves.coefficients[:, piece], times[:-1] - curves.times[piece]))
+
+
+def _shifted(coefficients: Array, start: Array) -> Array:
+    """The polynomials with their local time counted from ``start``: (agents, pieces, dim, degree + 1), (pieces,)."""
+    size = coefficients.shape[-1]
+    change = np.zeros((start.size, size, size))
+    for old in range(size):
+        for new in range(old + 1):
+            change[:, old, new] = comb(old, new) * start ** (old - new)
+    return np.asarray(np.einsum("apdo,pon->apdn", coefficients, change))
+
+
+def motion(mission: Mission, trace: Trace) -> Curves:
+    """The motion of a trace between its steps.
+
+    First-order agents go straight at constant velocity from position to
+    position; a double integrator leaves with the velocity of the step and
+    reaches the next position under constant acceleration.
+    """
+    steps = trace.position.shape[1] - 1
+    start, move = trace.position[:, :-1], np.diff(trace.position, axis=1)
+    second_order = [isinstance(agent.dynamics, DoubleIntegrator) for agent in mission.agents]
+    linear, bend = move / trace.step, np.zeros_like(move)
+    if any(second_order):
+        chosen = np.array(second_order)
+        velocity = trace.velocity[chosen, :-1]
+        linear[chosen] = velocity
+        bend[chosen] = (move[chosen] - velocity * trace.step) / trace.step**2
+        return Curves(trace.step * np.arange(steps + 1), np.stack([start, linear, bend], axis=-1))
+    return Curves(trace.step * np.arange(steps + 1), np.stack([start, linear], axis=-1))

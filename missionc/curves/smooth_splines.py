@@ -1,0 +1,95 @@
+"""Curves of degree 7 in pieces that join smoothly, by their Bernstein control points.
+
+A B-spline with threefold inner knots has four continuous derivatives at every
+joint, however long the pieces are. Its coefficients are the free numbers; each
+piece's control points are averages of eight of them.
+
+Source:
+    Farin, "Curves and Surfaces for CAGD" (2002), chapters 4, 5 and 8.
+"""
+
+from __future__ import annotations
+
+from math import comb
+
+import numpy as np
+from scipy.interpolate import BSpline
+from scipy.sparse import coo_array, csr_array
+
+from missionc.base.trace import Array
+
+DEGREE = 7
+JOIN = 4
+"""Derivatives that are continuous at a joint."""
+
+
+def coefficients(pieces: int) -> int:
+    """How many a spline of so many pieces has."""
+    return DEGREE + 1 + (DEGREE - JOIN) * (pieces - 1)
+
+
+def control_points_of(times: Array) -> csr_array:
+    """(pieces * 8, coefficients): from the spline's coefficients to every piece's control points.
+
+    Args:
+        times: (pieces + 1,), seconds: the joints.
+    """
+    knots = np.concatenate(
+        [np.repeat(times[:1], DEGREE + 1), np.repeat(times[1:-1], DEGREE - JOIN), np.repeat(times[-1:], DEGREE + 1)]
+    )
+    # A piece is known by its values at eight places in it.
+    share = (1 - np.cos((2 * np.arange(DEGREE + 1) + 1) * np.pi / (2 * DEGREE + 2))) / 2
+    pieces = times.size - 1
+    where = (times[:-1, None] + share * np.diff(times)[:, None]).ravel()
+    sampled = BSpline.design_matrix(where, knots, DEGREE).data.reshape(pieces, DEGREE + 1, DEGREE + 1)
+    points = np.linalg.solve(bernstein(share), sampled)
+    # They are not negative: what is, is rounding.
+    points[points < 1e-13] = 0.0
+    points /= points.sum(axis=-1, keepdims=True)
+    row = np.arange(pieces * (DEGREE + 1)).reshape(pieces, DEGREE + 1, 1)
+    column = ((DEGREE - JOIN) * np.arange(pieces))[:, None, None] + np.arange(DEGREE + 1)
+    index = tuple(np.broadcast_to(each, points.shape).ravel() for each in (row, column))
+    matrix = csr_array(coo_array((points.ravel(), index), shape=(row.size, coefficients(pieces))))
+    matrix.eliminate_zeros()
+    return matrix
+
+
+def effort(order: int, durations: Array) -> Array:
+    """The integral of the squared derivative of an order, as a form of each piece's control points: (pieces, 8, 8)."""
+    left = DEGREE - order
+    difference = np.diff(np.eye(DEGREE + 1), n=order, axis=0) * (np.prod(np.arange(left + 1, DEGREE + 1)))
+    gram = np.array(
+        [
+            [comb(left, i) * comb(left, j) / (comb(2 * left, i + j) * (2 * left + 1)) for j in range(left + 1)]
+            for i in range(left + 1)
+        ]
+    )
+    form: Array = difference.T @ gram @ difference
+    return np.asarray(form * (durations ** (1 - 2 * order))[:, None, None])
+
+
+def part_of(low: float, high: float) -> Array:
+    """(8, 8): from a curve's control points to those of its part between two shares of its duration."""
+    share = (high - low) / (1 - low)
+    after = np.array([[_split(DEGREE - i, j - i, low) for j in range(DEGREE + 1)] for i in range(DEGREE + 1)])
+    before = np.array([[_split(i, j, share) for j in range(DEGREE + 1)] for i in range(DEGREE + 1)])
+    return np.asarray(before @ after)
+
+
+def bernstein(share: Array) -> Array:
+    """(shares, 8): from a piece's control points to its values at shares of its duration."""
+    return np.array([[_split(DEGREE, i, u) for i in range(DEGREE + 1)] for u in share.tolist()])
+
+
+def rounded(points: Array, durations: Array) -> Array:
+    """Control points to coefficients in float32: (..., pieces, dim, 8) to the same, ascending powers of seconds."""
+    difference = points
+    columns = []
+    for power in range(DEGREE + 1):
+        columns.append(difference[..., 0] * comb(7, power) / (durations**power)[:, None])
+        difference = np.diff(difference, axis=-1)
+    return np.stack(columns, axis=-1).astype(np.float32).astype(np.float64)
+
+
+def _split(degree: int, index: int, share: float) -> float:
+    return comb(degree, index) * share**index * (1 - share) ** (degree - index) if 0 <= index <= degree else 0.0

@@ -1,0 +1,1 @@
+"""Data that ships with the compiler: vehicle profiles and the missions that `init` begins with."""

@@ -1,0 +1,83 @@
+"""The profiles that come with the compiler: one TOML file each, in this folder.
+
+A file holds figures of ``ir.FIGURES`` by their names, each as a text with its
+unit, ``speed = "1 m/s"``, a band as ``"0.3..2 m"``. ``like = "NAME"`` takes the
+rest from another profile; what no file says is as in ``plain``.
+"""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+
+from missionc.base.units import UNITS, Dimension
+from missionc.ir import FIGURES, PLAIN, Band, Figure, Vehicle
+
+_FIGURE = re.compile(r"(?:(?P<low>[0-9.]+)\.\.)?(?P<high>[0-9]+(?:\.[0-9]+)?)(?: (?P<unit>\S+))?")
+
+
+@cache
+def profiles() -> dict[str, Vehicle]:
+    """Every profile by its name: ``plain``, then the files in the order of their names.
+
+    Raises:
+        ValueError: a file that does not say what a profile says.
+    """
+    folder = Path(__file__).parent
+    written = {path.stem: tomllib.loads(path.read_text(encoding="utf-8")) for path in sorted(folder.glob("*.toml"))}
+    found = {PLAIN.name: PLAIN}
+    for name in sorted(written, key=lambda name: "like" in written[name]):
+        found[name] = read_profile(name, written[name], found)
+    return {name: found[name] for name in (PLAIN.name, *written)}
+
+
+def read_profile(name: str, figures: dict[str, object], known: dict[str, Vehicle]) -> Vehicle:
+    """The profile that a file holds; ``known`` are those that it may be like, which are themselves like none.
+
+    Raises:
+        ValueError: a figure that is not known, without its unit or out of range.
+    """
+    like = figures.get("like", PLAIN.name)
+    if like not in known:
+        raise ValueError(f"{name}.toml: there is no profile `{like}` to be like")
+    values = {key: _value(name, key, text) for key, text in figures.items() if key != "like"}
+    return replace(known[str(like)], name=name, **values)  # type: ignore[arg-type]
+
+
+def _value(name: str, key: str, text: object) -> float | int | Band:
+    figure = FIGURES.get(key)
+    if figure is None:
+        raise ValueError(f"{name}.toml: a vehicle has no figure `{key}`; it has {', '.join(FIGURES)}")
+    match = _FIGURE.fullmatch(text) if isinstance(text, str) else None
+    if (
+        match is None
+        or bool(match["low"]) != (figure.relation == "..")
+        or _dimension(match["unit"]) != figure.dimension
+    ):
+        raise ValueError(f'{name}.toml: `{key}` is {figure.dimension.value} with its unit, as in "{example(figure)}"')
+    factor = UNITS[match["unit"]][1] if match["unit"] else 1.0
+    high = float(match["high"]) * factor
+    if figure.relation == "..":
+        low = float(match["low"]) * factor
+        if low >= high:
+            raise ValueError(f"{name}.toml: `{key}` runs backwards: {text}")
+        if figure.around and not low < 1 < high:
+            raise ValueError(f"{name}.toml: `{key}` does not hold 1: {text}")
+        return Band(low, high)
+    if (figure.above and high == 0) or (figure.whole and high % 1):
+        raise ValueError(f"{name}.toml: `{key}` is out of range: {text}")
+    return int(high) if figure.whole else high
+
+
+def _dimension(unit: str | None) -> Dimension | None:
+    return Dimension.NUMBER if unit is None else UNITS.get(unit, (None, 1.0))[0]
+
+
+def example(figure: Figure) -> str:
+    """How such a figure is written."""
+    unit = next((f" {unit}" for unit, known in UNITS.items() if known == (figure.dimension, 1.0)), "")
+    low = "0" if figure.around else "1"
+    return (f"{low}..2" if figure.relation == ".." else "1") + unit

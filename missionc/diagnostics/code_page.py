@@ -1,0 +1,15 @@
+"""What a code says and why: its page, ``docs/errors/MCnnn.md``."""
+
+from __future__ import annotations
+
+from missionc.base.resources import folder
+from missionc.diagnostics.code import Code
+
+
+def explain(code: Code) -> str:
+    """The page of a code, Markdown.
+
+    Raises:
+        FileNotFoundError: the installation is incomplete.
+    """
+    return (folder("docs/errors") / f"{code.name}.md").read_text(encoding="utf-8")

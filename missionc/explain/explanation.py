@@ -1,0 +1,268 @@
+"""All that is said of a requirement, as a value, as text and as a document.
+
+in   Mission, and the backend that was chosen for it
+out  Explained, lines, a JSON document
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from itertools import islice
+from textwrap import wrap
+
+from missionc.checks.check_horizons import steps_ahead
+from missionc.explain.convention_examples import Trap
+from missionc.explain.phrases import names
+from missionc.explain.sentences import Sentences, sentences
+from missionc.explain.traps import table, traps_of
+from missionc.explain.window_diagram import (
+    WIDTH,
+    Span,
+    draw,
+    windows,
+)
+from missionc.ir import (
+    Apply,
+    Connected,
+    Formation,
+    Formula,
+    Graph,
+    Holds,
+    InFormation,
+    Length,
+    Mission,
+    Preference,
+    Proximity,
+    Requirement,
+)
+from missionc.ir.wording import listed, seconds
+from missionc.language.walk_formulas import bottom_up, goals
+from missionc.lower.choose_backend import (
+    OFFERS,
+    Choice,
+    needs_of,
+)
+from missionc.resolve.show_ir_formula import number
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Explained:
+    """A requirement, or a preference with its ``weight``.
+
+    ``needed`` are the steps that the mission must last, infinite where no number
+    is enough; ``looks`` the last step of this mission that it is asked about.
+    """
+
+    name: str
+    weight: float | None
+    line: int
+    written: str
+    said: Sentences
+    things: tuple[str, ...]
+    windows: tuple[Span, ...]
+    needed: float
+    looks: int
+    needs: tuple[str, ...]
+    backends: tuple[str, ...]
+    traps: tuple[Trap, ...]
+
+
+MOST_GOALS = 100
+"""Requirements and preferences on one page."""
+
+MOST_LETTERS = 100_000
+"""In the sentences of one page; once there are more, what comes after is left out."""
+
+MOST_WINDOWS = 10_000
+"""Of one formula that are looked at."""
+
+
+def explained(mission: Mission, name: str | None = None) -> tuple[Explained, ...]:
+    """Every requirement, then every preference, or those with that name; the first ones where they fill a page."""
+    parts: list[Explained] = []
+    letters = 0
+    for goal in (goal for goal in goals(mission) if name in (None, goal.name)):
+        if len(parts) == MOST_GOALS or letters > MOST_LETTERS:
+            break
+        parts.append(_explained(mission, goal))
+        letters += parts[-1].said.letters
+    return tuple(parts)
+
+
+def left_out(parts: tuple[Explained, ...], mission: Mission) -> int:
+    """How many requirements and preferences a page has no room for; none of a page about one of them."""
+    total = len(list(goals(mission)))
+    full = len(parts) == MOST_GOALS or sum(part.said.letters for part in parts) > MOST_LETTERS
+    return total - len(parts) if full and len(parts) > 1 else 0
+
+
+def _explained(mission: Mission, goal: Requirement | Preference) -> Explained:
+    spans = tuple(islice(windows(goal.formula, mission), MOST_WINDOWS))
+    required = needs_of(goal.formula)
+    features = {need.feature for need in required}
+    return Explained(
+        goal.name,
+        goal.weight if isinstance(goal, Preference) else None,
+        goal.span.source.place(goal.span.start)[0],
+        " ".join(goal.formula.span.text.split()),
+        sentences(goal.formula, mission),
+        tuple(_things(goal.formula, mission)),
+        spans,
+        steps_ahead([goal.formula])[goal.formula].total,
+        max((span.looks for span in spans), default=0),
+        tuple(need.feature.value for need in required),
+        tuple(name for name, offered in OFFERS.items() if features <= offered),
+        traps_of(goal.formula),
+    )
+
+
+def _things(formula: Formula, mission: Mission) -> Iterator[str]:
+    """What the graphs and formations that it names are."""
+    for thing in dict.fromkeys(thing for part in bottom_up([formula]) for thing in _named(part)):
+        yield _formation(thing, mission) if isinstance(thing, Formation) else _graph(thing)
+
+
+def _named(part: Formula) -> Iterator[Graph | Formation]:
+    match part:
+        case Apply(bounds=Length(graph=graph)) | Holds(Connected(graph=graph)):
+            yield graph
+        case Holds(InFormation(formation)):
+            yield formation
+        case _:
+            return
+
+
+def _graph(graph: Graph) -> str:
+    if isinstance(graph, Proximity):
+        return f"`{graph.name}` links two agents that are closer than {number(graph.radius)} m to each other"
+    return f"`{graph.name}` links two agents that are both closer than {number(graph.radius)} m to one beacon"
+
+
+def _formation(formation: Formation, mission: Mission) -> str:
+    return f"`{formation.name}` is a {formation.kind} of {names(formation.agents, mission)}"
+
+
+# ---------------------------------------------------------------------- text
+
+
+def lines(parts: tuple[Explained, ...], mission: Mission, choice: Choice | None, unicode: bool) -> list[str]:
+    """The page, at most ``WIDTH`` columns but for what the author wrote."""
+    count = len(mission.agents)
+    agents = "1 agent" if count == 1 else f"{count} agents"
+    said = [f"mission {mission.name}: {agents}, {mission.steps} steps of {number(mission.step)} s"]
+    for part in parts:
+        said += ["", *_part_lines(part, mission, unicode)]
+    if left := left_out(parts, mission):
+        more = f"{left} more {'is' if left == 1 else 'are'} not explained here; name one: `missionc explain FILE NAME`"
+        said += ["", more]
+    if choice is not None:
+        said += ["", *choice.explanation.rstrip("\n").split("\n")]
+    known = {trap.name: trap for part in parts for trap in part.traps}
+    if known:
+        said += ["", "where others read it otherwise:"]
+    for trap in known.values():
+        said += ["", *_wrapped(f"{trap.name}: {trap.says}. Elsewhere: {trap.elsewhere}.", 2, 4)]
+        said += [f"      {line}" for line in table(trap.example)]
+    return said
+
+
+def _part_lines(part: Explained, mission: Mission, unicode: bool) -> Iterator[str]:
+    word, weight = ("require", "") if part.weight is None else ("prefer", f", weight {number(part.weight)}")
+    yield f"{word} {part.name} (line {part.line}{weight})"
+    yield from _wrapped(part.said.whole, 2)
+    for more in part.said.parts:
+        yield from _wrapped(more.sentence, 4)
+    if part.said.left_out:
+        yield from _wrapped(f"{part.said.left_out} more of what these name, at least, is not explained here.", 4)
+    for thing in part.things:
+        yield from _wrapped(f"{thing}.", 4)
+    drawing = draw(iter(part.windows), mission, unicode)
+    yield from ["", *(f"  {line}" for line in drawing), ""] if drawing else []
+    yield from _wrapped(f"time: {_horizon(part, mission)}", 2, 4)
+    if part.needs:
+        who = listed(part.backends) if part.backends else "no backend"
+        yield from _wrapped(f"needs {_and(part.needs)}; {who} can express that", 2, 4)
+    if part.traps:
+        yield from _wrapped(f"others may read it otherwise: {'; '.join(trap.name for trap in part.traps)}", 2, 4)
+
+
+def _horizon(part: Explained, mission: Mission) -> str:
+    lasts = seconds(mission, mission.steps)
+    if math.isinf(part.needed):
+        return f"no mission is long enough for it; this one lasts {lasts}"
+    far = seconds(mission, part.looks)
+    return f"looks as far as {far}, and takes {seconds(mission, part.needed)} at least; the mission lasts {lasts}"
+
+
+def _and(names: tuple[str, ...]) -> str:
+    return " and ".join([", ".join(names[:-1]), names[-1]]) if len(names) > 1 else names[0]
+
+
+def _wrapped(text: str, indent: int, more: int | None = None) -> list[str]:
+    return wrap(
+        text,
+        WIDTH,
+        initial_indent=" " * indent,
+        subsequent_indent=" " * (indent if more is None else more),
+        break_long_words=False,
+        break_on_hyphens=False,
+    )
+
+
+# ---------------------------------------------------------------------- JSON
+
+
+def document(parts: Iterable[Explained], mission: Mission, choice: Choice | None) -> dict[str, object]:
+    """The same as data: times in steps, and the step in seconds."""
+    parts = tuple(parts)
+    traps = {trap.name: trap for part in parts for trap in part.traps}
+    return {
+        "mission": mission.name,
+        "step": mission.step,
+        "steps": mission.steps,
+        "backend": None if choice is None else choice.backend,
+        "backend_because": None if choice is None else choice.explanation,
+        "goals": [_goal(part) for part in parts],
+        "goals_left_out": left_out(parts, mission),
+        "traps": [_trap(trap) for trap in traps.values()],
+    }
+
+
+def _goal(part: Explained) -> dict[str, object]:
+    return {
+        "name": part.name,
+        "kind": "requirement" if part.weight is None else "preference",
+        "weight": part.weight,
+        "line": part.line,
+        "formula": part.written,
+        "sentence": part.said.whole,
+        "where": [{"name": more.name, "sentence": more.sentence} for more in part.said.parts],
+        "where_left_out": part.said.left_out,
+        "things": list(part.things),
+        "windows": [_window(span) for span in part.windows],
+        "needs_steps": part.needed if math.isfinite(part.needed) else None,
+        "looks_to_step": part.looks,
+        "needs": list(part.needs),
+        "backends": list(part.backends),
+        "traps": [trap.name for trap in part.traps],
+    }
+
+
+def _window(span: Span) -> dict[str, object]:
+    return {"words": span.words, "depth": span.depth, "first": list(span.first), "last": list(span.last)}
+
+
+def _trap(trap: Trap) -> dict[str, object]:
+    example = trap.example
+    return {
+        "name": trap.name,
+        "says": trap.says,
+        "elsewhere": trap.elsewhere,
+        "columns": "agents" if example.agents else "steps",
+        "rows": [{"formula": name, "holds": [cell == "T" for cell in cells]} for name, cells in example.rows],
+        "positions": [[list(point) for point in path] for path in example.places],
+        "asked": {"formula": example.asked, "holds": example.holds},
+        "otherwise": {"formula": example.otherwise, "holds": not example.holds},
+    }

@@ -1,0 +1,240 @@
+"""The words of sentences: verbs for predicates, nouns for agents, phrases for windows and lengths."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import assert_never
+
+from missionc import ir
+from missionc.ir.wording import seconds
+from missionc.resolve.show_ir_formula import number, show_predicate
+from missionc.syntax.ast import Metric
+
+MOST_NAMES = 20
+"""Agents that are named one by one."""
+
+
+@dataclass(frozen=True, slots=True)
+class Verb:
+    """What an agent is or does: ``is in `base` ``. Where ``denies``, ``plain`` is what it does not.
+
+    In a format string a noun may follow a colon: ``every NOUN is in `base` ``, or
+    ``no NOUN is in `base` `` of a verb that denies.
+    """
+
+    plain: str
+    denied: str
+    denies: bool = False
+
+    def __str__(self) -> str:
+        return self.denied if self.denies else self.plain
+
+    def __format__(self, noun: str) -> str:
+        return self.of_every(noun) if noun else str(self)
+
+    def of_every(self, noun: str) -> str:
+        return f"no {noun} {self.plain}" if self.denies else f"every {noun} {self.plain}"
+
+    def negated(self) -> Verb:
+        return Verb(self.plain, self.denied, not self.denies)
+
+
+@dataclass(frozen=True, slots=True)
+class Noun:
+    """``one`` after `every` and `no`; ``many`` after a number; ``this`` of the one that was named."""
+
+    one: str
+    many: str
+    this: str
+
+
+def noun(agents: ir.AgentSet, mission: ir.Mission) -> Noun:
+    """The members of a team by its name, where that is a word; of anything else, members of it."""
+    is_team = any(team.name == agents.name for team in mission.teams)
+    if is_team and agents.name.isalpha() and len(agents.agents) > 1:
+        return Noun(agents.name, f"{agents.name}s", f"the {agents.name}")
+    return Noun(f"agent of `{agents.name}`", f"agents of `{agents.name}`", f"the agent of `{agents.name}`")
+
+
+def belongs(agents: ir.AgentSet, mission: ir.Mission) -> Verb:
+    if any(agent.name == agents.name for agent in mission.agents):
+        return Verb(f"is {agents.name}", f"is not {agents.name}")
+    article = "an" if noun(agents, mission).one[0] in "aeiou" else "a"
+    return Verb(f"is {article} {noun(agents, mission).one}", f"is not {article} {noun(agents, mission).one}")
+
+
+def verb_of(predicate: ir.Predicate, mission: ir.Mission) -> Verb | None:
+    """What a predicate says of one agent; None where it speaks of the team."""
+    match predicate:
+        case ir.Inside(region, False):
+            return Verb(f"is in `{region.name}`", f"is not in `{region.name}`")
+        case ir.Inside(region, _):
+            return Verb(f"has its whole body in `{region.name}`", f"does not have its whole body in `{region.name}`")
+        case ir.Touches(region):
+            return Verb(f"touches `{region.name}`", f"does not touch `{region.name}`")
+        case ir.Compare(terms, _, _):
+            if all(isinstance(feature, ir.DistanceBetween) for _, feature in terms):
+                return None
+            return _compared(predicate, mission)
+        case ir.Connected() | ir.InFormation():
+            return None
+        case _:
+            assert_never(predicate)
+
+
+def of_team(predicate: ir.Predicate, mission: ir.Mission, denied: bool) -> str:
+    """What a predicate says of the team, as a clause; ``denied``, its opposite."""
+    no = " not" if denied else ""
+    match predicate:
+        case ir.Connected(graph, agents):
+            over = "" if agents == graph.agents else f" over {names(agents, mission)}"
+            return f"`{graph.name}` is{no} connected{over}"
+        case ir.InFormation(formation):
+            total = " in all" if formation.total else ""
+            holds = "does not hold" if denied else "holds"
+            return f"the formation `{formation.name}` {holds} within {number(formation.tolerance)} m{total}"
+        case ir.Compare(((_, ir.DistanceBetween(first, second)),), _, _):
+            one, other = mission.agents[first].name, mission.agents[second].name
+            verb = "are not" if denied else "are"
+            return f"{one} and {other} {verb} {_bound(predicate, ' m')} apart"
+        case _:
+            return f"`{show_predicate(predicate, mission)}` is {'false' if denied else 'true'}"
+
+
+def names(agents: tuple[int, ...], mission: ir.Mission) -> str:
+    """A set of agents by the name the mission has for it, or one by one."""
+    for known in (*mission.teams, *mission.groups):
+        if known.agents == agents:
+            return f"`{known.name}`"
+    one_by_one = [mission.agents[agent].name for agent in agents[:MOST_NAMES]]
+    more = len(agents) - MOST_NAMES
+    return joined([*one_by_one, f"{more:,} more"] if more > 0 else one_by_one, "and")
+
+
+def joined(parts: list[str], word: str, separator: str = ",") -> str:
+    """``a``, ``a and b``, ``a, b and c``."""
+    if len(parts) < 2:
+        return "".join(parts)
+    return f"{f'{separator} '.join(parts[:-1])}{separator if separator != ',' else ''} {word} {parts[-1]}"
+
+
+def _compared(compare: ir.Compare, mission: ir.Mission) -> Verb:
+    if len(compare.terms) > 1:
+        words = show_predicate(compare, mission)
+        return Verb(f"satisfies `{words}`", f"does not satisfy `{words}`")
+    feature = compare.terms[0][1]
+    match feature:
+        case ir.Coordinate(axis):
+            return _has(f"an {'xyz'[axis]}" if axis == 0 else f"a {'xyz'[axis]}", _bound(compare, " m"))
+        case ir.Speed():
+            return _has("a speed", _bound(compare, " m/s"))
+        case ir.Altitude():
+            return _has("an altitude", _bound(compare, " m"))
+        case ir.DistanceTo(ir.Region(name=name)):
+            bound = _bound(compare, " m")
+            return _is(f"{bound} from the border of `{name}` (less than 0 inside)")
+        case ir.DistanceTo(ir.Beacon(name=name)):
+            return _is(f"{_bound(compare, ' m')} from `{name}`")
+        case ir.DistanceTo(int(agent)):
+            return _is(f"{_bound(compare, ' m')} from {mission.agents[agent].name}")
+        case _:
+            raise AssertionError(feature)
+
+
+def _has(what: str, bound: str) -> Verb:
+    return Verb(f"has {what} of {bound}", f"does not have {what} of {bound}")
+
+
+def _is(where: str) -> Verb:
+    return Verb(f"is {where}", f"is not {where}")
+
+
+def _bound(compare: ir.Compare, unit: str) -> str:
+    """One weighted feature and a constant against 0, as a bound on the feature."""
+    weight = compare.terms[0][0]
+    value = f"{number(-compare.constant / weight)}{unit}"
+    if weight > 0:
+        return f"more than {value}" if compare.strict else f"at least {value}"
+    return f"less than {value}" if compare.strict else f"at most {value}"
+
+
+# ------------------------------------------------------------- time and length
+
+
+@dataclass(frozen=True, slots=True)
+class When:
+    """A window of whole steps ahead, as the phrases that a sentence needs.
+
+    ``from_start``: it stands at the mission's first step, so that its bounds are times of the mission.
+    """
+
+    low: int
+    high: int | None
+    from_start: bool
+    mission: ir.Mission
+
+    def at(self, steps: str) -> str:
+        """``at every step from 0 s to 12 s``, with ``every step`` given; ``at 12 s`` where there is but one."""
+        low = seconds(self.mission, self.low)
+        if self.low == self.high:
+            if self.from_start:
+                return f"at {low}"
+            return f"{low} later" if self.low else "at that same step"
+        return f"at {steps} from {self._from(low)} to {self._to()}"
+
+    def _from(self, low: str) -> str:
+        if self.from_start:
+            return low
+        if self.low:
+            return low if self.high is not None else f"{low} later"
+        return "then"
+
+    def _to(self) -> str:
+        if self.high is None:
+            end = f" ({seconds(self.mission, self.mission.steps)})" if self.from_start else ""
+            return f"the end of the mission{end}"
+        return seconds(self.mission, self.high) + ("" if self.from_start else " later")
+
+    @property
+    def before(self) -> str:
+        return f"from {'0 s' if self.from_start else 'then'} until just before it"
+
+
+def length_words(length: ir.Length) -> str:
+    """``at most 2 hops``, ``1 to 2 hops``, ``at least 3 m``."""
+    low, high = number(length.low), number(length.high) if math.isfinite(length.high) else ""
+    hops = length.metric is Metric.HOPS
+    unit = (" hop" if (high or low) == "1" else " hops") if hops else " m"
+    if not high:
+        return f"at least {low}{unit}"
+    if length.low <= 0:
+        return f"at most {high}{unit}"
+    return f"exactly {low}{unit}" if low == high else f"{low} to {high}{unit}"
+
+
+def route_words(length: ir.Length) -> str:
+    """``a route of at most 2 hops on `radio` ``"""
+    if length.low <= 0 and not math.isfinite(length.high):
+        measured = "" if length.metric is Metric.HOPS else " in metres"
+        return f"a route of any length{measured} on `{length.graph.name}`"
+    return f"a route of {length_words(length)} on `{length.graph.name}`"
+
+
+COMPARED = {">=": "at least {}", ">": "more than {}", "<=": "at most {}", "<": "fewer than {}", "=": "exactly {}"}
+"""How many, in words, for each comparison of a count."""
+
+
+def who_of(formula: ir.AtLeastOf, members: Noun) -> str:
+    """The subject of a quantified sentence."""
+    if formula.kind == "every":
+        return f"every {members.one}"
+    if formula.kind == "some":
+        return f"at least one {members.one}"
+    return f"each of at least {formula.number} {members.one if formula.number == 1 else members.many}"
+
+
+def window_of(when: When, each: bool, formula: ir.AtLeastOf) -> str:
+    """The window, and that everybody may choose a step of their own."""
+    own = "" if formula.kind == "some" else " of its own"
+    return when.at("every step" if each else f"some step{own}")

@@ -1,0 +1,119 @@
+"""Which conventions a formula hangs on that others have otherwise, and how each is shown.
+
+in   a formula
+out  Traps of ``convention_examples``, in their order
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from missionc.explain import convention_examples
+from missionc.explain.convention_examples import Example, Trap
+from missionc.ir import Apply, Connected, Formula, Holds, Inside, Length, Touches, Truth, Window
+from missionc.language.walk_formulas import bottom_up, operands
+
+
+def traps_of(formula: Formula) -> tuple[Trap, ...]:
+    """Every trap that the formula touches, once."""
+    found: set[str] = set()
+    windowed: set[Formula] = set()
+    for part in bottom_up([formula]):
+        found.update(trap.name for trap in _touched(part))
+        below = any(operand in windowed for operand in operands(part))
+        window = isinstance(part, Apply) and isinstance(part.bounds, Window)
+        if window and below:
+            found.add(convention_examples.CLIPPING.name)
+        if window or below:
+            windowed.add(part)
+    return tuple(trap for trap in convention_examples.TRAPS if trap.name in found)
+
+
+def _touched(part: Formula) -> Iterator[Trap]:
+    match part:
+        case Holds(Inside() | Touches()):
+            yield convention_examples.BORDER
+        case Holds(Connected()):
+            yield convention_examples.LINK
+        case Apply(bounds=Window() as window):
+            yield from _of_time(part, window)
+        case Apply(bounds=Length() as length):
+            yield convention_examples.LINK
+            yield from _of_space(part, length)
+        case _:
+            return
+
+
+def _of_time(part: Apply, window: Window) -> Iterator[Trap]:
+    if window.high is not None:
+        yield convention_examples.CLOSED_WINDOW
+    match part.operator.name:
+        case "until":
+            yield convention_examples.UNTIL_END
+            yield convention_examples.UNTIL_NOW
+            if window.low > 0:
+                yield convention_examples.UNTIL_WINDOW
+        case "release":
+            yield convention_examples.RELEASE
+        case _:
+            return
+
+
+def _of_space(part: Apply, length: Length) -> Iterator[Trap]:
+    at_once = length.low <= 0
+    match part.operator.name:
+        case "reach" | "somewhere" | "everywhere":
+            if at_once:
+                yield convention_examples.ITSELF
+            elif length.low > 1:
+                yield convention_examples.WALK
+                yield convention_examples.LONGER
+            elif length.high > 1:
+                yield convention_examples.WALK
+            if part.operator.name == "reach" and not isinstance(part.operands[0], Truth):
+                yield convention_examples.LAST
+        case "escape":
+            yield convention_examples.ESCAPE_AT_ONCE if at_once else convention_examples.ESCAPE_FAR
+        case "count":
+            if at_once:
+                yield convention_examples.COUNTS_ITSELF
+        case "surround":
+            yield convention_examples.ALONE
+        case _:
+            return
+
+
+def table(example: Example) -> list[str]:
+    """The run, a line for each formula, a column for each step or agent; then the two readings of it."""
+    count = len(example.places) if example.agents else len(example.places[0])
+    heads = [f"a[{index}]" if example.agents else f"{index} s" for index in range(count)]
+    wide = max(len(name) for name, _ in example.rows)
+    lines = [f"{'':{wide}}  {'  '.join(f'{head:>4}' for head in heads)}"]
+    for name, cells in example.rows:
+        lines.append(f"{name:{wide}}  {'  '.join(f'{_word(cell):>4}' for cell in cells)}")
+    if example.agents:
+        lines.append(f"{'linked':{wide}}  {', '.join(linked(example)) or 'nobody'}")
+    first, second = (example.holds, not example.holds)
+    asked, otherwise = _shown(example.asked), _shown(example.otherwise)
+    wide = max(len(asked), len(otherwise))
+    lines.append(f"{asked:{wide}}  {'holds' if first else 'fails'}, as it is here")
+    lines.append(f"{otherwise:{wide}}  {'holds' if second else 'fails'}, the other reading")
+    return lines
+
+
+def _shown(formula: str) -> str:
+    """A formula of a run as a table shows it: asked at `a[0]`, on the one graph there is."""
+    bare = formula.removeprefix("a[0]: ").replace(" on radio", "")
+    return bare[1:-1] if bare != formula and bare.startswith("(") and bare.endswith(")") else bare
+
+
+def linked(example: Example) -> list[str]:
+    """The links of a run at one step, strictly under 1 m."""
+    places = [path[0] for path in example.places]
+    pairs = [(one, other) for other in range(len(places)) for one in range(other)]
+    return [f"a[{one}]-a[{other}]" for one, other in sorted(pairs) if math.dist(places[one], places[other]) < 1]
+
+
+def _word(cell: str) -> str:
+    return "yes" if cell == "T" else "no"

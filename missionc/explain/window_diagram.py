@@ -1,0 +1,191 @@
+"""The windows of a formula on the mission's time axis, a line for each temporal operator.
+
+in   a formula and its mission
+out  its windows, and a drawing of them
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import assert_never
+
+from missionc.ir import Apply, Formula, Mission, Window
+from missionc.ir.wording import seconds
+from missionc.kernel.nodes import (
+    All,
+    Any,
+    Apart,
+    At,
+    AtLeast,
+    Atom,
+    Is,
+    Nearby,
+    Node,
+    Not,
+    Reach,
+    Route,
+    Sometime,
+    Throughout,
+    Until,
+)
+from missionc.language.walk_formulas import meaning, operands
+
+WIDTH = 100
+"""Columns of a drawing, at most."""
+
+MOST = 24
+"""Windows that are drawn; of more, a last line says so."""
+
+_LABEL = 44
+
+
+@dataclass(frozen=True, slots=True)
+class Span:
+    """A temporal operator's window, in steps of the mission.
+
+    ``first`` is the window as it is where the operator is asked earliest,
+    ``last`` where it is asked latest: between the two it slides. ``looks`` is the
+    last step that any of its operands is asked at.
+    """
+
+    formula: Apply
+    depth: int
+    words: str
+    first: tuple[int, int]
+    last: tuple[int, int]
+    looks: int
+
+    @property
+    def slides(self) -> bool:
+        return self.first != self.last
+
+
+def windows(formula: Formula, mission: Mission) -> Iterator[Span]:
+    """Every temporal operator under the formula, outermost first, for each range of steps that it is asked over."""
+    seen: set[tuple[Formula, int, int]] = set()
+    stack: list[tuple[Formula, int, int, int]] = [(formula, 0, 0, 0)]
+    while stack:
+        asked = stack.pop()
+        part, low, high, depth = asked
+        if (part, low, high) in seen:
+            continue
+        seen.add((part, low, high))
+        below = [(operand, low, high, depth) for operand in operands(part)]
+        if isinstance(part, Apply) and not part.operator.spatial:
+            node, places = meaning(part)
+            window = _window(node)
+            if window is not None:
+                asked_over = [_range(node, place, low, high, mission.steps) for place in places]
+                below = [
+                    (operand, *over, depth + 1)
+                    for operand, over in zip(part.operands, asked_over, strict=True)
+                    if over is not None
+                ]
+                yield Span(
+                    part,
+                    depth,
+                    _words(part, mission, depth > 0),
+                    _placed(window, low, mission.steps),
+                    _placed(window, high, mission.steps),
+                    max(last for _, _, last, _ in below),
+                )
+        stack.extend(reversed(below))
+
+
+def draw(spans: Iterator[Span], mission: Mission, unicode: bool) -> list[str]:
+    """A line for each window under a line for the axis; nothing where there are none. At most ``WIDTH`` columns."""
+    found: list[Span] = []
+    for span in spans:
+        if len(found) == MOST:
+            break
+        found.append(span)
+    if not found:
+        return []
+    solid, loose, rule = ("█", "░", "─") if unicode else ("#", ".", "-")
+    label = min(_LABEL, max(len(_label(span)) for span in found))
+    reaches = [f"{seconds(mission, span.first[0])} to {seconds(mission, span.last[1])}" for span in found]
+    columns = WIDTH - label - max(map(len, reaches)) - 6
+    end = seconds(mission, mission.steps)
+    lines = [f"{'':{label}}  0 s {rule * (columns - 5 - len(end))} {end}".rstrip()]
+    for span, reach in zip(found, reaches, strict=True):
+        bar = [" "] * columns
+        _fill(bar, span.first[0], span.last[1], mission.steps, loose)
+        _fill(bar, *span.first, mission.steps, solid)
+        lines.append(f"{_label(span)[:label]:{label}}  {''.join(bar)}  {reach}")
+    if len(found) == MOST:
+        lines.append(f"{'':{label}}  and more; the first {MOST} are drawn")
+    if any(span.slides for span in found):
+        lines.append(f"{'':{label}}  {solid} its first place  {loose} as far as it slides")
+    return lines
+
+
+def _fill(bar: list[str], first: int, last: int, steps: int, mark: str) -> None:
+    scale = (len(bar) - 1) / max(steps, 1)
+    for column in range(round(first * scale), round(last * scale) + 1):
+        bar[column] = mark
+
+
+def _label(span: Span) -> str:
+    return "  " * min(span.depth, 6) + span.words
+
+
+def _words(formula: Apply, mission: Mission, nested: bool) -> str:
+    """``eventually [1 s, 3 s]``, with a plus where it counts from the step of another window."""
+    plus = "+" if nested else ""
+    if not isinstance(formula.bounds, Window):
+        return formula.operator.name
+    low, high = formula.bounds.low, formula.bounds.high
+    until = "end" if high is None else f"{plus}{seconds(mission, high)}"
+    return f"{formula.operator.name} [{plus}{seconds(mission, low)}, {until}]"
+
+
+def _window(node: Node) -> tuple[int, int | None] | None:
+    """The bounds of the window that closes last in an operator's meaning."""
+    match node:
+        case Throughout(_, low, high) | Sometime(_, low, high) | Until(_, _, low, high):
+            return low, high
+        case Not(body) | Nearby(_, body) | At(_, body):
+            return _window(body)
+        case All(parts) | Any(parts) | AtLeast(_, parts):
+            found = [window for window in map(_window, parts) if window is not None]
+            return max(found, key=lambda window: math.inf if window[1] is None else window[1], default=None)
+        case Atom() | Is() | Apart() | Reach() | Route():
+            return None
+        case _:
+            assert_never(node)
+
+
+def _placed(window: tuple[int, int | None], step: int, steps: int) -> tuple[int, int]:
+    """A window as it lies where its operator is asked at this step."""
+    low, high = window
+    return min(step + low, steps), steps if high is None else min(step + high, steps)
+
+
+def _range(node: Node, place: Node, low: int, high: int, steps: int) -> tuple[int, int] | None:
+    """The first and the last step that a placeholder is asked at; the node, from ``low`` to ``high``. None: at none."""
+    found = list(_asked(node, place, low, high, steps))
+    return (min(first for first, _ in found), max(last for _, last in found)) if found else None
+
+
+def _asked(node: Node, place: Node, low: int, high: int, steps: int) -> Iterator[tuple[int, int]]:
+    if node is place:
+        yield min(low, steps), min(high, steps)
+        return
+    match node:
+        case Throughout(body, near, far) | Sometime(body, near, far):
+            yield from _asked(body, place, low + near, steps if far is None else high + far, steps)
+        case Until(hold, end, near, far):
+            if far != 0:
+                yield from _asked(hold, place, low, steps - 1 if far is None else high + far - 1, steps)
+            yield from _asked(end, place, low + near, steps if far is None else high + far, steps)
+        case Not(body) | Nearby(_, body) | At(_, body):
+            yield from _asked(body, place, low, high, steps)
+        case All(parts) | Any(parts) | AtLeast(_, parts):
+            for part in parts:
+                yield from _asked(part, place, low, high, steps)
+        case Atom() | Is() | Apart() | Reach() | Route():
+            return
+        case _:
+            assert_never(node)

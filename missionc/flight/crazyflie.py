@@ -1,0 +1,379 @@
+"""A Crazyflie's polynomials for every agent, in the uav_trajectories format, verified as they are written.
+
+    in   Mission, the verified Trace
+    out  the files, and the certificate of what is in them
+    says MC703 MC711
+
+A fit of each agent alone is tried first, with two pieces for each step if they
+fit into the memory, else with one; and where there are more steps than the
+memory holds pieces, with a piece for several steps, that passes near each.
+Where that brings two agents, or an agent and an obstacle, closer than the
+mission allows, planes are put between them and those agents are fitted
+together. The steps where even this fails get more pieces, and those beside
+them. With two pieces for each step there is always a solution on straight
+motion beside what stands still: to rest at each step, all agents in the same
+rhythm. Beside a moving obstacle the flight has to keep time with the plan,
+which takes more pieces, and more room the later it comes to speed.
+
+Where a flight exceeds what its vehicle may do, it is fitted again with cuts. If
+no flight in the plan's time keeps to that, the one that exceeds it least says
+how much longer it would have to take.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from missionc.base.trace import Array, Trace
+from missionc.curves.crazyflie_csv import Pieces, written
+from missionc.curves.piecewise_polynomials import (
+    Curves,
+    Indices,
+    motion,
+    refined,
+    values,
+)
+from missionc.curves.smooth_splines import rounded
+from missionc.diagnostics.model import Diagnostic
+from missionc.flight.fit_polynomials import (
+    Course,
+    Cut,
+    Fitted,
+    Plane,
+    fit,
+)
+from missionc.flight.quadratic_program import NoFit
+from missionc.flight.refusals import not_flyable, too_fast
+from missionc.flight.separating_planes import (
+    Held,
+    Near,
+    conflicts,
+    groups,
+    held_apart,
+    narrowed,
+)
+from missionc.flight.vehicle_limits import (
+    Limit,
+    Peak,
+    cuts,
+    limits_of,
+    peaks,
+)
+from missionc.flight.yaw import pointing
+from missionc.ir import AlongPath, DoubleIntegrator, Mission
+from missionc.kernel.nodes import Kernel
+from missionc.lower.tighten import roomy
+from missionc.verify.certificate import Certificate, Check
+from missionc.verify.flight.vehicle_claims import PIECE_BYTES
+from missionc.verify.flight.verify_polynomials import verify_polynomials
+from missionc.verify.tolerances import TUBE, WAYPOINT
+
+ROUNDS = 12
+"""Refits with more planes before steps get more pieces."""
+CUTTING = 8
+"""Refits with more cuts before the limits of a vehicle are taken to leave no room."""
+NEGLIGIBLE = 1e-9
+"""Metres: a parabola that leaves its chord by less is straight."""
+EXCESS = 1e-6
+"""Metres: a bound of the fit that is exceeded by more is not kept."""
+COMPRESSED, COMPRESSED_YAW, COMPRESSED_ENDS = {2: 31, 3: 45}, 14, 11
+"""Bytes of a piece in the firmware's compressed format, by the mission's dimension; of its yaw; of the two ends."""
+SLACK = 0.98 * WAYPOINT
+"""Metres: how far from a step's position a piece of several steps is fitted to pass; the rest is for rounding."""
+HALVINGS, SHORTEST = 3, 0.1
+"""How often a step's pieces may be halved; and the seconds that they last at least, after the first time."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Flyable:
+    """The text of each agent's file, by the agent's name, and what was verified on it."""
+
+    files: dict[str, str]
+    certificate: Certificate
+
+
+@dataclass(frozen=True, slots=True)
+class _Stuck:
+    """No polynomials were found: what they fail, if there were any, and the steps that leave too little room."""
+
+    failed: Check | None
+    steps: tuple[int, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class _Beyond:
+    """Polynomials that exceed what some vehicles may do: by the agent's name, and how."""
+
+    peaks: tuple[tuple[str, Peak], ...]
+
+    @property
+    def stretch(self) -> float:
+        return max(peak.stretch for _, peak in self.peaks)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Tight:
+    """Polynomials on which no bodies touch, but ``short`` metres closer than asked: taken if there are no better."""
+
+    flyable: Flyable
+    short: float
+    steps: tuple[int, ...]
+
+
+def crazyflie(mission: Mission, kernel: Kernel, trace: Trace, stretch: float = 1.0) -> Flyable | Diagnostic:
+    """Polynomials that keep what the plan keeps, or why there are none.
+
+    Args:
+        stretch: how many times slower the plan is flown than it was planned: said, and nothing else.
+    """
+    chords, apart = _chords(mission, trace), roomy(mission)
+    attempts: list[_Tight | _Beyond | _Stuck] = []
+    few: list[_Tight | _Stuck] = []
+    for count in _mergers(mission, chords):
+        merged = _attempt(mission, apart, kernel, trace, chords, count)
+        if isinstance(merged, Flyable):
+            return merged
+        if isinstance(merged, _Beyond):
+            attempts.append(merged)
+        else:
+            few.append(merged)
+    pieces = np.maximum(chords, 2 if chords.size == 1 else 1)
+    generous = _generous(mission, pieces)
+    if not np.array_equal(generous, pieces):
+        found = _attempt(mission, apart, kernel, trace, generous)
+        if isinstance(found, Flyable):
+            return found
+        attempts += [found] if isinstance(found, _Beyond) else []
+    while not any(isinstance(attempt, _Beyond) for attempt in attempts):
+        found = _attempt(mission, apart, kernel, trace, pieces)
+        if isinstance(found, Flyable):
+            return found
+        attempts.append(found)
+        more = _more(pieces, chords, found.steps, trace.step) if not isinstance(found, _Beyond) else pieces
+        if np.array_equal(more, pieces):
+            break
+        pieces = more
+    tight = [attempt for attempt in attempts if isinstance(attempt, _Tight)]
+    if tight:
+        return min(tight, key=lambda attempt: attempt.short).flyable
+    beyond = [attempt for attempt in attempts if isinstance(attempt, _Beyond)]
+    if beyond:
+        return too_fast(mission, min(beyond, key=lambda attempt: attempt.stretch).peaks, stretch)
+    stuck = [attempt for attempt in (*few, *attempts) if isinstance(attempt, _Stuck)]
+    return not_flyable(mission, [attempt.failed for attempt in stuck if attempt.failed is not None])
+
+
+def _chords(mission: Mission, trace: Trace) -> Indices:
+    """(steps,): so many that a parabola leaves its tube at least half of the width."""
+    count = np.ceil(np.sqrt(_bulge(mission, motion(mission, trace)) / (TUBE / 2))).astype(np.int64)
+    return np.maximum(count, 1)
+
+
+def _mergers(mission: Mission, chords: Indices) -> list[int]:
+    """How many pieces there may be where they are to be fewer than there are legs: as many as a memory holds."""
+    turning = any(isinstance(agent.yaw, AlongPath) for agent in mission.agents)
+    compressed = (_memory(mission) - COMPRESSED_ENDS) // (COMPRESSED[mission.dimension] + turning * COMPRESSED_YAW)
+    return [count for count in (_memory(mission) // PIECE_BYTES, compressed) if 3 <= count < chords.sum()]
+
+
+def _memory(mission: Mission) -> int:
+    """Bytes, of the smallest: all files have the same pieces."""
+    return min(agent.vehicle.memory for agent in mission.agents)
+
+
+def _generous(mission: Mission, pieces: Indices) -> Indices:
+    """Two for each step, or for the first and the last, where every memory holds them: slower and gentler."""
+    ends = pieces.copy()
+    ends[[0, -1]] = np.maximum(pieces[[0, -1]], 2)
+    for more in (np.maximum(pieces, 2), ends):
+        if more.sum() <= _memory(mission) // PIECE_BYTES:
+            return more
+    return pieces
+
+
+def _more(pieces: Indices, chords: Indices, steps: tuple[int, ...], step: float) -> Indices:
+    """Twice as many where there is too little room, half of that beside it; if no more can be, two everywhere."""
+    more = pieces.copy()
+    for index in steps:
+        if pieces[index] < 2 * chords[index] or step / pieces[index] >= 2 * SHORTEST:
+            more[index] = min(2 * pieces[index], chords[index] << HALVINGS)
+    for index in steps:
+        for beside in (index - 1, index + 1):
+            if 0 <= beside < more.size:
+                times = more[index] // chords[index] // 2
+                more[beside] = max(more[beside], chords[beside] * times)
+    return more if (more > pieces).any() else np.maximum(pieces, 2 * chords)
+
+
+def _attempt(
+    mission: Mission, apart: Mission, kernel: Kernel, trace: Trace, legs: Indices, count: int = 0
+) -> Flyable | _Tight | _Beyond | _Stuck:
+    """With so many legs for each step: each a piece of its own, or in so many pieces if there is a ``count``.
+
+    Agents are held apart as ``apart`` has it, the mission with the room that its vehicles want.
+    """
+    course = _course(mission, trace, legs, count)
+    step_of = np.repeat(np.arange(legs.size), legs)
+    knots = course.times[course.knot]
+    coefficients = np.zeros((len(mission.agents), knots.size - 1, mission.dimension, 8))
+    excess = np.zeros((len(mission.agents), step_of.size))
+    limits = {agent.index: limits_of(agent.vehicle) for agent in mission.agents}
+    held: Held = {}
+    kept: list[Cut] = []
+    stale = {agent.index for agent in mission.agents}
+    found: list[Near] = []
+    for _ in range(ROUNDS):
+        planes = [plane for each in held.values() for plane in each]
+        for group in groups(planes, stale):
+            fitted = _within_limits(mission, course, planes, group, limits, kept)
+            if isinstance(fitted, NoFit):
+                return _Stuck(None, ())
+            coefficients[group] = rounded(fitted.points, np.diff(knots))
+            excess[group] = fitted.excess
+        beyond = [
+            (mission.agents[index].name, peak)
+            for index in sorted(stale)
+            for peak in peaks(limits[index], Curves(knots, coefficients[[index]]))
+        ]
+        if beyond:
+            return _Beyond(tuple(beyond))
+        level = refined(Curves(knots, coefficients), course.times)
+        found = conflicts(apart, level, held)
+        radius = narrowed(course.radius, [near for near in found if near in held and not near.moving])
+        more = held_apart(apart, course, held, found, level)
+        if more == held and np.array_equal(radius, course.radius):
+            break
+        held, course = more, replace(course, radius=radius)
+        stale = {agent for near in found for agent in near.agents}
+    steps = {*step_of[excess.max(axis=0) > EXCESS].tolist(), *(int(step_of[near.leg]) for near in found)}
+    yaw = [
+        pointing(each.yaw, each.vehicle.yaw_rate, Curves(knots, coefficients[[each.index]])) for each in mission.agents
+    ]
+    files = _texts(mission, coefficients, np.stack(yaw), np.diff(knots))
+    certificate = verify_polynomials(mission, kernel, trace, files)
+    if not certificate.passed:
+        failed = min(certificate.failures, key=lambda check: (check.at is None, check.margin))
+        if failed.at is not None:
+            steps.add(min(int(failed.at / trace.step), mission.steps - 1))
+        return _Stuck(failed, tuple(sorted(steps)))
+    if not found:
+        return Flyable(files, certificate)
+    return _Tight(Flyable(files, certificate), max(near.short for near in found), tuple(sorted(steps)))
+
+
+def _course(mission: Mission, trace: Trace, legs: Indices, count: int) -> Course:
+    """Segments to stay near, and the times of the joints; all pieces of a step last the same float32 number of seconds.
+
+    A step's legs share its segment; where a parabola bends it, each has its own
+    chord.
+    """
+    planned = motion(mission, trace)
+    step_of = np.repeat(np.arange(legs.size), legs)
+    within = np.arange(step_of.size) - np.repeat(np.cumsum(legs) - legs, legs)
+    share = within / legs[step_of] * trace.step
+    inner = values(planned.coefficients[:, step_of], np.broadcast_to(share, (len(mission.agents), share.size)))
+    fixed = np.append(within == 0, True)
+    joint = np.concatenate([inner, trace.position[:, -1:]], axis=1)
+    joint[:, fixed] = trace.position
+    bulge = (_bulge(mission, planned) / legs**2)[step_of]
+    bent = (bulge > 0)[:, None]
+    start = np.where(bent, joint[:, :-1], trace.position[:, step_of])
+    end = np.where(bent, joint[:, 1:], trace.position[:, step_of + 1])
+    radius = np.tile(TUBE - bulge, (len(mission.agents), 1))
+    lasting = trace.step / legs[step_of]
+    pieces = _shared(legs, count) if count else np.arange(step_of.size)
+    knot = np.append(np.diff(pieces, prepend=-1) > 0, True)
+    durations = np.bincount(pieces, lasting).astype(np.float32).astype(np.float64)
+    knots = np.concatenate([[0.0], np.cumsum(durations)])
+    before = np.cumsum(lasting) - lasting
+    begin = before[knot[:-1]][pieces]
+    times = np.append(
+        knots[pieces] + (before - begin) / np.bincount(pieces, lasting)[pieces] * durations[pieces], knots[-1]
+    )
+    times[knot] = knots
+    slack = SLACK if count else 0.0
+    return Course(times, joint, fixed, start, end, radius, knot, slack)
+
+
+def _shared(legs: Indices, count: int) -> Indices:
+    """(all legs,): which of ``count`` pieces each is in; the first and the last, at rest at one end, are alone."""
+    total = int(legs.sum())
+    return np.searchsorted(np.round(np.linspace(1, total - 1, count - 1)), np.arange(total), side="right")
+
+
+def _bulge(mission: Mission, planned: Curves) -> Array:
+    """(steps,), metres: how far any parabola of a step leaves its chord."""
+    chosen = [agent.index for agent in mission.agents if isinstance(agent.dynamics, DoubleIntegrator)]
+    if not chosen:
+        return np.zeros(planned.durations.size)
+    bend = np.linalg.norm(planned.coefficients[chosen, :, :, 2], axis=-1) * 2
+    bulge: Array = (bend * planned.durations**2 / 8).max(axis=0)
+    return np.where(bulge > NEGLIGIBLE, bulge, 0.0)
+
+
+def _within_limits(
+    mission: Mission,
+    course: Course,
+    planes: list[Plane],
+    group: list[int],
+    limits: dict[int, list[Limit]],
+    kept: list[Cut],
+) -> Fitted | NoFit:
+    """Fitted again with more cuts, which are ``kept``, while a flight of the group exceeds a limit; the gentlest."""
+    knots = course.times[course.knot]
+    durations = np.diff(knots)
+    best, least = None, math.inf
+    for _ in range(CUTTING):
+        fitted = _fit(mission, course, planes, group, kept)
+        if isinstance(fitted, NoFit):
+            return best or fitted
+        flown = rounded(fitted.points, durations)
+        found = [peaks(limits[index], Curves(knots, flown[[place]])) for place, index in enumerate(group)]
+        worst = max((peak.stretch for own in found for peak in own), default=0.0)
+        if worst < least:
+            best, least = fitted, worst
+        if worst == 0.0:
+            break
+        for own, index, points in zip(found, group, fitted.points, strict=True):
+            kept += cuts([peak.limit for peak in own], index, points, durations)
+    return best or fitted
+
+
+def _fit(mission: Mission, course: Course, planes: list[Plane], group: list[int], kept: list[Cut]) -> Fitted | NoFit:
+    place = {index: position for position, index in enumerate(group)}
+    start, end, radius = course.start[group], course.end[group], course.radius[group]
+    own = replace(course, joint=course.joint[group], start=start, end=end, radius=radius)
+    held = [
+        replace(plane, first=place[plane.first], second=place[plane.second]) for plane in planes if plane.first in place
+    ]
+    cut = [replace(each, agent=place[each.agent]) for each in kept if each.agent in place]
+    return fit(own, held, *_room(mission, own, group), cut)
+
+
+def _room(mission: Mission, course: Course, group: list[int]) -> tuple[Array, Array]:
+    """Opposite corners of each leg's room, (agents, legs, dim).
+
+    Where the plan itself is beyond that, the flight goes no further than the plan; never out of the world.
+    """
+    corners = np.array([mission.room(index) for index in group])
+    low, high = corners[:, 0], corners[:, 1]
+    least, most = np.minimum(course.start, course.end), np.maximum(course.start, course.end)
+    return (
+        np.maximum(np.minimum(low[:, None], least), mission.world.low),
+        np.minimum(np.maximum(high[:, None], most), mission.world.high),
+    )
+
+
+def _texts(mission: Mission, coefficients: Array, yaw: Array, durations: Array) -> dict[str, str]:
+    files = {}
+    for agent in mission.agents:
+        rows = np.zeros((durations.size, 4, 8))
+        rows[:, : mission.dimension] = coefficients[agent.index]
+        rows[:, 3] = yaw[agent.index]
+        if mission.dimension == 2:
+            rows[:, 2, 0] = np.float32(agent.altitude)
+        files[agent.name] = written(Pieces(durations, rows))
+    return files

@@ -1,0 +1,315 @@
+"""The smoothest polynomials through a plan: one convex quadratic program.
+
+They pass every step's position at its time, or near it, rest at both ends, and
+have the least integral of squared acceleration, with a little of the jerk's
+that rounds them. A leg is a polynomial piece, or a part of one, near one
+segment of the plan: its control points stay in a box inscribed in the tube
+around the segment. Control points of two agents, or of one beside an obstacle,
+may be held on their sides of a plane, for a whole leg or a part of it: then so
+are the curves, since they stay in the hulls of their points.
+
+Source:
+    Hönig, Preiss, Kumar, Sukhatme, Ayanian, "Trajectory Planning for Quadrotor Swarms" (2018), sections V and VI.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import sqrt
+
+import numpy as np
+from scipy.sparse import block_diag, coo_array, csr_array, eye_array, kron
+
+from missionc.base.trace import Array, Flags
+from missionc.curves.smooth_splines import (
+    DEGREE,
+    control_points_of,
+    effort,
+    part_of,
+)
+from missionc.flight.quadratic_program import (
+    NoFit,
+    Program,
+    Rows,
+)
+
+SAFE = 1e-5
+"""Metres kept back from every bound at least: more than rounding to float32 takes of a hall."""
+ROUNDED = 2.0**-21
+"""Of the largest coordinate, likewise: eight numbers of float32 are added up, and each is off by 2**-24 of itself."""
+REST = 4
+"""Coefficients at each end of the spline that are the place where it rests."""
+ROUNDING_OFF = 0.02
+"""Weight of the squared jerk beside the squared acceleration, in steps: least jerk alone takes longer to come to speed
+and is faster then."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Course:
+    """Where each agent is to fly.
+
+    Args:
+        times: (legs + 1,), seconds: the joints.
+        joint: (agents, legs + 1, dim), metres: positions at the joints, where ``fixed``.
+        fixed: (legs + 1,): the joint is at a step, so that the position there is the plan's.
+        start, end: (agents, legs, dim): the segment that the leg stays near.
+        radius: (agents, legs), metres: how near.
+        knot: (legs + 1,): a piece ends here and another begins; the other joints lie within one.
+        slack: metres: how far from a step's position the flight may be at its time; 0 where it passes through.
+    """
+
+    times: Array
+    joint: Array
+    fixed: Flags
+    start: Array
+    end: Array
+    radius: Array
+    knot: Flags
+    slack: float = 0.0
+
+    @property
+    def pinned(self) -> Flags:
+        """(legs + 1,): the position at the joint is the plan's, whatever else is asked."""
+        if self.slack == 0.0:
+            return self.fixed
+        ends = np.zeros_like(self.fixed)
+        ends[[0, -1]] = True
+        return ends
+
+    @property
+    def safe(self) -> float:
+        """Metres kept back from every bound: more than rounding to float32 takes, kilometres from the origin too."""
+        return max(SAFE, ROUNDED * float(np.abs(self.joint).max()))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Plane:
+    """``normal @ (first - second) >= offset`` for each of the 8 control points of a part of ``leg``.
+
+    ``part`` is between two shares of the leg's duration.
+    ``second`` equal to ``first`` stands for the origin: the plane is about one agent.
+    """
+
+    leg: int
+    part: tuple[float, float]
+    first: int
+    second: int
+    normal: Array
+    offset: Array
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Cut:
+    """``weight``, (dim, 8), times the control points of an agent's piece is at most 1.
+
+    Each axis of ``weight`` sums up to 0: a cut is about a derivative, wherever the piece is.
+    """
+
+    agent: int
+    piece: int
+    weight: Array
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Fitted:
+    """Each piece's control points (agents, pieces, dim, 8) in metres; by how much a leg exceeds a bound: (legs,)."""
+
+    points: Array
+    excess: Array
+
+
+def fit(course: Course, planes: list[Plane], low: Array, high: Array, cuts: Sequence[Cut] = ()) -> Fitted | NoFit:
+    """The least effort within all bounds; where there is none, what exceeds the cuts least, then the planes, the tubes.
+
+    Args:
+        planes: agents by their index in ``course``; ``cuts`` likewise.
+        low, high: (dim,) or (agents, legs, dim): the room that holds every control point.
+    """
+    agents, legs, dim = course.start.shape
+    points = np.arange(agents * dim * legs * (DEGREE + 1)).reshape(agents, dim, legs, DEGREE + 1)
+    index = points.transpose(0, 2, 1, 3)
+    # Numbers near one: coordinates are counted from each agent's first position, and times in steps.
+    origin = course.joint[:, 0]
+    times = course.times * ((int(course.fixed.sum()) - 1) / course.times[-1])
+    curve = control_points_of(times[course.knot])
+    many, last = csr_array(eye_array(agents * dim)), (course.joint[:, -1] - origin).ravel()
+    whole = _Spread(curve, many, last)
+    along = _Spread(csr_array(_legs(course) @ curve), many, last)
+    lasting = np.diff(times[course.knot])
+    form = effort(2, lasting) + ROUNDING_OFF * effort(3, lasting)
+    cost = csr_array(curve.T @ block_diag(list(form)) @ curve)
+    free, rest = whole.free, whole.rest
+    quadratic = csr_array(kron(many, cost[free, free]))
+    linear: Array = np.outer(last, cost[free, rest].sum(axis=1)).ravel()
+    near, held, kept = Rows(index.size), Rows(index.size), Rows(whole.matrix.shape[0])
+    _world(near, index, course, origin, low, high)
+    _tubes(near, index, course, origin)
+    _waypoints(near, index, course, origin)
+    for plane in planes:
+        _hold(held, index, plane, course.pinned, origin)
+    for cut in cuts:
+        _keep(kept, cut, course)
+    inner = np.flatnonzero(course.pinned[1:-1]) + 1
+    pins = index[..., 0][:, inner].ravel()
+    target = (course.joint[:, inner] - origin[:, None]).ravel() - along.resting[pins]
+    bounds = (
+        near.over(along.matrix, along.resting),
+        held.over(along.matrix, along.resting),
+        kept.over(whole.matrix, whole.resting),
+    )
+    solved = Program(quadratic, linear, along.matrix[pins], target, bounds).within(legs)
+    if isinstance(solved, NoFit):
+        return solved
+    numbers, excess = solved
+    spread: Array = whole.matrix @ numbers + whole.resting
+    found = spread.reshape(agents, dim, -1, DEGREE + 1).transpose(0, 2, 1, 3) + origin[:, None, :, None]
+    pinned, joint = course.pinned[course.knot], course.joint[:, course.knot]
+    found[..., 0][:, pinned[:-1]] = joint[:, :-1][:, pinned[:-1]]
+    found[..., DEGREE][:, pinned[1:]] = joint[:, 1:][:, pinned[1:]]
+    return Fitted(found, excess)
+
+
+class _Spread:
+    """From the free coefficients of all agents' splines to control points: ``matrix @ numbers + resting``.
+
+    Args:
+        curve: (points, coefficients), of one coordinate of one agent.
+        many: the identity of all of them.
+        last: (agents * dim,), metres: where they rest in the end; in the beginning they rest at 0.
+    """
+
+    def __init__(self, curve: csr_array, many: csr_array, last: Array) -> None:
+        self.free, self.rest = slice(REST, curve.shape[1] - REST), slice(curve.shape[1] - REST, None)
+        self.matrix = csr_array(kron(many, curve[:, self.free]))
+        self.resting: Array = np.outer(last, curve[:, self.rest].sum(axis=1)).ravel()
+
+
+def _legs(course: Course) -> csr_array:
+    """(legs * 8, pieces * 8): from the pieces' control points to those of every leg."""
+    piece_of = np.cumsum(course.knot[:-1]) - 1
+    knots = course.times[course.knot]
+    begin, lasting = knots[piece_of], np.diff(knots)[piece_of]
+    low, high = (course.times[:-1] - begin) / lasting, (course.times[1:] - begin) / lasting
+    blocks = [part_of(*shares) for shares in zip(low.tolist(), np.minimum(high, 1.0).tolist(), strict=True)]
+    legs, size = piece_of.size, DEGREE + 1
+    row = np.broadcast_to(np.arange(legs * size).reshape(legs, size, 1), (legs, size, size))
+    column = np.broadcast_to((piece_of * size)[:, None, None] + np.arange(size), (legs, size, size))
+    shape = (legs * size, (knots.size - 1) * size)
+    return csr_array(coo_array((np.stack(blocks).ravel(), (row.ravel(), column.ravel())), shape=shape))
+
+
+def _world(rows: Rows, index: Array, course: Course, origin: Array, low: Array, high: Array) -> None:
+    """Where a tube reaches beyond the world, its control points do not."""
+    reach = course.radius[..., None]
+    low, high = (np.broadcast_to(side, course.start.shape) for side in (low, high))
+    beyond = (np.minimum(course.start, course.end) - reach < low) | (
+        np.maximum(course.start, course.end) + reach > high
+    )
+    agent, leg, axis = np.nonzero(beyond)
+    agent, leg, axis, point = (np.repeat(each, DEGREE + 1) for each in (agent, leg, axis, axis))
+    point = np.tile(np.arange(DEGREE + 1), agent.size // (DEGREE + 1))
+    rows.add(
+        index[agent, leg, axis, point][:, None],
+        np.ones(1),
+        (low - SAFE / 10)[agent, leg, axis] - origin[agent, axis],
+        (high + SAFE / 10)[agent, leg, axis] - origin[agent, axis],
+        leg,
+    )
+
+
+def _tubes(rows: Rows, index: Array, course: Course, origin: Array) -> None:
+    """Each leg's control points in a box, in the frame of its segment, that the tube holds."""
+    dim = origin.shape[-1]
+    along = course.end - course.start
+    length = np.linalg.norm(along, axis=-1)
+    frame = _frames(along, length)
+    # The box reaches as far past the segment's ends as beside it, its corners just inside the tube.
+    spare = np.maximum(course.radius - course.safe, course.radius / 2) / sqrt(dim)
+    columns = np.moveaxis(index, 3, 2)
+    start = course.start - origin[:, None]
+    leg, point = np.nonzero(_loose(course.pinned))
+    for axis in range(dim):
+        direction = frame[:, :, axis]
+        base = (direction * start).sum(axis=-1)
+        far = length if axis == 0 else np.zeros_like(length)
+        rows.add(
+            columns[:, leg, point].reshape(-1, dim),
+            direction[:, leg].reshape(-1, dim),
+            (base - spare)[:, leg].ravel(),
+            (base + far + spare)[:, leg].ravel(),
+            np.tile(leg, len(origin)),
+        )
+
+
+def _waypoints(rows: Rows, index: Array, course: Course, origin: Array) -> None:
+    """Where the flight need not pass through the steps' positions, it is near them at their times."""
+    dim = origin.shape[-1]
+    inner = np.flatnonzero(course.fixed & ~course.pinned)
+    if not inner.size:
+        return
+    spare = max(course.slack - course.safe, course.slack / 2) / sqrt(dim)
+    target = course.joint[:, inner] - origin[:, None]
+    leg = np.broadcast_to(inner[:, None], target.shape)
+    rows.add(
+        index[..., 0][:, inner].reshape(-1, 1),
+        np.ones(1),
+        (target - spare).ravel(),
+        (target + spare).ravel(),
+        leg.ravel(),
+    )
+
+
+def _keep(rows: Rows, cut: Cut, course: Course) -> None:
+    """All cuts share the excess of the first leg: where they cannot be kept, the largest is the least."""
+    dim, size = cut.weight.shape
+    pieces = int(course.knot.sum()) - 1
+    first = ((cut.agent * dim + np.arange(dim)[:, None]) * pieces + cut.piece) * size + np.arange(size)
+    none = np.full(1, -np.inf)
+    rows.add(first.reshape(1, -1), cut.weight.reshape(1, -1), none, np.ones(1), np.zeros(1, dtype=np.int64))
+
+
+def _loose(pinned: Flags) -> Flags:
+    """(legs, 8): the control point is not at a step where the plan alone says what is right."""
+    loose = np.ones((pinned.size - 1, DEGREE + 1), dtype=bool)
+    loose[:, 0], loose[:, DEGREE] = ~pinned[:-1], ~pinned[1:]
+    return loose
+
+
+def _frames(along: Array, length: Array) -> Array:
+    """Right-angled frames whose first direction is along the segment: (..., axis, dim)."""
+    dim = along.shape[-1]
+    first = np.zeros_like(along)
+    first[..., 0] = 1.0
+    moving = length > 1e-9
+    first[moving] = along[moving] / length[moving][:, None]
+    if dim == 2:
+        return np.stack([first, np.stack([-first[..., 1], first[..., 0]], axis=-1)], axis=-2)
+    other = np.zeros_like(first)
+    np.put_along_axis(other, np.abs(first).argmin(axis=-1)[..., None], 1.0, axis=-1)
+    second = np.cross(first, other)
+    second /= np.linalg.norm(second, axis=-1)[..., None]
+    return np.stack([first, second, np.cross(first, second)], axis=-2)
+
+
+def _hold(rows: Rows, index: Array, plane: Plane, pinned: Flags, origin: Array) -> None:
+    """The control points of the plane's part of the leg, but those at a step that is passed through."""
+    offset = plane.offset - plane.normal @ origin[plane.first]
+    columns, weight = [index[plane.first, plane.leg]], [plane.normal]
+    if plane.second != plane.first:
+        offset = offset + plane.normal @ origin[plane.second]
+        columns, weight = [*columns, index[plane.second, plane.leg]], [plane.normal, -plane.normal]
+    loose = np.ones(DEGREE + 1, dtype=bool)
+    loose[0] = plane.part[0] > 0 or not pinned[plane.leg]
+    loose[DEGREE] = plane.part[1] < 1 or not pinned[plane.leg + 1]
+    part = part_of(*plane.part)[loose]
+    count = len(part)
+    column = np.concatenate([each.reshape(-1) for each in columns])
+    value = np.concatenate([(each[:, None] * part[:, None, :]).reshape(count, -1) for each in weight], axis=-1)
+    rows.add(
+        np.broadcast_to(column, (count, column.size)),
+        value,
+        offset[loose],
+        np.full(count, np.inf),
+        np.array(plane.leg),
+    )

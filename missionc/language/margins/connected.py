@@ -1,0 +1,72 @@
+"""``connected(graph)``: a route between any two of the agents, over these agents."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from missionc.base.trace import Array, Trace
+from missionc.ir import Connected, Graph
+from missionc.language.margins.links import all_links, pieces
+
+
+def restricted(predicate: Connected) -> Graph:
+    """The graph over the predicate's agents only; the graph itself where those are all."""
+    graph = predicate.graph
+    return graph if predicate.agents == graph.agents else replace(graph, agents=predicate.agents)
+
+
+def margin(graph: Graph, trace: Trace) -> Array:
+    """The worst link of the best spanning tree: (steps + 1,), metres.
+
+    In a proximity graph that is the radius minus the longest edge of the
+    minimum spanning tree. ``inf`` for fewer than two agents.
+    """
+    return _by_pieces(_bottleneck, graph, trace)
+
+
+def algebraic_connectivity(graph: Graph, trace: Trace) -> Array:
+    """The second smallest eigenvalue of the links' Laplacian, (steps + 1,): positive where the graph is connected.
+
+    Without unit; 0 for fewer than two agents.
+
+    Source:
+        [clot] III-C, λ₂.
+    """
+    return _by_pieces(_second_eigenvalue, graph, trace)
+
+
+def _by_pieces(measure: Callable[[Array], Array], graph: Graph, trace: Trace) -> Array:
+    steps = trace.position.shape[1]
+    return np.concatenate(
+        [measure(all_links(graph, trace.position[:, piece])) for piece in pieces(steps, len(graph.agents))]
+    )
+
+
+def _bottleneck(links: Array) -> Array:
+    """Prim's algorithm, for all steps at once."""
+    steps, members, _ = links.shape
+    worst = np.full(steps, np.inf)
+    if members < 2:
+        return worst
+    row = np.arange(steps)
+    best = links[:, 0, :].copy()
+    outside = np.ones((steps, members), dtype=bool)
+    outside[:, 0] = False
+    for _ in range(members - 1):
+        chosen = np.argmax(np.where(outside, best, -np.inf), axis=1)
+        worst = np.minimum(worst, best[row, chosen])
+        outside[row, chosen] = False
+        best = np.maximum(best, links[row, chosen])
+    return worst
+
+
+def _second_eigenvalue(links: Array) -> Array:
+    steps, members, _ = links.shape
+    if members < 2:
+        return np.zeros(steps)
+    linked = (links > 0).astype(np.float64)
+    laplacian = np.eye(members) * linked.sum(axis=2)[:, :, None] - linked
+    return np.linalg.eigvalsh(laplacian)[:, 1]

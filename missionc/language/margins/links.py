@@ -1,0 +1,71 @@
+"""A graph's links: their margin, positive where two agents are linked."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import reduce
+from typing import assert_never
+
+import numpy as np
+
+from missionc.base import trace
+from missionc.ir import BeaconCover, Graph, Proximity
+from missionc.world.signed_distance import (
+    Array,
+    Namespace,
+    distance_between,
+)
+
+ELEMENTS = 1 << 22
+"""How many links are held at once; longer traces are judged in pieces."""
+
+
+def link_margin(graph: Graph, first_position: Array, second_position: Array, *, xp: Namespace = np) -> Array:
+    """How far two agents are from losing their link: (..., dim) twice -> (...), metres.
+
+    The radius minus the distance between them; with beacons, what the worse of
+    the two has left to the beacon that serves them best. Linked where it is
+    above 0.
+
+    Source:
+        [strel] ε-proximity and ε-connectivity graphs.
+    """
+    match graph:
+        case Proximity():
+            return graph.radius - distance_between(xp, first_position, second_position)
+        case BeaconCover():
+            return reduce(
+                xp.maximum,
+                [
+                    graph.radius
+                    - xp.maximum(
+                        distance_between(xp, first_position, beacon), distance_between(xp, second_position, beacon)
+                    )
+                    for beacon in graph.beacons
+                ],
+            )
+        case _:
+            assert_never(graph)
+
+
+def all_links(graph: Graph, position: trace.Array) -> trace.Array:
+    """The link margins of all pairs.
+
+    Args:
+        position: of all the mission's agents, (agents, steps, dim), metres.
+
+    Returns:
+        (steps, members, members), metres, the graph's agents in their order;
+        ``-inf`` on the diagonal, for no agent is linked to itself.
+    """
+    members = position[list(graph.agents)].swapaxes(0, 1)
+    links: trace.Array = link_margin(graph, members[:, :, None, :], members[:, None, :, :])
+    diagonal = np.arange(len(graph.agents))
+    links[:, diagonal, diagonal] = -np.inf
+    return links
+
+
+def pieces(steps: int, members: int) -> Iterator[slice]:
+    """The steps 0 … ``steps - 1`` in pieces short enough to hold all links of so many agents at once."""
+    size = max(1, ELEMENTS // max(1, members * members))
+    return (slice(start, min(start + size, steps)) for start in range(0, steps, size))

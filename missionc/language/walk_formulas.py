@@ -1,0 +1,113 @@
+"""Walking formulas without recursion: they are graphs, shared and as deep as the mission's chains of ``let``."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterable
+from functools import wraps
+from typing import TypeVar, assert_never
+from weakref import WeakKeyDictionary
+
+from missionc.base.source import Span
+from missionc.ir import Apply, AtLeastOf, Belongs, Formula, Holds, Mission, OfAgent, Preference, Requirement, Truth
+from missionc.kernel.nodes import Is, Node
+from missionc.language.operator import TooLarge, Use
+
+T = TypeVar("T")
+V = TypeVar("V")
+
+
+def once(function: Callable[[T], V]) -> Callable[[T], V]:
+    """Works out only once what follows from a formula, or a mission, alone; and forgets it together with that.
+
+    What follows must not hold on to what it follows from.
+    """
+    known: WeakKeyDictionary[T, V] = WeakKeyDictionary()
+
+    @wraps(function)
+    def of(what: T) -> V:
+        try:
+            return known[what]
+        except KeyError:
+            value = known[what] = function(what)
+            return value
+
+    return of
+
+
+def goals(mission: Mission) -> tuple[Requirement | Preference, ...]:
+    """Everything the mission asks for: its requirements, then its preferences."""
+    return (*mission.requirements, *mission.preferences)
+
+
+def operands(formula: Formula) -> tuple[Formula, ...]:
+    """The formulas directly below."""
+    match formula:
+        case Truth() | Holds() | Belongs():
+            return ()
+        case Apply():
+            return formula.operands
+        case AtLeastOf() | OfAgent():
+            return (formula.body,)
+        case _:
+            assert_never(formula)
+
+
+@once
+def formulas(mission: Mission) -> tuple[Formula, ...]:
+    """All that the mission's goals are made of, bottom up."""
+    return tuple(bottom_up(goal.formula for goal in goals(mission)))
+
+
+def bottom_up(roots: Iterable[Formula]) -> list[Formula]:
+    """Every formula below the roots and the roots themselves, once each, operands before the formulas that use them."""
+    found: dict[Formula, None] = {}
+    stack = list(roots)[::-1]
+    while stack:
+        formula = stack[-1]
+        below = [] if formula in found else [operand for operand in operands(formula) if operand not in found]
+        if below:
+            stack.extend(reversed(below))
+        else:
+            found.setdefault(stack.pop())
+    return list(found)
+
+
+def bits_of(agents: tuple[int, ...]) -> int:
+    """A set of agents as the bits of a number."""
+    if agents and agents == tuple(range(agents[0], agents[0] + len(agents))):
+        return ((1 << len(agents)) - 1) << agents[0]
+    bits = bytearray(max(agents, default=0) // 8 + 1)
+    for agent in agents:
+        bits[agent // 8] |= 1 << agent % 8
+    return int.from_bytes(bits, "little")
+
+
+@once
+def meaning(formula: Apply) -> tuple[Node, tuple[Is, ...]]:
+    """What a temporal or Boolean operator says, in kernel form, over a placeholder for each of its operands.
+
+    So a pass knows the kernel's few constructors and no operator by name. Not
+    for spatial operators: their kernel form may grow with the team.
+    """
+    assert not formula.operator.spatial
+    places = tuple(Is(frozenset()) for _ in formula.operands)
+    node = formula.operator.expand(Use(places, formula.bounds, formula.span))
+    assert not isinstance(node, TooLarge)
+    return node, places
+
+
+def operator_words(formula: Apply) -> Span:
+    """The operator with its bounds, as written (``always[0, 16 s]``); without bounds, the whole formula."""
+    whole = formula.span
+    if formula.bounds is None:
+        return whole
+    bounds = formula.bounds.span
+    if bounds.source is not whole.source or not whole.start <= bounds.start <= bounds.end <= whole.end:
+        return whole
+    word = re.search(r"\w+\s*\[?\s*$", whole.source.text[whole.start : bounds.start])
+    end = bounds.end
+    closing = re.match(r"\s*\]", whole.source.text[end : whole.end])
+    if closing and not whole.source.text[bounds.start : end].endswith("]"):
+        end += closing.end()
+    return Span(whole.source, whole.start + word.start(), end) if word else whole

@@ -1,0 +1,295 @@
+"""Which backend can plan a mission: what the mission needs is within what the backend offers.
+
+    in   Mission, and a backend by name where the command line gives one
+    out  Choice
+    says MC401 MC402
+
+Tables of names only: nothing here loads a solver.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from enum import Enum
+from types import MappingProxyType
+from typing import assert_never
+
+from missionc.base.source import Span
+from missionc.diagnostics.code import CANNOT_EXPRESS, NO_BACKEND
+from missionc.diagnostics.model import Diagnostic, Label
+from missionc.ir import (
+    Apply,
+    Compare,
+    Connected,
+    DoubleIntegrator,
+    Formula,
+    Holds,
+    InFormation,
+    Inside,
+    Length,
+    Mission,
+    Objective,
+    Predicate,
+    Still,
+    Touches,
+    Unicycle,
+)
+from missionc.ir.wording import listed
+from missionc.language.walk_formulas import (
+    bottom_up,
+    formulas,
+    operator_words,
+)
+from missionc.syntax.ast import Metric
+
+
+class Feature(Enum):
+    """What a mission may need of a backend; the value reads well in a message."""
+
+    HOPS = "a route bounded in hops"
+    METRIC_LENGTH = "a route bounded in metres"
+    CONNECTED = "a graph that is connected"
+    FORMATION = "a formation"
+    TOTAL_TOLERANCE = "a formation with a total tolerance"
+    VOLUME = "a world with three coordinates"
+    MOVING_OBSTACLE = "an obstacle that moves"
+    UNICYCLE = "unicycle dynamics"
+    SECOND_ORDER = "dynamics with an acceleration limit"
+    PREFER = "a preference"
+    DISTANCE = "`minimize distance`"
+    DURATION = "`minimize duration`"
+    RESTLESS_DURATION = "`minimize duration` of agents that cannot wait"
+    ENERGY = "`minimize energy`"
+
+
+EVERYTHING = frozenset(Feature) - {Feature.RESTLESS_DURATION}
+
+_SMOOTH = EVERYTHING - {Feature.HOPS, Feature.UNICYCLE}
+
+OFFERS: MappingProxyType[str, frozenset[Feature]] = MappingProxyType(
+    {
+        "smt": EVERYTHING - {Feature.METRIC_LENGTH, Feature.TOTAL_TOLERANCE, Feature.ENERGY},
+        "clot": _SMOOTH,
+        "hybrid": _SMOOTH | {Feature.HOPS},
+    }
+)
+"""What each backend can express, in the order in which ``auto`` tries them."""
+
+AUTO = "auto"
+
+
+@dataclass(frozen=True, slots=True)
+class Need:
+    """A feature, and the words that need it."""
+
+    feature: Feature
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Choice:
+    """A backend that can express the mission.
+
+    ``explanation`` says why this one and why none of the others.
+    """
+
+    backend: str
+    explanation: str
+
+
+def choose_backend(mission: Mission, forced: str | None) -> tuple[Choice | None, list[Diagnostic]]:
+    """The backend that the mission or the command line names, or else the first that offers all it needs."""
+    wanted = forced or mission.solve.backend
+    required = needs(mission)
+    able = [name for name, offered in OFFERS.items() if all(need.feature in offered for need in required)]
+    if wanted == AUTO and not able:
+        return None, [_none_can(mission, required)]
+    if wanted != AUTO and wanted not in able:
+        return None, [_cannot(mission, wanted, able, need) for need in _missing(wanted, required)]
+    chosen = able[0] if wanted == AUTO else wanted
+    return Choice(chosen, _explain(mission, forced, chosen, required)), []
+
+
+def needs(mission: Mission) -> tuple[Need, ...]:
+    """Each feature the mission uses, once, at the first words that need it."""
+    return _once((*_of_world(mission), *_of_goals(mission), *_of_objective(mission)))
+
+
+def needs_of(formula: Formula) -> tuple[Need, ...]:
+    """Each feature that one formula uses, once, at the first words that need it."""
+    return _once(_of_formulas(bottom_up([formula])))
+
+
+def _once(required: Iterable[Need]) -> tuple[Need, ...]:
+    first: dict[Feature, Need] = {}
+    for need in required:
+        first.setdefault(need.feature, need)
+    return tuple(sorted(first.values(), key=lambda need: need.span.start))
+
+
+def _of_world(mission: Mission) -> Iterator[Need]:
+    if mission.dimension == 3:
+        yield Need(Feature.VOLUME, mission.world.span)
+    for obstacle in mission.obstacles:
+        if not isinstance(obstacle.motion, Still):
+            yield Need(Feature.MOVING_OBSTACLE, obstacle.span)
+    for agent in mission.agents:
+        if isinstance(agent.dynamics, DoubleIntegrator):
+            yield Need(Feature.SECOND_ORDER, agent.span)
+        if isinstance(agent.dynamics, Unicycle):
+            yield Need(Feature.UNICYCLE, agent.span)
+
+
+def _of_goals(mission: Mission) -> Iterator[Need]:
+    yield from _of_formulas(formulas(mission))
+    for preference in mission.preferences:
+        yield Need(Feature.PREFER, preference.span)
+
+
+def _of_formulas(all_of_them: Iterable[Formula]) -> list[Need]:
+    """In the order of the formulas in the text."""
+    found = [(formula.span.start, need) for formula in all_of_them for need in _of_formula(formula)]
+    return [need for _, need in sorted(found, key=lambda pair: pair[0])]
+
+
+def _of_formula(formula: Formula) -> Iterator[Need]:
+    match formula:
+        case Apply(bounds=Length(metric=Metric.HOPS)):
+            yield Need(Feature.HOPS, operator_words(formula))
+        case Apply(bounds=Length()):
+            yield Need(Feature.METRIC_LENGTH, operator_words(formula))
+        case Holds(predicate, span):
+            yield from _of_predicate(predicate, span)
+        case _:
+            return
+
+
+def _of_predicate(predicate: Predicate, span: Span) -> Iterator[Need]:
+    match predicate:
+        case Connected():
+            yield Need(Feature.CONNECTED, span)
+        case InFormation(formation):
+            yield Need(Feature.TOTAL_TOLERANCE if formation.total else Feature.FORMATION, span)
+        case Inside() | Touches() | Compare():
+            return
+        case _:
+            assert_never(predicate)
+
+
+def _of_objective(mission: Mission) -> Iterator[Need]:
+    span = mission.objective_span or mission.span
+    match mission.objective:
+        case Objective.DISTANCE:
+            yield Need(Feature.DISTANCE, span)
+        case Objective.DURATION:
+            yield Need(Feature.RESTLESS_DURATION if _restless(mission) else Feature.DURATION, span)
+        case Objective.ENERGY:
+            yield Need(Feature.ENERGY, span)
+        case Objective.NONE:
+            return
+        case _:
+            assert_never(mission.objective)
+
+
+def _restless(mission: Mission) -> list[str]:
+    """The teams whose agents never stand still."""
+    moving = [agent.team for agent in mission.agents if isinstance(agent.dynamics, Unicycle) and agent.dynamics.slowest]
+    return list(dict.fromkeys(moving))
+
+
+def _missing(name: str, required: tuple[Need, ...]) -> list[Need]:
+    offered = OFFERS.get(name, frozenset())
+    return [need for need in required if need.feature not in offered]
+
+
+# ------------------------------------------------------------------ messages
+
+
+def _cannot(mission: Mission, wanted: str, able: list[str], need: Need) -> Diagnostic:
+    restless = need.feature is Feature.RESTLESS_DURATION
+    labels = (
+        ()
+        if mission.solve.span is None or mission.solve.backend != wanted
+        else (Label(mission.solve.span, f"`{wanted}` is chosen here"),)
+    )
+    return Diagnostic(
+        CANNOT_EXPRESS,
+        f"the backend `{wanted}` cannot express {need.feature.value}",
+        Label(need.span),
+        labels,
+        (_who_cannot_wait(mission),) if restless else (),
+        _allow_waiting(mission) if restless else _change(able),
+    )
+
+
+def _change(able: list[str]) -> str:
+    if not able:
+        return "leave this out; no single backend can express all the mission asks"
+    choices = " or ".join(f"`{name}`" for name in able)
+    return f"write `solve with auto`, or choose {choices}, which can"
+
+
+def _none_can(mission: Mission, required: tuple[Need, ...]) -> Diagnostic:
+    """One label for each construct in the way, with the backends it rules out."""
+    ruled = [(need, [name for name, offered in OFFERS.items() if need.feature not in offered]) for need in required]
+    labels = [
+        Label(need.span, f"{need.feature.value} rules out {listed([f'`{name}`' for name in names])}")
+        for need, names in sorted(ruled, key=lambda each: -len(each[1]))
+        if names
+    ]
+    restless = any(need.feature is Feature.RESTLESS_DURATION for need in required)
+    return Diagnostic(
+        NO_BACKEND,
+        "no backend can express all this mission asks",
+        labels[0],
+        tuple(labels[1:]),
+        (_who_cannot_wait(mission),) if restless else (),
+        _allow_waiting(mission) if restless else "leave one of these out",
+    )
+
+
+def _who_cannot_wait(mission: Mission) -> str:
+    names = ", ".join(f"`{name}`" for name in _restless(mission))
+    return f"{names} moves at every step, so every plan lasts the whole horizon"
+
+
+def _allow_waiting(mission: Mission) -> str:
+    return f"let `{_restless(mission)[0]}` wait (`speed 0..`), or write `minimize distance`"
+
+
+def _explain(mission: Mission, forced: str | None, chosen: str, required: tuple[Need, ...]) -> str:
+    """The text of ``--emit backend``."""
+    by_order = (forced or mission.solve.backend) == AUTO
+    if forced and not by_order:
+        why = "the command line says so"
+    elif mission.solve.backend != AUTO:
+        why = f"the mission says so{_where(mission.solve.span)}"
+    else:
+        why = f"the first of {', '.join(OFFERS)} that offers all the mission needs"
+    lines = [f"backend: {chosen}", f"because {why}"]
+    for name in OFFERS:
+        if name != chosen:
+            lines.extend(_not_taken(name, required, "comes first" if by_order else "is asked for", chosen))
+    lines.append("the mission needs:" if required else "the mission needs nothing special")
+    lines.extend(f"  {need.feature.value}{_where(need.span)}" for need in required)
+    return "\n".join(lines) + "\n"
+
+
+def _not_taken(name: str, required: tuple[Need, ...], why: str, chosen: str) -> Iterator[str]:
+    missing = _missing(name, required)
+    if not missing:
+        yield f"not {name}: it could; {chosen} {why}"
+        return
+    yield f"not {name}: it cannot express"
+    for need in missing:
+        yield f"  {need.feature.value}{_where(need.span)}"
+
+
+def _where(span: Span | None) -> str:
+    """`` (line 18: `reach[hops 0..2 on radio]`)``"""
+    if span is None:
+        return ""
+    words = " ".join(span.text.split())
+    line, _ = span.source.place(span.start)
+    return f" (line {line}: `{words if len(words) <= 60 else words[:59] + '…'}`)"

@@ -1,0 +1,114 @@
+"""The mission's requirements and preferences in kernel form: every operator rewrites itself.
+
+in   Mission, as meant
+out  Kernel; a formula that is used twice is one node there too
+says MC207
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import assert_never
+
+from missionc import ir
+from missionc.base.limits import Limits
+from missionc.base.source import Span
+from missionc.diagnostics.code import TOO_LARGE_TO_EXPAND
+from missionc.diagnostics.model import Diagnostic, Label
+from missionc.kernel.nodes import All, Any, At, AtLeast, Atom, Goal, Is, Kernel, Node, Reach
+from missionc.language.operator import TooLarge, Use
+from missionc.language.walk_formulas import formulas
+
+
+def expand(mission: ir.Mission, limits: Limits | None = None) -> tuple[Kernel | None, list[Diagnostic]]:
+    """The kernel form of all goals; None, and what is in the way, where an operator would grow too large."""
+    expansion = _Expansion((limits or Limits()).formula_nodes)
+    for formula in formulas(mission):
+        expansion.nodes[formula] = expansion.expanded(formula)
+    if expansion.findings:
+        return None, expansion.findings
+    nodes = expansion.nodes
+    return Kernel(
+        tuple(Goal(goal.name, nodes[goal.formula], goal.formula.span) for goal in mission.requirements),
+        tuple(Goal(goal.name, nodes[goal.formula], goal.formula.span, goal.weight) for goal in mission.preferences),
+        nodes,
+    ), []
+
+
+class _Expansion:
+    """What has been expanded so far, by the identity of the formula."""
+
+    def __init__(self, room: int) -> None:
+        self.room = room
+        self.findings: list[Diagnostic] = []
+        self.nodes: dict[ir.Formula, Node] = {}
+        self.linked: dict[ir.Connected, Node] = {}
+
+    def expanded(self, formula: ir.Formula) -> Node:
+        """The kernel form of a formula whose operands have theirs."""
+        span = formula.span
+        match formula:
+            case ir.Truth(value):
+                return All((), span) if value else Any((), span)
+            case ir.Holds(ir.Connected() as connected):
+                return self.connected(connected, span)
+            case ir.Holds(predicate):
+                return Atom(predicate, span)
+            case ir.Belongs(agents):
+                return Is(frozenset(agents.agents), span)
+            case ir.Apply():
+                return self.applied(formula)
+            case ir.AtLeastOf(kind, number, agents, body):
+                inner = self.nodes[body]
+                return _of_agents(kind, number, tuple(At(agent, inner, span) for agent in agents.agents), span)
+            case ir.OfAgent(agent, body):
+                return At(agent, self.nodes[body], span)
+            case _:
+                assert_never(formula)
+
+    def applied(self, formula: ir.Apply) -> Node:
+        arguments = tuple(self.nodes[operand] for operand in formula.operands)
+        use = Use(arguments, formula.bounds, formula.span, formula.comparison, formula.number, self.room)
+        node = formula.operator.expand(use)
+        if isinstance(node, TooLarge):
+            self.findings.append(_too_large(formula, node.nodes, self.room))
+            return Any((), formula.span)
+        return node
+
+    def connected(self, connected: ir.Connected, span: Span) -> Node:
+        """The same nodes wherever it is asked, below one that has the words."""
+        if not connected.agents:
+            return All((), span)
+        if connected not in self.linked:
+            self.linked[connected] = _linked(connected)
+        return All((self.linked[connected],), span)
+
+
+def _linked(connected: ir.Connected) -> Node:
+    """Every agent reaches the first, over these agents only."""
+    whole = connected.agents == connected.graph.agents
+    graph = connected.graph if whole else replace(connected.graph, agents=connected.agents)
+    first, *others = connected.agents
+    route = Reach(graph, All(()), Is(frozenset((first,))), len(others))
+    return All(tuple(At(agent, route) for agent in others))
+
+
+def _of_agents(kind: str, number: int, parts: tuple[Node, ...], span: Span) -> Node:
+    match kind:
+        case "every":
+            return All(parts, span)
+        case "some":
+            return Any(parts, span)
+        case _:
+            return AtLeast(number, parts, span)
+
+
+def _too_large(formula: ir.Apply, nodes: int, room: int) -> Diagnostic:
+    return Diagnostic(
+        TOO_LARGE_TO_EXPAND,
+        f"this `{formula.operator.name}` grows to {nodes} parts or more; the limit is {room}",
+        Label(formula.span, "routes of at least this length can take too many ways"),
+        notes=("to keep a lower bound, the agents that a route has visited are told apart",),
+        help="lower the lower bound, lay the graph over fewer agents, or raise the limit with"
+        " `--limit formula_nodes=VALUE`",
+    )

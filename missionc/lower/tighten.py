@@ -1,0 +1,311 @@
+"""What a backend is asked to plan, so that a flight that misses its plan a little still does what the mission says.
+
+in   Mission, Kernel, a margin in metres
+out  a Mission and a Kernel that ask for more: what is true of a plan of theirs, by the margin, is true of the mission's
+
+Requirements are tightened by their sense: where a region has to be entered it
+is smaller, where it has to be kept out of it is larger; likewise the radius of
+a graph and the tolerance of a formation, which two agents may each miss. No
+region, radius or tolerance loses more than half of what it has. Vehicles want
+room beside that: between each other, to obstacles, and inside the world; and
+plans no faster than they can fly from rest to rest.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import combinations
+from typing import TypeAlias, assert_never
+
+from shapely import Polygon as Outline
+
+from missionc.base.units import Metres
+from missionc.ir import (
+    Altitude,
+    Ball,
+    BeaconCover,
+    Box,
+    Compare,
+    Connected,
+    Coordinate,
+    Difference,
+    Disc,
+    DistanceBetween,
+    DistanceTo,
+    DoubleIntegrator,
+    Dynamics,
+    Feature,
+    Formation,
+    Graph,
+    InFormation,
+    Inside,
+    Intersection,
+    Mission,
+    Polygon,
+    Predicate,
+    Prism,
+    Proximity,
+    Region,
+    Shape,
+    SingleIntegrator,
+    Speed,
+    Touches,
+    Unicycle,
+    Union,
+    Vector,
+    Vehicle,
+    top_speed,
+)
+from missionc.kernel.nodes import (
+    All,
+    Any,
+    Apart,
+    At,
+    AtLeast,
+    Atom,
+    Goal,
+    Is,
+    Kernel,
+    Nearby,
+    Node,
+    Not,
+    Reach,
+    Route,
+    Sometime,
+    Throughout,
+    Until,
+)
+from missionc.kernel.walk import postorder
+
+MITRE = 2.0
+"""How far, in margins, the corner of a polygon may move when it grows."""
+
+PEAK, START = 1.5, 4.6
+"""Measured on straight starts from rest: of the plan's speed, and of its speed over a step's duration."""
+SPARE = 0.8
+"""Of a vehicle's limits, for plans that come to speed by themselves: what rounding their corners takes is left."""
+
+Both: TypeAlias = tuple[Node, Node]
+"""A node that asks for more than another one, and a node that asks for less."""
+
+
+def missed(mission: Mission) -> Metres:
+    """How far a flight may be from its plan: the largest tracking margin of the mission's vehicles."""
+    return Metres(max((agent.vehicle.tracking for agent in mission.agents), default=0.0))
+
+
+def roomy(mission: Mission) -> Mission:
+    """The mission with the room its vehicles want: the same object where none wants any."""
+    few = _few_of_each_kind(mission)
+    extra = max((_beyond(mission, *pair) for pair in combinations(few, 2)), default=0.0)
+    rooms = [mission.room(agent) for agent in few]
+    # Where vehicles differ, the widest room: a narrower one is judged on the flight.
+    low = tuple(min(axis) for axis in zip(*(room[0] for room in rooms), strict=True))
+    high = tuple(max(axis) for axis in zip(*(room[1] for room in rooms), strict=True))
+    wanted = replace(
+        mission,
+        world=replace(mission.world, low=low, high=high),
+        separation=Metres(max(mission.separation, extra)),
+        clearance=Metres(mission.clearance + missed(mission)),
+    )
+    before = mission.world, mission.separation, mission.clearance
+    return mission if (wanted.world, wanted.separation, wanted.clearance) == before else wanted
+
+
+def _few_of_each_kind(mission: Mission) -> list[int]:
+    """Two agents, or the only one, of each radius, vehicle and dynamics: what any two of all keep, two of these do."""
+    kinds: dict[object, list[int]] = {}
+    for agent in mission.agents:
+        kinds.setdefault((agent.radius, agent.vehicle, agent.dynamics), []).append(agent.index)
+    return [index for alike in kinds.values() for index in alike[:2]]
+
+
+def _beyond(mission: Mission, one: int, other: int) -> float:
+    """What two agents keep between their bodies, metres: one of them may be off by the skew of their starts."""
+    first, second = mission.agents[one], mission.agents[other]
+    skew = max(first.vehicle.start_skew, second.vehicle.start_skew)
+    drift = skew * sum(min(each.vehicle.speed, PEAK * top_speed(each.dynamics)) for each in (first, second))
+    return float(mission.spacing(one, other)) - first.radius - second.radius + drift
+
+
+def paced(mission: Mission) -> Mission:
+    """The mission with speeds at which its vehicles can fly a plan smoothly: the same object where all are.
+
+    A plan of first order is at full speed at once, and its flight comes from rest: in a step of duration d that covers
+    v d it gets up to ``PEAK`` v, at an acceleration of up to ``START`` v / d.
+    """
+    agents = tuple(
+        replace(agent, dynamics=_slower(agent.dynamics, agent.vehicle, float(mission.step))) for agent in mission.agents
+    )
+    same = all(slow.dynamics == agent.dynamics for slow, agent in zip(agents, mission.agents, strict=True))
+    return mission if same else replace(mission, agents=agents)
+
+
+def _slower(dynamics: Dynamics, vehicle: Vehicle, step: float) -> Dynamics:
+    speed = min(vehicle.speed / PEAK, vehicle.acceleration * step / START)
+    match dynamics:
+        case SingleIntegrator(fastest):
+            return replace(dynamics, speed=min(fastest, speed))
+        case Unicycle(slowest, fastest):
+            # One that cannot fly so slowly is planned as it is.
+            return replace(dynamics, fastest=min(fastest, speed)) if slowest < speed else dynamics
+        case DoubleIntegrator(fastest, acceleration):
+            limits = min(fastest, SPARE * vehicle.speed), min(acceleration, SPARE * vehicle.acceleration)
+            return DoubleIntegrator(*limits)
+        case _:
+            assert_never(dynamics)
+
+
+def tightened(mission: Mission, kernel: Kernel, margin: Metres) -> tuple[Mission, Kernel]:
+    """Requirements that hold by the margin where these hold; preferences stay what they are."""
+    if margin <= 0:
+        return mission, kernel
+    tighter = _Tighter(margin)
+    nodes: dict[Node, Both] = {}
+    for node in postorder(goal.formula for goal in kernel.requirements):
+        nodes[node] = tighter.both(node, nodes)
+    goals: tuple[Goal, ...] = tuple(replace(goal, formula=nodes[goal.formula][0]) for goal in kernel.requirements)
+    regions = tuple(tighter.region(region, -1) for region in mission.regions)
+    graphs = tuple(tighter.graph(graph, -1) for graph in mission.graphs)
+    return replace(mission, regions=regions, graphs=graphs), replace(kernel, requirements=goals)
+
+
+class _Tighter:
+    """``sign`` -1 asks for more, and 1 for less."""
+
+    def __init__(self, margin: float) -> None:
+        self.margin = margin
+        self._regions: dict[tuple[Region, int], Region] = {}
+        self._graphs: dict[tuple[Graph, int], Graph] = {}
+        self._formations: dict[tuple[Formation, int], Formation] = {}
+
+    def both(self, node: Node, below: dict[Node, Both]) -> Both:
+        return self._node(node, below, -1), self._node(node, below, 1)
+
+    def _node(self, node: Node, below: dict[Node, Both], sign: int) -> Node:
+        side = 0 if sign < 0 else 1
+        match node:
+            case Atom(predicate):
+                return replace(node, predicate=self._predicate(predicate, sign))
+            case Not(body):
+                return replace(node, body=below[body][1 - side])
+            case All(parts) | Any(parts) | AtLeast(_, parts):
+                return replace(node, parts=tuple(below[part][side] for part in parts))
+            case Throughout(body) | Sometime(body) | At(_, body):
+                return replace(node, body=below[body][side])
+            case Until(hold, end):
+                return replace(node, hold=below[hold][side], end=below[end][side])
+            case Nearby(graph, body):
+                return replace(node, graph=self.graph(graph, sign), body=below[body][side])
+            case Reach(graph, through, end) | Route(graph, through, end):
+                return replace(node, graph=self.graph(graph, sign), through=below[through][side], end=below[end][side])
+            case Is() | Apart():
+                # A shortest way gets longer or shorter with the links: there is no side to be on.
+                return node
+            case _:
+                assert_never(node)
+
+    def _predicate(self, predicate: Predicate, sign: int) -> Predicate:
+        match predicate:
+            case Inside(region, body):
+                return Inside(self.region(region, sign), body)
+            case Touches(region):
+                return Touches(self.region(region, sign))
+            case Compare(terms, constant, strict):
+                reach = sum(abs(weight) * _moves(feature) for weight, feature in terms)
+                return Compare(terms, constant + sign * self.margin * reach, strict)
+            case Connected(graph, agents):
+                return Connected(self.graph(graph, sign), agents)
+            case InFormation(formation):
+                return InFormation(self._formation(formation, sign))
+            case _:
+                assert_never(predicate)
+
+    def region(self, region: Region, sign: int) -> Region:
+        key = region, sign
+        if key not in self._regions:
+            self._regions[key] = replace(region, shape=moved(region.shape, sign * self.margin))
+        return self._regions[key]
+
+    def graph(self, graph: Graph, sign: int) -> Graph:
+        """Of a proximity both ends may be missed, of a beacon only one."""
+        key = graph, sign
+        if key not in self._graphs:
+            ends = 2 if isinstance(graph, Proximity) else 1
+            change = min(ends * self.margin, graph.radius / 2)
+            radius = Metres(graph.radius + sign * change)
+            match graph:
+                case Proximity() | BeaconCover():
+                    self._graphs[key] = replace(graph, radius=radius)
+                case _:
+                    assert_never(graph)
+        return self._graphs[key]
+
+    def _formation(self, formation: Formation, sign: int) -> Formation:
+        key = formation, sign
+        if key not in self._formations:
+            edges = len(formation.edges) if formation.total else 1
+            change = min(2 * self.margin * edges, formation.tolerance / 2)
+            self._formations[key] = replace(formation, tolerance=Metres(formation.tolerance + sign * change))
+        return self._formations[key]
+
+
+def _moves(feature: Feature) -> float:
+    """By how much a feature may change where every agent may be a metre off."""
+    match feature:
+        case Speed():
+            return 0.0
+        case DistanceBetween() | DistanceTo(int()):
+            return 2.0
+        case Coordinate() | Altitude() | DistanceTo():
+            return 1.0
+        case _:
+            assert_never(feature)
+
+
+def moved(shape: Shape, by: float) -> Shape:
+    """The border moved outward: at least so far where ``by`` is positive, and inward at least so far where negative.
+
+    A shape does not lose more than half of its least width: then it moves less.
+    """
+    match shape:
+        case Union(left, right):
+            return Union(moved(left, by), moved(right, by))
+        case Intersection(left, right):
+            return Intersection(moved(left, by), moved(right, by))
+        case Difference(left, right):
+            return Difference(moved(left, by), moved(right, -by))
+        case Box(low, high):
+            return Box(*_band(low, high, by))
+        case Disc(centre, radius, band):
+            return Disc(centre, radius + max(by, -radius / 2), _prism(band, by))
+        case Ball(centre, radius):
+            return Ball(centre, radius + max(by, -radius / 2))
+        case Polygon(corners, band):
+            return Polygon(_outline(corners, by), _prism(band, by))
+        case _:
+            assert_never(shape)
+
+
+def _band(low: Vector, high: Vector, by: float) -> tuple[Vector, Vector]:
+    change = [max(by, -(end - begin) / 4) for begin, end in zip(low, high, strict=True)]
+    return (
+        tuple(begin - each for begin, each in zip(low, change, strict=True)),
+        tuple(end + each for end, each in zip(high, change, strict=True)),
+    )
+
+
+def _prism(band: Prism | None, by: float) -> Prism | None:
+    if band is None:
+        return None
+    (low,), (high,) = _band((band.low,), (band.high,), by)
+    return Prism(low, high)
+
+
+def _outline(corners: tuple[tuple[float, float], ...], by: float) -> tuple[tuple[float, float], ...]:
+    """Its corners, if what is left is in one piece without holes; else those of a polygon that moves less."""
+    for part in (by, by / 2, by / 4):
+        found = Outline(corners).buffer(part, join_style="mitre", mitre_limit=MITRE)
+        if isinstance(found, Outline) and not found.is_empty and not found.interiors:
+            return tuple((float(x), float(y)) for x, y in list(found.exterior.coords)[:-1])
+    return corners

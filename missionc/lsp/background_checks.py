@@ -1,0 +1,83 @@
+"""Checks of open texts: one at a time, beside the requests, and never of a version that is no longer there."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import time
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+
+from missionc.lsp.open_text import LIMITS, OpenText
+from missionc.pipeline.front_end import check
+from missionc.pipeline.results import Checked
+
+PATIENCE = 0.5
+"""Seconds that an answer waits for a check which says more than it can say before."""
+
+log = logging.getLogger(__name__)
+
+
+class SupersededError(Exception):
+    """The text has been changed since; what is wrong with its old version interests nobody."""
+
+
+class Checks:
+    """``publish`` is called with each text that was checked in the version that it still has, in the loop's thread."""
+
+    def __init__(self, publish: Callable[[OpenText], None]) -> None:
+        self._publish = publish
+        self._newest: dict[str, OpenText] = {}
+        self._worker = ThreadPoolExecutor(1, thread_name_prefix="check")
+        self._closed = False
+        self._running: dict[asyncio.Task[None], OpenText] = {}
+
+    def ask(self, text: OpenText) -> None:
+        """Check a text; one of an older version that is waiting or running is given up."""
+        if self._closed:
+            return
+        self._newest[text.uri] = text
+        task = asyncio.ensure_future(self._run(text))
+        self._running[task] = text
+        task.add_done_callback(self._running.pop)
+
+    async def settled(self, uri: str) -> None:
+        """Until the newest version of a text is checked, or it has taken too long for anybody to wait."""
+        until = time.monotonic() + PATIENCE
+        while (left := until - time.monotonic()) > 0:
+            running = [task for task, text in self._running.items() if text is self._newest.get(uri)]
+            if not running:
+                return
+            await asyncio.wait(running, timeout=left)
+
+    def forget(self, uri: str) -> None:
+        self._newest.pop(uri, None)
+
+    def close(self) -> None:
+        self._closed = True
+        self._newest.clear()
+        self._worker.shutdown(wait=False, cancel_futures=True)
+
+    async def _run(self, text: OpenText) -> None:
+        try:
+            found = await asyncio.get_running_loop().run_in_executor(self._worker, self._check, text)
+        except SupersededError:
+            return
+        except Exception:
+            log.exception("a defect: this text cannot be checked")
+            return
+        if self._is_newest(text):
+            text.found = found
+            text.memory.meant = found.mission or text.memory.meant
+            self._publish(text)
+
+    def _check(self, text: OpenText) -> Checked:
+        def before(stage: str) -> None:
+            if not self._is_newest(text):
+                raise SupersededError
+
+        before("reading")
+        return check(text.source, limits=LIMITS, kept=text.memory.checked, before=before)
+
+    def _is_newest(self, text: OpenText) -> bool:
+        return self._newest.get(text.uri) is text

@@ -1,0 +1,57 @@
+"""The declarations of a text, for its table of contents."""
+
+from __future__ import annotations
+
+from lsprotocol import types
+
+from missionc.base.source import Span
+from missionc.lsp.open_text import OpenText
+from missionc.resolve.names import (
+    Kind,
+    Named,
+    kind_of,
+)
+from missionc.syntax import ast
+
+KINDS = {
+    Kind.PARAM: types.SymbolKind.Constant,
+    Kind.REGION: types.SymbolKind.Object,
+    Kind.OBSTACLE: types.SymbolKind.Object,
+    Kind.BEACON: types.SymbolKind.Object,
+    Kind.TEAM: types.SymbolKind.Class,
+    Kind.AGENT: types.SymbolKind.Class,
+    Kind.GROUP: types.SymbolKind.Array,
+    Kind.GRAPH: types.SymbolKind.Interface,
+    Kind.FORMATION: types.SymbolKind.Struct,
+    Kind.LET: types.SymbolKind.Function,
+}
+
+
+def symbols(text: OpenText) -> list[types.DocumentSymbol]:
+    """What this text itself declares; where a declaration cannot be read, the name that it seems to declare."""
+    found: list[types.DocumentSymbol] = []
+    for declaration in text.outline.declarations:
+        if declaration.span.source.name != text.source.name:
+            continue
+        match declaration:
+            case ast.MissionName(name=name):
+                found.append(_symbol(text, name.text, types.SymbolKind.Module, "mission", declaration.span, name.span))
+            case ast.Require(label=label) | ast.Prefer(label=label):
+                word = "require" if isinstance(declaration, ast.Require) else "prefer"
+                span = label.span if label else declaration.span
+                found.append(
+                    _symbol(text, label.text if label else word, types.SymbolKind.Event, word, declaration.span, span)
+                )
+            case _ if isinstance(declaration, Named):
+                kind, name = kind_of(declaration), declaration.name
+                found.append(_symbol(text, name.text, KINDS[kind], kind.value, declaration.span, name.span))
+    for seen, read in text.outline.declared.values():
+        if read is None and seen.kind is not None and seen.span.source.name == text.source.name:
+            found.append(_symbol(text, seen.text, KINDS[seen.kind], seen.kind.value, seen.span, seen.span))
+    return sorted(found, key=lambda symbol: (symbol.range.start.line, symbol.range.start.character))
+
+
+def _symbol(
+    text: OpenText, name: str, kind: types.SymbolKind, detail: str, whole: Span, words: Span
+) -> types.DocumentSymbol:
+    return types.DocumentSymbol(name, kind, text.places.range(whole), text.places.range(words), detail)

@@ -1,0 +1,50 @@
+"""How far each requirement, and each named formula, looks ahead: shown behind it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from lsprotocol import types
+
+from missionc.checks.check_horizons import steps_ahead
+from missionc.ir import Mission
+from missionc.ir.wording import seconds
+from missionc.language.walk_formulas import goals
+from missionc.lsp.open_text import OpenText
+from missionc.syntax import ast
+
+
+def hints(text: OpenText, wanted: types.Range) -> list[types.InlayHint]:
+    """Of what stands in a range and is written as it was when the mission was last understood."""
+    mission = text.mission
+    if mission is None:
+        return []
+    known = horizons(mission)
+    found = []
+    for place, words in _formulas(text):
+        position = text.places.position(place)
+        says = known.get(words)
+        if says and wanted.start.line <= position.line <= wanted.end.line:
+            found.append(types.InlayHint(position, says, padding_left=True))
+    return found
+
+
+def horizons(mission: Mission) -> dict[str, str]:
+    """``looks 16 s ahead``, by the words of the formula; those that look no further than now are left out."""
+    formulas = [*(goal.formula for goal in goals(mission)), *(formula for _, formula in mission.lets)]
+    looks = steps_ahead(formulas)
+    return {formula.span.text: ahead(mission, looks[formula].total) for formula in formulas if looks[formula].total > 0}
+
+
+def ahead(mission: Mission, steps: float) -> str:
+    return "looks ahead without end" if math.isinf(steps) else f"looks {seconds(mission, steps)} ahead"
+
+
+def _formulas(text: OpenText) -> Iterator[tuple[int, str]]:
+    """Where each formula of this text's own ends, and its words."""
+    for declaration in text.outline.declarations:
+        match declaration:
+            case ast.Require(body=body) | ast.Prefer(body=body) | ast.Let(body=body):
+                if body.span.source.name == text.source.name:
+                    yield declaration.span.end, body.span.text

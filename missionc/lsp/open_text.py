@@ -1,0 +1,78 @@
+"""An open text, and what is known of it: its lines, what can be read of it, and what the last check found."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+
+from pygls.uris import from_fs_path, to_fs_path
+
+from missionc.base.limits import Limits
+from missionc.base.source import Source
+from missionc.diagnostics.sanitize import plain_line
+from missionc.ir import Mission
+from missionc.lsp.outline import Outline
+from missionc.lsp.positions import Places
+from missionc.pipeline.front_end import Kept
+from missionc.pipeline.results import Checked
+from missionc.syntax import passages
+
+LIMITS = Limits()
+
+
+@dataclass(slots=True)
+class Memory:
+    """What one version of a text leaves to the next.
+
+    ``read`` is for the thread that answers, ``checked`` for the one that checks; ``meant`` is the last version
+    without errors of resolution, as meant.
+    """
+
+    read: passages.Kept = field(default_factory=passages.Kept)
+    checked: Kept = field(default_factory=Kept)
+    meant: Mission | None = None
+
+
+@dataclass(eq=False)
+class OpenText:
+    """One version of a text in the editor. ``found`` is what its check says, once it is done."""
+
+    uri: str
+    version: int
+    source: Source
+    encoding: str
+    memory: Memory
+    found: Checked | None = None
+
+    @cached_property
+    def places(self) -> Places:
+        return Places(self.source.text, self.encoding)
+
+    @cached_property
+    def outline(self) -> Outline:
+        return Outline.of(self.source, LIMITS, self.memory.read)
+
+    @property
+    def mission(self) -> Mission | None:
+        """As meant: of this version where it is known, else of the last one that meant something."""
+        return self.found.mission if self.found and self.found.mission else self.memory.meant
+
+    def uri_of(self, source: Source) -> str:
+        """Of this text, or of a file that it includes."""
+        if source.name == self.source.name:
+            return self.uri
+        return from_fs_path(str(Path(source.name).absolute())) or source.name
+
+    def places_in(self, source: Source) -> Places:
+        return self.places if source.name == self.source.name else Places(source.text, self.encoding)
+
+
+def name_of(uri: str) -> str:
+    """How messages call a text: its path where it has one; written out where no file can be called so."""
+    name = to_fs_path(uri) or uri
+    try:
+        return name if os.fsencode(name) and "\0" not in name else plain_line(name)
+    except UnicodeEncodeError:
+        return plain_line(name)

@@ -1,0 +1,43 @@
+"""Quick fixes: the edits that findings bring with them."""
+
+from __future__ import annotations
+
+from lsprotocol import types
+
+from missionc.diagnostics.model import Fix
+from missionc.lsp.open_text import OpenText
+from missionc.lsp.publish_diagnostics import diagnostics
+from missionc.syntax.tokens import quoted
+
+
+def fixes(text: OpenText, wanted: types.Range) -> list[types.CodeAction]:
+    """Those of the findings that touch a range; none before this version of the text is checked."""
+    findings = text.found.findings if text.found else ()
+    first, last = text.places.offset(wanted.start), text.places.offset(wanted.end)
+    found = []
+    for finding in findings:
+        if finding.fix is None or finding.primary is None:
+            continue
+        span = finding.primary.span
+        if span.source.name != text.source.name or finding.fix.span.source.name != text.source.name:
+            continue
+        if first <= span.end and span.start <= last:
+            edit = types.TextEdit(text.places.range(finding.fix.span), finding.fix.replacement)
+            found.append(
+                types.CodeAction(
+                    title=title(finding.fix),
+                    kind=types.CodeActionKind.QuickFix,
+                    diagnostics=diagnostics(text, [finding]),
+                    edit=types.WorkspaceEdit(changes={text.uri: [edit]}),
+                    is_preferred=True,
+                )
+            )
+    return found
+
+
+def title(fix: Fix) -> str:
+    """What an edit does, in one line."""
+    old, new = (quoted(" ".join(words.split())) for words in (fix.span.text, fix.replacement))
+    if not fix.span.text.strip():
+        return f"Insert {new}"
+    return f"Replace {old} by {new}" if fix.replacement else f"Delete {old}"

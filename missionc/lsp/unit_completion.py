@@ -1,0 +1,44 @@
+"""The units that fit after a number."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from missionc.base.units import UNITS, Dimension
+from missionc.ir import FIGURES
+from missionc.lsp.completion_context import Spot
+from missionc.syntax.tokens import NUMBER, UNIT
+
+MEASURES: dict[str, Dimension] = {name: figure.dimension for name, figure in FIGURES.items()} | {
+    **dict.fromkeys(("altitude", "spacing", "tolerance", "proximity", "beacons"), Dimension.LENGTH),
+    **dict.fromkeys(("separation", "clearance", "distance"), Dimension.LENGTH),
+    **dict.fromkeys(("step", "horizon"), Dimension.TIME),
+    **dict.fromkeys(("yaw", "heading"), Dimension.ANGLE),
+    "turn": Dimension.TURN,
+    "moving": Dimension.SPEED,
+    "hops": Dimension.NUMBER,
+}
+"""What a number after each of these words measures."""
+
+BETWEEN = frozenset({NUMBER, UNIT, "..", "-", "<=", "<", ">=", ">", "=", "(", ")", ","})
+"""What may stand between such a word and its number."""
+
+
+def fitting_units(place: Spot) -> Iterator[tuple[str, str]]:
+    """Each unit and what it measures; all of them where it cannot be told what is measured."""
+    wanted = _measured(place)
+    for unit, (dimension, _) in UNITS.items():
+        if wanted is None or dimension in wanted:
+            yield unit, f"unit of {dimension.value}"
+
+
+def _measured(place: Spot) -> tuple[Dimension, ...] | None:
+    opener = place.opener()
+    if place.bracket == "[" and opener is not None and opener.kind.startswith("TIME"):
+        return Dimension.TIME, Dimension.STEPS
+    for token in reversed(place.taken):
+        if token.kind in BETWEEN:
+            continue
+        known = MEASURES.get(token.text)
+        return None if known is None else (known,)
+    return None

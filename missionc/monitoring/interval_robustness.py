@@ -1,0 +1,255 @@
+"""Robustness intervals at the first and the last step: all that a mission's starts and finishes alone decide.
+
+in   formulas in kernel form, Mission
+out  Intervals: the least and the most that each can be worth there, whatever the plan does in between
+
+A start or finish at a point is known; one in a region is anywhere in a ball
+around it; where none is given, and at every step in between, nothing is known.
+Margins change no faster than agents move, so that each has an interval, and
+everything else is monotone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from missionc.base.trace import Array, Trace
+from missionc.ir import (
+    Altitude,
+    Compare,
+    DistanceBetween,
+    DistanceTo,
+    Exactly,
+    Feature,
+    Formation,
+    FormationEdge,
+    Graph,
+    InFormation,
+    Mission,
+    Place,
+    Predicate,
+    Speed,
+)
+from missionc.kernel.nodes import (
+    Apart,
+    Atom,
+    Nearby,
+    Node,
+    Not,
+    Reach,
+    Route,
+    Sometime,
+    Throughout,
+    Until,
+)
+from missionc.kernel.walk import children, more_than, postorder
+from missionc.language.margins.compare import about_team, scale
+from missionc.language.margins.links import all_links
+from missionc.language.margins.predicate_margins import formation_margin, margin
+from missionc.monitoring.evaluate import Evaluation
+from missionc.monitoring.logic import ROBUSTNESS, Values
+from missionc.world.configuration_space import Atlas
+
+FIRST, LAST = 0, 1
+"""The two steps that are known, as columns."""
+
+MOST_NODES, MOST_MEMBERS, MOST_ROUTES = 5_000, 200, 7
+"""Formulas in kernel form, agents of a graph, agents of one whose routes are in metres: of more, nothing is said."""
+
+BORDER = 5e-324
+"""Above or below 0 by less than anything measured: on which side of its border something exactly at it is."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Interval:
+    """(agents, 2) each, or 1 in place of the agents where it is about the team: metres."""
+
+    least: Array
+    most: Array
+
+
+class Intervals:
+    """Of formulas; ``position`` and ``reach`` say where agents are at the two steps: within so much of the place."""
+
+    def __init__(self, mission: Mission, atlas: Atlas) -> None:
+        self.mission = mission
+        starts = [_around(agent.start, atlas) for agent in mission.agents]
+        ends = [_around(agent.finish, atlas) for agent in mission.agents]
+        self.position = np.array([[start[0], end[0]] for start, end in zip(starts, ends, strict=True)])
+        self.reach = np.array([[start[1], end[1]] for start, end in zip(starts, ends, strict=True)])
+        still = np.zeros_like(self.position)
+        trace = Trace(mission.step, self.position, still, np.zeros(self.reach.shape))
+        self.least, self.most = (Evaluation(ROBUSTNESS, mission, trace) for _ in range(2))
+        self.graphs: set[Graph] = set()
+        self.predicates: dict[Predicate, Interval] = {}
+        self.worst: dict[tuple[Formation, int], FormationEdge] = {}
+
+    def of(self, roots: Iterable[Node]) -> dict[Node, Interval]:
+        """The intervals of the formulas and of all below them; none where there are too many to look at."""
+        roots = tuple(roots)
+        if more_than(MOST_NODES, roots):
+            return {}
+        known: dict[Node, Interval] = {}
+        for node in postorder(roots):
+            known[node] = self._interval(node, [known[child] for child in children(node)])
+        return known
+
+    def links(self, graph: Graph) -> Interval:
+        """(2, members, members) each, metres."""
+        if graph not in self.graphs:
+            members = list(graph.agents)
+            reach = self.reach[members].T
+            change = reach[:, :, None] + reach[:, None, :]
+            itself = np.arange(len(members))
+            change[:, itself, itself] = 0.0
+            links = all_links(graph, self.position)
+            for side, sign in ((self.least, -1.0), (self.most, 1.0)):
+                side.links[graph] = _open(links + sign * change)
+            self.graphs.add(graph)
+        return Interval(self.least.links[graph], self.most.links[graph])
+
+    def worst_edge(self, formation: Formation, column: int) -> FormationEdge:
+        """Of a formation that has edges, the one that is furthest from as it should be, in the middle of the places."""
+        if (formation, column) not in self.worst:
+            place, edges = self.position[:, column], formation.edges
+            margins = [float(formation_margin(formation, e, place[e.first], place[e.second])) for e in edges]
+            self.worst[formation, column] = edges[int(np.argmin(margins))]
+        return self.worst[formation, column]
+
+    def _interval(self, node: Node, below: list[Interval]) -> Interval:
+        match node:
+            case Atom(predicate):
+                if predicate not in self.predicates:
+                    self.predicates[predicate] = self._of_predicate(predicate)
+                return self.predicates[predicate]
+            case Not():
+                return _denied(below[0])
+            case Sometime(_, low, high):
+                return self._sometime(below[0], low, high)
+            case Throughout(_, low, high):
+                return _denied(self._sometime(_denied(below[0]), low, high))
+            case Until(_, _, low, high):
+                return self._until(below[0], below[1], low, high)
+            case Nearby(graph) | Reach(graph) | Route(graph) | Apart(graph):
+                return self._spatial(node, graph, below)
+            case _:
+                return self._monotone(node, below)
+
+    def _monotone(self, node: Node, below: list[Interval]) -> Interval:
+        return Interval(
+            _spread(self.least.value(node, tuple(each.least for each in below))),
+            _spread(self.most.value(node, tuple(each.most for each in below))),
+        )
+
+    def _of_predicate(self, predicate: Predicate) -> Interval:
+        value = np.atleast_2d(margin(predicate, self.mission, self.least.trace))
+        change = self._change(predicate)
+        border = _open if isinstance(predicate, Compare) and predicate.strict else _closed
+        return Interval(border(value - change), border(value + change))
+
+    def _change(self, predicate: Predicate) -> Array:
+        """By how much the margin can differ from that at the places in the middle: (agents, 2) or (1, 2), metres."""
+        reach = self.reach
+        match predicate:
+            case InFormation(formation):
+                edges = [reach[edge.first] + reach[edge.second] for edge in formation.edges]
+                whole = np.sum(edges, axis=0) if formation.total else np.max(edges, axis=0, initial=0.0)
+                return np.broadcast_to(whole, (1, 2)).astype(np.float64)
+            case Compare(terms) if any(isinstance(feature, Speed) for _, feature in terms):
+                return np.full((1, 2), np.inf)
+            case Compare(terms):
+                parts = [abs(weight) * self._moved(feature) for weight, feature in terms if weight]
+                whole = np.sum(parts, axis=0) / scale(predicate, self.mission.dimension)
+                return np.broadcast_to(whole, (1, 2) if about_team(predicate) else reach.shape).astype(np.float64)
+            case _:
+                return reach
+
+    def _moved(self, feature: Feature) -> Array:
+        reach = self.reach
+        match feature:
+            case DistanceTo(int(other)):
+                return np.asarray(reach + reach[other])
+            case DistanceBetween(first, second):
+                return np.asarray(reach[first] + reach[second])[None]
+            case Altitude() if self.mission.dimension == 2:
+                return np.zeros_like(reach)
+            case _:
+                return reach
+
+    def columns(self, low: int, high: int | None, column: int) -> tuple[list[int], bool]:
+        """The known steps in a window that stands at one of them, and whether it holds no others."""
+        last = self.mission.steps
+        if column == LAST:
+            return ([LAST], True) if low == 0 and high in (0, None) else ([], False)
+        end = last if high is None else high
+        known = [FIRST] * (low == 0) + [LAST] * (last > 0 and low <= last <= end)
+        return known, end - low + 1 == len(known)
+
+    def _sometime(self, body: Interval, low: int, high: int | None) -> Interval:
+        least, most = (np.empty_like(body.most) for _ in range(2))
+        for column in (FIRST, LAST):
+            known, whole = self.columns(low, high, column)
+            least[:, column] = body.least[:, known].max(axis=1, initial=-np.inf)
+            most[:, column] = body.most[:, known].max(axis=1, initial=-np.inf) if whole else np.inf
+        return Interval(least, most)
+
+    def _until(self, hold: Interval, end: Interval, low: int, high: int | None) -> Interval:
+        at_some = self._sometime(end, low, high)
+        if high == 0:
+            return at_some
+        # Whatever comes later, the left side has to hold now.
+        later = self._sometime(end, max(low, 1), high).most
+        now = end.most if low == 0 else np.full((1, 2), -np.inf)
+        most = np.maximum(now, np.minimum(hold.most, later))
+        most[:, LAST] = np.where(high is None, at_some.most[:, LAST], np.inf)
+        least = np.broadcast_to(end.least if low == 0 else np.full((1, 2), -np.inf), most.shape).copy()
+        least[:, LAST] = np.where(high is None, at_some.least[:, LAST], -np.inf)
+        return Interval(least, most)
+
+    def _spatial(self, node: Nearby | Reach | Route | Apart, graph: Graph, below: list[Interval]) -> Interval:
+        shape = self.reach.shape
+        tried = isinstance(node, Route | Apart)
+        if len(graph.agents) > (MOST_ROUTES if tried else MOST_MEMBERS):
+            return Interval(np.full(shape, -np.inf), np.full(shape, np.inf))
+        self.links(graph)
+        found = self._monotone(node, below)
+        if not tried:
+            return found
+        # A length is that of the places in the middle, and stands for no others.
+        exact = (self.reach[list(graph.agents)] == 0).all(axis=0)
+        return Interval(
+            np.where(exact, _closed(found.least), -np.inf) + np.zeros(shape),
+            np.where(exact, _closed(found.most), np.inf) + np.zeros(shape),
+        )
+
+
+def _around(place: Place | None, atlas: Atlas) -> tuple[tuple[float, ...], float]:
+    """A point and how far from it the place reaches, metres."""
+    if place is None:
+        return tuple(atlas.world.low), np.inf
+    if isinstance(place, Exactly):
+        return tuple(place.point), 0.0
+    low, high = atlas.bounds(atlas.outer(place.region.shape))
+    middle = (np.array(low) + np.array(high)) / 2
+    return tuple(middle.tolist()), float(np.linalg.norm(np.array(high) - middle))
+
+
+def _denied(one: Interval) -> Interval:
+    return Interval(-one.most, -one.least)
+
+
+def _spread(value: Values) -> Array:
+    return np.broadcast_to(value, (len(value), 2)).astype(np.float64)
+
+
+def _open(margins: Array) -> Array:
+    """Of what is false at its border."""
+    return np.where(margins == 0, -BORDER, margins)
+
+
+def _closed(margins: Array) -> Array:
+    """Of what is true at its border."""
+    return np.where(margins == 0, BORDER, margins)

@@ -1,0 +1,78 @@
+"""The monitor: is a trace as the mission says, by how much, and if not, since when and because of whom.
+
+It knows no backend and trusts none. The same values come from the kernel
+formula whoever made the trace.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from missionc.base.trace import (
+    Array,
+    Flags,
+    Judgement,
+    Trace,
+)
+from missionc.ir import Mission
+from missionc.kernel.nodes import Goal, Kernel, Node
+from missionc.monitoring.evaluate import Evaluation
+from missionc.monitoring.logic import ROBUSTNESS, TRUTH, Logic, Values
+from missionc.monitoring.violation import first_violation
+
+
+def monitor(mission: Mission, kernel: Kernel, trace: Trace) -> tuple[Judgement, ...]:
+    """Judges every requirement, then every preference, at step 0.
+
+    Raises:
+        ValueError: the trace has other agents than the mission, or fewer steps.
+    """
+    if trace.position.shape[1] <= mission.steps:
+        raise ValueError(f"the trace has {trace.position.shape[1]} states, the mission {mission.steps + 1}")
+    goals = kernel.requirements + kernel.preferences
+    formulas = [goal.formula for goal in goals]
+    truths = Evaluation(TRUTH, mission, trace).values(formulas)
+    robustness = Evaluation(ROBUSTNESS, mission, trace).values(formulas)
+    return tuple(
+        _judged(goal, bool(truths[goal.formula][0, 0]), float(robustness[goal.formula][0, 0]), mission, trace)
+        for goal in goals
+    )
+
+
+def truth(node: Node, mission: Mission, trace: Trace) -> Flags:
+    """Where a formula holds: (agents, steps + 1).
+
+    False at a step from which the window of a temporal operator runs past the
+    last one. No goal of a checked mission reads such a step.
+    """
+    return _everywhere(TRUTH, node, mission, trace)
+
+
+def truths(nodes: Iterable[Node], mission: Mission, trace: Trace) -> dict[Node, Flags]:
+    """``truth`` of several formulas, worked out together; not to be written to."""
+    found = Evaluation(TRUTH, mission, trace).values(nodes)
+    return {node: np.broadcast_to(value, trace.position.shape[:2]) for node, value in found.items()}
+
+
+def robustness(node: Node, mission: Mission, trace: Trace) -> Array:
+    """By how much a formula holds, or fails where negative: (agents, steps + 1), metres for everything spatial.
+
+    ``-inf`` where ``truth`` says False for want of steps. ``inf`` and ``-inf``
+    also stand for what no motion can change, such as who an agent is.
+    """
+    return _everywhere(ROBUSTNESS, node, mission, trace)
+
+
+def _everywhere(logic: Logic, node: Node, mission: Mission, trace: Trace) -> Values:
+    value = Evaluation(logic, mission, trace).values((node,))[node]
+    return np.broadcast_to(value, trace.position.shape[:2]).copy()
+
+
+def _judged(goal: Goal, satisfied: bool, robustness: float, mission: Mission, trace: Trace) -> Judgement:
+    if satisfied:
+        return Judgement(goal.name, satisfied, robustness)
+    where = first_violation(goal.formula, mission, trace)
+    names = tuple(agent.name for agent in mission.agents if agent.index in where.agents)
+    return Judgement(goal.name, satisfied, robustness, where.step, names)

@@ -1,0 +1,317 @@
+"""A recorded or hand-made trace, from the text of a file.
+
+    in   the text of a plan (JSON) or of a table (CSV with ``agent,t,x,y[,z]``), the Mission
+    out  Trace: every agent's state at every step of the mission
+    says MC704 MC705
+
+Samples may be finer than the mission's steps, and beside them: between two an
+agent moves straight. Velocities are read where they are given (``vx,vy[,vz]``)
+and otherwise follow from the positions, as does the heading (``yaw``).
+"""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from missionc.base.limits import Limits
+from missionc.base.source import Source, Span
+from missionc.base.strict_json import NotJsonError, parse_json
+from missionc.base.trace import Array, Trace
+from missionc.diagnostics.code import TRACE_MISMATCH, TRACE_UNREADABLE
+from missionc.diagnostics.model import Diagnostic, Label
+from missionc.ir import DoubleIntegrator, Mission
+
+ON_TIME = 1e-6
+"""Seconds: a sample so near to a step is at it."""
+
+MOST_FINDINGS = 20
+"""A file that fits badly fits badly everywhere; so many places are enough."""
+
+
+@dataclass(frozen=True, slots=True)
+class _State:
+    """One agent at one time, with the place in the text that says so."""
+
+    agent: str
+    time: float
+    numbers: dict[str, float]
+    span: Span
+
+
+def read_trace(source: Source, mission: Mission, limits: Limits | None = None) -> tuple[Trace | None, list[Diagnostic]]:
+    """The trace a text holds, or everything that keeps it from being one.
+
+    Args:
+        limits: no number in it is larger than their ``magnitude``.
+    """
+    opening = source.text.lstrip()[:1]
+    states, findings = _from_json(source) if opening in ("{", "[") else _from_csv(source, mission)
+    findings += _too_large(states, (limits or Limits()).magnitude)
+    if findings:
+        return None, findings[:MOST_FINDINGS]
+    return _assemble(source, mission, states)
+
+
+# ----------------------------------------------------------------- reading
+
+
+def _from_csv(source: Source, mission: Mission) -> tuple[list[_State], list[Diagnostic]]:
+    lines = source.text.splitlines()
+    try:
+        rows = list(csv.reader(lines, skipinitialspace=True))
+    except csv.Error as error:
+        return [], [_unreadable(_first_line(source), f"the table cannot be read: {error}")]
+    header = [word.strip() for word in rows[0]] if rows else []
+    needed = ["agent", "t", *"xyz"[: mission.dimension]]
+    missing = [name for name in needed if name not in header]
+    if missing:
+        names = ", ".join(f"`{name}`" for name in missing)
+        return [], [_unreadable(_first_line(source), f"the first line names no column {names}", _columns(needed))]
+    states, findings = [], []
+    for number, row in enumerate(rows[1:], start=2):
+        if not row or row == [""]:
+            continue
+        span = _line(source, number)
+        if len(row) != len(header):
+            findings.append(_unreadable(span, f"{len(row)} values where the first line names {len(header)} columns"))
+            continue
+        words = {name: word for name, word in zip(header, row, strict=True) if name in _NUMBERS}
+        numbers = {name: value for name, word in words.items() if (value := _number(word)) is not None}
+        strange = [word for name, word in words.items() if name not in numbers and name in (*needed, *_MOTION)]
+        if strange:
+            findings.append(_unreadable(span, f"`{strange[0][:40]}` is not a finite number"))
+        else:
+            states.append(_State(row[header.index("agent")].strip(), numbers["t"], numbers, span))
+    return states, findings
+
+
+_MOTION = ("vx", "vy", "vz", "yaw")
+_NUMBERS = ("t", "x", "y", "z", *_MOTION)
+"""The columns that are read."""
+
+
+def _number(word: object) -> float | None:
+    if isinstance(word, bool) or not isinstance(word, str | int | float):
+        return None
+    try:
+        value = float(word)
+    except (ValueError, OverflowError):
+        return None
+    return value if math.isfinite(value) else None
+
+
+def _from_json(source: Source) -> tuple[list[_State], list[Diagnostic]]:
+    try:
+        document = parse_json(source.text)
+    except NotJsonError as error:
+        place = Span(source, error.place, min(error.place + 1, len(source.text)))
+        return [], [_unreadable(place, error.reason)]
+    try:
+        times, agents = _list(document["times"]), _list(document["agents"])
+    except (KeyError, TypeError):
+        return [], [_unreadable(_first_line(source), "the plan has no lists `times` and `agents`", _PLAN)]
+    states: list[_State] = []
+    findings: list[Diagnostic] = []
+    for agent in agents:
+        try:
+            states += _agent_states(source, times, agent)
+        except _StrangeError as strange:
+            findings.append(_unreadable(_named(source, agent), strange.args[0], _PLAN))
+    return states, findings
+
+
+class _StrangeError(Exception):
+    """An entry of a plan that is not what it must be; the text says which."""
+
+
+def _agent_states(source: Source, times: list[Any], agent: Any) -> list[_State]:
+    if not isinstance(agent, dict) or not isinstance(agent.get("name"), str):
+        raise _StrangeError("an agent has no name")
+    name, span = agent["name"], _named(source, agent)
+    columns: dict[str, Any] = {key: agent.get(key) for key in ("position", "velocity", "yaw")}
+    states = []
+    for key, values in columns.items():
+        if (values is None and key == "position") or not isinstance(values, list | None):
+            raise _StrangeError(f"`{name}` has no list `{key}`")
+        if values is not None and len(values) != len(times):
+            raise _StrangeError(f"`{name}` has {len(values)} entries in `{key}`; there are {len(times)} times")
+    for index, time in enumerate(times):
+        numbers = _vector(name, "position", ("x", "y", "z"), columns["position"][index])
+        if columns["velocity"] is not None:
+            numbers |= _vector(name, "velocity", ("vx", "vy", "vz"), columns["velocity"][index])
+        if columns["yaw"] is not None:
+            numbers |= _vector(name, "yaw", ("yaw",), [columns["yaw"][index]])
+        when = _number(time)
+        if when is None:
+            raise _StrangeError("a time is not a finite number")
+        states.append(_State(name, when, numbers, span))
+    return states
+
+
+def _vector(agent: str, key: str, axes: tuple[str, ...], value: Any) -> dict[str, float]:
+    numbers = [_number(entry) for entry in value] if isinstance(value, list) else []
+    finite = {axis: number for axis, number in zip(axes, numbers, strict=False) if number is not None}
+    if not numbers or len(finite) != len(numbers):
+        raise _StrangeError(f"`{agent}` has an entry in `{key}` that is not up to {len(axes)} finite numbers")
+    return finite
+
+
+def _too_large(states: list[_State], magnitude: float) -> list[Diagnostic]:
+    """Numbers with which arithmetic would not stay within doubles."""
+    return [
+        _unreadable(
+            state.span,
+            f"`{name}` of `{state.agent}` is {number:g} at {state.time:g} s; the largest number may be {magnitude:g}",
+            "give positions in metres from an origin nearby, or allow more with `--limit magnitude=…`",
+        )
+        for state in states
+        for name, number in {"t": state.time, **state.numbers}.items()
+        if abs(number) > magnitude
+    ]
+
+
+def _list(value: Any) -> list[Any]:
+    if not isinstance(value, list):
+        raise TypeError(value)
+    return value
+
+
+# ----------------------------------------------------------- putting together
+
+
+def _assemble(source: Source, mission: Mission, states: list[_State]) -> tuple[Trace | None, list[Diagnostic]]:
+    own: dict[str, list[_State]] = {agent.name: [] for agent in mission.agents}
+    strangers: dict[str, _State] = {}
+    for state in states:
+        if state.agent in own:
+            own[state.agent].append(state)
+        else:
+            strangers.setdefault(state.agent, state)
+    findings = [_mismatch(first.span, f"the mission has no agent `{name}`") for name, first in strangers.items()]
+    for name, samples in own.items():
+        samples.sort(key=lambda state: state.time)
+        findings += _misfits(source, mission, name, samples)
+    if findings:
+        return None, findings[:MOST_FINDINGS]
+    return _trace(mission, list(own.values())), []
+
+
+def _misfits(source: Source, mission: Mission, name: str, samples: list[_State]) -> list[Diagnostic]:
+    """Why an agent's samples, in order of time, are no motion through the whole mission."""
+    if not samples:
+        return [_mismatch(_first_line(source), f"the trace says nothing of `{name}`", _times(mission))]
+    axes = "xyz"[: mission.dimension]
+    for state in samples:
+        if any(axis not in state.numbers for axis in axes):
+            message = f"`{name}` has a position without {' and '.join(axes)}; the world has {len(axes)} coordinates"
+            return [_mismatch(state.span, message)]
+    last = mission.step * mission.steps
+    if samples[0].time > ON_TIME:
+        message = f"`{name}` is first seen at {samples[0].time:g} s; the mission begins at 0 s"
+        return [_mismatch(samples[0].span, message, _times(mission))]
+    if samples[-1].time < last - ON_TIME:
+        message = f"`{name}` is last seen at {samples[-1].time:g} s; the mission lasts {last:g} s"
+        return [_mismatch(samples[-1].span, message, _times(mission))]
+    for before, after in pairwise(samples):
+        if after.time - before.time <= ON_TIME / 2:
+            return [_mismatch(after.span, f"`{name}` is in two places at {after.time:g} s", _times(mission))]
+        if after.time - before.time > mission.step + ON_TIME:
+            message = f"`{name}` is not seen from {before.time:g} s to {after.time:g} s, longer than a step"
+            return [_mismatch(after.span, message, _times(mission))]
+    return []
+
+
+def _trace(mission: Mission, own: list[list[_State]]) -> Trace:
+    steps: Array = mission.step * np.arange(mission.steps + 1, dtype=np.float64)
+
+    def gathered(names: tuple[str, ...]) -> Array | None:
+        if not all(name in state.numbers for samples in own for state in samples for name in names):
+            return None
+        return np.stack([[_at_steps(samples, name, steps, mission.step) for name in names] for samples in own])
+
+    position = gathered(tuple("xyz"[: mission.dimension]))
+    assert position is not None
+    position = np.swapaxes(position, 1, 2)
+    velocity = gathered(("vx", "vy", "vz")[: mission.dimension])
+    velocity = _velocities(mission, position) if velocity is None else np.swapaxes(velocity, 1, 2)
+    heading = gathered(("yaw",))
+    return Trace(mission.step, position, velocity, _headings(velocity) if heading is None else heading[:, 0])
+
+
+def _at_steps(samples: list[_State], name: str, steps: Array, step: float) -> Array:
+    """One number at the mission's steps: as it is where a sample falls on the step, else on the line between two."""
+    times = np.array([state.time for state in samples])
+    near = np.rint(times / step) * step
+    times = np.where(np.abs(times - near) <= ON_TIME, near, times)
+    values = np.array([state.numbers[name] for state in samples])
+    if name == "yaw":
+        # A heading is kept until the next one: halfway from 359 to 1 degrees is not 180.
+        return np.asarray(values[np.searchsorted(times, steps, side="right") - 1])
+    return np.asarray(np.interp(steps, times, values))
+
+
+def _velocities(mission: Mission, position: Array) -> Array:
+    """Of the motion that starts at each step; for the second order, of the two motions that meet there."""
+    velocity = np.diff(position, axis=1) / mission.step
+    first_order = np.concatenate([velocity, velocity[:, -1:]], axis=1)
+    second_order = np.gradient(position, mission.step, axis=1)
+    second = np.array([isinstance(agent.dynamics, DoubleIntegrator) for agent in mission.agents])
+    return np.asarray(np.where(second[:, None, None], second_order, first_order))
+
+
+def _headings(velocity: Array) -> Array:
+    """Along the motion; as before while there is none (as the first motion, before it)."""
+    moving = np.linalg.norm(velocity[..., :2], axis=-1) > 1e-9
+    heading = np.arctan2(velocity[..., 1], velocity[..., 0])
+    steps = np.arange(moving.shape[1])
+    last = np.maximum.accumulate(np.where(moving, steps, -1), axis=1)
+    source = np.where(last >= 0, last, moving.argmax(axis=1)[:, None])
+    return np.asarray(np.take_along_axis(np.where(moving, heading, 0.0), source, axis=1))
+
+
+# ------------------------------------------------------------------ messages
+
+_PLAN = "give `times` and `agents`, each with `name` and `position`, as `plan.json` does"
+
+
+def _columns(needed: list[str]) -> str:
+    return f"begin the file with `{','.join(needed)}`"
+
+
+def _times(mission: Mission) -> str:
+    return (
+        f"give every agent a position each {mission.step:g} s at least, from 0 s to {mission.step * mission.steps:g} s"
+    )
+
+
+def _unreadable(span: Span, message: str, help: str = "") -> Diagnostic:
+    return Diagnostic(TRACE_UNREADABLE, message, Label(span), help=help)
+
+
+def _mismatch(span: Span, message: str, help: str = "") -> Diagnostic:
+    return Diagnostic(TRACE_MISMATCH, message, Label(span), help=help)
+
+
+def _first_line(source: Source) -> Span:
+    return _line(source, 1)
+
+
+def _line(source: Source, number: int) -> Span:
+    number = min(number, len(source.line_starts))
+    start = source.line_starts[number - 1]
+    return Span(source, start, start + len(source.line(number)))
+
+
+def _named(source: Source, agent: Any) -> Span:
+    """Where the agent's name stands in a plan."""
+    name = agent.get("name") if isinstance(agent, dict) else None
+    quoted = json.dumps(name) if isinstance(name, str) else ""
+    place = source.text.find(quoted) if quoted else -1
+    return Span(source, place, place + len(quoted)) if place >= 0 else _first_line(source)

@@ -1,0 +1,199 @@
+"""Every formula at every agent and step, and what a verdict at step 0 can still become as time goes on.
+
+in   formulas, the goals they belong to, Mission, Trace
+out  a Row for each of the formulas
+
+A formula that is asked at many steps has its value at each of them. One that is
+asked at step 0 alone and looks ahead has one verdict, which time brings out: at
+step t the least and the most that it can come to, with what its windows hold up to t as it is.
+
+Source:
+    Deshmukh, Donzé, Ghosh, Jin, Juniwal, Seshia, "Robust online monitoring of signal temporal logic" (2017),
+    robust satisfaction intervals. What is nested within a window counts as known at its step.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from missionc.base.trace import (
+    Array,
+    Flags,
+    Trace,
+)
+from missionc.ir import Mission
+from missionc.kernel.nodes import All, Any, At, AtLeast, Nearby, Node, Not, Reach, Route, Sometime, Throughout, Until
+from missionc.kernel.walk import children, postorder
+from missionc.monitoring.evaluate import Evaluation
+from missionc.monitoring.logic import ROBUSTNESS, TRUTH, Logic, Values
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Row:
+    """One formula: (agents, steps + 1) each, or (1, steps + 1) where it is about the team.
+
+    Args:
+        asked: where the verdict of a goal looks at it.
+        least, most: its robustness, metres; where it ``unfolds``, what that at step 0 can still become.
+        surely, possibly: its truth likewise.
+        unfolds: it has one verdict, at step 0. Otherwise ``least`` is ``most``, and ``surely`` is ``possibly``.
+    """
+
+    asked: Flags
+    least: Array
+    most: Array
+    surely: Flags
+    possibly: Flags
+    unfolds: bool
+
+
+def table(nodes: Iterable[Node], goals: Iterable[Node], mission: Mission, trace: Trace) -> dict[Node, Row]:
+    """The rows of formulas; one that is not below a goal is asked nowhere, as an operand that its operator drops."""
+    wanted, roots = tuple(dict.fromkeys(nodes)), tuple(goals)
+    verdict = chain(roots)
+    known = {*wanted, *roots, *(child for node in verdict for child in children(node))}
+    asked = asked_where(roots, known, trace)
+    found = []
+    for logic in (TRUTH, ROBUSTNESS):
+        evaluation = Evaluation(logic, mission, trace)
+        values = evaluation.values(known)
+        found.append((values, _unfolded(evaluation, verdict, values)))
+    (truths, verdicts), (margins, bounds) = found
+    rows = {}
+    for node in wanted:
+        unfolds = node in verdicts and not asked[node][:, 1:].any()
+        surely, possibly = verdicts[node] if unfolds else (truths[node], truths[node])
+        least, most = bounds[node] if unfolds else (margins[node], margins[node])
+        agents = max(len(truths[node]), len(surely))
+        shape = (agents, trace.position.shape[1])
+        where = asked[node] if agents > 1 else asked[node].any(axis=0, keepdims=True)
+        whole = [np.broadcast_to(each, shape) for each in (where, least, most, surely, possibly)]
+        rows[node] = Row(whole[0], whole[1], whole[2], whole[3], whole[4], unfolds)
+    return rows
+
+
+def _temporal(node: Node) -> bool:
+    return isinstance(node, Throughout | Sometime | Until)
+
+
+def _same_moment(node: Node) -> bool:
+    """Whether the node asks its operands at the step it is asked at itself, each at one agent."""
+    return isinstance(node, Not | All | Any | AtLeast | At)
+
+
+def chain(roots: Iterable[Node]) -> list[Node]:
+    """What the verdict at step 0 is made of down to the first windows, which are in it, operands first.
+
+    A window below a spatial operator is not among them: of what is looked at in others, all counts as known at once.
+    """
+    order = postorder(roots)
+    timed: set[Node] = set()
+    for node in order:
+        if _temporal(node) or (_same_moment(node) and any(child in timed for child in children(node))):
+            timed.add(node)
+    reached = set(roots)
+    for node in reversed(order):
+        if node in reached and _same_moment(node):
+            reached.update(children(node))
+    return [node for node in order if node in reached and node in timed]
+
+
+def _unfolded(
+    evaluation: Evaluation, verdict: list[Node], values: Mapping[Node, Values]
+) -> dict[Node, tuple[Values, Values]]:
+    """The least and the most that each of the chain's formulas can still come to at step 0: (…, steps + 1) each."""
+    logic, steps = evaluation.logic, evaluation.steps
+    found: dict[Node, tuple[Values, Values]] = {}
+    for node in verdict:
+        match node:
+            case Throughout(body, low, high):
+                most, least = _running(np.minimum, values[body], low, high, steps, logic.top, logic.bottom)
+            case Sometime(body, low, high):
+                least, most = _running(np.maximum, values[body], low, high, steps, logic.bottom, logic.top)
+            case Until():
+                least, most = _until(node, values, steps, logic)
+            case Not(body):
+                least, most = (logic.negate(each) for each in reversed(found[body]))
+            case _:
+                below = [found.get(child) or (values[child][:, :1],) * 2 for child in children(node)]
+                least, most = (evaluation.value(node, tuple(pair[side] for pair in below)) for side in (0, 1))
+        found[node] = (least, most)
+    return found
+
+
+def _running(
+    choose: np.ufunc, body: Values, low: int, high: int | None, steps: int, nothing: object, otherwise: object
+) -> tuple[Values, Values]:
+    """What the window comes to so far; and the same once it has passed, ``otherwise`` before that."""
+    body = np.broadcast_to(body, (len(body), steps))
+    last = steps - 1 if high is None else min(high, steps - 1)
+    so_far = np.full(body.shape, nothing)
+    if low <= last:
+        so_far[:, low : last + 1] = choose.accumulate(body[:, low : last + 1], axis=1)
+        so_far[:, last + 1 :] = so_far[:, last : last + 1]
+    at_last = so_far.copy()
+    at_last[:, :last] = otherwise
+    return so_far, at_last
+
+
+def _until(node: Until, values: Mapping[Node, Values], steps: int, logic: Logic) -> tuple[Values, Values]:
+    hold, end = np.broadcast_arrays(values[node.hold], values[node.end], np.empty((1, steps)))[:2]
+    held = np.minimum.accumulate(hold, axis=1)
+    before = np.concatenate([np.full((len(hold), 1), logic.top), held[:, :-1]], axis=1)
+    freed, _ = _running(np.maximum, np.minimum(before, end), node.low, node.high, steps, logic.bottom, logic.top)
+    last = steps - 1 if node.high is None else min(node.high, steps - 1)
+    most = np.maximum(freed, held)
+    most[:, last:] = freed[:, last:]
+    return freed, most
+
+
+def asked_where(roots: Iterable[Node], known: Collection[Node], trace: Trace) -> dict[Node, Flags]:
+    """At which agents and steps the verdicts of the roots, at step 0, look at each of the known formulas."""
+    roots = tuple(roots)
+    shape = trace.position.shape[:2]
+    at_first = np.zeros(shape, dtype=np.bool_)
+    at_first[:, 0] = True
+    open_: dict[Node, Flags] = dict.fromkeys(roots, at_first)
+    nowhere = np.zeros(shape, dtype=np.bool_)
+    found: dict[Node, Flags] = dict.fromkeys(known, nowhere)
+
+    def ask(node: Node, where: Flags) -> None:
+        open_[node] = open_[node] | where if node in open_ else where
+
+    for node in reversed(postorder(roots)):
+        here = open_.pop(node)
+        if node in known:
+            found[node] = here
+        match node:
+            case Throughout(body, low, high) | Sometime(body, low, high):
+                ask(body, _ahead(here, low, high))
+            case Until(hold, end, low, high):
+                ask(end, _ahead(here, low, high))
+                ask(hold, _ahead(here, 0, None if high is None else high - 1))
+            case At(agent, body):
+                there = np.zeros(shape, dtype=np.bool_)
+                there[agent] = here.any(axis=0)
+                ask(body, there)
+            case Nearby(graph) | Reach(graph) | Route(graph):
+                members = list(graph.agents)
+                there = here.copy()
+                there[members] = here[members].any(axis=0)
+                for child in children(node):
+                    ask(child, there)
+            case _:
+                for child in children(node):
+                    ask(child, here)
+    return found
+
+
+def _ahead(asked: Flags, low: int, high: int | None) -> Flags:
+    """The steps from ``low`` to ``high`` ahead of those that are asked: (agents, steps) -> (agents, steps)."""
+    agents, steps = asked.shape
+    count = np.concatenate([np.zeros((agents, 1), dtype=np.int64), np.cumsum(asked, axis=1)], axis=1)
+    step = np.arange(steps)
+    first = np.zeros(steps, dtype=np.int64) if high is None else np.maximum(step - high, 0)
+    last = np.maximum(step - low + 1, 0)
+    return np.asarray(count[:, last] > count[:, np.minimum(first, last)])

@@ -1,0 +1,45 @@
+"""A motion that breaks a requirement, as JSON, ``missionc.near_miss/2``: no plan, but a trace that can be judged."""
+
+from __future__ import annotations
+
+from missionc.backends.api import Attempt
+from missionc.ir import Mission
+from missionc.output.json_layout import (
+    compact,
+    listed,
+    record,
+)
+
+
+def near_miss_json(mission: Mission, attempt: Attempt, planned_for: str) -> str:
+    """The text of ``near_miss.json``, one line for each list of positions.
+
+    Args:
+        planned_for: the change of the mission with which the motion is a plan; empty where none is known.
+    """
+    position = attempt.trace.position
+    head = {
+        "schema": "missionc.near_miss/2",
+        "mission": mission.name,
+        "plan": False,
+        "violates": [each.as_record() for each in attempt.violated],
+        "faults": [each.as_record() for each in attempt.worst_faults()],
+        "planned_for": planned_for or None,
+        "times": [round(mission.step * each, 9) for each in range(position.shape[1])],
+    }
+    agents = [
+        record(
+            {
+                "name": agent.name,
+                "team": agent.team,
+                "radius": float(agent.radius),
+                "position": position[agent.index].tolist(),
+            },
+            depth=2,
+        )
+        for agent in mission.agents
+    ]
+    lines = [f"  {compact(key)}: {compact(value)}" for key, value in head.items()]
+    lines.append(listed("agents", agents))
+    lines.append(listed("requirements", [compact(each.as_verdict()) for each in attempt.requirements]))
+    return "{\n" + ",\n".join(lines) + "\n}\n"

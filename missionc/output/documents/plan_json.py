@@ -1,0 +1,60 @@
+"""The joint plan as JSON, ``missionc.plan/1``: every number reads back as the same double."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from missionc.base.trace import Plan, Trace
+from missionc.ir import Graph, Mission
+from missionc.language.margins.links import all_links, pieces
+from missionc.output.json_layout import (
+    compact,
+    listed,
+    record,
+)
+
+
+def plan_json(mission: Mission, plan: Plan) -> str:
+    """The text of ``plan.json``, one line for each list of states."""
+    trace = plan.trace
+    states = trace.position.shape[1]
+    agents = [
+        record(
+            {
+                "name": agent.name,
+                "team": agent.team,
+                "radius": float(agent.radius),
+                "position": trace.position[agent.index].tolist(),
+                "velocity": trace.velocity[agent.index].tolist(),
+                "yaw": trace.heading[agent.index].tolist(),
+            },
+            depth=2,
+        )
+        for agent in mission.agents
+    ]
+    graphs = {graph.name: _edges(graph, trace) for graph in mission.graphs}
+    head = {
+        "schema": "missionc.plan/1",
+        "mission": plan.mission,
+        "backend": plan.backend,
+        "seed": plan.seed,
+        "step": float(mission.step),
+        "horizon": round(mission.step * mission.steps, 9),
+        "times": [round(mission.step * step, 9) for step in range(states)],
+    }
+    lines = [f"  {compact(key)}: {compact(value)}" for key, value in head.items()]
+    lines.append(listed("agents", agents))
+    lines.append(f'  "graphs": {record(graphs, depth=1)}')
+    lines.append(listed("requirements", [compact(judgement.as_verdict()) for judgement in plan.judgements]))
+    return "{\n" + ",\n".join(lines) + "\n}\n"
+
+
+def _edges(graph: Graph, trace: Trace) -> list[list[list[int]]]:
+    """The graph's links at each step, as pairs of mission indices in order."""
+    members = np.array(graph.agents, dtype=np.int64)
+    edges: list[list[list[int]]] = []
+    for piece in pieces(trace.position.shape[1], len(members)):
+        for links in all_links(graph, trace.position[:, piece]):
+            pairs = np.sort(members[np.argwhere(np.triu(links > 0))], axis=1)
+            edges.append(sorted(pairs.tolist()))
+    return edges

@@ -1,0 +1,66 @@
+"""``simulation.json``: what decided flights in simulation, what they came to, and where everybody was in the first."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
+
+import numpy as np
+
+from missionc.base.trace import Judgement
+from missionc.ir import Mission
+from missionc.output.folder.file_names import SIMULATION_SCHEMA
+from missionc.output.json_layout import compact, record
+from missionc.simulate.default_engine import Flown
+from missionc.simulate.firmware_setpoints import SETPOINTS_PER_SECOND
+from missionc.simulate.flight_conditions import conditions
+from missionc.simulate.trials import Trials
+
+EACH = 4
+"""Of the samples, every fourth is kept."""
+DIGITS = 4
+"""After the point: tenths of millimetres."""
+
+
+def simulation_record(mission: Mission, planned: Sequence[Judgement], trials: Trials) -> dict[str, object]:
+    """What flights were flown, and what they came to.
+
+    Args:
+        planned: the requirements as the plan keeps them; what follows them is left out.
+    """
+    first = trials.flights[0]
+    return {
+        "passed": trials.passed,
+        **conditions(trials.trial, float(mission.horizon)),
+        "planned": [each.as_record() for each in planned[: len(first.requirements)]],
+        "requirements": [each.as_record() for each in first.requirements],
+        "fractions": {
+            name: {"held": each.held, "of": each.flights, "low": each.low, "high": each.high}
+            for name, each in trials.fractions().items()
+        },
+        "tracking": [
+            {"agent": agent.name, "allowed": most, **asdict(trials.error(agent.index))}
+            for agent, most in zip(mission.agents, trials.allowed.tolist(), strict=True)
+        ],
+        "room": [
+            {"subject": check.subject, "margin": check.margin, "at": check.at, "agents": list(check.agents)}
+            for check in trials.room()
+        ],
+        "robustness": {
+            each.name: [flight.requirements[index].as_record()["robustness"] for flight in trials.flights]
+            for index, each in enumerate(first.requirements)
+        },
+    }
+
+
+def simulation_json(mission: Mission, said: Mapping[str, object], flown: Flown) -> bytes:
+    """The same bytes for the same flight.
+
+    Args:
+        said: a ``simulation_record``.
+    """
+    position = np.round(flown.position[0, :, ::EACH], DIGITS) + 0.0
+    paths = {agent.name: position[agent.index].T.tolist() for agent in mission.agents}
+    lines = [f"  {compact(key)}: {compact(value)}" for key, value in {"schema": SIMULATION_SCHEMA, **said}.items()]
+    flight = f'{{"samples_per_second": {SETPOINTS_PER_SECOND // EACH}, "agents": {record(paths, depth=1)}}}'
+    return ("{\n" + ",\n".join([*lines, f'  "flight": {flight}']) + "\n}\n").encode()

@@ -1,0 +1,1 @@
+"""Export of verified flights in the forms that other programs fly, show or replay: one module for each."""

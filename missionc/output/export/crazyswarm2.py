@@ -1,0 +1,69 @@
+"""For Crazyswarm2: the polynomials, its ``crazyflies.yaml``, a script that flies them all at once, and how to use them.
+
+Source:
+    IMRCLab/crazyswarm2: crazyflie_py (``Crazyflie``, ``CrazyflieServer``, ``uav_trajectory``), config/crazyflies.yaml.
+"""
+
+from __future__ import annotations
+
+from missionc.diagnostics.model import Diagnostic
+from missionc.output.export.export_form import (
+    Exported,
+    Format,
+    refused,
+)
+from missionc.output.export.fill_templates import render
+from missionc.output.export.takeoff_and_landing import (
+    GROUND,
+    PHASES,
+    shared_column,
+)
+from missionc.output.export.trajectory_memory import raw
+from missionc.output.export.verified_flight import Flight
+
+NAME = "crazyswarm2"
+
+
+def uri(index: int) -> str:
+    """An address as good as any: nobody but the owner of the vehicles knows theirs."""
+    return f"radio://0/80/2M/E7E7E7{index + 1:04X}"
+
+
+def write(flight: Flight) -> Exported | Diagnostic:
+    """The folder: refused where a Crazyflie could not hold the polynomials, or not rise to their start."""
+    for each in flight.parts:
+        taken, memory = len(raw(each.pieces)), each.agent.vehicle.memory
+        if taken > memory:
+            return refused(
+                NAME,
+                f"the polynomials of `{each.agent.name}` take {taken} bytes of the {memory} there are",
+                "Crazyswarm2 uploads raw pieces only",
+                help="`cflib` compresses them; or plan with a larger `step`",
+            )
+    crowded = shared_column(NAME, flight)
+    if crowded is not None:
+        return crowded
+    given = {
+        "mission": flight.mission.name,
+        "robots": [
+            {
+                "name": each.robot,
+                "agent": each.agent.name,
+                "file": f"{each.file}.csv",
+                "uri": uri(each.agent.index),
+                "first": each.first,
+                "yaw": each.yaw,
+                "ground": (each.first[0], each.first[1], GROUND),
+            }
+            for each in flight.parts
+        ],
+        "duration": flight.duration,
+        **PHASES,
+    }
+    files = {f"trajectories/{each.file}.csv": each.text.encode() for each in flight.parts}
+    for name in ("crazyflies.yaml", "fly.py", "README.md"):
+        files[name] = render(f"crazyswarm2/{name}.j2", **given)
+    return Exported(files)
+
+
+FORMAT = Format(NAME, "CSV of polynomials, crazyflies.yaml and a start script for Crazyswarm2", write)

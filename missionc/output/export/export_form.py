@@ -1,0 +1,60 @@
+"""What a form of export is: data that names itself and writes files."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from importlib.util import find_spec
+from typing import TypeAlias
+
+from missionc.diagnostics.code import EXTRA_MISSING, NOT_EXPORTED
+from missionc.diagnostics.model import Diagnostic
+from missionc.output.export.verified_flight import Flight
+
+
+@dataclass(frozen=True, slots=True)
+class Exported:
+    """Files by their name relative to the export's own folder, and what their user should know."""
+
+    files: Mapping[str, bytes]
+    notes: tuple[str, ...] = ()
+
+
+Write: TypeAlias = Callable[[Flight], Exported | Diagnostic]
+
+
+@dataclass(frozen=True, slots=True)
+class Format:
+    """One form of export.
+
+    Args:
+        name: on the command line, and of the folder.
+        says: what it is, in one line.
+        write: the same bytes each time.
+        needs: a package of the extra ``export``; empty where none is needed.
+    """
+
+    name: str
+    says: str
+    write: Write
+    needs: str = ""
+
+    def missing(self) -> Diagnostic | None:
+        """What to say where a package that it needs is not there."""
+        if not self.needs or find_spec(self.needs):
+            return None
+        return Diagnostic(
+            EXTRA_MISSING,
+            f"`--export {self.name}` needs the package {self.needs}, which is not installed",
+            None,
+            help="install it with `pip install 'missionc[export]'`",
+        )
+
+    def export(self, flight: Flight) -> Exported | Diagnostic:
+        """The files, or why there are none."""
+        return self.missing() or self.write(flight)
+
+
+def refused(name: str, why: str, *notes: str, help: str) -> Diagnostic:
+    """This form cannot hold this flight."""
+    return Diagnostic(NOT_EXPORTED, f"the flight cannot be exported as `{name}`: {why}", None, notes=notes, help=help)

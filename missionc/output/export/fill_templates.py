@@ -1,0 +1,103 @@
+"""Text from templates. Names come from missions, so nothing is put into a text but as a literal of its language.
+
+The environment is a sandbox, and its ``finalize`` takes nothing that did not
+pass a filter of quoting: a template that forgets one does not render.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from importlib.resources import files
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from jinja2 import Template
+    from jinja2.sandbox import SandboxedEnvironment
+
+FOLDER = "templates"
+
+
+class Quoted(str):
+    """Text that is safe where it is to stand."""
+
+    __slots__ = ()
+
+
+def python(value: object) -> Quoted:
+    """A Python literal in ASCII: of a string, a number, or a tuple of them."""
+    assert _plain(value), value
+    return Quoted(ascii(value))
+
+
+def yaml(value: object) -> Quoted:
+    """A YAML scalar or flow sequence in ASCII. PyYAML takes ``1e-05`` for a word, so floats have their point."""
+    match value:
+        case str():
+            return Quoted('"' + "".join(map(_escaped, value)) + '"')
+        case bool():
+            return Quoted("true" if value else "false")
+        case float():
+            mantissa, mark, exponent = repr(value).partition("e")
+            return Quoted(mantissa + (".0" if mark and "." not in mantissa else "") + mark + exponent)
+        case int():
+            return Quoted(value)
+        case tuple():
+            return Quoted("[" + ", ".join(map(yaml, value)) + "]")
+        case _:
+            raise TypeError(type(value).__name__)
+
+
+def code(value: object) -> Quoted:
+    """A word or number in Markdown's back ticks, whatever it holds."""
+    text = "".join(letter if letter.isprintable() and letter != "`" else "?" for letter in str(value))
+    return Quoted(f"`{text}`")
+
+
+def render(template: str, /, **given: object) -> bytes:
+    """The text of a template of this package, in UTF-8."""
+    return _compiled(template).render(given).encode()
+
+
+@cache
+def _compiled(template: str) -> Template:
+    source = (files("missionc.output.export") / FOLDER / template).read_text(encoding="utf-8")
+    return _environment().from_string(source)
+
+
+@cache
+def _environment() -> SandboxedEnvironment:
+    from jinja2 import StrictUndefined
+    from jinja2.sandbox import SandboxedEnvironment
+
+    # These are no HTML: every language has its own filter, and `finalize` asks for one.
+    environment = SandboxedEnvironment(
+        autoescape=False,
+        undefined=StrictUndefined,
+        finalize=_finalize,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+    )
+    environment.filters.update(python=python, yaml=yaml, code=code)
+    return environment
+
+
+def _finalize(value: object) -> Quoted:
+    if not isinstance(value, Quoted):
+        raise TypeError("a value in a template is not quoted")
+    return value
+
+
+def _plain(value: object) -> bool:
+    if isinstance(value, tuple):
+        return all(map(_plain, value))
+    return type(value) in (str, int, float, bool)
+
+
+def _escaped(letter: str) -> str:
+    number = ord(letter)
+    if letter in '"\\':
+        return "\\" + letter
+    if 0x20 <= number < 0x7F:
+        return letter
+    return f"\\x{number:02x}" if number < 0x100 else f"\\u{number:04x}" if number < 0x10000 else f"\\U{number:08x}"

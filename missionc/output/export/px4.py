@@ -1,0 +1,46 @@
+"""For PX4 by way of MAVSDK drone shows: a CSV table for each vehicle, in north, east and down.
+
+The mission's x is north, its y is west: as drone shows have it. Yaw is in
+degrees clockwise from north.
+
+Source:
+    alireza787b/mavsdk_drone_show, "Control Modes and Coordinate Systems".
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from missionc.output.export.export_form import Exported, Format
+from missionc.output.export.samples import (
+    RATE,
+    fixed,
+    sampled,
+)
+from missionc.output.export.verified_flight import Flight
+
+NAME = "px4"
+COLUMNS = "idx,t,px,py,pz,vx,vy,vz,ax,ay,az,yaw,mode,ledr,ledg,ledb"
+MANEUVERING = 70
+"""The mode of every row: flying the trajectory. Climbing to its start and landing are the player's."""
+WHITE = (255, 255, 255)
+TO_NED = np.array([1.0, -1.0, -1.0])
+
+
+def write(flight: Flight) -> Exported:
+    """``NAME.csv`` for each vehicle."""
+    samples = sampled(flight)
+    files = {}
+    for index, each in enumerate(flight.parts):
+        lines = [COLUMNS]
+        for row, time in enumerate(samples.times.tolist()):
+            state = (samples.position, samples.velocity, samples.acceleration)
+            numbers = np.concatenate([part[index, row] * TO_NED for part in state]).tolist()
+            yaw = -np.degrees(samples.yaw[index, row]).item()
+            words = [str(row), fixed(time), *map(fixed, numbers), fixed(yaw), str(MANEUVERING), *map(str, WHITE)]
+            lines.append(",".join(words))
+        files[f"{each.file}.csv"] = ("\n".join(lines) + "\n").encode()
+    return Exported(files)
+
+
+FORMAT = Format(NAME, f"NED tables, {RATE} rows a second, for MAVSDK drone shows", write)

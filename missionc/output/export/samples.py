@@ -1,0 +1,58 @@
+"""A flight at regular times, for what knows no polynomials."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from missionc.base.trace import Array
+from missionc.output.export.verified_flight import Flight
+
+RATE = 20
+"""Samples in a second."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Samples:
+    """Every agent's state at some times.
+
+    Args:
+        times: (samples,), seconds, the beginning and the end of the flight among them.
+        position, velocity, acceleration: (agents, samples, 3), metres, m/s, m/s².
+        yaw, yaw_rate: (agents, samples), rad, rad/s.
+    """
+
+    times: Array
+    position: Array
+    velocity: Array
+    acceleration: Array
+    yaw: Array
+    yaw_rate: Array
+
+
+def sampled(flight: Flight) -> Samples:
+    """``RATE`` times a second, and at the end."""
+    inner = np.arange(math.ceil(flight.duration * RATE - 1e-6)) / RATE
+    times = np.append(inner, flight.duration)
+    place, turn = flight.curves, flight.yaws
+    velocity, rate = place.derivative(), turn.derivative()
+    return Samples(
+        times,
+        place.at(times),
+        velocity.at(times),
+        velocity.derivative().at(times),
+        turn.at(times)[..., 0],
+        rate.at(times)[..., 0],
+    )
+
+
+def fixed(number: float) -> str:
+    """With nine decimals; adding zero after rounding turns -0 into 0."""
+    return f"{round(number, 9) + 0.0:.9f}"
+
+
+def clock(seconds: float) -> tuple[int, int]:
+    """Seconds and nanoseconds."""
+    return divmod(round(seconds * 1e9), 1_000_000_000)

@@ -1,0 +1,17 @@
+"""A Crazyflie's memory for trajectories, and the raw pieces in it.
+
+Source:
+    crazyflie-firmware, src/modules/src/crtp_commander_high_level.c and pptraj.c.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from missionc.curves.crazyflie_csv import Pieces
+
+
+def raw(own: Pieces) -> bytes:
+    """33 little-endian float32 for each piece: eight coefficients of x, y, z and yaw each, and the duration."""
+    rows = np.concatenate([own.coefficients.reshape(-1, 32), own.duration[:, None]], axis=1)
+    return rows.astype("<f4").tobytes()

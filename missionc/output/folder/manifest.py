@@ -1,0 +1,100 @@
+"""The manifest: what went in, what came out, and with what, so that the same bytes can be produced again.
+
+Every folder that is written has one: by it ``ownership`` tells what is the compiler's.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import platform
+from collections.abc import Mapping
+from dataclasses import dataclass
+from importlib.metadata import PackageNotFoundError, version
+
+from missionc.base.trace import Plan
+from missionc.output.folder.file_names import MANIFEST_SCHEMA
+from missionc.output.json_layout import compact, record
+from missionc.version import __version__
+
+PACKAGES = ("numpy", "scipy", "shapely", "piqp", "z3-solver", "python-sat", "torch", "jinja2", "mcap")
+"""Those whose version may change a plan, or what is made of it."""
+
+Option = str | int | float | bool
+
+
+@dataclass(frozen=True, slots=True)
+class Provenance:
+    """Where a plan came from.
+
+    Args:
+        inputs: the mission's files, the mission first: names relative to its folder, and contents.
+        options: choices that change the plan, by their name on the command line.
+        cut_short: what ended the search before it was done, in two words; empty where nothing did.
+        stretch: how many times as long as the plan's the mission is.
+    """
+
+    inputs: tuple[tuple[str, bytes], ...]
+    options: tuple[tuple[str, Option], ...] = ()
+    cut_short: str = ""
+    stretch: float = 1.0
+
+
+def manifest(plan: Plan, provenance: Provenance, files: Mapping[str, bytes]) -> str:
+    """The text of ``manifest.json``; ``files`` are all others of the folder."""
+    head = {
+        "schema": MANIFEST_SCHEMA,
+        "mission": plan.mission,
+        "backend": plan.backend,
+        "seed": plan.seed,
+        "cut_short": provenance.cut_short or None,
+    }
+    inputs = {name: sha256(content) for name, content in provenance.inputs}
+    return _text({**head, "inputs": inputs, **_blocks(files), "options": dict(provenance.options)})
+
+
+def without_plan(mission: str, holds: str, files: Mapping[str, bytes]) -> str:
+    """The text of the ``manifest.json`` of a folder that holds no plan.
+
+    Args:
+        holds: what it holds instead, as ``file_names`` calls it.
+        files: all others of the folder.
+    """
+    return _text({"schema": MANIFEST_SCHEMA, "mission": mission, "holds": holds, **_blocks(files)})
+
+
+def relisted(before: Mapping[str, object], files: Mapping[str, bytes]) -> bytes:
+    """A manifest with files that were written since; everything else in it stays as it was."""
+    listed = before.get("files")
+    known = dict(listed) if isinstance(listed, dict) else {}
+    known.update((name, sha256(content)) for name, content in files.items())
+    return _text({**before, "files": {name: known[name] for name in sorted(known)}}).encode()
+
+
+def _blocks(files: Mapping[str, bytes]) -> dict[str, object]:
+    return {
+        "files": {name: sha256(files[name]) for name in sorted(files)},
+        "versions": {"missionc": __version__, "python": platform.python_version(), **versions()},
+    }
+
+
+def _text(entries: Mapping[str, object]) -> str:
+    lines = [
+        f"  {compact(key)}: {record(value, depth=1) if isinstance(value, dict) else compact(value)}"
+        for key, value in entries.items()
+    ]
+    return "{\n" + ",\n".join(lines) + "\n}\n"
+
+
+def sha256(content: bytes) -> str:
+    return hashlib.sha256(content).hexdigest()
+
+
+def versions() -> dict[str, str]:
+    """Of this package, and of those there are that may change a plan."""
+    found = {"missionc": __version__}
+    for package in PACKAGES:
+        try:
+            found[package] = version(package)
+        except PackageNotFoundError:
+            continue
+    return found

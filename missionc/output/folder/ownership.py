@@ -1,0 +1,168 @@
+"""Ownership of a folder: it is the compiler's where its manifest says so and lists every file in it by its SHA-256.
+
+in   a folder's path
+out  Ours: what it holds, and its files; or Foreign: what in it is not the compiler's, in words
+
+A file that is not listed, one whose content is not the listed one, a link, a
+special file and an empty folder that no listed file lies in are not the
+compiler's, and a folder that holds one of them is not. A listed file may be
+missing. The manifest is the one file that it cannot list.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import stat
+from collections.abc import Iterable, Mapping
+from contextlib import suppress
+from dataclasses import dataclass
+from itertools import islice
+from pathlib import Path, PurePosixPath
+
+from missionc.base.limits import Limits
+from missionc.diagnostics.code import FOLDER_UNREADABLE
+from missionc.diagnostics.model import Diagnostic
+from missionc.output.folder.file_names import (
+    MANIFEST,
+    MANIFEST_SCHEMA,
+    PLAN,
+)
+from missionc.output.folder.unwritable import reason, shown
+from missionc.output.folder.walk_folder import entries, is_normal
+from missionc.syntax.read_file import read_bytes
+
+MOST_LOOKED_AT = 1_000_000
+"""Things in a folder that are looked at; no folder of ours holds as many."""
+
+
+@dataclass(frozen=True, slots=True)
+class Ours:
+    """A folder in which everything is the compiler's.
+
+    Args:
+        files: the SHA-256 of each listed file, by its name relative to the folder.
+        holds: a plan, a near miss, a proof or an export; empty of an empty folder.
+        manifest: the manifest's bytes.
+    """
+
+    files: Mapping[str, str]
+    holds: str
+    manifest: bytes
+
+
+@dataclass(frozen=True, slots=True)
+class Foreign:
+    """A folder that is not the compiler's, or not only: ``why`` ends a sentence, ``strange`` are things in it."""
+
+    why: str
+    strange: tuple[str, ...] = ()
+
+
+def ownership(folder: Path) -> Ours | Foreign:
+    """Whose a folder is, of what lies in it now. A symbolic link to a folder is nobody's."""
+    try:
+        return _judged(folder)
+    except OSError as error:
+        return Foreign(f" and cannot be looked through: {reason(error)}")
+
+
+def remove(folder: Path, ours: Ours) -> bool:
+    """Remove a folder, file by file: only what is still what ``ours`` lists; whether nothing else was there.
+
+    What somebody puts into it meanwhile stays, with the folders that it lies in.
+    """
+    try:
+        for name, status in list(entries(folder)):
+            if name != MANIFEST and not _strange(folder, name, status, ours):
+                with suppress(IsADirectoryError):
+                    os.unlink(folder / name)
+        remove_folders(folder, ours.files)
+        if os.listdir(folder) == [MANIFEST] and (folder / MANIFEST).read_bytes() == ours.manifest:
+            os.unlink(folder / MANIFEST)
+        folder.rmdir()
+    except OSError:
+        return False
+    return True
+
+
+def remove_folders(folder: Path, files: Iterable[str]) -> None:
+    """Remove the folders that these files of a folder lay in, where they are empty."""
+    for name in sorted(_parents(files), key=lambda name: -name.count("/")):
+        with suppress(OSError):
+            (folder / name).rmdir()
+
+
+def listed(manifest: bytes) -> Ours | None:
+    """The folder as its manifest has it; None where that is not one of the compiler's."""
+    try:
+        says = json.loads(manifest)
+    except (ValueError, RecursionError):
+        return None
+    if not isinstance(says, dict) or says.get("schema") != MANIFEST_SCHEMA or not isinstance(says.get("files"), dict):
+        return None
+    return Ours(says["files"], str(says.get("holds", PLAN)), manifest)
+
+
+def _judged(folder: Path) -> Ours | Foreign:
+    status = os.lstat(folder)
+    if not stat.S_ISDIR(status.st_mode):
+        return Foreign(f" and is {_kind(status)}")
+    names = sorted(os.listdir(folder))
+    if not names:
+        return Ours({}, "", b"")
+    if MANIFEST not in names:
+        return Foreign(f" and holds no `{MANIFEST}`, so it is not the compiler's", tuple(map(_quoted, names)))
+    content = read_bytes(folder / MANIFEST, MANIFEST, Limits().trace_bytes, FOLDER_UNREADABLE)
+    ours = None if isinstance(content, Diagnostic) else listed(content)
+    if ours is None:
+        return Foreign(f", and its `{MANIFEST}` is not one of the compiler's", tuple(map(_quoted, names)))
+    found = islice(entries(folder), MOST_LOOKED_AT)
+    strange = [
+        f"{_quoted(name)}, {why}" for name, status in sorted(found) if (why := _strange(folder, name, status, ours))
+    ]
+    if strange:
+        return Foreign(" and holds what the compiler did not write", tuple(strange))
+    return ours
+
+
+def _strange(folder: Path, name: str, status: os.stat_result, ours: Ours) -> str:
+    """Why something in a folder is not the compiler's; empty where it is."""
+    if stat.S_ISDIR(status.st_mode):
+        return "" if any(file.startswith(f"{name}/") for file in ours.files) else "an empty folder"
+    if not stat.S_ISREG(status.st_mode):
+        return _kind(status)
+    if name == MANIFEST:
+        return ""
+    if name not in ours.files:
+        return f"which its `{MANIFEST}` does not list"
+    return "" if sha256_of(folder / name) == ours.files[name] else "changed since it was written"
+
+
+def _kind(status: os.stat_result) -> str:
+    return (
+        "a symbolic link"
+        if stat.S_ISLNK(status.st_mode)
+        else "no folder"
+        if stat.S_ISREG(status.st_mode)
+        else "no file"
+    )
+
+
+def sha256_of(path: Path) -> str:
+    """Of a regular file as it is now; empty where something else stands there by now."""
+    handle = os.open(path, os.O_RDONLY | os.O_CLOEXEC | os.O_NOFOLLOW | os.O_NONBLOCK)
+    with open(handle, "rb") as file:
+        if not stat.S_ISREG(os.fstat(handle).st_mode):
+            return ""
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def _parents(files: Iterable[str]) -> set[str]:
+    """The folders that files lie in, of those below their own folder."""
+    return {str(parent) for name in files if is_normal(name) for parent in PurePosixPath(name).parents} - {"."}
+
+
+def _quoted(name: str) -> str:
+    return f"`{shown(name)}`"

@@ -1,0 +1,168 @@
+"""Staging: a locked folder beside what is written, in which that is put together and what it replaces is put aside.
+
+in   the path of a file or folder that is about to be written
+out  Staging: where to put the new one, and where the old one
+
+A staging folder is called ``.missionc-`` and 16 hexadecimal digits, is its
+owner's alone, and holds ``staging.json``, which says that it is one, of which
+digits and for which target, and is locked as long as its process lives. What a
+process that was killed leaves is swept by the next one that writes beside it:
+only a folder with such a file, whole and unlocked, is touched. The target's
+old folder returns to its place, or is removed as ``ownership.remove`` removes;
+of the new one go the files that its manifest lists, whatever they hold, since
+the process may have died in the middle of one. Anything else stays. Whoever changes a listed
+file in the ``new`` of a staging folder whose process has died loses that change.
+"""
+
+from __future__ import annotations
+
+import fcntl
+import json
+import os
+import re
+import secrets
+import stat
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from pathlib import Path
+
+from missionc.output.folder.file_names import MANIFEST
+from missionc.output.folder.ownership import (
+    Ours,
+    listed,
+    ownership,
+    remove,
+    remove_folders,
+)
+from missionc.output.folder.walk_folder import entries
+
+NAME = re.compile(r"\.missionc-([0-9a-f]{16})")
+MARKER, SCHEMA = "staging.json", "missionc.staging/1"
+LONGEST_MARKER = 1 << 14
+LONGEST_NAME = 255
+"""Bytes of a name that the common file systems allow."""
+
+
+@dataclass(frozen=True, slots=True)
+class Staging:
+    """A staging folder at ``path``, for what will stand at ``target``."""
+
+    path: Path
+    target: Path
+
+    @property
+    def new(self) -> Path:
+        """Where the file or folder to be is put together."""
+        return self.path / "new"
+
+    @property
+    def old(self) -> Path:
+        """Where the folder that it replaces is put aside."""
+        return self.path / "old"
+
+    def put_back(self) -> Path:
+        """The old folder in its place again, or beside it where that is taken: where it is now."""
+        place = self.target if not os.path.lexists(self.target) else numbered(self.target, "kept")
+        self.old.rename(place)
+        return place
+
+    def clear(self, names: Iterable[str]) -> None:
+        """Remove the new file, or these files of the new folder, and then the staging folder where it is empty."""
+        with suppress(OSError):
+            if self.new.is_dir():
+                _scrap(self.new, names)
+            else:
+                self.new.unlink(missing_ok=True)
+        if not os.path.lexists(self.new) and not os.path.lexists(self.old):
+            with suppress(OSError):
+                (self.path / MARKER).unlink(missing_ok=True)
+                self.path.rmdir()
+
+
+@contextmanager
+def staging(target: Path, names: Iterable[str] = ()) -> Iterator[Staging]:
+    """A staging folder; afterwards what is left in it of these files is removed.
+
+    Args:
+        target: absolute, with no link above it.
+        names: of all files of the new folder, if it is one.
+
+    Raises:
+        OSError: there can be none beside the target.
+    """
+    token = secrets.token_hex(8)
+    staged = Staging(target.parent / f".missionc-{token}", target)
+    try:
+        staged.path.mkdir(mode=0o700)
+        handle = os.open(staged.path / MARKER, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, 0o600)
+        try:
+            # Where nothing can be locked, nothing is swept either.
+            with suppress(OSError):
+                fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            os.write(handle, json.dumps({"schema": SCHEMA, "token": token, "target": target.name}).encode())
+            yield staged
+        finally:
+            staged.clear(names)
+            os.close(handle)
+    except BaseException:
+        with suppress(OSError):
+            staged.path.rmdir()
+        raise
+
+
+def sweep(parent: Path) -> None:
+    """Tidy up in a folder after processes that died while they wrote there."""
+    with suppress(OSError):
+        for name in sorted(os.listdir(parent)):
+            if NAME.fullmatch(name):
+                with suppress(OSError):
+                    _recover(parent / name)
+
+
+def numbered(target: Path, what: str) -> Path:
+    """A new name beside a file or folder, which says what it is to that; cut where it would be too long."""
+    ending = f".{what}-{secrets.token_hex(4)}"
+    return target.with_name(os.fsdecode(os.fsencode(target.name)[: LONGEST_NAME - len(ending)]) + ending)
+
+
+def _recover(path: Path) -> None:
+    if not stat.S_ISDIR(os.lstat(path).st_mode):
+        return
+    handle = os.open(path / MARKER, os.O_RDWR | os.O_NOFOLLOW | os.O_CLOEXEC)
+    try:
+        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        target = _target(os.read(handle, LONGEST_MARKER), path)
+        if target is None:
+            return
+        left = Staging(path, target)
+        if left.old.is_dir():
+            owner = ownership(left.old)
+            if not os.path.lexists(target) or not isinstance(owner, Ours) or not remove(left.old, owner):
+                left.put_back()
+        manifest = left.new / MANIFEST
+        says = listed(manifest.read_bytes()) if manifest.is_file() else None
+        left.clear(says.files if says else ())
+    finally:
+        os.close(handle)
+
+
+def _target(marker: bytes, path: Path) -> Path | None:
+    """The place that a staging folder is for; None where its marker is not that of this folder, or not whole."""
+    try:
+        says = json.loads(marker)
+        name = str(says["target"])
+        ours = says["schema"] == SCHEMA and path.name == f".missionc-{says['token']}"
+    except (ValueError, TypeError, KeyError):
+        return None
+    return path.parent / name if ours and os.path.basename(name) == name and name not in ("", ".", "..") else None
+
+
+def _scrap(folder: Path, names: Iterable[str]) -> None:
+    """Remove these files of a folder, its manifest, and the folders that are empty then."""
+    names = {*names, MANIFEST}
+    for name, status in list(entries(folder)):
+        if name in names and not stat.S_ISDIR(status.st_mode):
+            os.unlink(folder / name)
+    remove_folders(folder, names)
+    folder.rmdir()

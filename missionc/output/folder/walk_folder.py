@@ -1,0 +1,99 @@
+"""A folder's contents, walked and read without following a symbolic link.
+
+    in   a folder's path, a name in it
+    out  the status of everything in it by its relative name; the bytes of one file
+    says MC002 MC004 MC708
+
+The folder itself may be named through a link; whatever lies in it may not be one.
+"""
+
+from __future__ import annotations
+
+import os
+import stat
+from collections.abc import Iterator
+from itertools import islice
+from pathlib import Path, PurePosixPath
+
+from missionc.diagnostics.code import FOLDER_UNREADABLE
+from missionc.diagnostics.model import Diagnostic
+from missionc.syntax.read_file import bytes_of, cannot_read
+
+MOST_ENTRIES = 100_000
+"""Files and folders that are looked at; a folder with more was not written by the compiler."""
+
+
+def contents(folder: Path) -> dict[str, os.stat_result]:
+    """Everything in a folder that is no plain directory, and directories that hold nothing, by relative POSIX names.
+
+    A symbolic link is there as itself, wherever it leads. Names that are not
+    UTF-8 are as ``os.fsdecode`` gives them. It ends after ``MOST_ENTRIES`` and one more.
+
+    Raises:
+        OSError: the folder, or one in it, cannot be read.
+    """
+    return dict(sorted(islice(entries(folder), MOST_ENTRIES + 1)))
+
+
+def entries(folder: Path) -> Iterator[tuple[str, os.stat_result]]:
+    """``contents``, one after the other as they are found.
+
+    Raises:
+        OSError: as of ``contents``.
+    """
+    root = os.path.join(folder, "")
+    unread = [("", os.lstat(folder))]
+    while unread:
+        within, own = unread.pop()
+        with os.scandir(root + within) as found:
+            inside = [(within + entry.name, entry.stat(follow_symlinks=False)) for entry in found]
+        if not inside and within:
+            yield within.removesuffix("/"), own
+        for name, status in inside:
+            if stat.S_ISDIR(status.st_mode):
+                unread.append((f"{name}/", status))
+            else:
+                yield name, status
+
+
+def kind(status: os.stat_result) -> str:
+    """What something is, with its article; empty for a regular file or a folder."""
+    mode = status.st_mode
+    if stat.S_ISREG(mode) or stat.S_ISDIR(mode):
+        return ""
+    return "a symbolic link" if stat.S_ISLNK(mode) else "not a regular file"
+
+
+def printable(name: str) -> str:
+    """A file's name as text that can be written: bytes that are no UTF-8 are spelt out."""
+    return name.encode("utf-8", "backslashreplace").decode("utf-8")
+
+
+def is_normal(name: str) -> bool:
+    """A name that is spelt in the one way: relative, with ``/``, without ``.`` and ``..`` and empty parts."""
+    parts = name.split("/")
+    return "\0" not in name and "\\" not in name and not any(part in ("", ".", "..") for part in parts)
+
+
+def read_inside(folder: Path, name: str, limit: int) -> bytes | Diagnostic:
+    """What a regular file in a folder holds, at most ``limit`` bytes; no part of its name may be a link.
+
+    Args:
+        name: in normal form.
+    """
+    shown = printable(str(folder / name))
+    *between, last = PurePosixPath(name).parts
+    handles: list[int] = []
+    try:
+        handles.append(os.open(folder, os.O_RDONLY | os.O_CLOEXEC | os.O_DIRECTORY))
+        for part in between:
+            handles.append(
+                os.open(part, os.O_RDONLY | os.O_CLOEXEC | os.O_DIRECTORY | os.O_NOFOLLOW, dir_fd=handles[-1])
+            )
+        handles.append(os.open(last, os.O_RDONLY | os.O_CLOEXEC | os.O_NONBLOCK | os.O_NOFOLLOW, dir_fd=handles[-1]))
+        return bytes_of(handles[-1], shown, limit, None, FOLDER_UNREADABLE)
+    except OSError as error:
+        return cannot_read(FOLDER_UNREADABLE, shown, error)
+    finally:
+        for handle in handles:
+            os.close(handle)

@@ -1,0 +1,149 @@
+"""One file, replaced as a whole, with its mode and owner, and through the link that names it.
+
+    says MC702
+
+A file that exists keeps its mode, its owner and its attributes. One with several names (hard links), or of an owner
+that cannot be given to another file, is written in place, beside a copy of what it held that goes when all is written.
+"""
+
+from __future__ import annotations
+
+import errno
+import os
+import shutil
+import stat
+from contextlib import suppress
+from pathlib import Path
+
+from missionc.diagnostics.model import Diagnostic
+from missionc.output.folder.staging import (
+    numbered,
+    staging,
+    sweep,
+)
+from missionc.output.folder.unwritable import (
+    ANOTHER_FILE,
+    cannot_write,
+    reason,
+)
+
+NOT_REGULAR = "it is no regular file"
+
+
+def refuse_file(target: Path) -> Diagnostic | None:
+    """What forbids writing a file, to be said before any work is done; absent where nothing does."""
+    try:
+        real = Path(os.path.realpath(target))
+        parent = real.parent
+        # A name that is too long is told from one that is free.
+        status = standing(real)
+        if not parent.is_dir() or not os.access(parent, os.W_OK | os.X_OK):
+            return cannot_write(target, f"`{parent}` is not a folder one can write to", ANOTHER_FILE)
+        sweep(parent)
+        if status and not stat.S_ISREG(status.st_mode):
+            return cannot_write(target, NOT_REGULAR, ANOTHER_FILE)
+        if status and not os.access(real, os.W_OK):
+            return cannot_write(target, "it may not be written to", ANOTHER_FILE)
+    except (OSError, ValueError) as error:
+        return cannot_write(target, reason(error), ANOTHER_FILE)
+    return None
+
+
+def write_file(target: Path, content: bytes) -> Diagnostic | None:
+    """One file, replaced as a whole, with the folders above it; what went wrong, if anything did."""
+    try:
+        _replace(Path(os.path.realpath(target)), content)
+    except (OSError, ValueError) as error:
+        return cannot_write(target, reason(error), ANOTHER_FILE)
+    return None
+
+
+def beside(folder: Path, ending: str) -> Path:
+    """The path of what is named after a folder, and lies where that lies."""
+    whole = os.path.abspath(folder)
+    return Path(os.path.dirname(whole)) / f"{os.path.basename(whole)}{ending}"
+
+
+def standing(path: Path) -> os.stat_result | None:
+    """The status of what stands at a path, a link as itself; absent where nothing does.
+
+    Raises:
+        OSError: nothing can stand there.
+    """
+    try:
+        return os.lstat(path)
+    except (FileNotFoundError, NotADirectoryError):
+        return None
+
+
+def create(path: Path, content: bytes, mode: int = 0o666) -> None:
+    """A new file, on the disk when this returns; ``mode`` less what the process masks.
+
+    Raises:
+        OSError: there is one, or there is no room.
+    """
+    handle = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, mode)
+    with open(handle, "wb") as file:
+        file.write(content)
+        file.flush()
+        # A full disk may only be noticed here.
+        os.fsync(handle)
+
+
+def keep_rights(new: Path, old: Path) -> bool:
+    """Give a new file or folder the mode, owner and attributes of an old one; whether it has its owner."""
+    status = os.lstat(old)
+    owned = True
+    if (status.st_uid, status.st_gid) != (os.lstat(new).st_uid, os.lstat(new).st_gid):
+        try:
+            os.chown(new, status.st_uid, status.st_gid)
+        except OSError:
+            owned = False
+    shutil.copystat(old, new)
+    os.utime(new)
+    return owned
+
+
+def _replace(real: Path, content: bytes) -> None:
+    before = standing(real)
+    if before and not stat.S_ISREG(before.st_mode):
+        raise OSError(errno.EINVAL, NOT_REGULAR)
+    if before and not os.access(real, os.W_OK):
+        raise OSError(errno.EACCES, "it may not be written to")
+    real.parent.mkdir(parents=True, exist_ok=True)
+    with staging(real) as staged:
+        create(staged.new, content, 0o600 if before else 0o666)
+        if before is None or (before.st_nlink == 1 and keep_rights(staged.new, real)):
+            staged.new.replace(real)
+            return
+    _overwrite(real, content)
+
+
+def _overwrite(real: Path, content: bytes) -> None:
+    """In place: what the file held lies beside it until all is written, and comes back if that fails."""
+    old = real.read_bytes()
+    copy = numbered(real, "before")
+    create(copy, old, 0o600)
+    try:
+        _fill(real, content)
+    except BaseException:
+        try:
+            _fill(real, old)
+        except OSError as error:
+            raise OSError(error.errno, f"{reason(error)}; what it held is in `{copy}`") from None
+        copy.unlink()
+        raise
+    copy.unlink()
+
+
+def _fill(real: Path, content: bytes) -> None:
+    handle = os.open(real, os.O_WRONLY | os.O_CLOEXEC | os.O_NOFOLLOW)
+    with open(handle, "wb") as file:
+        # Room for all of it is taken before anything is overwritten.
+        if content:
+            with suppress(AttributeError):
+                os.posix_fallocate(handle, 0, len(content))
+        file.write(content)
+        file.flush()
+        os.ftruncate(handle, len(content))
+        os.fsync(handle)

@@ -1,0 +1,156 @@
+"""The output folder: it appears whole or not at all.
+
+Everything is put together beside its place and renamed into it. An existing
+folder is replaced only by force, or where it holds a nearest miss, and only
+where all in it is the compiler's; it comes back if that fails. It is judged
+again once it is put aside, and what somebody added to it by then is kept.
+
+    says MC701 MC702
+"""
+
+from __future__ import annotations
+
+import os
+import stat
+from collections.abc import Iterable
+from pathlib import Path
+
+from missionc.diagnostics.code import OUTPUT_EXISTS
+from missionc.diagnostics.model import Diagnostic
+from missionc.output.folder.file_names import MANIFEST, NEAR_MISS
+from missionc.output.folder.ownership import (
+    Foreign,
+    Ours,
+    ownership,
+    remove,
+)
+from missionc.output.folder.staging import (
+    LONGEST_NAME,
+    Staging,
+    staging,
+    sweep,
+)
+from missionc.output.folder.unwritable import (
+    cannot_write,
+    exists,
+    reason,
+    shown,
+)
+from missionc.output.folder.write_file import (
+    create,
+    keep_rights,
+    standing,
+)
+
+FORCE_IS_NOT_ENOUGH = "`--force` replaces nothing but the compiler's own output, unchanged"
+
+
+def refuse(target: Path, force: bool) -> Diagnostic | None:
+    """What forbids writing to the folder, to be said before any work is done; absent where nothing does.
+
+    Tidies up after processes that died while they wrote there.
+    """
+    try:
+        place = _place_of(target)
+        parent = _nearest_parent(place)
+        if parent == place.parent and parent.is_dir():
+            sweep(parent)
+        if standing(place) is not None:
+            owner = _replaceable(target, place, force)
+            if isinstance(owner, Diagnostic):
+                return owner
+        if not parent.is_dir() or not os.access(parent, os.W_OK | os.X_OK):
+            return cannot_write(target, f"`{shown(parent)}` is not a folder one can write to")
+        if any(len(os.fsencode(name)) > LONGEST_NAME for name in place.relative_to(parent).parts):
+            return cannot_write(target, f"a name has {LONGEST_NAME} bytes at most")
+    except (OSError, ValueError) as error:
+        return cannot_write(target, reason(error))
+    return None
+
+
+def write_folder(target: Path, files: Iterable[tuple[str, bytes]], force: bool) -> Diagnostic | None:
+    """Write the files (by relative path), a manifest among them, as the folder; what went wrong, if anything did.
+
+    Nothing is left behind by a failure or an interruption; what a process that
+    was killed leaves, the next one sweeps.
+    """
+    refused = refuse(target, force)
+    if refused is not None:
+        return refused
+    try:
+        # The manifest comes first: what lies in a folder that was not finished is told by it.
+        ordered = sorted(files, key=lambda each: each[0] != MANIFEST)
+        place = _place_of(target)
+        place.parent.mkdir(parents=True, exist_ok=True)
+        with staging(place, [name for name, _ in ordered]) as staged:
+            staged.new.mkdir()
+            for name, content in ordered:
+                (staged.new / name).parent.mkdir(parents=True, exist_ok=True)
+                create(staged.new / name, content)
+            return _put(staged, target, force)
+    except (OSError, ValueError) as error:
+        return cannot_write(target, reason(error))
+
+
+def _put(staged: Staging, target: Path, force: bool) -> Diagnostic | None:
+    """Rename the new folder into its place, once the old one is out of it."""
+    place = staged.target
+    if standing(place) is None:
+        staged.new.rename(place)
+        return None
+    owner = _replaceable(target, place, force)
+    if isinstance(owner, Diagnostic):
+        return owner
+    keep_rights(staged.new, place)
+    mode = staged.new.stat().st_mode
+    # A folder is not moved by an owner who may not write to it.
+    staged.new.chmod(mode | stat.S_IRWXU)
+    place.rename(staged.old)
+    try:
+        # Whoever put something into it since it was judged did not know that it was to go.
+        now = ownership(staged.old)
+        if isinstance(now, Foreign):
+            return _exists(target, now)
+        staged.new.rename(place)
+        place.chmod(mode)
+    finally:
+        if os.path.lexists(staged.new) and os.path.lexists(staged.old):
+            staged.put_back()
+    return None if remove(staged.old, now) else _kept(target, staged.put_back())
+
+
+def _replaceable(target: Path, place: Path, force: bool) -> Ours | Diagnostic:
+    """The folder that may be replaced; or why it may not."""
+    owner = ownership(place)
+    if isinstance(owner, Foreign):
+        return _exists(target, owner)
+    if force or owner.holds == NEAR_MISS:
+        return owner
+    help_ = "name another folder with `-o`, or replace it with `--force`"
+    return Diagnostic(OUTPUT_EXISTS, f"`{shown(target)}` exists", None, help=help_)
+
+
+def _place_of(target: Path) -> Path:
+    """The folder's absolute path: its own name as it is, what is above it with links followed."""
+    if target.name in ("", ".."):
+        return Path(os.path.realpath(target))
+    return Path(os.path.realpath(target.parent)) / target.name
+
+
+def _nearest_parent(place: Path) -> Path:
+    parent = place.parent
+    while standing(parent) is None:
+        parent = parent.parent
+    return parent
+
+
+def _exists(target: Path, foreign: Foreign) -> Diagnostic:
+    return exists(target, foreign.why, foreign.strange, (FORCE_IS_NOT_ENOUGH,))
+
+
+def _kept(target: Path, where: Path) -> Diagnostic:
+    return exists(
+        target,
+        ", written anew; what is left of the old one is kept",
+        (f"it lies in `{shown(where)}`: it came there meanwhile, or cannot be removed",),
+    )

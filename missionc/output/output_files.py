@@ -1,0 +1,96 @@
+"""Plan to files: everything of the output folder, as bytes; nothing here writes but ``write_folder``.
+
+in   Mission, its kernel, Plan, the Certificate of it, the names of exports
+out  Output: the files by name, and the certificate with what was verified on the polynomials too
+says MC703 MC711, and what exports say
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from missionc.base.trace import Plan
+from missionc.diagnostics.model import Diagnostic
+from missionc.flight.required_performance import demands
+from missionc.ir import Mission
+from missionc.kernel.nodes import Kernel
+from missionc.output.documents.certificate_json import certificate_json
+from missionc.output.documents.plan_json import plan_json
+from missionc.output.documents.trajectories_csv import trajectories
+from missionc.output.export.formats import FORMATS, flight
+from missionc.output.folder.file_names import (
+    MANIFEST,
+    MISSION,
+    REPORT,
+    file_names,
+    polynomials_file,
+)
+from missionc.output.folder.manifest import (
+    Option,
+    Provenance,
+    manifest,
+    sha256,
+)
+from missionc.output.report.report_html import Plotted, report
+from missionc.verify.certificate import Certificate
+from missionc.verify.verify_plan import verify_between
+
+__all__ = ["Option", "Output", "Provenance", "emit", "plan_json"]
+
+
+@dataclass(frozen=True, slots=True)
+class Output:
+    """The files of the folder, in a fixed order, and the whole certificate.
+
+    ``notes`` are what the user of the flight and of the exports should know, ``findings`` why some could not be made.
+    """
+
+    files: tuple[tuple[str, bytes], ...]
+    certificate: Certificate
+    notes: tuple[str, ...] = ()
+    findings: tuple[Diagnostic, ...] = ()
+
+
+def emit(
+    mission: Mission,
+    kernel: Kernel,
+    plan: Plan,
+    certificate: Certificate,
+    provenance: Provenance,
+    exports: tuple[str, ...] = (),
+) -> Output | Diagnostic:
+    """All files of a verified plan, the same bytes each time; or why its polynomials cannot be flown.
+
+    Args:
+        exports: names of forms that the flight is to be written in as well.
+    """
+    # Imported here: who draws a folder anew fits nothing, and needs no solver for that.
+    from missionc.flight.crazyflie import crazyflie
+
+    flyable = crazyflie(mission, kernel, plan.trace, provenance.stretch)
+    if isinstance(flyable, Diagnostic):
+        return flyable
+    whole = certificate.joined(flyable.certificate).joined(verify_between(mission, kernel, plan.trace, flyable.files))
+    files = {
+        "plan.json": plan_json(mission, plan).encode(),
+        "trajectories.csv": trajectories(mission, plan.trace).encode(),
+    }
+    names = file_names(mission.agents)
+    for agent in mission.agents:
+        files[polynomials_file(names[agent.name])] = flyable.files[agent.name].encode()
+    notes = list(demands(mission, flyable.certificate))
+    findings: list[Diagnostic] = []
+    for name in dict.fromkeys(exports):
+        made = FORMATS[name].export(flight(mission, kernel, plan.trace, flyable.files))
+        if isinstance(made, Diagnostic):
+            findings.append(made)
+            continue
+        notes += made.notes
+        files.update({f"export/{name}/{file}": content for file, content in made.files.items()})
+    for name, content in provenance.inputs:
+        files[f"{MISSION}/{name}"] = content
+    files["certificate.json"] = certificate_json(whole, sha256(files["plan.json"])).encode()
+    texts = tuple((name, content.decode("utf-8")) for name, content in provenance.inputs)
+    files[REPORT] = report(Plotted(mission, kernel, plan, whole, flyable.files, texts))
+    files[MANIFEST] = manifest(plan, provenance, files).encode()
+    return Output(tuple(files.items()), whole, tuple(notes), tuple(findings))

@@ -1,0 +1,340 @@
+"""The map: world, regions, obstacles and every agent's path; for a volume a side view too.
+
+Matplotlib comes with the extra ``viz`` and is loaded here alone, when a map is
+asked for. Agents differ in colour, and in marks and dashes for those who see
+no colours; regions carry their names.
+
+    says MC404
+"""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Callable
+from importlib.util import find_spec
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from missionc.backends.api import Attempt, Fault
+from missionc.base.trace import (
+    Array,
+    Judgement,
+    Trace,
+)
+from missionc.curves.piecewise_polynomials import motion, values
+from missionc.diagnostics.code import EXTRA_MISSING
+from missionc.diagnostics.model import Diagnostic
+from missionc.ir import Agent, Mission, Obstacle, Path, Still
+from missionc.output.plot.label_places import name_place
+from missionc.output.plot.parallel_lanes import lanes
+from missionc.output.plot.silhouette import (
+    View,
+    draw_shape,
+    inner_point,
+)
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#B8860B", "#56B4E9", "#6A3D9A", "#444444")
+"""Told apart with every common colour blindness.
+
+Source:
+    Okabe and Ito, "Color Universal Design" (2008); its yellow and orange, faint on white, made darker.
+"""
+MARKS = ("o", "s", "^", "D", "v", "P", "X", "h")
+DASHES: tuple[Any, ...] = ("-", (0, (5, 1.4)), (0, (1.2, 1.0)), (0, (6, 1.4, 1.2, 1.4)))
+PALE = ("#CFE3F1", "#F8DDCB", "#D5EBDD", "#EAD9E7", "#F7EBC3", "#E3E1F2", "#DDE9C6", "#E8E3D3")
+OUTLINE = ("#7FAFCF", "#DDA17E", "#84BF9C", "#BE93B5", "#D3BC62", "#A5A0CF", "#A5BF74", "#B3A988")
+OBSTACLE, INK, GREY, BROKEN = "#5B6066", "#222222", "#8A8A8A", "#B00020"
+MOST_NAMED = 16
+"""More agents than these are not named one by one in the legend."""
+MOST_DOTS = 101
+"""States of an agent; with more, dots would hide the path."""
+NAME = 8.5
+"""Points: the font of a region's name."""
+LANE = 2.6
+"""Points between two paths along the same segment."""
+PAD = 0.02
+"""Of the world's longest side, around it."""
+MARGIN = 0.6
+"""Inches left of the map."""
+LONG_SIDE = 6.4
+"""Inches of the longer side of the world."""
+
+
+def missing() -> Diagnostic | None:
+    """What to say where no map can be drawn, to be said before any work is done; absent where one can."""
+    if find_spec("matplotlib"):
+        return None
+    message = "a map needs matplotlib, which is not installed"
+    return Diagnostic(EXTRA_MISSING, message, None, help="install it with `pip install 'missionc[viz]'`")
+
+
+def plot(mission: Mission, trace: Trace, backend: str, kind: str, miss: Attempt | None = None) -> bytes | Diagnostic:
+    """The map as a file's bytes, the same each time.
+
+    Args:
+        backend: who planned it, for the title; empty where nobody did.
+        kind: ``svg`` or ``png``.
+        miss: what the motion comes to, where it is no plan: said in the title, and ringed.
+    """
+    absent = missing()
+    if absent:
+        return absent
+    return rendered(lambda figure: _draw(figure, mission, trace, backend, miss), kind)
+
+
+def rendered(draw: Callable[[Figure], None], kind: str) -> bytes:
+    """A picture's bytes, ``svg`` or ``png``, the same each time; matplotlib is there."""
+    import matplotlib
+    from matplotlib.figure import Figure
+
+    settings: Any = {
+        "svg.hashsalt": "missionc",
+        "font.family": "DejaVu Sans",
+        "font.size": 8.5,
+        "axes.edgecolor": GREY,
+        "axes.linewidth": 0.8,
+        "axes.labelcolor": INK,
+        "text.color": INK,
+        "xtick.color": GREY,
+        "ytick.color": GREY,
+        "xtick.labelcolor": INK,
+        "ytick.labelcolor": INK,
+    }
+    with matplotlib.rc_context():
+        # The user's own style is for the user's own figures.
+        matplotlib.rcdefaults()
+        matplotlib.rcParams.update(settings)
+        figure = Figure(dpi=160)
+        draw(figure)
+        buffer = io.BytesIO()
+        # Neither a date nor a version: the same plan gives the same bytes.
+        metadata = {"Date": None, "Creator": "missionc"} if kind == "svg" else {"Software": "missionc"}
+        figure.savefig(buffer, format=kind, metadata=metadata, bbox_inches="tight", pad_inches=0.12)
+    return buffer.getvalue()
+
+
+def _draw(figure: Figure, mission: Mission, trace: Trace, backend: str, miss: Attempt | None) -> None:
+    panels = _panels(figure, mission)
+    for axes, view in panels:
+        draw_view(axes, mission, trace, view)
+        _draw_agents(axes, mission, trace, view)
+        for wrong in miss.shown if miss else ():
+            _ring(axes, mission, trace, view, wrong)
+    top = panels[0][0]
+    if len(panels) > 1:
+        for (axes, _), name in zip(panels, ("from above", "from the side"), strict=True):
+            axes.set_title(name, loc="right", fontsize=8, color=GREY, pad=4)
+    count = len(mission.agents)
+    about = [
+        f"{count} agent" + ("s" if count > 1 else ""),
+        f"{mission.step * mission.steps:g} s in steps of {mission.step:g} s",
+        *([f"planned by {backend}"] if backend and miss is None else []),
+    ]
+    top.set_title(mission.name, loc="left", fontsize=12, fontweight="bold", pad=20)
+    top.annotate(
+        ", ".join(about), (0, 1), (0, 6), xycoords="axes fraction", textcoords="offset points", fontsize=8.5, color=GREY
+    )
+    if miss is not None:
+        says: dict[str, Any] = {"xycoords": "axes fraction", "textcoords": "offset points", "fontsize": 8.5}
+        top.annotate(f"no plan: {miss.violation(mission.step)}", (1, 1), (0, 6), ha="right", color=BROKEN, **says)
+    _legend(top, mission)
+
+
+def _ring(axes: Axes, mission: Mission, trace: Trace, view: View, wrong: Judgement | Fault) -> None:
+    """A ring where something first fails: around each agent that it fails because of."""
+    for agent in mission.agents:
+        if agent.name in wrong.agents and wrong.step is not None:
+            x, y = trace.position[agent.index, wrong.step, (view.across, view.up)]
+            axes.plot([x], [y], marker="o", ms=17, mfc="none", mec=BROKEN, mew=1.8, ls="", zorder=10, clip_on=False)
+
+
+def _panels(figure: Figure, mission: Mission) -> list[tuple[Axes, View]]:
+    """One panel, or two above each other, at one scale and with their left sides in line."""
+    low, high = mission.world.low, mission.world.high
+    size = [top - bottom for bottom, top in zip(low, high, strict=True)]
+    views = [View(0, 1)] if mission.dimension == 2 else [View(0, 1), View(0, 2)]
+    pad = PAD * max(size)
+    width, heights = size[0] + 2 * pad, [size[view.up] + 2 * pad for view in views]
+    scale = LONG_SIDE / max(width, sum(heights))
+    gap, title = 0.75, 0.6
+    whole, inches = sum(heights) * scale + gap * len(views) + title, width * scale + MARGIN
+    figure.set_size_inches(inches, whole)
+    panels = []
+    bottom = whole - title
+    for view, height in zip(views, heights, strict=True):
+        bottom -= height * scale
+        place = (
+            0.6 / (width * scale + 0.8),
+            bottom / whole,
+            width * scale / (width * scale + 0.8),
+            height * scale / whole,
+        )
+        axes = figure.add_axes(place)
+        axes.set_xlim(low[0] - pad, high[0] + pad)
+        axes.set_ylim(low[view.up] - pad, high[view.up] + pad)
+        panels.append((axes, view))
+        bottom -= gap
+    return panels
+
+
+def draw_view(axes: Axes, mission: Mission, trace: Trace, view: View) -> None:
+    low, high = mission.world.low, mission.world.high
+    across, up = (low[view.across], high[view.across]), (low[view.up], high[view.up])
+    axes.set_facecolor("#F1F1EF")
+    axes.set_xlabel("xyz"[view.across] + " (m)")
+    axes.set_ylabel("xyz"[view.up] + " (m)")
+    axes.tick_params(length=2.5, labelsize=8)
+    for side in axes.spines.values():
+        side.set_visible(False)
+    from matplotlib.patches import Rectangle
+
+    floor = Rectangle((across[0], up[0]), across[1] - across[0], up[1] - up[0], fc="white", ec=GREY, lw=1.0, zorder=0)
+    axes.add_patch(floor)
+    axes.grid(color="#ECECEC", linewidth=0.6, zorder=0.1)
+    axes.set_axisbelow(True)
+    for number, region in enumerate(mission.regions):
+        fill, edge = PALE[number % len(PALE)], OUTLINE[number % len(OUTLINE)]
+        draw_shape(axes, mission.world, view, region.shape, fc=fill, ec=edge, lw=0.9, zorder=1, **_see_through(view))
+        if view.up == 1:
+            size = NAME * _metres_per_point(axes)
+            place = name_place(mission.world, view, region.shape, region.name, size, trace.position[..., :2])
+            _name(axes, place, region.name, INK, NAME)
+    for obstacle in mission.obstacles:
+        _draw_obstacle(axes, mission, view, obstacle)
+    for beacon in mission.beacons:
+        place = (beacon.position[view.across], beacon.position[view.up])
+        axes.plot(*place, marker="*", ms=10, mfc="white", mec=INK, mew=0.9, ls="", zorder=5)
+        axes.annotate(beacon.name, place, (6, 4), textcoords="offset points", fontsize=8, zorder=9)
+
+
+def _draw_obstacle(axes: Axes, mission: Mission, view: View, obstacle: Obstacle) -> None:
+    world = mission.world
+    draw_shape(axes, world, view, obstacle.shape, fc=OBSTACLE, ec=OBSTACLE, lw=0.8, zorder=2, **_see_through(view))
+    if view.up == 1:
+        _name(axes, inner_point(world, view, obstacle.shape), obstacle.name, "white", 7.5)
+    if isinstance(obstacle.motion, Still):
+        return
+    path = obstacle.motion
+    last = mission.step * mission.steps
+    for share in (0.25, 0.5, 0.75, 1.0):
+        shift = _offset(path, share * last, mission.dimension)
+        style = {"fc": OBSTACLE, "ec": OBSTACLE, "lw": 0.8, "ls": (0, (3, 2)), "alpha": 0.16, "zorder": 1.5}
+        draw_shape(axes, world, view, obstacle.shape, shift, **style)
+    start = inner_point(world, view, obstacle.shape)
+    times = sorted({0.0, last, *(time for time in path.times if 0 < time < last)})
+    track = np.array([_offset(path, time, mission.dimension) for time in times])
+    axes.plot(
+        start[0] + track[:, view.across],
+        start[1] + track[:, view.up],
+        color=OBSTACLE,
+        lw=0.9,
+        ls=(0, (3, 2)),
+        zorder=2.1,
+    )
+    middle, after = (_offset(path, share * last, mission.dimension) for share in (0.48, 0.52))
+    heads = [(start[0] + shift[view.across], start[1] + shift[view.up]) for shift in (after, middle)]
+    arrow = {"arrowstyle": "-|>", "color": OBSTACLE, "lw": 0.9, "mutation_scale": 9}
+    axes.annotate("", heads[0], heads[1], arrowprops=arrow, zorder=2.2)
+
+
+def _see_through(view: View) -> dict[str, Any]:
+    """From the side one thing stands before the other."""
+    return {} if view.up == 1 else {"alpha": 0.3}
+
+
+def _offset(path: Path, time: float, dimension: int) -> Array:
+    offset = np.zeros(dimension)
+    for axis, column in enumerate(np.array(path.offsets).T):
+        offset[axis] = np.interp(time, path.times, column)
+    return offset
+
+
+def _draw_agents(axes: Axes, mission: Mission, trace: Trace, view: View) -> None:
+    crowd = len(mission.agents) > MOST_NAMED
+    tracks = _tracks(mission, trace)[..., (view.across, view.up)]
+    steps = trace.position[..., (view.across, view.up)]
+    if not crowd and tracks.shape == steps.shape:
+        tracks = tracks + lanes(steps, LANE * _metres_per_point(axes))
+    if not crowd and steps.shape[1] <= MOST_DOTS:
+        dots = np.unique(np.round(steps.reshape(-1, 2), 6), axis=0)
+        axes.plot(*dots.T, ls="", marker="o", ms=3.2, mfc=INK, mec="white", mew=0.5, zorder=5, clip_on=False)
+    for agent in mission.agents:
+        colour, _, dash = style(agent.index)
+        line: dict[str, Any] = {"ls": "-", "lw": 0.9, "alpha": 0.75} if crowd else {"ls": dash, "lw": 1.6}
+        joined: dict[str, Any] = {"solid_joinstyle": "round", "clip_on": False}
+        axes.plot(*tracks[agent.index].T, color=colour, zorder=4, **joined, **line)
+        _draw_ends(axes, agent, steps[agent.index], 0.6 if crowd else 1.0)
+
+
+def _draw_ends(axes: Axes, agent: Agent, steps: Array, size: float) -> None:
+    """Its body at both ends: a ring of its mark at the start, around it or alone the filled mark at the finish."""
+    from matplotlib.patches import Circle
+
+    colour, mark, _ = style(agent.index)
+    for place in (steps[0], steps[-1]):
+        body = Circle((place[0], place[1]), agent.radius, fc=colour, ec="none", alpha=0.22, zorder=3.9, clip_on=False)
+        axes.add_patch(body)
+    ends: dict[str, Any] = {"marker": mark, "ls": "", "mec": colour, "clip_on": False}
+    axes.plot(*steps[0], ms=9.5 * size, mfc="white", mew=1.6 * size, zorder=6, **ends)
+    axes.plot(*steps[-1], ms=6 * size, mfc=colour, mew=0.5, zorder=7, **ends)
+
+
+def _tracks(mission: Mission, trace: Trace) -> Array:
+    """The motion between the steps too: (agents, points, dim)."""
+    curves = motion(mission, trace)
+    agents, _, dim, size = curves.coefficients.shape
+    if size == 2:
+        return trace.position
+    share = np.linspace(0, 1, 9)[:-1]
+    points = values(
+        curves.coefficients[:, :, None],
+        np.broadcast_to(curves.durations[:, None] * share, (agents, curves.durations.size, 8)),
+    )
+    return np.concatenate([points.reshape(agents, -1, dim), trace.position[:, -1:]], axis=1)
+
+
+def _metres_per_point(axes: Axes) -> float:
+    return float((axes.get_xlim()[1] - axes.get_xlim()[0]) / (axes.bbox.width / axes.figure.dpi * 72))
+
+
+def style(index: int) -> tuple[str, str, Any]:
+    colour = COLOURS[index % len(COLOURS)]
+    # A second round of colours comes with other marks and dashes.
+    turn = index // len(COLOURS)
+    return colour, MARKS[(index + 3 * turn) % len(MARKS)], DASHES[turn % len(DASHES)]
+
+
+def _name(axes: Axes, place: tuple[float, float], name: str, colour: str, size: float) -> None:
+    from matplotlib.patheffects import withStroke
+
+    halo = withStroke(linewidth=2.2, foreground=OBSTACLE if colour == "white" else "white", alpha=0.85)
+    centred: dict[str, Any] = {"ha": "center", "va": "center", "annotation_clip": True}
+    axes.annotate(name, place, fontsize=size, color=colour, path_effects=[halo], zorder=8, **centred)
+
+
+def _legend(axes: Axes, mission: Mission) -> None:
+    from matplotlib.lines import Line2D
+
+    entries = []
+    if len(mission.agents) <= MOST_NAMED:
+        for agent in mission.agents:
+            colour, mark, dash = style(agent.index)
+            entries.append(Line2D([], [], color=colour, ls=dash, lw=1.5, marker=mark, ms=5.5, label=agent.name))
+    else:
+        teams = [team for team in mission.teams if team.agents]
+        for team in teams:
+            label = f"{team.name}: {len(team.agents)} agents"
+            entries.append(Line2D([], [], color=GREY, lw=0.9, label=label))
+    entries.append(Line2D([], [], ls="", marker="o", ms=8, mfc="white", mec=GREY, mew=1.5, label="start"))
+    entries.append(Line2D([], [], ls="", marker="o", ms=5.5, mfc=GREY, mec=GREY, mew=0.5, label="finish"))
+    if len(mission.agents) <= MOST_NAMED and mission.steps < MOST_DOTS:
+        entries.append(Line2D([], [], ls="", marker="o", ms=3.2, mew=0, color=INK, label=f"every {mission.step:g} s"))
+    if any(isinstance(obstacle.motion, Path) for obstacle in mission.obstacles):
+        entries.append(Line2D([], [], color=OBSTACLE, lw=0.9, ls=(0, (3, 2)), label="moving obstacle"))
+    place: dict[str, Any] = {"loc": "upper left", "bbox_to_anchor": (1.01, 1.0), "borderaxespad": 0}
+    axes.legend(handles=entries, frameon=False, fontsize=8.5, handlelength=2.4, labelspacing=0.45, **place)

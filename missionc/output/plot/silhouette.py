@@ -1,0 +1,114 @@
+"""Shapes as they look from above or from the side, on a matplotlib axes."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from missionc.base.trace import Array
+from missionc.ir import Ball, Box, Disc, Polygon, Prism, Shape, World
+from missionc.verify.plan.obstacle_bodies import solid
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.patches import Patch
+
+GRID, DEPTH = 360, 24
+"""Samples across the world for shapes that have no outline in closed form, and along the line of sight."""
+
+
+@dataclass(frozen=True, slots=True)
+class View:
+    """Which coordinates go across and up."""
+
+    across: int
+    up: int
+
+
+def draw_shape(axes: Axes, world: World, view: View, shape: Shape, shift: Array | None = None, **style: Any) -> None:
+    """Draw the shape's silhouette, moved by ``shift`` (dim,), with the style of a patch."""
+    offset = np.zeros(world.dimension) if shift is None else shift
+    patch = _patch(world, view, shape, offset, style)
+    if patch is not None:
+        axes.add_patch(patch)
+        return
+    across, up, depth = _depth(world, view, shape)
+    x, y = across + offset[view.across], up + offset[view.up]
+    alpha, zorder = style.get("alpha"), style.get("zorder", 1)
+    inside = float(min(depth.min(), 0.0)) - 1.0
+    axes.contourf(x, y, depth, levels=[inside, 0.0], colors=[style["fc"]], alpha=alpha, zorder=zorder)
+    axes.contour(x, y, depth, levels=[0.0], colors=[style["ec"]], linewidths=style.get("lw", 1), zorder=zorder)
+
+
+def inner_point(world: World, view: View, shape: Shape) -> tuple[float, float]:
+    """A point well inside the silhouette, for its name."""
+    match shape:
+        case Box(low, high):
+            return (low[view.across] + high[view.across]) / 2, (low[view.up] + high[view.up]) / 2
+        case Ball(centre):
+            return centre[view.across], centre[view.up]
+        case Disc(centre) if view.up == 1:
+            return centre[0], centre[1]
+        case _:
+            across, up, depth = _depth(world, view, shape)
+            inside = np.argwhere(depth <= 0)
+            if not len(inside):
+                return float(across[GRID // 2]), float(up[GRID // 2])
+            # Its middle, if that is well inside; else where it is widest.
+            row, column = np.rint(inside.mean(axis=0)).astype(int)
+            if depth[row, column] > 0.4 * depth.min():
+                row, column = np.unravel_index(depth.argmin(), depth.shape)
+            return float(across[column]), float(up[row])
+
+
+def _patch(world: World, view: View, shape: Shape, offset: Array, style: dict[str, Any]) -> Patch | None:
+    """In closed form, for plain shapes."""
+    from matplotlib import patches
+
+    right, top = float(offset[view.across]), float(offset[view.up])
+    match shape:
+        case Box(low, high):
+            corner, far = (low[view.across], low[view.up]), (high[view.across], high[view.up])
+            size = far[0] - corner[0], far[1] - corner[1]
+            return patches.Rectangle((corner[0] + right, corner[1] + top), *size, **style)
+        case Ball(centre, radius):
+            return patches.Circle((centre[view.across] + right, centre[view.up] + top), radius, **style)
+        case Disc(centre, radius) if view.up == 1:
+            return patches.Circle((centre[0] + right, centre[1] + top), radius, **style)
+        case Polygon(corners) if view.up == 1:
+            return patches.Polygon([(x + right, y + top) for x, y in corners], closed=True, **style)
+        case Disc(centre, radius, band):
+            bottom, height = _heights(world, band)
+            return patches.Rectangle((centre[0] - radius + right, bottom + top), 2 * radius, height, **style)
+        case Polygon(corners, band):
+            bottom, height = _heights(world, band)
+            west, east = min(x for x, _ in corners), max(x for x, _ in corners)
+            return patches.Rectangle((west + right, bottom + top), east - west, height, **style)
+        case _:
+            return None
+
+
+def _heights(world: World, band: Prism | None) -> tuple[float, float]:
+    """Where a prism begins within the world, and how high it is there."""
+    low, high = (band.low, band.high) if band is not None else (-math.inf, math.inf)
+    return max(low, world.low[2]), max(0.0, min(high, world.high[2]) - max(low, world.low[2]))
+
+
+def _depth(world: World, view: View, shape: Shape) -> tuple[Array, Array, Array]:
+    """How deep in the silhouette each point of a grid is: (across,), (up,), (up, across)."""
+    across = np.linspace(world.low[view.across], world.high[view.across], GRID)
+    up = np.linspace(world.low[view.up], world.high[view.up], GRID)
+    hidden = [axis for axis in range(world.dimension) if axis not in (view.across, view.up)]
+    distance = solid(shape, world.dimension)
+    point = np.zeros((GRID, GRID, world.dimension))
+    point[..., view.across], point[..., view.up] = across[None, :], up[:, None]
+    if not hidden:
+        return across, up, distance(point)
+    nearest = np.full((GRID, GRID), np.inf)
+    for place in np.linspace(world.low[hidden[0]], world.high[hidden[0]], DEPTH + 2)[1:-1]:
+        point[..., hidden[0]] = place
+        nearest = np.minimum(nearest, distance(point))
+    return across, up, nearest

@@ -1,0 +1,172 @@
+"""How near, how fast and how hard over time, each with what the mission and the vehicles allow."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from missionc.base.trace import Array
+from missionc.ir import Agent, DoubleIntegrator, Mission, Still
+from missionc.ir.agents import top_speed
+from missionc.output.report.flight_tracks import Flights
+from missionc.output.report.pack import pack, thousandths
+from missionc.output.report.sample_tracks import Placed, Sampled
+from missionc.output.report.simulated_tracks import Simulated
+from missionc.verify.certificate import Certificate
+from missionc.verify.plan.obstacle_bodies import solid
+
+MOST_PAIRS = 1 << 21
+"""Distances that are held at once."""
+
+NEARLY = 2e-3
+"""Metres: a bound that differs by less from the mission's own is that, read off a grid."""
+
+Teams: TypeAlias = dict[str, list[Agent]]
+Limit: TypeAlias = tuple[str, str, float]
+"""Who sets it, the team it is for, and what it is."""
+
+
+def charts(mission: Mission, moving: Flights, certificate: Certificate) -> list[dict[str, Any]]:
+    """Charts with a series for each motion (and team), and the limits that hold for it."""
+    found = []
+    if len(mission.agents) > 1:
+        nearest = [(name, "", _separation(mission, each)) for name, each in moving.places()]
+        kept: list[Limit] = [("mission", "", mission.separation), *_proved(mission, moving, certificate)]
+        found.append(_chart("separation", "m", nearest, kept, low=True))
+    if mission.obstacles:
+        nearest = [(name, "", _clearance(mission, each)) for name, each in moving.places()]
+        found.append(_chart("clearance", "m", nearest, [("mission", "", mission.clearance)], low=True))
+    teams = _teams(mission)
+    planned, flown = "dynamics", "vehicle"
+    dynamics = _limits(teams, planned, lambda agent: top_speed(agent.dynamics))
+    sideways = _limits(teams, flown, lambda agent: agent.vehicle.speed)
+    upwards = _limits(teams, flown, lambda agent: agent.vehicle.vertical_speed)
+    plane = mission.dimension == 2
+    wanted: list[tuple[str, Callable[[Sampled], Array], list[Limit]]] = [
+        ("speed", _velocity, dynamics + sideways if plane else dynamics),
+        ("speed sideways", _sideways, [] if plane else sideways),
+        ("speed up and down", _upwards, [] if plane else upwards),
+    ]
+    for name, vectors, limits in wanted:
+        if limits:
+            found.append(_chart(name, "m/s", _largest(teams, moving, vectors), limits, low=False))
+    strongest = _limits(teams, planned, _push) + _limits(teams, flown, lambda agent: agent.vehicle.acceleration)
+    pushes = [each for each in _largest(teams, moving, _acceleration) if each[0] == "flown" or each[2].any()]
+    if pushes:
+        found.append(_chart("acceleration", "m/s²", pushes, strongest, low=False))
+    return [*found, *([_tracking(teams, moving.simulated)] if moving.simulated else [])]
+
+
+def _tracking(teams: Teams, flight: Simulated) -> dict[str, Any]:
+    """How far the simulated vehicles are from where they should be: the worst of each team."""
+    indices = {team: [agent.index for agent in agents] for team, agents in teams.items()}
+    errors = [("simulated", team, 1000 * flight.error[own].max(axis=0)) for team, own in indices.items()]
+    allowed: list[Limit] = [("vehicle", team, 1000 * float(flight.allowed[own].min())) for team, own in indices.items()]
+    return _chart("tracking error", "mm", errors, allowed, low=False)
+
+
+def _proved(mission: Mission, moving: Flights, certificate: Certificate) -> list[Limit]:
+    """The room that the proof asks for where it is tightest: of pairs, with what they may miss, how late they start.
+
+    It is more or less elsewhere, as vehicles are faster or slower there.
+    """
+    check = next((each for each in certificate.checks if each.name == "flown separation"), None)
+    if check is None or moving.flown is None or check.at is None or len(check.agents) != 2:
+        return []
+    named = {agent.name: agent for agent in mission.agents}
+    pair = [named[name] for name in check.agents]
+    first, second = (
+        np.array([np.interp(check.at, moving.flown.times, axis) for axis in moving.flown.position[agent.index].T])
+        for agent in pair
+    )
+    need = float(np.linalg.norm(first - second)) - sum(agent.radius for agent in pair) - check.margin
+    return [("proof", "", round(need, 3))] if need > mission.separation + NEARLY else []
+
+
+def _chart(
+    name: str, unit: str, series: Iterable[tuple[str, str, Array]], limits: list[Limit], *, low: bool
+) -> dict[str, Any]:
+    """``low``: the limits are the least that is allowed, otherwise the most."""
+    return {
+        "name": name,
+        "unit": unit,
+        "low": low,
+        "series": [
+            {"motion": motion, "team": team, "values": pack(thousandths(values))} for motion, team, values in series
+        ],
+        "limits": [{"by": by, "team": team, "value": round(value, 6)} for by, team, value in limits],
+    }
+
+
+def _teams(mission: Mission) -> Teams:
+    found: Teams = {}
+    for agent in mission.agents:
+        found.setdefault(agent.team, []).append(agent)
+    return found
+
+
+def _limits(teams: Teams, by: str, of: Callable[[Agent], float]) -> list[Limit]:
+    """The teams that have one, and what their agents may at most; the least of a team counts."""
+    found = [(by, team, min(map(of, agents))) for team, agents in teams.items()]
+    return [each for each in found if math.isfinite(each[2])]
+
+
+def _push(agent: Agent) -> float:
+    return agent.dynamics.acceleration if isinstance(agent.dynamics, DoubleIntegrator) else math.inf
+
+
+def _velocity(each: Sampled) -> Array:
+    return each.velocity
+
+
+def _sideways(each: Sampled) -> Array:
+    return each.velocity[..., :2]
+
+
+def _upwards(each: Sampled) -> Array:
+    return each.velocity[..., 2:]
+
+
+def _acceleration(each: Sampled) -> Array:
+    return each.acceleration
+
+
+def _largest(teams: Teams, moving: Flights, of: Callable[[Sampled], Array]) -> list[tuple[str, str, Array]]:
+    """Of each team and motion the largest norm of any agent's vector: (samples,)."""
+    return [
+        (name, team, np.linalg.norm(of(each)[[agent.index for agent in agents]], axis=-1).max(axis=0))
+        for team, agents in teams.items()
+        for name, each in moving.by_name()
+    ]
+
+
+def _separation(mission: Mission, each: Placed) -> Array:
+    """Between the bodies of the nearest pair: (samples,), metres."""
+    first, second = np.triu_indices(len(mission.agents), 1)
+    radius = np.array([agent.radius for agent in mission.agents])
+    bodies = (radius[first] + radius[second])[:, None]
+    size = max(1, MOST_PAIRS // len(first))
+    found = []
+    for start in range(0, each.times.size, size):
+        place = each.position[:, start : start + size]
+        found.append((np.linalg.norm(place[first] - place[second], axis=-1) - bodies).min(axis=0))
+    return np.concatenate(found)
+
+
+def _clearance(mission: Mission, each: Placed) -> Array:
+    """Between the body and the obstacle that are nearest: (samples,), metres."""
+    radius = np.array([agent.radius for agent in mission.agents])[:, None]
+    nearest = np.full(each.times.size, np.inf)
+    for obstacle in mission.obstacles:
+        place = each.position
+        if not isinstance(obstacle.motion, Still):
+            path = obstacle.motion
+            columns = np.array(path.offsets).T
+            shift = np.stack([np.interp(each.times, path.times, column) for column in columns], axis=-1)
+            place = place - shift
+        distance = solid(obstacle.shape, mission.dimension)(place) - radius
+        nearest = np.minimum(nearest, distance.min(axis=0))
+    return nearest

@@ -1,0 +1,68 @@
+"""The planned motion, the polynomials that are flown, what a simulator made of them: on even grids fine for the eye."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from missionc.base.trace import Trace
+from missionc.curves.crazyflie_csv import (
+    Pieces,
+    curves_of,
+    read,
+)
+from missionc.curves.piecewise_polynomials import Curves, motion
+from missionc.ir import DoubleIntegrator, Mission
+from missionc.output.report.sample_tracks import Placed, Sampled
+from missionc.output.report.simulated_tracks import Simulated, simulated
+
+MOST_NUMBERS = 60_000
+"""Of the positions of one motion: a finer grid than this allows is not taken."""
+RATES = (8, 5, 4, 2, 1)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Flights:
+    """``flown`` is absent where there are no polynomials that can be read, ``simulated`` where nobody flew them."""
+
+    planned: Sampled
+    flown: Sampled | None
+    simulated: Simulated | None = None
+
+    def by_name(self) -> Iterator[tuple[str, Sampled]]:
+        yield "planned", self.planned
+        if self.flown is not None:
+            yield "flown", self.flown
+
+    def places(self) -> Iterator[tuple[str, Placed]]:
+        """All motions: of the simulated one only the places are known well enough."""
+        yield from self.by_name()
+        if self.simulated is not None:
+            yield "simulated", self.simulated.placed
+
+
+def flights(mission: Mission, trace: Trace, files: Mapping[str, str], simulation: str = "") -> Flights:
+    """All motions there are.
+
+    Args:
+        files: the texts of the polynomials, by agent.
+        simulation: the text of ``simulation.json``; empty where there is none.
+    """
+    numbers = trace.position.size
+    rate = next((rate for rate in RATES if rate * numbers <= MOST_NUMBERS), 1)
+    bends = any(isinstance(agent.dynamics, DoubleIntegrator) for agent in mission.agents)
+    planned = _sampled(motion(mission, trace), mission, rate if bends else 1)
+    pieces = [read(files.get(agent.name, "")) for agent in mission.agents]
+    whole = [own for own in pieces if isinstance(own, Pieces)]
+    if len(whole) < len(pieces) or any(not np.array_equal(own.duration, whole[0].duration) for own in whole):
+        return Flights(planned, None)
+    flown = _sampled(curves_of(whole, slice(mission.dimension)), mission, rate)
+    return Flights(planned, flown, simulated(mission, simulation, curves_of(whole, slice(3)), rate))
+
+
+def _sampled(curves: Curves, mission: Mission, rate: int) -> Sampled:
+    times = np.asarray(np.arange(rate * mission.steps + 1) * (mission.step / rate), dtype=np.float64)
+    velocity = curves.derivative()
+    return Sampled(rate, times, curves.at(times), velocity.at(times), velocity.derivative().at(times))

@@ -1,0 +1,168 @@
+"""What the page shows, as plain lists, numbers and texts; everything that has many numbers is packed.
+
+in   Plotted
+out  a dict that JSON can hold, ``missionc.report/1``
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import PurePath
+from typing import Any
+
+import numpy as np
+
+from missionc.base.source import Span
+from missionc.base.trace import Array, Plan
+from missionc.ir import Agent, Formation, Graph, Mission, Obstacle, Path
+from missionc.kernel.nodes import Kernel
+from missionc.language.margins.links import all_links, pieces
+from missionc.language.margins.predicate_margins import formation_margin
+from missionc.output.folder.file_names import input_name
+from missionc.output.report.charts import charts
+from missionc.output.report.flight_tracks import Flights, flights
+from missionc.output.report.outlines import inner_point, solids
+from missionc.output.report.pack import (
+    PER_METRE,
+    pack,
+    thousandths,
+)
+from missionc.output.report.requirement_lanes import Places, lanes
+from missionc.output.report.tightest_margins import checks
+from missionc.verify.certificate import Certificate
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Plotted:
+    """
+    Args:
+        kernel: with the ``meanings`` of the mission's formulas, or no formula has a lane.
+        flights: the text of each agent's polynomials, by the agent's name; what cannot be read is not drawn.
+        texts: the mission's files, the mission first: names relative to its folder, and contents.
+        miss: what is wrong with a motion that is no plan, in words; empty of a plan.
+        simulation: the text of ``simulation.json``; what cannot be read is not drawn.
+    """
+
+    mission: Mission
+    kernel: Kernel
+    plan: Plan
+    certificate: Certificate
+    flights: Mapping[str, str]
+    texts: tuple[tuple[str, str], ...]
+    miss: str = ""
+    simulation: str = ""
+
+
+def data(plotted: Plotted) -> dict[str, Any]:
+    mission, plan = plotted.mission, plotted.plan
+    moving = flights(mission, plan.trace, plotted.flights, plotted.simulation)
+    flown = moving.simulated.checks if moving.simulated else ()
+    judged = plotted.certificate.joined(Certificate(mission.name, flown))
+    rows, tree = lanes(mission, plotted.kernel, plan.trace, places(plotted))
+    return {
+        "schema": "missionc.report/1",
+        "mission": mission.name,
+        "backend": plan.backend,
+        "seed": plan.seed,
+        "step": mission.step,
+        "steps": mission.steps,
+        "per_metre": PER_METRE,
+        "world": {"low": list(mission.world.low), "high": list(mission.world.high)},
+        "regions": [_shape(mission, region.name, region.shape) for region in mission.regions],
+        "obstacles": [_obstacle(mission, obstacle) for obstacle in mission.obstacles],
+        "beacons": [{"name": beacon.name, "position": list(beacon.position)} for beacon in mission.beacons],
+        "agents": [_agent(agent) for agent in mission.agents],
+        "graphs": [_graph(graph, plan.trace.position) for graph in mission.graphs],
+        "formations": [_formation(formation, plan.trace.position) for formation in mission.formations],
+        "motion": _motion(moving),
+        "texts": [{"name": name, "text": text} for name, text in plotted.texts],
+        "rows": rows,
+        "lanes": tree,
+        "charts": charts(mission, moving, plotted.certificate),
+        "checks": checks(judged, mission, plotted.kernel, plan.trace),
+        "figures": [
+            {"name": figure.name, "subject": figure.subject, "value": _number(figure.value), "unit": figure.unit}
+            for figure in plotted.certificate.figures
+        ],
+        "between": [
+            {"requirement": each.requirement, "verdict": each.verdict.value, "at": each.at, "detail": each.detail}
+            for each in plotted.certificate.between
+        ],
+        "passed": plotted.certificate.passed,
+        "miss": plotted.miss,
+        "warnings": list(plotted.certificate.warnings),
+    }
+
+
+def places(plotted: Plotted) -> Places:
+    """Where a span lies: in which of the texts, and from which to which character."""
+    folder = PurePath(plotted.mission.span.source.name).parent
+    numbers = {name: number for number, (name, _) in enumerate(plotted.texts)}
+
+    def place(span: Span) -> list[int] | None:
+        name = input_name(span.source.name, folder)
+        return [numbers[name], span.start, span.end] if name in numbers else None
+
+    return place
+
+
+def _agent(agent: Agent) -> dict[str, Any]:
+    return {"name": agent.name, "team": agent.team, "radius": agent.radius}
+
+
+def _shape(mission: Mission, name: str, shape: Any) -> dict[str, Any]:
+    parts = solids(mission.world, shape)
+    return {"name": name, "parts": parts, "inner": inner_point(mission.world, parts)}
+
+
+def _obstacle(mission: Mission, obstacle: Obstacle) -> dict[str, Any]:
+    path = obstacle.motion
+    moves = (
+        {"times": list(path.times), "offsets": [list(each) for each in path.offsets]}
+        if isinstance(path, Path)
+        else None
+    )
+    return {**_shape(mission, obstacle.name, obstacle.shape), "path": moves}
+
+
+def _graph(graph: Graph, position: Array) -> dict[str, Any]:
+    """Its links, each with the steps at which it begins and, one past the last, ends: rows of four numbers."""
+    members = np.array(graph.agents, dtype=np.int64)
+    steps = position.shape[1]
+    runs = [np.zeros((0, 4), dtype=np.int64)]
+    if len(members):
+        linked = np.concatenate([all_links(graph, position[:, piece]) > 0 for piece in pieces(steps, len(members))])
+        first, second = np.triu_indices(len(members), 1)
+        there = np.zeros((len(first), steps + 2), dtype=np.int8)
+        there[:, 1:-1] = linked[:, first, second].T
+        change = np.diff(there, axis=1)
+        (pair, begin), (_, end) = np.nonzero(change > 0), np.nonzero(change < 0)
+        ends = np.sort(np.stack([members[first[pair]], members[second[pair]]], axis=1), axis=1)
+        runs.append(np.concatenate([ends, begin[:, None], end[:, None]], axis=1))
+    whole = np.concatenate(runs)
+    return {"name": graph.name, "radius": graph.radius, "runs": pack(whole.T), "count": len(whole)}
+
+
+def _formation(formation: Formation, position: Array) -> dict[str, Any]:
+    margins = [
+        formation_margin(formation, edge, position[edge.first], position[edge.second]) for edge in formation.edges
+    ]
+    return {
+        "name": formation.name,
+        "edges": [[edge.first, edge.second] for edge in formation.edges],
+        "margins": pack(thousandths(np.array(margins).reshape(len(margins), position.shape[1]))),
+    }
+
+
+def _motion(moving: Flights) -> dict[str, Any]:
+    """Positions, axis by axis, agent by agent, ``rate`` to a step."""
+    return {
+        name: {"rate": sampled.rate, "position": pack(thousandths(np.moveaxis(sampled.position, 2, 0)))}
+        for name, sampled in moving.places()
+    }
+
+
+def _number(value: float) -> float | None:
+    return float(f"{value:.6g}") if math.isfinite(value) else None

@@ -1,0 +1,118 @@
+"""A flight in simulation, as ``simulate`` left it in a folder, beside the polynomials that it was to fly.
+
+    in   Mission, the text of ``simulation.json``, the flown Curves in space
+    out  Simulated, or nothing where the text is not what this version writes about this mission
+
+What the text says is shown and not believed: the error is what its places come to.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from missionc.base.limits import Limits
+from missionc.base.trace import Array
+from missionc.curves.piecewise_polynomials import Curves
+from missionc.ir import Mission
+from missionc.output.folder.file_names import SIMULATION_SCHEMA, SIMULATIONS_BEFORE
+from missionc.output.report.sample_tracks import Placed
+from missionc.verify.certificate import Check
+
+FARTHEST = Limits().magnitude
+"""Metres: what is further away was flown by nobody."""
+MOST_ERRORS = 2_000
+"""Errors that a chart shows: where there are more, the largest of neighbours."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Simulated:
+    """
+    Args:
+        engine: who flew.
+        placed: where everybody was, on the report's grid.
+        error: (agents, moments), metres, evenly from 0 to the end.
+        allowed: (agents,), metres.
+        checks: what the flight was judged for: the first one where there are several.
+    """
+
+    engine: str
+    placed: Placed
+    error: Array
+    allowed: Array
+    checks: tuple[Check, ...]
+
+
+def simulated(mission: Mission, text: str, flown: Curves, rate: int) -> Simulated | None:
+    """``rate`` samples to a step; ``flown`` has three coordinates."""
+    try:
+        return _read(mission, json.loads(text), flown, rate)
+    except (ValueError, KeyError, TypeError, AttributeError, RecursionError, OverflowError):
+        return None
+
+
+def _read(mission: Mission, found: Any, flown: Curves, rate: int) -> Simulated | None:
+    if found["schema"] not in (SIMULATION_SCHEMA, *SIMULATIONS_BEFORE) or not text_of(found["engine"]):
+        return None
+    often = float(found["flight"]["samples_per_second"])
+    places = [found["flight"]["agents"][agent.name] for agent in mission.agents]
+    position = np.moveaxis(np.array(places, dtype=np.float64), 1, 2)
+    allowed = np.array([float(each["allowed"]) for each in found["tracking"]])
+    agents = len(mission.agents)
+    if position.shape[0] != agents or position.shape[2] != 3 or position.shape[1] < 2 or allowed.shape != (agents,):
+        return None
+    if not (often > 0 and (np.abs(position) <= FARTHEST).all() and (np.abs(allowed) <= FARTHEST).all()):
+        return None
+    times = np.arange(position.shape[1]) / often
+    if times[-1] < mission.horizon - 1 / often:
+        return None
+    error = np.linalg.norm(position - flown.at(np.minimum(times, flown.times[-1])), axis=-1)
+    grid = np.arange(rate * mission.steps + 1) * (mission.step / rate)
+    level = [
+        np.stack([np.interp(grid, times, axis) for axis in own.T[: mission.dimension]], axis=-1) for own in position
+    ]
+    placed = Placed(rate, np.asarray(grid, dtype=np.float64), np.stack(level))
+    return Simulated(found["engine"], placed, _fewer(error), allowed, _checks(found))
+
+
+def text_of(value: object) -> str:
+    return value if isinstance(value, str) else ""
+
+
+def _fewer(error: Array) -> Array:
+    together = -(-error.shape[1] // MOST_ERRORS)
+    padded = np.pad(error, [(0, 0), (0, -error.shape[1] % together)], mode="edge")
+    return np.asarray(padded.reshape(len(error), -1, together).max(axis=-1))
+
+
+def _checks(found: Any) -> tuple[Check, ...]:
+    """Of the first flight each requirement, of all of them the worst tracking and the least room."""
+    checks = []
+    before = {each["name"]: each["robustness"] for each in found["planned"]}
+    by = f"flown by {found['engine']}"
+    for each in found["requirements"]:
+        detail = f"{by}; planned with {_number(before[each['name']]):.3f}"
+        name, margin = text_of(each["name"]), _number(each["robustness"])
+        checks.append(Check("simulated requirement", name, margin, "m", 0.0, each["satisfied"] is True, detail=detail))
+    for each in found["tracking"]:
+        spare, who = float(each["allowed"]) - float(each["most"]), text_of(each["agent"])
+        detail = f"{by}: {1000 * float(each['most']):.0f} mm off at most"
+        checks.append(
+            Check("simulated tracking", who, spare, "m", 0.0, spare >= 0, float(each["at"]), (who,), detail=detail)
+        )
+    for each in found["room"]:
+        pair = tuple(map(text_of, each["agents"]))
+        margin = float(each["margin"])
+        name = "simulated separation" if each["subject"] == "all pairs" else "simulated obstacle"
+        at = None if each["at"] is None else float(each["at"])
+        subject = text_of(each["subject"])
+        checks.append(Check(name, subject, margin, "m", 0.0, margin >= 0, at, pair, f"{by}: room between bodies"))
+    return tuple(checks)
+
+
+def _number(value: object) -> float:
+    """JSON knows no infinity: what is satisfied or violated without bounds is null there, or a word."""
+    return float(value) if isinstance(value, int | float) else np.inf

@@ -1,0 +1,71 @@
+"""The certificate in short: of every kind of check the tightest, with the time at which it is tight."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from missionc.base.trace import Trace
+from missionc.ir import Mission
+from missionc.kernel.nodes import Kernel
+from missionc.monitoring.verdict_table import table
+from missionc.verify.certificate import Certificate, Check
+
+ROOM = frozenset(("requirement", "separation", "obstacle", "flown requirement", "flown separation", "flown obstacle"))
+"""Kinds of checks whose margin, in metres, is room that the motion might have had more of."""
+
+OF_FILES = frozenset(("manifest", "certificate", "document"))
+"""Kinds of checks about a folder's files and not about the plan: shown where they fail."""
+
+
+def checks(certificate: Certificate, mission: Mission, kernel: Kernel, trace: Trace) -> list[dict[str, Any]]:
+    """A row for each requirement and for each other kind of check; failed ones first, then by their order there."""
+    times = _decisive(mission, kernel, trace)
+    kinds: dict[tuple[str, str], list[Check]] = {}
+    for check in certificate.checks:
+        if not (check.name in OF_FILES and check.passed):
+            kinds.setdefault((check.name, check.subject if _asked(check) else ""), []).append(check)
+    rows = [_row(group, times) for group in kinds.values()]
+    tight = [row for row in rows if row["at"] is not None and row["name"] in ROOM and row["margin"] is not None]
+    tightest = min(tight, key=lambda row: row["margin"], default=None)
+    for row in rows:
+        row["tightest"] = row is tightest
+    return sorted(rows, key=lambda row: row["passed"])
+
+
+def _row(group: list[Check], times: dict[str, float]) -> dict[str, Any]:
+    # Ties to rounding go to the first, whoever made the certificate.
+    worst = min(
+        group, key=lambda check: (check.passed, round(check.margin, 6) if math.isfinite(check.margin) else check.margin)
+    )
+    at = times.get(worst.subject) if worst.at is None and _asked(worst) else worst.at
+    return {
+        "name": worst.name,
+        "subject": worst.subject,
+        "agents": list(worst.agents),
+        "count": len(group),
+        "margin": round(worst.margin, 6) + 0.0 if math.isfinite(worst.margin) else None,
+        "unit": worst.unit,
+        "at": None if at is None else round(at, 6),
+        "passed": all(check.passed for check in group),
+        "detail": worst.detail,
+    }
+
+
+def _asked(check: Check) -> bool:
+    return check.name.endswith("requirement")
+
+
+def _decisive(mission: Mission, kernel: Kernel, trace: Trace) -> dict[str, float]:
+    """Of each requirement, the time at which its robustness comes about: seconds."""
+    goals = [goal.formula for goal in kernel.requirements]
+    rows = table(goals, goals, mission, trace)
+    times = {}
+    for goal in kernel.requirements:
+        row = rows[goal.formula]
+        final = row.least[0, -1] if row.unfolds else row.least[0, 0]
+        reached = (row.most[0] == final) | (row.least[0] == final)
+        times[goal.name] = float(np.argmax(reached)) * mission.step
+    return times

@@ -1,0 +1,126 @@
+"""A backend's trace to a verified plan with its files, or why it is none: slowed, verified, fitted and written down.
+
+in   a checked mission, the trace of a backend and its report
+out  Verified, Unverified or Refused, with findings
+says MC604 MC710, and what files and exports say
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from missionc.backends.api import Budget, Options, Planned, Progress
+from missionc.base.trace import Plan
+from missionc.base.units import Seconds
+from missionc.diagnostics.model import Diagnostic
+from missionc.pipeline import no_plan
+from missionc.pipeline.front_end import (
+    ANY_BACKEND,
+    Stopwatch,
+    check,
+)
+from missionc.pipeline.provenance import (
+    asked_for,
+    given,
+    inputs,
+)
+from missionc.pipeline.results import (
+    Checked,
+    Refused,
+    Unverified,
+    Verified,
+)
+
+STEP_OF_AGENT = 6e-3
+"""Seconds that one step of one agent takes from a trace to its files, at most, as far as was seen."""
+
+LEAST, MOST = Seconds(0.3), 0.25
+"""Seconds that are kept back for it in any case; and the share of the time that is left which is never exceeded."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Home:
+    """What became of a trace; ``checked`` is the mission that it was judged by, slower where it was to be."""
+
+    checked: Checked
+    outcome: Verified | Unverified | Refused
+    findings: tuple[Diagnostic, ...] = ()
+
+
+def takes(agents: int, steps: int, left: float) -> Seconds:
+    """How much of the time that is ``left`` is kept back from a search, for what comes after it; seconds."""
+    return Seconds(min(LEAST + STEP_OF_AGENT * agents * steps, MOST * max(0.0, left)))
+
+
+def bring_home(
+    checked: Checked,
+    planned: Planned,
+    options: Options,
+    budget: Budget,
+    watch: Stopwatch,
+    exports: tuple[str, ...] = (),
+    continuous: bool = False,
+) -> Home:
+    """The plan that a trace is, judged and written; a backend is never believed.
+
+    Args:
+        checked: with a mission, its kernel and a choice.
+        exports: as for ``driver.plan``.
+        continuous: as for ``driver.plan``.
+    """
+    # Imported here: what judges and writes plans loads scipy, for which nobody waits who only checks.
+    from missionc.monitoring.monitor import monitor
+    from missionc.output.output_files import Provenance, emit
+    from missionc.verify.verify_plan import verify
+
+    mission, kernel, choice = checked.mission, checked.kernel, checked.choice
+    assert mission is not None
+    assert kernel is not None
+    assert choice is not None
+    trace, report = planned.trace, planned.report
+    if options.stretch != 1:
+        slower = _slower(checked, options, budget)
+        if slower.mission is None or slower.kernel is None or not slower.ok:
+            return Home(checked, Refused(), tuple(each for each in slower.findings if not each.code.warning))
+        checked, mission, kernel = slower, slower.mission, slower.kernel
+        from missionc.world.slow_down import slowed
+
+        trace = slowed(mission, trace)
+    budget.listen(Progress("verify"))
+    with watch.stage("verify"):
+        certificate = verify(mission, kernel, trace)
+        judgements = monitor(mission, kernel, trace)[: len(kernel.requirements)]
+    if not certificate.passed and options.stretch != 1:
+        from missionc.flight.refusals import not_slower
+
+        return Home(checked, Refused(), (not_slower(mission, certificate, judgements, options.stretch),))
+    if not certificate.passed:
+        return Home(checked, Unverified(certificate, report), (no_plan.not_verified(certificate),))
+    verified = Plan(mission.name, choice.backend, budget.seed, trace, judgements)
+    budget.listen(Progress("emit"))
+    with watch.stage("emit"):
+        cut_short = report.cut_short.value if report.cut_short else ""
+        provenance = Provenance(
+            inputs(checked), (*given(checked, options), *asked_for(exports)), cut_short, options.stretch
+        )
+        output = emit(mission, kernel, verified, certificate, provenance, exports)
+    if isinstance(output, Diagnostic):
+        return Home(checked, Refused(), (output,))
+    report = replace(report, notes=(*report.notes, *output.notes))
+    not_between = no_plan.not_between(mission, output.certificate) if continuous else ()
+    if not_between:
+        return Home(checked, Refused(), not_between)
+    return Home(checked, Verified(verified, output.certificate, report, output.files), output.findings)
+
+
+def _slower(checked: Checked, options: Options, budget: Budget) -> Checked:
+    """The same mission with a horizon as much later as the plan is to be slower, for the same backend."""
+    longer = check(
+        checked.sources[0],
+        overrides=checked.overrides,
+        backend=ANY_BACKEND,
+        limits=budget.limits,
+        stretch=options.stretch,
+        vehicle=checked.vehicle,
+    )
+    return replace(longer, choice=checked.choice, seconds=checked.seconds)

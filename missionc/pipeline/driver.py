@@ -1,0 +1,354 @@
+"""The pipeline, top to bottom. Read this file first.
+
+    check     text → findings, and the mission as meant (``front_end``)
+    plan      … → a backend → a plan, verified → the files of it
+    compile   both
+    monitor   a mission and a trace → a judgement of every requirement
+
+Values in, values out: nothing is printed, and only ``read_file`` opens files. A
+stage that finds errors is the last to run; the checks of the mission as meant
+run together, so that one run reports all they find. Whatever loads a solver
+or a large library is imported where it is used, so that ``check`` stays quick.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from missionc.backends.api import (
+    Backend,
+    Budget,
+    CutShort,
+    Impossible,
+    NotFound,
+    Options,
+    Outcome,
+    Planned,
+    Progress,
+    Reason,
+    Report,
+    UnusableSnapshot,
+    ignore,
+)
+from missionc.backends.load import load as load_backend
+from missionc.base.deadline import last_call
+from missionc.base.limits import Limits
+from missionc.base.memory import limited
+from missionc.base.signals import asked, hold
+from missionc.base.source import Source
+from missionc.base.units import Seconds
+from missionc.diagnostics.code import NOT_BETWEEN, TRACE_UNREADABLE
+from missionc.diagnostics.model import Diagnostic
+from missionc.ir import Mission
+from missionc.kernel.nodes import Kernel
+from missionc.pipeline import no_plan
+from missionc.pipeline.certify_plan import (
+    Home,
+    bring_home,
+    takes,
+)
+from missionc.pipeline.checkpoints import (
+    Checkpoints,
+    unusable,
+    with_checkpoints,
+)
+from missionc.pipeline.front_end import (
+    ANY_BACKEND,
+    Stopwatch,
+    check,
+)
+from missionc.pipeline.plan_with_margin import others, seek
+from missionc.pipeline.provenance import with_manifest
+from missionc.pipeline.results import (
+    Checked,
+    Compiled,
+    CompileOutcome,
+    Monitored,
+    Refused,
+    Verified,
+)
+from missionc.pipeline.run_limited import Ended, within
+from missionc.syntax.read_file import read_text
+
+if TYPE_CHECKING:
+    from missionc.verify.certificate import Between
+
+DEFAULT_TIME_LIMIT = Seconds(600.0)
+DEFAULT_MEMORY_LIMIT = 8 << 30
+NO_EXPLANATION = Seconds(0.0)
+KEPT_BACK = 0.25
+"""Of a search that refuses nothing, and so may take all the time there is: for why it found no plan."""
+
+__all__ = ["ANY_BACKEND", "DEFAULT_MEMORY_LIMIT", "DEFAULT_TIME_LIMIT", "check", "compile", "monitor", "plan"]
+
+
+def compile(
+    file: str | Path | Source,
+    *,
+    overrides: Mapping[str, str] | None = None,
+    backend: str = "auto",
+    seed: int = 0,
+    time_limit: Seconds = DEFAULT_TIME_LIMIT,
+    memory_limit: int = DEFAULT_MEMORY_LIMIT,
+    options: Options | None = None,
+    limits: Limits | None = None,
+    listen: Callable[[Progress], None] = ignore,
+    keep: Callable[[bytes], object] | None = None,
+    resume: bytes | None = None,
+    exports: tuple[str, ...] = (),
+    continuous: bool = False,
+    explain_limit: Seconds = NO_EXPLANATION,
+    vehicle: str = "",
+) -> Compiled:
+    """``check``; then, where there is no error, ``plan``.
+
+    Args:
+        file: as for ``check``.
+        overrides: as for ``check``.
+        backend: as for ``check``.
+        limits: as for ``check``.
+        vehicle: as for ``check``.
+        seed: of everything drawn at random.
+        time_limit: seconds from now, of the whole compilation. A search ends so early that its plan can be verified and
+            written; whatever else is late is interrupted, in the main thread.
+        memory_limit: bytes, of this process and of what a solver takes beside it.
+        options: choices only a backend understands.
+        listen: is told where a backend is.
+        keep: is given, as the run goes on, the bytes of a checkpoint.
+        resume: those of an interrupted run of the same mission, seed and options; it ends as that would have ended.
+        exports: names of ``missionc.output.export.formats.FORMATS``, to be written as well.
+        continuous: as for ``plan``.
+        explain_limit: seconds of the time limit that may go into what would make an impossible mission possible.
+    """
+    budget = Budget(time.monotonic() + time_limit, memory_limit, seed, limits or Limits(), listen)
+    checked = check_within(budget, file, overrides=overrides or {}, backend=backend, vehicle=vehicle)
+    if not isinstance(checked, Checked):
+        return checked
+    return plan(checked, options or Options(), budget, Checkpoints(keep, resume), exports, continuous, explain_limit)
+
+
+def check_within(
+    budget: Budget,
+    file: str | Path | Source,
+    *,
+    overrides: Mapping[str, str],
+    backend: str,
+    vehicle: str,
+) -> Checked | Compiled:
+    """``check`` within the time and memory of a compilation; the end of that compilation, where they do not suffice."""
+
+    def work() -> Checked:
+        return check(file, overrides=overrides, backend=backend, limits=budget.limits, vehicle=vehicle)
+
+    with limited(budget.memory_bytes):
+        checked = within(last_call(budget.deadline), work)
+    if isinstance(checked, Checked):
+        return checked
+    name = file.name if isinstance(file, Source) else str(file)
+    found = _not_found(checked, "check")
+    return Compiled(Checked(name, ()), found, (no_plan.not_found(found, None),), ())
+
+
+def plan(
+    checked: Checked,
+    options: Options,
+    budget: Budget,
+    checkpoints: Checkpoints | None = None,
+    exports: tuple[str, ...] = (),
+    continuous: bool = False,
+    explain_limit: Seconds = NO_EXPLANATION,
+) -> Compiled:
+    """A verified plan of a checked mission, or what stands in its way.
+
+    A backend is never believed: what it returns is a plan only after ``verify``
+    has passed it, and ``flight`` the polynomials made of it.
+
+    Args:
+        checkpoints: of the run, and of the one that it takes up again.
+        exports: names of forms that the flight is written in as well; one that cannot hold it is among the findings.
+        continuous: whether a requirement must hold between the steps too; where it does not, ``others`` are
+            planned while there is time, without checkpoints.
+        explain_limit: seconds for ``Compiled.explained``; 0 leaves that out.
+    """
+    with limited(budget.memory_bytes):
+        return _throughout(checked, options, budget, checkpoints or Checkpoints(), exports, continuous, explain_limit)
+
+
+def _throughout(
+    checked: Checked,
+    options: Options,
+    budget: Budget,
+    checkpoints: Checkpoints,
+    exports: tuple[str, ...],
+    continuous: bool,
+    explain_limit: Seconds,
+) -> Compiled:
+    """``plan``; again with other seeds where a plan holds at its steps alone and that is not enough."""
+    first = _plan(checked, options, budget, checkpoints, exports, continuous, explain_limit)
+    if not _leaps(first) or checked.mission is None:
+        return first
+    tried = 1
+    for other, more in others(checked.mission, options, budget):
+        if asked() or time.monotonic() >= budget.deadline:
+            break
+        found = _plan(checked, other, more, Checkpoints(), exports, continuous, NO_EXPLANATION)
+        tried += 1
+        if isinstance(found.outcome, Verified):
+            note = f"the plan of seed {budget.seed} does not hold between its steps; this one does"
+            report = found.outcome.report
+            return replace(found, outcome=replace(found.outcome, report=replace(report, notes=(*report.notes, note))))
+    note = f"{tried} plans were asked for, with seeds {budget.seed} to {budget.seed + tried - 1}: none holds throughout"
+    findings = (replace(each, notes=(note,)) if each.code is NOT_BETWEEN else each for each in first.findings)
+    return replace(first, findings=tuple(findings))
+
+
+def _leaps(compiled: Compiled) -> bool:
+    """Whether its plan holds at the steps and was refused for what is between them."""
+    return any(each.code is NOT_BETWEEN for each in compiled.findings)
+
+
+def _plan(
+    checked: Checked,
+    options: Options,
+    budget: Budget,
+    checkpoints: Checkpoints,
+    exports: tuple[str, ...],
+    continuous: bool,
+    explain_limit: Seconds,
+) -> Compiled:
+    """``plan``, once."""
+    watch = Stopwatch(list(checked.seconds))
+
+    def ended(outcome: CompileOutcome, *findings: Diagnostic) -> Compiled:
+        return Compiled(checked, outcome, (*checked.findings, *findings), tuple(watch.seconds))
+
+    mission, kernel, choice = checked.mission, checked.kernel, checked.choice
+    if mission is None or kernel is None or choice is None or not checked.ok:
+        return ended(Refused())
+    backend = load_backend(choice.backend, options, checkpoints.asked)
+    if isinstance(backend, Diagnostic):
+        return ended(Refused(), backend)
+    kept = with_checkpoints(checked, options, budget, checkpoints)
+    if isinstance(kept, Diagnostic):
+        return ended(Refused(), kept)
+    moment = last_call(kept.deadline)
+    left = kept.deadline - time.monotonic()
+    whole = replace(kept, deadline=kept.deadline - takes(len(mission.agents), mission.steps, left))
+    try:
+        found = _found(backend, mission, kernel, options, whole, explain_limit, moment)
+    except UnusableSnapshot as wrong:
+        return ended(Refused(), unusable(checkpoints.name, wrong))
+    watch.seconds.extend(found.report.seconds)
+    if isinstance(found, Planned):
+        hold()
+        home = within(moment, partial(bring_home, checked, found, options, kept, watch, exports, continuous))
+        if isinstance(home, Home):
+            checked = home.checked
+            return ended(home.outcome, *home.findings)
+        found = no_plan.not_brought_home(home, found, watch.seconds)
+        return ended(found, no_plan.not_found(found, None))
+    explained = None
+    if explain_limit > 0 and (isinstance(found, Impossible) or found.best is not None):
+        hold()
+        from missionc.pipeline.relax.relax_mission import explain
+
+        with watch.stage("explain"):
+            why = within(moment, partial(explain, checked, found, backend, options, whole, explain_limit))
+        explained = None if isinstance(why, Ended) else why
+    said = (
+        no_plan.impossible(mission, found, explained)
+        if isinstance(found, Impossible)
+        else no_plan.not_found(found, explained)
+    )
+    return with_manifest(replace(ended(found, said), explained=explained))
+
+
+def _found(
+    backend: Backend,
+    mission: Mission,
+    kernel: Kernel,
+    options: Options,
+    budget: Budget,
+    explain_limit: Seconds,
+    moment: float,
+) -> Outcome:
+    """A backend's answer; the last plan that it had, where a limit ended the search for a better one.
+
+    Raises:
+        UnusableSnapshot: the run that is to go on cannot.
+    """
+    plans: list[Planned] = []
+    stage = "lower"
+
+    def listen(progress: Progress) -> None:
+        nonlocal stage
+        stage = progress.stage
+        budget.listen(progress)
+
+    until = budget.deadline if backend.refutes else _to_search(budget.deadline, explain_limit)
+    asked_of = replace(budget, deadline=until, listen=listen, found=plans.append)
+    answer = within(moment, partial(seek, backend, mission, kernel, options, asked_of))
+    if plans and isinstance(answer, Ended | NotFound) and answer.reason in CUT_SHORT:
+        return _cut_short(plans[-1], CUT_SHORT[answer.reason])
+    return _not_found(answer, stage) if isinstance(answer, Ended) else answer
+
+
+CUT_SHORT = {Reason.TIME: CutShort.TIME, Reason.MEMORY: CutShort.MEMORY}
+
+
+def _cut_short(plan: Planned, why: CutShort) -> Planned:
+    report = plan.report
+    return replace(plan, report=replace(report, notes=(*report.notes, why.note), cut_short=why))
+
+
+def _not_found(ended: Ended, stage: str) -> NotFound:
+    """A limit came before there was a plan. Which stage was under way when time ended depends on the machine alone."""
+    timed = ended.reason is Reason.TIME
+    return NotFound(ended.reason, ended.reason.value if timed else ended.during(stage), Report())
+
+
+def _to_search(deadline: float, explain_limit: Seconds) -> float:
+    """Until when a search goes on that nothing but a plan or the deadline ends: some time is left to explain it."""
+    return deadline - min(explain_limit, KEPT_BACK * max(0.0, deadline - time.monotonic()))
+
+
+def monitor(
+    file: str | Path | Source,
+    trace: str | Path,
+    *,
+    overrides: Mapping[str, str] | None = None,
+    limits: Limits | None = None,
+    continuous: bool = False,
+) -> Monitored:
+    """Judge a recorded or hand-made trace, ``plan.json`` or CSV, against a mission.
+
+    Args:
+        continuous: whether a requirement must hold between the steps too, along the motion from state to state.
+    """
+    limits = limits or Limits()
+    checked = check(file, overrides=overrides, limits=limits, backend=ANY_BACKEND)
+    if checked.mission is None or checked.kernel is None:
+        return Monitored(checked, (), (), checked.findings)
+    from missionc.monitoring.monitor import monitor as judge
+    from missionc.monitoring.read_trace import read_trace
+
+    text = read_text(Path(trace), str(trace), limits.trace_bytes, TRACE_UNREADABLE)
+    if isinstance(text, Diagnostic):
+        return Monitored(checked, (), (), (*checked.findings, text))
+    motion, findings = read_trace(Source(str(trace), text), checked.mission, limits)
+    if motion is None:
+        return Monitored(checked, (), (), (*checked.findings, *findings))
+    judgements = judge(checked.mission, checked.kernel, motion)
+    asked = len(checked.kernel.requirements)
+    between: tuple[Between, ...] = ()
+    if continuous:
+        from missionc.curves.piecewise_polynomials import motion as motion_of
+        from missionc.verify.between.between_steps import between_steps
+
+        between = between_steps(checked.mission, checked.kernel, motion, motion_of(checked.mission, motion))
+    return Monitored(checked, judgements[:asked], judgements[asked:], checked.findings, between)

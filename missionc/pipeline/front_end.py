@@ -1,0 +1,184 @@
+"""The front end: text to findings, and the mission as meant. Nothing here solves anything, or knows who could.
+
+in   a mission's file, or its text
+out  Checked
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+from missionc.base.limits import Limits
+from missionc.base.source import Source, Span
+from missionc.base.units import Seconds
+from missionc.checks.check_ends import check_ends
+from missionc.checks.check_horizons import check_horizons
+from missionc.checks.check_requirements import check_requirements
+from missionc.checks.check_world import check_world
+from missionc.checks.free_space import Ground
+from missionc.data.vehicles import profiles
+from missionc.diagnostics.code import INCLUDE_NOT_ALLOWED
+from missionc.diagnostics.model import Diagnostic, has_errors
+from missionc.ir import PLAIN
+from missionc.lower.choose_backend import choose_backend
+from missionc.lower.expand import expand
+from missionc.pipeline.results import Checked
+from missionc.resolve.incremental import Meanings
+from missionc.resolve.resolve_mission import resolve
+from missionc.syntax import passages
+from missionc.syntax.parse import parse
+from missionc.syntax.read_file import (
+    Loader,
+    loader,
+    read_source,
+)
+from missionc.syntax.tokens import MOST_FINDINGS
+
+ANY_BACKEND = "any"
+"""For ``check``: whether some backend can plan the mission is not asked."""
+
+
+def ignore(stage: str) -> None:
+    """Nobody needs to know which stage runs."""
+
+
+@dataclass(slots=True)
+class Kept:
+    """What one check of a text leaves to the next, so that only what has changed since is looked at again.
+
+    Of one file and one set of limits. The results of earlier checks speak of the text as it is now, and where it is
+    being checked in another thread, of neither.
+    """
+
+    read: passages.Kept = field(default_factory=passages.Kept)
+    meant: Meanings = field(default_factory=Meanings)
+    ground: Ground | None = None
+
+
+@dataclass(slots=True)
+class Stopwatch:
+    """Seconds by stage, in the order the stages ran; ``before`` is called with the name of each before it runs."""
+
+    seconds: list[tuple[str, Seconds]] = field(default_factory=list)
+    before: Callable[[str], None] = ignore
+
+    @contextmanager
+    def stage(self, name: str) -> Iterator[None]:
+        self.before(name)
+        begin = time.perf_counter()
+        try:
+            yield
+        finally:
+            self.seconds.append((name, Seconds(time.perf_counter() - begin)))
+
+
+def check(
+    file: str | Path | Source,
+    *,
+    overrides: Mapping[str, str] | None = None,
+    backend: str = "auto",
+    limits: Limits | None = None,
+    stretch: float = 1.0,
+    vehicle: str = "",
+    kept: Kept | None = None,
+    before: Callable[[str], None] = ignore,
+    load: Loader | None = None,
+) -> Checked:
+    """Every finding that needs no solving, and the mission as meant where there is no error.
+
+    Args:
+        file: a path, or a text already in hand; what it includes lies relative to its name.
+        overrides: texts for parameters, ``{"T": "30 s"}``.
+        backend: ``auto``, or the one to hold the mission against.
+        limits: of the sizes a mission may have.
+        stretch: how many times as long as written the mission lasts, in whole steps; its windows stay as they are.
+        vehicle: the name of the profile that flies teams which name none; empty for none.
+        kept: what is known of the same file from before it was changed; from then on, what is known of it now.
+        before: called with the name of each stage before it runs; what it raises ends the check.
+        load: finds what the mission includes; read from beside it if left out.
+
+    Raises:
+        ValueError: there is no such profile.
+    """
+    if vehicle and vehicle not in profiles():
+        raise ValueError(f"there is no vehicle `{vehicle}`")
+    limits, kept = limits or Limits(), kept or Kept()
+    name = file.name if isinstance(file, Source) else str(file)
+    source = file if isinstance(file, Source) else read_source(Path(file), name, limits)
+    if isinstance(source, Diagnostic):
+        return Checked(name, (source,))
+    watch = Stopwatch(before=before)
+    sources = [source]
+    unread: list[str] = []
+    find = load or loader(Path(name), name, limits)
+
+    def load_and_keep(written: str, span: Span) -> Source | Diagnostic:
+        included = find(written, span)
+        if isinstance(included, Source):
+            sources.append(included)
+        elif included.code is not INCLUDE_NOT_ALLOWED:
+            unread.append(str(Path(span.source.name).parent / written))
+        return included
+
+    def so_far(findings: list[Diagnostic]) -> Checked:
+        return Checked(
+            name,
+            no_more_than_are_read(in_file_order(findings, sources)),
+            tuple(sources),
+            tuple(unread),
+            dict(overrides or {}),
+            vehicle,
+            seconds=tuple(watch.seconds),
+        )
+
+    with watch.stage("parse"):
+        program, findings = parse(source, limits, load_and_keep, kept.read)
+    if program is None or has_errors(findings):
+        return so_far(findings)
+    with watch.stage("resolve"):
+        flown = profiles()[vehicle] if vehicle else PLAIN
+        mission, more = resolve(program, dict(overrides or {}), limits, stretch, flown, kept.meant)
+    findings = [*findings, *more]
+    if mission is None or has_errors(findings):
+        return replace(so_far(findings), program=program)
+    choice = None
+    with watch.stage("check"):
+        ground = None if mission.world.flat else Ground.of(mission, kept.ground)
+        kept.ground = ground
+        findings += [*check_horizons(mission), *check_world(mission, ground), *check_requirements(mission, ground)]
+        if backend != ANY_BACKEND:
+            choice, more = choose_backend(mission, None if backend == "auto" else backend)
+            findings += more
+    if has_errors(findings):
+        return replace(so_far(findings), program=program, mission=mission, choice=choice)
+    with watch.stage("expand"):
+        kernel, more = expand(mission, limits)
+        if kernel is not None and ground is not None:
+            more = [*more, *check_ends(mission, kernel, ground)]
+    return replace(so_far([*findings, *more]), program=program, mission=mission, choice=choice, kernel=kernel)
+
+
+def in_file_order(findings: list[Diagnostic], sources: list[Source]) -> tuple[Diagnostic, ...]:
+    """Findings about no text first, then by file in the order of reading, then by place."""
+    order = {source.name: number for number, source in enumerate(sources)}
+
+    def place(finding: Diagnostic) -> tuple[int, int]:
+        span = finding.primary.span if finding.primary else None
+        return (order.get(span.source.name, len(order)), span.start) if span else (-1, 0)
+
+    return tuple(sorted(findings, key=place))
+
+
+def no_more_than_are_read(findings: tuple[Diagnostic, ...]) -> tuple[Diagnostic, ...]:
+    """The first findings, errors rather than warnings; the last one says how many more there are."""
+    left = len(findings) - MOST_FINDINGS
+    if left <= 0:
+        return findings
+    errors_first = sorted(range(len(findings)), key=lambda number: findings[number].code.warning)
+    *shown, last = (findings[number] for number in sorted(errors_first[:MOST_FINDINGS]))
+    more = f"{left} more findings are not shown" if left > 1 else "1 more finding is not shown"
+    return (*shown, replace(last, notes=(*last.notes, more)))

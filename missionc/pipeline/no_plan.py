@@ -1,0 +1,131 @@
+"""What is said of a mission that got no plan to write: one message for each way to end without.
+
+says MC601 to MC607 MC710
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from missionc.backends.api import Impossible, NotFound, Planned
+from missionc.base.units import Seconds
+from missionc.diagnostics.code import (
+    IMPOSSIBLE,
+    NO_ROADMAP,
+    NOT_BETWEEN,
+    NOT_VERIFIED,
+    OUT_OF_MEMORY,
+    OUT_OF_TIME,
+    PROBLEM_TOO_LARGE,
+    SOLVER_GAVE_UP,
+)
+from missionc.diagnostics.model import Diagnostic, Label
+from missionc.ir import Mission
+from missionc.pipeline.results import Explained, Trial
+from missionc.pipeline.run_limited import Ended
+
+if TYPE_CHECKING:
+    from missionc.verify.verify_plan import Certificate
+
+
+def impossible(mission: Mission, found: Impossible, explained: Explained | None) -> Diagnostic:
+    """The requirements in conflict, each at its place."""
+    spans = [(each.name, each.span) for each in mission.requirements if each.name in found.conflict]
+    notes = (found.statement, *(_blamed(explained) if explained else ()), *found.report.notes)
+    if not spans:
+        return Diagnostic(
+            IMPOSSIBLE,
+            "no plan exists on the roadmap, whatever the requirements",
+            Label(mission.time_span or mission.span, "in this time"),
+            notes=notes,
+            help="give the agents more time or more room, or look at their starts and finishes",
+        )
+    return Diagnostic(
+        IMPOSSIBLE,
+        f"{found.says} on the roadmap",
+        Label(spans[0][1], "this" if len(spans) > 1 else ""),
+        tuple(Label(span, "and this") for _, span in spans[1:]),
+        notes,
+        _smallest(explained)
+        if explained and explained.relaxations
+        else "relax one of them, give the agents more time, or a finer roadmap: `solve with smt { nodes = 400 }`",
+    )
+
+
+def _smallest(explained: Explained) -> str:
+    return f"the smallest change that was tried and has a plan: {explained.relaxations[0].says}"
+
+
+def _blamed(explained: Explained) -> tuple[str, ...]:
+    """Who is to blame, and by which trials that is known."""
+    who = {
+        "REQUIREMENTS": "the requirements are to blame",
+        "HORIZON": "the horizon is to blame",
+        "ROADMAP": "only these roadmaps are to blame",
+        "UNKNOWN": "what is to blame is open",
+    }[explained.blame.name]
+    says = {"planned": "there is a plan", "impossible": "there is none", "undecided": "none was found in time"}
+    trials = [
+        f"{words} {', or '.join(_variant(trial) for trial in explained.trials if trial.outcome == outcome)}"
+        for outcome, words in says.items()
+        if any(trial.outcome == outcome for trial in explained.trials)
+    ]
+    return ("; ".join([f"{who}: {trials[0]}", *trials[1:]]) if trials else who,)
+
+
+def _variant(trial: Trial) -> str:
+    return trial.says if trial.says.startswith("without ") else f"with {trial.says}"
+
+
+def not_found(found: NotFound, explained: Explained | None) -> Diagnostic:
+    code, help_ = {
+        "TIME": (OUT_OF_TIME, "allow more with `--time-limit`"),
+        "MEMORY": (OUT_OF_MEMORY, "allow more with `--memory-limit`"),
+        "SIZE": (PROBLEM_TOO_LARGE, "allow more with `--limit clauses=…`, or use fewer nodes, steps or agents"),
+        "NO_ROADMAP": (NO_ROADMAP, "look at the starts, the dynamics and the room between obstacles"),
+        "SOLVER": (SOLVER_GAVE_UP, "try another seed with `--seed`, or another solver with `--solver`"),
+    }[found.reason.name]
+    head, *more = found.says
+    return Diagnostic(
+        code,
+        head,
+        None,
+        notes=(*more, "this says nothing about whether a plan exists"),
+        help=f"{help_}; {_smallest(explained)}" if explained and explained.relaxations else help_,
+    )
+
+
+def not_brought_home(ended: Ended, planned: Planned, seconds: Sequence[tuple[str, Seconds]]) -> NotFound:
+    """A plan was found, and a limit came before it was verified and written; ``seconds`` are those of each stage."""
+    searched = sum(spent for _, spent in planned.report.seconds)
+    stage = seconds[-1][0] if seconds else "verify"
+    statement = f"a plan was found in {searched:.1f} s, and not yet verified and written: {ended.during(stage)}"
+    return NotFound(ended.reason, statement, planned.report)
+
+
+def not_between(mission: Mission, certificate: Certificate) -> tuple[Diagnostic, ...]:
+    """Each requirement that fails between the steps, or of which that is not known."""
+    spans = {each.name: each.span for each in mission.requirements}
+    return tuple(
+        Diagnostic(
+            NOT_BETWEEN,
+            each.detail,
+            Label(spans[each.requirement], ""),
+            help="ask for a little more than is needed, or take a shorter time step",
+        )
+        for each in certificate.between
+        if not each.holds
+    )
+
+
+def not_verified(certificate: Certificate) -> Diagnostic:
+    return Diagnostic(
+        NOT_VERIFIED,
+        "a plan was found, but it does not pass verification: a defect of the compiler",
+        None,
+        notes=tuple(
+            f"{check.name} {check.subject}: margin {check.margin:g} {check.unit}" for check in certificate.failures[:5]
+        ),
+        help="report it with the mission and the seed; another `--seed` may do meanwhile",
+    )

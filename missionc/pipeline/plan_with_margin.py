@@ -1,0 +1,90 @@
+"""What a backend is asked for: first a plan with room for a flight that misses it a little, then any plan.
+
+in   a backend, Mission, Kernel, Options, Budget
+out  its Outcome; and what else to ask for where a plan holds at its steps alone
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from dataclasses import replace
+
+from missionc.backends.api import Backend, Budget, CutShort, NotFound, Options, Outcome, Planned, Reason, forget
+from missionc.base.units import Metres
+from missionc.checks.check_world import check_world
+from missionc.diagnostics.model import has_errors
+from missionc.ir import Mission
+from missionc.kernel.nodes import Kernel
+from missionc.lower.tighten import (
+    missed,
+    paced,
+    roomy,
+    tightened,
+)
+
+SHARE, LONGEST = 0.25, 20.0
+"""Of the time that is left, for a plan that has a margin: a share, and at most so many seconds."""
+
+PARTS = (1.0, 0.5, 0.0)
+"""Of the margin: where all of it is too much, half of it is better than none."""
+
+OTHERS = 7
+"""Plans that are asked for after one that holds at its steps alone."""
+SEEDS_EACH = 2
+"""Of them with each margin."""
+LEAST = Metres(0.05)
+"""The margin they begin with where no vehicle has one: that of a Crazyflie's profile."""
+
+
+def seek(backend: Backend, mission: Mission, kernel: Kernel, options: Options, budget: Budget) -> Outcome:
+    """A plan that its vehicles can fly and that keeps every requirement by the margin, or by a part of it; else any.
+
+    Only a refusal of the mission itself is one: that of the tightened mission
+    says nothing. What is kept of the run, to be taken up again, is of the last
+    try. A plan after a try that time ended is cut short: with more, that try may
+    have found another.
+    """
+    wanted = roomy(mission)
+    slow = paced(wanted)
+    if slow is not wanted and has_errors(check_world(slow)):  # too slow to be anywhere in time
+        slow = wanted
+    margin = missed(mission) if options.margin is None else Metres(options.margin)
+    late = False
+    for part in PARTS:
+        if (margin <= 0 or part == 0.0) and slow is wanted:
+            break
+        now = time.monotonic()
+        short = replace(budget, deadline=now + min(LONGEST, SHARE * (budget.deadline - now)), keep=forget, resume=None)
+        found = backend.plan(*tightened(slow, kernel, Metres(part * margin)), options, short)
+        if isinstance(found, Planned):
+            return _after(found if part == 1.0 or margin <= 0 else _noted(found, margin, part), late)
+        late = late or (isinstance(found, NotFound) and found.reason is Reason.TIME)
+    found = backend.plan(wanted, kernel, options, budget)
+    if not isinstance(found, Planned):
+        return found
+    return _after(_noted(found, margin, 0.0) if margin > 0 else found, late)
+
+
+def others(mission: Mission, options: Options, budget: Budget) -> Iterator[tuple[Options, Budget]]:
+    """For a plan that holds between its steps too: other seeds, and more room where nobody said how much.
+
+    A plan that is nowhere near the border of truth at its steps seldom leaps over it.
+    """
+    margin = missed(mission) or LEAST
+    for number in range(1, OTHERS + 1):
+        more = options if options.margin is not None else replace(options, margin=margin * (1 + number // SEEDS_EACH))
+        yield more, replace(budget, seed=budget.seed + number, keep=forget, resume=None)
+
+
+def _after(found: Planned, late: bool) -> Planned:
+    """The plan as it is given out, where a try before it may have been ``late``."""
+    if not late or found.report.cut_short:
+        return found
+    return replace(found, report=replace(found.report, cut_short=CutShort.TIME))
+
+
+def _noted(found: Planned, margin: Metres, part: float) -> Planned:
+    kept = f"; this one keeps them by {part * margin * 100:g} cm" if part else ""
+    note = f"no plan was found that keeps the requirements by {margin * 100:g} cm, the margin of a flight{kept}"
+    return replace(found, report=replace(found.report, notes=(*found.report.notes, note)))

@@ -1,0 +1,112 @@
+"""What the requirements in conflict speak of, and which way each of it has to move to ask for less.
+
+in   kernel formulas
+out  Touched
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from enum import Enum
+from typing import TypeVar, assert_never
+
+from missionc.base.source import Span
+from missionc.ir import InFormation, Inside, Touches
+from missionc.kernel.nodes import (
+    All,
+    Any,
+    Apart,
+    At,
+    AtLeast,
+    Atom,
+    Is,
+    Nearby,
+    Node,
+    Not,
+    Reach,
+    Route,
+    Sometime,
+    Throughout,
+    Until,
+)
+from missionc.kernel.walk import children
+
+Key = TypeVar("Key", Span, str)
+
+
+class Way(Enum):
+    """What asks for less: more of the number, or less of it; EITHER where the formula needs it both ways."""
+
+    MORE = 1
+    LESS = -1
+    EITHER = 0
+
+
+@dataclass(slots=True)
+class Touched:
+    """By the words of the formula, or the name of the thing: which way asks for less.
+
+    ``windows``: the last step of the window. ``lengths``: the upper bound of a route. ``counts``: of agents.
+    ``comparisons``: what is compared with zero, as if it were a sum that has to be positive.
+    """
+
+    windows: dict[Span, Way] = field(default_factory=dict)
+    lengths: dict[Span, Way] = field(default_factory=dict)
+    counts: dict[Span, Way] = field(default_factory=dict)
+    comparisons: dict[Span, Way] = field(default_factory=dict)
+    graphs: dict[str, Way] = field(default_factory=dict)
+    regions: dict[str, Way] = field(default_factory=dict)
+    formations: dict[str, Way] = field(default_factory=dict)
+
+
+def touched(formulas: Iterable[Node]) -> Touched:
+    """What there is in these formulas, each of which is to hold."""
+    found = Touched()
+    stack = [(formula, 1) for formula in formulas][::-1]
+    seen: set[tuple[Node, int]] = set()
+    while stack:
+        node, sign = stack.pop()
+        if (node, sign) in seen:
+            continue
+        seen.add((node, sign))
+        below = -sign if isinstance(node, Not) else sign
+        _note(found, node, sign)
+        stack.extend((child, below) for child in reversed(children(node)))
+    return found
+
+
+def _note(found: Touched, node: Node, sign: int) -> None:
+    span = node.span
+    match node:
+        case Atom(Inside(region, _) | Touches(region)):
+            _add(found.regions, region.name, sign)
+        case Atom(InFormation(formation)):
+            _add(found.formations, formation.name, sign)
+        case Atom():
+            _add(found.comparisons, span, sign)
+        case Sometime() | Until():
+            _add(found.windows, span, sign)
+        case Throughout():
+            _add(found.windows, span, -sign)
+        case AtLeast():
+            _add(found.counts, span, -sign)
+        case Nearby(graph):
+            _add(found.graphs, graph.name, sign)
+        case Reach(graph) | Route(graph):
+            _add(found.graphs, graph.name, sign)
+            _add(found.lengths, span, sign)
+        case Apart(graph):
+            # A wider graph has shorter ways, and links where there were none: how that bears on a bound is open.
+            _add(found.graphs, graph.name, 0)
+            _add(found.lengths, span, sign)
+        case Is() | Not() | All() | Any() | At():
+            pass
+        case _:
+            assert_never(node)
+
+
+def _add(ways: dict[Key, Way], key: Key | None, sign: int) -> None:
+    if key is not None:
+        way = Way(sign)
+        ways[key] = way if ways.get(key, way) is way else Way.EITHER

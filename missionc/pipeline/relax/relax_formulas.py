@@ -1,0 +1,107 @@
+"""Changes of what the requirements in conflict ask: routes, counts, comparisons, or one of them left out."""
+
+from __future__ import annotations
+
+import math
+
+from missionc import ir
+from missionc.diagnostics.model import Fix
+from missionc.ir import Mission
+from missionc.language.route_lengths import most_hops
+from missionc.language.walk_formulas import formulas
+from missionc.pipeline.relax.conflict_targets import Touched, Way
+from missionc.pipeline.relax.edits import (
+    Edit,
+    mine,
+    spot,
+)
+from missionc.pipeline.relax.knobs import (
+    Knob,
+    less,
+    more,
+    whole,
+)
+from missionc.pipeline.results import Checked
+from missionc.resolve.resolve_quantities import excerpt
+from missionc.syntax import ast
+from missionc.syntax.references import nodes
+
+
+def without(checked: Checked, mission: Mission, conflict: tuple[str, ...]) -> list[Knob]:
+    """Each of the requirements in conflict left out."""
+    return [knob for name in conflict for knob in without_all(checked, mission, (name,))]
+
+
+def without_all(checked: Checked, mission: Mission, names: tuple[str, ...]) -> list[Knob]:
+    """All of these requirements left out together."""
+    spans = [goal.span for goal in mission.requirements if goal.name in names]
+    if not spans or not all(mine(checked, span) for span in spans):
+        return []
+    says = " and ".join(f"`{name}`" for name in names)
+    edit = Edit(f"without {says}", tuple(Fix(span, "") for span in spans))
+    return [Knob(lambda notches: edit, size=math.inf)]
+
+
+def lengths(checked: Checked, mission: Mission, touched: Touched) -> list[Knob]:
+    """The upper bounds of routes: more hops or metres where a route is to be there, fewer where none is."""
+    written = {node.span: node.bounds for node in nodes(checked.program) if isinstance(node, ast.Apply)}
+    meant = {each.span: each.bounds for each in formulas(mission) if isinstance(each, ir.Apply)}
+    knobs = []
+    for span, way in touched.lengths.items():
+        length, bounds = written.get(span), meant.get(span)
+        if not isinstance(length, ast.Length) or not isinstance(bounds, ir.Length) or way is Way.EITHER:
+            continue
+        found = spot(checked, length.high)
+        if found is None:
+            continue
+        name = f"the bound of `{excerpt(length.span)}`"
+        hops = bounds.metric is ast.Metric.HOPS
+        if hops and way is Way.MORE:
+            knobs.append(whole(found, name, most_hops(bounds) - int(bounds.high)))
+        elif hops:
+            knobs.append(whole(found, name, int(bounds.high - bounds.low), -1))
+        else:
+            knobs.append(more(found, name) if way is Way.MORE else less(found, name, bounds.low / found.factor))
+    return knobs
+
+
+def counts(checked: Checked, touched: Touched) -> list[Knob]:
+    """How many agents, in ``count[…] f >= 2`` and ``at least 2 drone: f``."""
+    knobs = []
+    for node in _in_order(checked):
+        match node:
+            case ast.Apply(span=span, number=ast.Number() | ast.Name() as number):
+                name = f"the bound of `{excerpt(span)}`"
+            case ast.Quantified(span=span, number=ast.Number() | ast.Name() as number, agents=agents):
+                name = f"at least, of `{excerpt(agents.span)}`,"
+            case _:
+                continue
+        way, found = touched.counts.get(span, Way.EITHER), spot(checked, number)
+        if found is not None and way is Way.LESS:
+            knobs.append(whole(found, name, int(found.value), -1))
+        elif found is not None and way is Way.MORE:
+            knobs.append(whole(found, name, max(1, int(found.value))))
+    return knobs
+
+
+def _in_order(checked: Checked) -> list[ast.Apply | ast.Quantified | ast.Compare]:
+    """The formulas as written that may have a number of their own."""
+    kinds = (ast.Apply, ast.Quantified, ast.Compare)
+    return sorted(
+        (node for node in nodes(checked.program) if isinstance(node, kinds)), key=lambda node: node.span.start
+    )
+
+
+def comparisons(checked: Checked, touched: Touched) -> list[Knob]:
+    """The number that a comparison has on one of its sides."""
+    knobs = []
+    for node in (each for each in _in_order(checked) if isinstance(each, ast.Compare)):
+        way = touched.comparisons.get(node.span, Way.EITHER)
+        right, left = spot(checked, node.right), spot(checked, node.left)
+        found = right or left
+        if found is None or way is Way.EITHER:
+            continue
+        grows = ((node.operator in ("<", "<=")) == (found is right)) == (way is Way.MORE)
+        name = f"the bound of `{excerpt(node.span)}`"
+        knobs.append(more(found, name) if grows else less(found, name, found.value - 4 * max(1.0, abs(found.value))))
+    return knobs

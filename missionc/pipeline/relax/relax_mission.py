@@ -1,0 +1,232 @@
+"""Why a mission has no plan, from the refusal on: variants of it are solved until the time for that is over.
+
+    in   Checked, the backend's Impossible, or a NotFound with its best candidate; a budget
+    out  Explained
+
+First what tells who is to blame: the requirements in conflict left out, a longer
+horizon, a finer roadmap. Then every number that these requirements touch, one
+try after the other, in the order of the text. Each variant is checked from its
+text on, planned and verified; what is not is no relaxation. A search that found nothing has refused
+nothing: its candidate's requirements stand for those in conflict, and nobody is to blame.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterable
+from dataclasses import dataclass, field, replace
+
+from missionc.backends.api import (
+    Attempt,
+    Backend,
+    Budget,
+    Impossible,
+    NotFound,
+    Options,
+    Planned,
+    Progress,
+    forget,
+    ignore,
+)
+from missionc.base.signals import asked
+from missionc.base.trace import Trace
+from missionc.base.units import Seconds
+from missionc.ir import Mission
+from missionc.kernel.nodes import Kernel
+from missionc.pipeline.front_end import check
+from missionc.pipeline.plan_with_margin import seek
+from missionc.pipeline.relax import (
+    relax_formulas,
+    relax_time,
+    relax_world,
+)
+from missionc.pipeline.relax.bisection import Trying
+from missionc.pipeline.relax.conflict_targets import touched
+from missionc.pipeline.relax.edits import (
+    Edit,
+    changes,
+    edited,
+)
+from missionc.pipeline.relax.knobs import Knob
+from missionc.pipeline.relax.nearest_miss import near_miss
+from missionc.pipeline.results import (
+    Blame,
+    Checked,
+    Explained,
+    Relaxation,
+    Trial,
+)
+from missionc.verify.verify_plan import verify
+
+FIRST, FINER, SHARE, SEARCHED = 0.05, 0.1, 0.25, 0.1
+"""Of all the time, so much goes into the first try of a knob at most; into a finer roadmap, which is the hardest; into
+any other try. A knob's later tries get twice as much each. Where none is ever refused and each would take what it gets,
+all get the last."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Tried:
+    """How a variant came out: ``planned`` with a verified motion, ``impossible``, ``undecided``, or ``wrong``."""
+
+    outcome: str
+    trace: Trace | None = None
+
+
+@dataclass(slots=True, eq=False)
+class Explaining:
+    """One explanation as it goes on; ``tried`` are the knobs in the order in which they are tried."""
+
+    checked: Checked
+    mission: Mission
+    kernel: Kernel
+    backend: Backend
+    options: Options
+    budget: Budget
+    first: float
+    share: float
+    begin: float = field(default_factory=time.monotonic)
+    count: int = 0
+    found: dict[int, Tried] = field(default_factory=dict)
+    """The motion of each knob's smallest change that does."""
+    tried: list[Trying] = field(default_factory=list)
+
+    @property
+    def over(self) -> bool:
+        return asked() or time.monotonic() >= self.budget.deadline
+
+    def step(self, trying: Trying, first: float) -> Trial | None:
+        """Tries the knob's next change that is a mission at all; None where there is none."""
+        while (notches := trying.next()) is not None:
+            edit = trying.knob.edit(notches)
+            part = min(self.share, first * 2**trying.tries)
+            came = Tried("wrong") if edit is None else self.solve(edit, part)
+            does = came.outcome == "planned"
+            trying.learn(notches, does=does, proven=came.outcome == "impossible")
+            if does:
+                self.found[id(trying)] = came
+            if edit is not None and came.outcome != "wrong":
+                return Trial(edit.says, came.outcome)
+        return None
+
+    def solve(self, edit: Edit, part: float) -> Tried:
+        """The variant checked from its text on, planned in that part of all the time, and verified."""
+        self.count += 1
+        self.budget.listen(Progress("explain", self.count, edit.says))
+        source, overrides = edited(self.checked, edit)
+        checked = check(
+            source,
+            overrides=overrides,
+            backend=self.backend.name,
+            limits=self.budget.limits,
+            vehicle=self.checked.vehicle,
+        )
+        mission, kernel = checked.mission, checked.kernel
+        if not checked.ok or mission is None or kernel is None:
+            return Tried("wrong")
+        try:
+            return self.planned(mission, kernel, part)
+        except MemoryError:
+            return Tried("undecided")
+
+    def planned(self, mission: Mission, kernel: Kernel, part: float) -> Tried:
+        now = time.monotonic()
+        until = min(self.budget.deadline, now + part * (self.budget.deadline - self.begin))
+        budget = replace(self.budget, deadline=until, listen=ignore, keep=forget, resume=None)
+        came = seek(self.backend, mission, kernel, self.options, budget)
+        if isinstance(came, Impossible):
+            return Tried("impossible")
+        if isinstance(came, Planned) and verify(mission, kernel, came.trace).passed:
+            return Tried("planned", came.trace)
+        return Tried("undecided")
+
+    def trial(self, knobs: Iterable[Knob], part: float = SHARE) -> list[Trial]:
+        """The first change of each knob, tried in that part of all the time; their others come later."""
+        trials: list[Trial] = []
+        for knob in knobs:
+            trying = Trying(knob)
+            self.tried.append(trying)
+            came = None if self.over else self.step(trying, part)
+            trials += [came] if came is not None else []
+        return trials
+
+    def refine(self, knobs: Iterable[Knob]) -> None:
+        """One change of each knob after the other, until there is nothing left to try or no time."""
+        self.tried += map(Trying, knobs)
+        going = True
+        while going:
+            going = False
+            for trying in self.tried:
+                if self.over:
+                    return
+                going = self.step(trying, self.first) is not None or going
+
+    def relaxations(self) -> list[tuple[Relaxation, Trace]]:
+        """What does, the smallest change first; what is as large in the order in which it was tried."""
+        found = []
+        for trying in self.tried:
+            edit = None if trying.best is None else trying.knob.edit(trying.best)
+            came = self.found.get(id(trying))
+            if edit is None or came is None or came.trace is None or trying.best is None:
+                continue
+            size = trying.best * trying.knob.size
+            lines = changes(edit, self.checked.overrides)
+            found.append((Relaxation(edit.says, lines, size, trying.smallest), came.trace))
+        return sorted(found, key=lambda each: each[0].size)
+
+
+def explain(
+    checked: Checked, refusal: Impossible | NotFound, backend: Backend, options: Options, budget: Budget, limit: Seconds
+) -> Explained:
+    """Who is to blame and what helps, as far as can be told within ``limit``, seconds, and the budget's deadline."""
+    mission, kernel = checked.mission, checked.kernel
+    assert mission is not None
+    assert kernel is not None
+    now = time.monotonic()
+    short = replace(budget, deadline=min(budget.deadline, now + limit))
+    quick = replace(options, certify=False, captures=frozenset(), margin=0.0, brief=True)
+    best = refusal.best if isinstance(refusal, NotFound) else None
+    first, share = (SEARCHED, SEARCHED) if best else (FIRST, SHARE)
+    run = Explaining(checked, mission, kernel, backend, quick, short, first, share, now)
+    conflict = refusal.conflict if isinstance(refusal, Impossible) else _violated(best)
+    without = run.trial(relax_formulas.without(checked, mission, conflict))
+    if len(conflict) > 1 and not any(trial.outcome == "planned" for trial in without):
+        without += run.trial(relax_formulas.without_all(checked, mission, conflict))
+    longer = run.trial(relax_time.horizon(checked, mission))
+    finer = run.trial(relax_world.roadmap(checked, dict(refusal.report.sizes).get("nodes", 0)), FINER)
+    run.refine(_knobs(checked, mission, kernel, conflict))
+    found = run.relaxations()
+    return Explained(
+        _blame(without, longer, finer) if isinstance(refusal, Impossible) else Blame.UNKNOWN,
+        (*without, *longer, *finer),
+        tuple(relaxation for relaxation, _ in found),
+        near_miss(checked, backend.name, budget.seed, found, best),
+        run.over,
+    )
+
+
+def _violated(best: Attempt | None) -> tuple[str, ...]:
+    return tuple(each.name for each in best.violated) if best else ()
+
+
+def _knobs(checked: Checked, mission: Mission, kernel: Kernel, conflict: tuple[str, ...]) -> list[Knob]:
+    """Every number that the requirements in conflict touch, and what every plan has to keep."""
+    asks = touched(goal.formula for goal in kernel.requirements if goal.name in conflict)
+    return [
+        *relax_time.windows(checked, mission, asks),
+        *relax_formulas.lengths(checked, mission, asks),
+        *relax_formulas.counts(checked, asks),
+        *relax_formulas.comparisons(checked, asks),
+        *relax_world.graphs(checked, asks),
+        *relax_world.formations(checked, asks),
+        *relax_world.regions(checked, mission, asks),
+        *relax_world.margins(checked),
+        *relax_world.teams(checked),
+    ]
+
+
+def _blame(without: list[Trial], longer: list[Trial], finer: list[Trial]) -> Blame:
+    """The least that does: a finer roadmap, more time, fewer requirements."""
+    for blame, trials in ((Blame.ROADMAP, finer), (Blame.HORIZON, longer), (Blame.REQUIREMENTS, without)):
+        if any(trial.outcome == "planned" for trial in trials):
+            return blame
+    return Blame.UNKNOWN

@@ -1,0 +1,121 @@
+"""Changes of when: a longer horizon, a window that ends later or asks for less time."""
+
+from __future__ import annotations
+
+from missionc.base.source import Span
+from missionc.checks.check_horizons import steps_ahead
+from missionc.ir import Apply, Mission, Preference, Requirement, Window
+from missionc.language.walk_formulas import (
+    bottom_up,
+    formulas,
+    goals,
+    operator_words,
+)
+from missionc.pipeline.relax.conflict_targets import Touched, Way
+from missionc.pipeline.relax.edits import (
+    Edit,
+    Spot,
+    declared,
+    mine,
+    spot,
+)
+from missionc.pipeline.relax.knobs import Knob
+from missionc.pipeline.results import Checked
+from missionc.syntax import ast
+from missionc.syntax.references import nodes
+
+LONGER = 4
+"""A horizon grows to so many times itself at most."""
+
+
+def horizon(checked: Checked, mission: Mission) -> list[Knob]:
+    """The horizon, longer by whole steps; every window that ends with the mission follows, however it is written."""
+    found = _horizon(checked)
+    if found is None:
+        return []
+    ends = [end for end in _ends(checked, mission) if end != found]
+
+    def edit(notches: int) -> Edit:
+        steps = mission.steps + notches
+        whole = _lasting(found, mission, steps)
+        fixes = [fix for end in ends for fix in _at(end, mission, steps, "").fixes]
+        says = f"{whole.says}, with the windows that end with it" if fixes else whole.says
+        return Edit(says, (*whole.fixes, *fixes), whole.overrides)
+
+    return [Knob(edit, 1 / mission.steps, mission.steps, (LONGER - 1) * mission.steps)]
+
+
+def _ends(checked: Checked, mission: Mission) -> list[Spot]:
+    """Where the mission's last step is written as the end of a window, each place once."""
+    meant = _meant(mission)
+    found = []
+    for node in nodes(checked.program):
+        if isinstance(node, ast.Apply) and isinstance(node.bounds, ast.Window) and node.span in meant:
+            bounds, end = meant[node.span].bounds, spot(checked, node.bounds.high)
+            if isinstance(bounds, Window) and bounds.high == mission.steps and end is not None and end not in found:
+                found.append(end)
+    return found
+
+
+def _meant(mission: Mission) -> dict[Span, Apply]:
+    """What each use of an operator, by its words, was resolved to."""
+    return {each.span: each for each in formulas(mission) if isinstance(each, Apply)}
+
+
+def windows(checked: Checked, mission: Mission, touched: Touched) -> list[Knob]:
+    """The last steps of windows: later where something is to happen, sooner where something is to last."""
+    written = {node.span: node.bounds for node in nodes(checked.program) if isinstance(node, ast.Apply)}
+    meant = _meant(mission)
+    knobs = []
+    for span, way in touched.windows.items():
+        window, formula = written.get(span), meant.get(span)
+        if isinstance(window, ast.Window) and formula is not None and way is not Way.EITHER:
+            knobs.append(_window(checked, mission, window, formula, way))
+    return [knob for knob in knobs if knob is not None]
+
+
+def _window(checked: Checked, mission: Mission, window: ast.Window, formula: Apply, way: Way) -> Knob | None:
+    bounds, lasting = formula.bounds, _horizon(checked)
+    if not isinstance(bounds, Window) or bounds.high is None or window.high is None:
+        return None
+    low, high = bounds.low, bounds.high
+    found = spot(checked, window.high)
+    with_horizon = found is not None and found == lasting
+    if found is None or with_horizon:
+        if (way is Way.MORE and with_horizon) or not mine(checked, window.high.span):
+            return None
+        found = Spot(high * mission.step, "s", window.high)
+    asking = [goal for goal in goals(mission) if formula in bottom_up([goal.formula])]
+    name = f"in `{asking[0].name}`, the end of `{' '.join(operator_words(formula).text.split())}` at"
+    ahead = _ahead(mission, asking)
+
+    def edit(notches: int) -> Edit | None:
+        end = high + way.value * notches
+        moved = _at(found, mission, end, name)
+        if way is Way.LESS or ahead + notches <= mission.steps:
+            return moved
+        return moved + _lasting(lasting, mission, ahead + notches) if lasting is not None else None
+
+    most = (LONGER - 1) * mission.steps if way is Way.MORE else high - low
+    return Knob(edit, 1 / max(1, high), min(most, max(1, high)), most) if most else None
+
+
+def _ahead(mission: Mission, asking: list[Requirement | Preference]) -> int:
+    """The steps that these goals need."""
+    looks = steps_ahead(goal.formula for goal in asking)
+    return int(min(max(looks[goal.formula].total for goal in asking), mission.steps))
+
+
+def _horizon(checked: Checked) -> Spot | None:
+    times = declared(checked, ast.Time)
+    return spot(checked, times[0].horizon) if times else None
+
+
+def _lasting(found: Spot, mission: Mission, steps: int) -> Edit:
+    return _at(found, mission, steps, "horizon")
+
+
+def _at(found: Spot, mission: Mission, steps: int, name: str) -> Edit:
+    """The time after so many steps, in the unit in which it is written."""
+    value = steps if found.unit == "steps" else steps * mission.step / found.factor
+    return found.put(value, f"{name} {found.written(value)} instead of {found.written(found.value)}")

@@ -1,0 +1,272 @@
+"""What the pipeline gives back: values with names, no failure among them is a bare None.
+
+``Checked`` comes of ``check``, ``Compiled`` of ``compile``, ``Monitored`` of ``monitor``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import Enum
+from typing import TYPE_CHECKING, TypeAlias, assert_never
+
+from missionc import ir
+from missionc.backends.api import Attempt, Impossible, NotFound, Report
+from missionc.base.notebook import (
+    framed,
+    printed,
+    shown,
+)
+from missionc.base.source import Source
+from missionc.base.trace import judgement_lines
+from missionc.base.units import Seconds
+from missionc.diagnostics.model import Diagnostic, has_errors
+from missionc.diagnostics.render import counts, render_text
+from missionc.kernel.nodes import Kernel
+from missionc.lower.choose_backend import Choice
+from missionc.output.folder.file_names import REPORT
+from missionc.syntax import ast
+
+if TYPE_CHECKING:
+    from missionc.base.trace import Judgement, Plan
+    from missionc.verify.certificate import Between
+    from missionc.verify.verify_plan import Certificate
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Checked:
+    """What the front end made of a mission: every finding, and each tree it came to.
+
+    ``findings`` are in file order. The trees are None from the first stage with
+    errors on; where ``ok``, all are there.
+    """
+
+    file: str
+    findings: tuple[Diagnostic, ...]
+    sources: tuple[Source, ...] = ()
+    unread: tuple[str, ...] = ()
+    """Files that are included and could not be read, by the names under which they would be sources."""
+    overrides: Mapping[str, str] = field(default_factory=dict)
+    vehicle: str = ""
+    """The profile that flies the teams which name none; empty for none."""
+    program: ast.Program | None = None
+    mission: ir.Mission | None = None
+    choice: Choice | None = None
+    kernel: Kernel | None = None
+    seconds: tuple[tuple[str, Seconds], ...] = ()
+
+    @property
+    def ok(self) -> bool:
+        """Whether there is no error; warnings may be."""
+        return not has_errors(list(self.findings))
+
+    def __str__(self) -> str:
+        return _below(self.findings, f"{self.file}: {counts(self.findings)}")
+
+    _repr_pretty_ = printed
+    _repr_html_ = shown
+
+
+@dataclass(frozen=True, slots=True)
+class Refused:
+    """The mission, or what it needs of the installation, has errors: they are among the findings."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Verified:
+    """A plan that passed every check of the certificate."""
+
+    plan: Plan
+    certificate: Certificate
+    report: Report
+    files: tuple[tuple[str, bytes], ...]
+    """What belongs into the output folder: relative path and content."""
+
+    def __str__(self) -> str:
+        return str(self.plan)
+
+    _repr_pretty_ = printed
+
+    def _repr_html_(self) -> str:
+        return framed(self.page, str(self))
+
+    @property
+    def page(self) -> str:
+        """The report."""
+        return dict(self.files)[REPORT].decode("utf-8")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Unverified:
+    """A plan that failed a check of the certificate: a defect of the compiler, never given out as a plan."""
+
+    certificate: Certificate
+    report: Report
+
+
+@dataclass(frozen=True, slots=True)
+class Change:
+    """Lines of a mission's file, from ``line`` on, as they are and as they would be; without line ends.
+
+    A value given on the command line is in no file, and on line 0.
+    """
+
+    file: str
+    line: int
+    before: str
+    after: str
+
+
+@dataclass(frozen=True, slots=True)
+class Relaxation:
+    """A change with which the mission, compiled from its text on, has a plan that passed ``verify``.
+
+    ``smallest``: the next smaller change of its kind was refused on the roadmap; where it is False, less may do.
+    """
+
+    says: str
+    changes: tuple[Change, ...]
+    size: float
+    """Of the change, relative to what it changes; infinite where something is left out."""
+    smallest: bool
+
+
+class Blame(Enum):
+    """What an infeasible mission owes its refusal to, as far as trials tell."""
+
+    REQUIREMENTS = "requirements"
+    HORIZON = "horizon"
+    ROADMAP = "roadmap"
+    UNKNOWN = "unknown"
+
+
+@dataclass(frozen=True, slots=True)
+class Trial:
+    """A variant, solved to know who is to blame; ``outcome`` is ``planned``, ``impossible`` or ``undecided``."""
+
+    says: str
+    outcome: str
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class NearMiss:
+    """A motion that comes nearest to being a plan. It is none.
+
+    Of an infeasible mission it breaks one requirement and keeps everything else. Of a mission for which no plan was
+    found it may be the best candidate, which may break more.
+    """
+
+    attempt: Attempt
+    planned_for: str
+    """The change of the mission with which the motion is a plan; empty of a best candidate."""
+    files: tuple[tuple[str, bytes], ...]
+    """What shows it: relative path and content."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Explained:
+    """Why a mission has no plan, and what would help. ``relaxations`` have the smallest change first."""
+
+    blame: Blame
+    """Of a mission that is not known to be infeasible, unknown."""
+    trials: tuple[Trial, ...] = ()
+    relaxations: tuple[Relaxation, ...] = ()
+    near_miss: NearMiss | None = None
+    cut_short: bool = False
+    """Time was up before everything had been tried."""
+
+
+CompileOutcome: TypeAlias = Refused | Verified | Unverified | Impossible | NotFound
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Compiled:
+    """How far a mission came. ``findings`` are those of ``checked``, and what planning adds."""
+
+    checked: Checked
+    outcome: CompileOutcome
+    findings: tuple[Diagnostic, ...]
+    seconds: tuple[tuple[str, Seconds], ...]
+    explained: Explained | None = None
+    """Of a mission that is impossible, or has a best candidate at least, where that was asked for."""
+    listing: tuple[tuple[str, bytes], ...] = ()
+    """The manifest of the files that there are without a plan; nothing where there are none."""
+
+    @property
+    def files(self) -> tuple[tuple[str, bytes], ...]:
+        """The files of the output folder: a plan's, else a refusal's proof and the nearest miss; and their manifest."""
+        missed = self.explained.near_miss if self.explained else None
+        match self.outcome:
+            case Verified(files=files):
+                return files
+            case Impossible(report=report) | NotFound(report=report):
+                return report.files + (missed.files if missed else ()) + self.listing
+            case Refused() | Unverified():
+                return ()
+            case _:
+                assert_never(self.outcome)
+
+    def __str__(self) -> str:
+        match self.outcome:
+            case Verified():
+                return _below(self.findings, str(self.outcome))
+            case Impossible() | NotFound():
+                changes = [f"  {each.says}" for each in self.explained.relaxations] if self.explained else []
+                return _below(
+                    self.findings, *(["each of these changes has a verified plan"] if changes else []), *changes
+                )
+            case Refused() | Unverified():
+                return _below(self.findings, f"{self.checked.file}: {counts(self.findings)}")
+            case _:
+                assert_never(self.outcome)
+
+    _repr_pretty_ = printed
+
+    def _repr_html_(self) -> str:
+        """The report, or what stands in the way of one, with the nearest miss where there is one."""
+        if isinstance(self.outcome, Verified):
+            return framed(self.outcome.page, str(self))
+        missed = [content.decode("utf-8") for name, content in self.files if name == "near_miss.html"]
+        return shown(self) + "".join(framed(page, "the nearest miss") for page in missed)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Monitored:
+    """How a trace does. Where there are errors among the findings, nothing was judged.
+
+    ``between`` is what becomes of the satisfied requirements between the steps, where that was asked.
+    """
+
+    checked: Checked
+    requirements: tuple[Judgement, ...]
+    preferences: tuple[Judgement, ...]
+    findings: tuple[Diagnostic, ...]
+    between: tuple[Between, ...] = ()
+
+    @property
+    def ok(self) -> bool:
+        """Whether mission and trace could be read, and fit each other."""
+        return not has_errors(list(self.findings))
+
+    @property
+    def satisfied(self) -> bool:
+        """Whether every requirement holds; between the steps too, where that was asked."""
+        return (
+            self.ok and all(each.satisfied for each in self.requirements) and all(each.holds for each in self.between)
+        )
+
+    def __str__(self) -> str:
+        mission = self.checked.mission
+        if not self.ok or mission is None:
+            return _below(self.findings, f"{self.checked.file}: {counts(self.findings)}")
+        head = f"{mission.name}: {'satisfied' if self.satisfied else 'violated'}"
+        return _below(self.findings, head, *judgement_lines(self.requirements, mission.step))
+
+    _repr_pretty_ = printed
+    _repr_html_ = shown
+
+
+def _below(findings: tuple[Diagnostic, ...], *lines: str) -> str:
+    """Findings with their words in the text, and then these lines."""
+    said = render_text(list(findings), False)
+    return "\n".join(([said] if said else []) + list(lines))

@@ -1,0 +1,45 @@
+"""A piece of work within the limits of a compilation: it ends with its result, or with the limit that came first.
+
+in   when to interrupt it, the work
+out  its result, or Ended
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TypeVar
+
+from missionc.backends.api import Reason
+from missionc.base.deadline import OutOfTime, interrupted_at
+
+Result = TypeVar("Result")
+
+
+@dataclass(frozen=True, slots=True)
+class Ended:
+    """Which limit ended a piece of work; ``detail`` says more of it, where there is more."""
+
+    reason: Reason
+    detail: str = ""
+
+    def during(self, stage: str) -> str:
+        """A sentence about the stage that was under way."""
+        if self.reason is Reason.TIME:
+            return f"time ended in the stage `{stage}`"
+        return f"memory ran out in the stage `{stage}`{f': {self.detail}' if self.detail else ''}"
+
+
+def within(moment: float, work: Callable[[], Result]) -> Result | Ended:
+    """What the work gives, or which limit ended it.
+
+    Args:
+        moment: when it is interrupted, on the clock of ``time.monotonic``.
+    """
+    try:
+        with interrupted_at(moment):
+            return work()
+    except OutOfTime:
+        return Ended(Reason.TIME)
+    except MemoryError as error:
+        return Ended(Reason.MEMORY, str(error))

@@ -1,0 +1,1 @@
+"""Replay of an output folder from its files alone: verified, flown in simulation and drawn again."""

@@ -1,0 +1,141 @@
+"""The manifest's own entries: what follows from the folder is computed, the rest has to be something that can be true.
+
+Nobody can compute from a folder which backend planned it, from which seed, with
+which versions, on which command, and what cut it short: that is provenance, and
+only its types and ranges are looked at.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator, Mapping
+
+from missionc.backends.api import DEVICES, PRESETS, CutShort
+from missionc.data.vehicles import profiles
+from missionc.output.folder.file_names import (
+    MANIFEST,
+    MISSION,
+    REPORT,
+    SIMULATION,
+    file_names,
+    polynomials_file,
+)
+from missionc.output.folder.manifest import PACKAGES
+from missionc.pipeline.provenance import inputs
+from missionc.replay.read_folder import (
+    CERTIFICATE,
+    PLAN,
+    SLOWEST,
+    STRETCH,
+    VEHICLE,
+    Reopened,
+)
+from missionc.replay.rebuild.export_files import FOLDER
+from missionc.replay.rebuild.verdict import verdict
+from missionc.verify.certificate import Check
+from missionc.verify.compare_documents import shown
+
+KEYS = ("schema", "mission", "backend", "seed", "cut_short", "inputs", "files", "versions", "options")
+BACKENDS = ("smt", "clot", "hybrid")
+SOLVERS = ("z3", "cadical", "race")
+VERSION = re.compile(r"[0-9A-Za-z.+!_-]{1,64}")
+LARGEST_SEED = 2**63 - 1
+MOST_SAMPLES = 100_000
+WIDEST = 1e3
+"""Metres, of a margin."""
+
+
+def check_manifest(reopened: Reopened) -> Iterator[Check]:
+    """One check of the head, one of the inputs, one for each file that no compiler writes."""
+    yield verdict(MANIFEST, _head(reopened))
+    yield from _inputs(reopened)
+    known = _known(reopened)
+    for name in reopened.files:
+        if name not in known and not name.startswith((FOLDER, f"{MISSION}/")):
+            yield verdict(name, "a folder of this mission holds no such file")
+
+
+def _head(reopened: Reopened) -> str:
+    """The first entry that cannot be right; empty where there is none."""
+    manifest = reopened.manifest
+    strange = [key for key in manifest if key not in KEYS] or [key for key in KEYS if key not in manifest]
+    if strange:
+        return f"its keys are not those of a manifest: {shown(strange[0])}"
+    seed, cut_short = manifest["seed"], manifest["cut_short"]
+    sound = {
+        "mission": manifest["mission"] == reopened.mission.name,
+        "backend": manifest["backend"] in BACKENDS,
+        "seed": isinstance(seed, int) and not isinstance(seed, bool) and 0 <= seed <= LARGEST_SEED,
+        "cut_short": cut_short is None or cut_short in [each.value for each in CutShort],
+    }
+    wrong = next((key for key, right in sound.items() if not right), None)
+    if wrong is not None:
+        return f"its `{wrong}` is {shown(manifest[wrong])}, which cannot be"
+    return _versions(manifest["versions"]) or _options(manifest["options"])
+
+
+def _versions(versions: object) -> str:
+    if not isinstance(versions, dict) or not {"missionc", "python"} <= set(versions):
+        return "its `versions` do not say which compiler wrote it"
+    for name, number in versions.items():
+        if name not in ("missionc", "python", *PACKAGES) or not _is_version(number):
+            return f"its `versions` have {shown(name)} at {shown(number)}, which cannot be"
+    return ""
+
+
+def _is_version(number: object) -> bool:
+    return isinstance(number, str) and VERSION.fullmatch(number) is not None
+
+
+OPTIONS: Mapping[str, Callable[[str], bool]] = {
+    "solver": lambda text: text in SOLVERS,
+    "preset": lambda text: text in PRESETS,
+    "device": lambda text: text in DEVICES,
+    "samples": lambda text: text.isascii() and text.isdigit() and len(text) < 7 and 1 <= int(text) <= MOST_SAMPLES,
+    "margin": lambda text: _within(text, 0.0, WIDEST),
+    STRETCH: lambda text: _within(text, 1.0, SLOWEST),
+    VEHICLE: lambda text: text in profiles(),
+    "export": lambda text: bool(text) and len(set(text.split(","))) == text.count(",") + 1,
+}
+"""What an option may be, by its name on the command line; a parameter's value is what the mission is read with."""
+
+
+def _options(given: object) -> str:
+    if not isinstance(given, dict):
+        return "its `options` are no record"
+    for name, text in given.items():
+        if not isinstance(text, str) or not (name.startswith("-D ") or (name in OPTIONS and OPTIONS[name](text))):
+            return f"its `options` have {shown(name)} as {shown(text)}, which cannot be"
+    return ""
+
+
+def _within(text: str, low: float, high: float) -> bool:
+    """A number as Python writes it."""
+    try:
+        return low <= float(text) <= high and repr(float(text)) == text
+    except ValueError:
+        return False
+
+
+def _inputs(reopened: Reopened) -> Iterator[Check]:
+    """That the mission was read from these files and no others, and that their hashes are stated."""
+    listed, stated = reopened.manifest["files"], reopened.manifest["inputs"]
+    read = {f"{MISSION}/{name}": content for name, content in inputs(reopened.checked)}
+    assert isinstance(listed, dict)
+    assert isinstance(stated, dict)
+    for name, content in read.items():
+        same = reopened.files.get(name) == content
+        yield verdict(name, "" if same else "it does not hold the text that was read, in UTF-8")
+    for name in [f"{MISSION}/{name}" for name in stated] + [name for name in listed if name.startswith(f"{MISSION}/")]:
+        if name not in read:
+            yield verdict(name, "the mission does not include it")
+    for name in read:
+        if stated.get(name.removeprefix(f"{MISSION}/")) != listed.get(name):
+            yield verdict(name, "the manifest's `inputs` state another SHA-256 of it")
+
+
+def _known(reopened: Reopened) -> set[str]:
+    """Every file that a folder of this mission may hold beside exports and the mission."""
+    names = file_names(reopened.mission.agents)
+    flights = (polynomials_file(names[agent.name]) for agent in reopened.mission.agents)
+    return {PLAN, "trajectories.csv", CERTIFICATE, REPORT, SIMULATION, *flights}

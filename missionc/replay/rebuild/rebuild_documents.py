@@ -1,0 +1,76 @@
+"""The documents of a folder rebuilt from what was verified, and compared with those that lie in it.
+
+    in   Reopened, and the Certificate of its plan and its flight
+    out  Checks: of each document, and of each entry of the manifest
+
+What people read and what flies is computed from the mission, the plan and the
+polynomials alone. Where that can be done on any machine to the byte, bytes are
+compared; where numbers are computed, they may differ by rounding.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from missionc.base.limits import Limits
+from missionc.curves.crazyflie_csv import (
+    Pieces,
+    read,
+    written,
+)
+from missionc.output.documents.trajectories_csv import trajectories
+from missionc.output.folder.file_names import (
+    REPORT,
+    SIMULATION,
+    file_names,
+    polynomials_file,
+)
+from missionc.replay.read_folder import (
+    CERTIFICATE,
+    PLAN,
+    Reopened,
+)
+from missionc.replay.rebuild.export_files import check_exports
+from missionc.replay.rebuild.manifest_entries import check_manifest
+from missionc.replay.rebuild.plan_document import check_plan, plan_of
+from missionc.replay.rebuild.report_page import check_page, page
+from missionc.replay.rebuild.simulation_document import check_simulation
+from missionc.replay.rebuild.verdict import verdict
+from missionc.verify.certificate import Certificate, Check
+
+__all__ = ["check_documents", "page"]
+
+TRAJECTORIES = "trajectories.csv"
+ALWAYS = (PLAN, TRAJECTORIES, CERTIFICATE, REPORT)
+"""What every folder holds, beside polynomials and the mission."""
+
+
+def check_documents(reopened: Reopened, flown: Certificate, limits: Limits | None) -> Iterator[Check]:
+    """What the files say and hold, compared with what the mission, the plan and the polynomials come to.
+
+    Args:
+        flown: of the plan, its polynomials and the time between the steps; it has passed.
+        limits: absent where a simulation was flown just now, and is not to be flown once more.
+    """
+    plan = plan_of(reopened)
+    names = file_names(reopened.mission.agents)
+    table = trajectories(reopened.mission, reopened.trace).encode()
+    yield from check_manifest(reopened)
+    yield from (verdict(name, "it is missing") for name in ALWAYS if name not in reopened.files)
+    yield check_plan(reopened, plan)
+    same = reopened.files.get(TRAJECTORIES, table) == table
+    yield verdict(TRAJECTORIES, "" if same else f"it does not hold the states of `{PLAN}`")
+    for agent in reopened.mission.agents:
+        yield _polynomials(polynomials_file(names[agent.name]), reopened.flights[agent.name])
+    yield from check_exports(reopened)
+    if SIMULATION in reopened.files and limits:
+        yield check_simulation(reopened, limits)
+    if REPORT in reopened.files:
+        yield check_page(reopened, plan, flown)
+
+
+def _polynomials(name: str, text: str) -> Check:
+    """That a program which reads numbers in another way than we do reads the ones that were verified."""
+    pieces = read(text)
+    same = isinstance(pieces, Pieces) and written(pieces) == text
+    return verdict(name, "" if same else "its numbers are not written as the compiler writes them")

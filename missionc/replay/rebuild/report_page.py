@@ -1,0 +1,77 @@
+"""``report.html`` drawn anew from what was verified, and compared with the one that lies in the folder."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from missionc.base.strict_json import parse_json
+from missionc.base.trace import Plan
+from missionc.output.folder.file_names import REPORT, SIMULATION
+from missionc.output.report.report_html import Plotted, report
+from missionc.pipeline.provenance import texts
+from missionc.replay.read_folder import Reopened
+from missionc.replay.rebuild.plan_document import plan_of
+from missionc.replay.rebuild.verdict import verdict
+from missionc.verify.certificate import Certificate, Check
+from missionc.verify.compare_documents import difference, is_number
+
+BEGIN, END = '<script type="application/json" id="data">', "</script>"
+OTHER = "it is not the page that this version of the compiler draws"
+NOISE = 1e-6
+"""A margin no larger is met to rounding: when it is tightest, and whose it is, depends on the machine."""
+
+
+def page(reopened: Reopened, certificate: Certificate, plan: Plan | None = None) -> bytes:
+    """The page of a folder, with what a certificate says of it."""
+    plotted = Plotted(
+        reopened.mission,
+        reopened.kernel,
+        plan or plan_of(reopened),
+        certificate,
+        reopened.flights,
+        texts(reopened.checked),
+        simulation=reopened.text(SIMULATION),
+    )
+    return report(plotted)
+
+
+def check_page(reopened: Reopened, plan: Plan, flown: Certificate) -> Check:
+    """The same program, words and pictures; numbers but for rounding."""
+    drawn, lying = page(reopened, flown, plan).decode("utf-8"), reopened.files[REPORT]
+    if lying == drawn.encode("utf-8"):
+        return verdict(REPORT, None)
+    try:
+        shell, data = _split(lying.decode("utf-8"))
+        own_shell, own = _split(drawn)
+    except ValueError:
+        return verdict(REPORT, OTHER)
+    mission = reopened.mission
+    names, end = {agent.name for agent in mission.agents}, float(mission.horizon) + NOISE
+    same = shell == own_shell
+    return verdict(REPORT, difference(_settled(data, names, end), _settled(own, names, end)) if same else OTHER)
+
+
+def _split(text: str) -> tuple[tuple[str, str], Any]:
+    """The page without its data, and the data.
+
+    Raises:
+        ValueError: there are none.
+    """
+    before, begin, rest = text.partition(BEGIN)
+    data, end, after = rest.partition(END)
+    if not (begin and end):
+        raise ValueError("no data")
+    return (before, after), parse_json(data)
+
+
+def _settled(data: Any, names: set[str], end: float) -> Any:
+    """Without the time and the agents of what is met to rounding, where they can be right."""
+    rows = data.get("checks") if isinstance(data, dict) else None
+    for row in rows if isinstance(rows, list) else []:
+        if isinstance(row, dict) and is_number(row.get("margin")) and abs(row["margin"]) <= NOISE:
+            when, who = row.get("at"), row.get("agents")
+            if is_number(when) and 0 <= when <= end:
+                row["at"] = None
+            if isinstance(who, list) and names.issuperset(map(str, who)):
+                row["agents"] = len(who)
+    return data

@@ -1,0 +1,144 @@
+"""``simulation.json`` flown once more, by the engine and through the air that it tells, and compared.
+
+Where that cannot be done here, nobody knows how the flights went: the check
+fails, and is told apart from one of a document that is wrong.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from missionc.base.limits import Limits
+from missionc.base.strict_json import NotJsonError, parse_json
+from missionc.curves.crazyflie_csv import Pieces, read
+from missionc.ir import Mission
+from missionc.monitoring.monitor import monitor
+from missionc.output.documents.simulation_json import (
+    DIGITS,
+    simulation_json,
+    simulation_record,
+)
+from missionc.output.folder.file_names import (
+    SIMULATION,
+    SIMULATION_SCHEMA,
+    SIMULATIONS_BEFORE,
+)
+from missionc.replay.read_folder import Reopened
+from missionc.replay.rebuild.simulation_ties import settled
+from missionc.replay.rebuild.verdict import unjudged, verdict
+from missionc.simulate import engines
+from missionc.simulate.engines import QUADROTOR, EngineError
+from missionc.simulate.flight_conditions import conditions, trial_of
+from missionc.simulate.trials import (
+    Trial,
+    Trials,
+    run,
+)
+from missionc.verify.certificate import Check
+from missionc.verify.compare_documents import (
+    SAME,
+    difference,
+    shown,
+)
+
+VERSION = re.compile(r"[0-9A-Za-z.+!_-]{1,64}")
+AGREED: Mapping[str, float] = {QUADROTOR: SAME, "rotorpy": 1e-6, "crazyflow": 1e-4}
+"""How far the same flight may differ between machines, in the figures' units: rotorpy chooses its steps by what it
+sees, and crazyflow counts in float32."""
+PATH = 1.5 * 10**-DIGITS
+"""Metres: places are kept to so many digits, and two that hardly differ may be rounded apart."""
+AGAIN = "`missionc simulate` flies the folder again, and takes its place"
+
+
+def check_simulation(reopened: Reopened, limits: Limits) -> Check:
+    """The first entry that is not what its flights come to, if there is one; or why they cannot be flown here."""
+    try:
+        found = parse_json(reopened.text(SIMULATION))
+    except NotJsonError as error:
+        return verdict(SIMULATION, error.reason)
+    if not isinstance(found, dict):
+        return verdict(SIMULATION, "it is no record")
+    if found.get("schema") in SIMULATIONS_BEFORE:
+        return unjudged(SIMULATION, f"it does not tell what its flights were flown through: {AGAIN}")
+    if found.get("schema") != SIMULATION_SCHEMA:
+        return verdict(SIMULATION, difference(found.get("schema"), SIMULATION_SCHEMA, "schema"))
+    trial = trial_of(found)
+    if isinstance(trial, str):
+        return verdict(SIMULATION, f"its `{trial}` is {shown(found.get(trial))}, which cannot be")
+    return _told(reopened, found, trial, limits)
+
+
+def _told(reopened: Reopened, found: dict[str, Any], trial: Trial, limits: Limits) -> Check:
+    """The same, of a document that says how to fly."""
+    mission = reopened.mission
+    seconds = float(mission.horizon)
+    if not _are_versions(found.get("versions"), trial.engine):
+        return verdict(SIMULATION, "its `versions` are none of the engine and of the compiler")
+    absent = engines.missing(trial.engine)
+    if absent:
+        why = f"{trial.engine} flew it, which is not installed: `pip install 'missionc[{trial.engine}]'` installs it"
+        return unjudged(SIMULATION, f"{why}; {AGAIN}")
+    own = conditions(trial, seconds)
+    other = difference(found["versions"], own["versions"], "versions")
+    if other:
+        return unjudged(SIMULATION, f"{other}, and another version may fly otherwise: {AGAIN}")
+    wrong = next(filter(None, (difference(found.get(key), _as_json(own[key]), key, 0.0) for key in own)), None)
+    if wrong:
+        return verdict(SIMULATION, wrong)
+    together = trial.flights * len(mission.agents) * seconds
+    if together > limits.simulated_seconds:
+        most = f"`--limit simulated_seconds={math.ceil(together)}`"
+        why = f"its flights take {together:.6g} s of all agents together, more than the limit `simulated_seconds`"
+        return unjudged(SIMULATION, f"{why}: allow more with {most}, or fly less of it; {AGAIN}")
+    try:
+        trials = _flown(reopened, trial)
+    except EngineError as error:
+        return unjudged(SIMULATION, f"{trial.engine} cannot fly here: {error}; {AGAIN}")
+    return verdict(SIMULATION, _differing(found, reopened, trials))
+
+
+def _flown(reopened: Reopened, trial: Trial) -> Trials:
+    found = [read(reopened.flights[agent.name]) for agent in reopened.mission.agents]
+    pieces = [own for own in found if isinstance(own, Pieces)]
+    with np.errstate(over="ignore", invalid="ignore"):
+        return run(reopened.mission, reopened.kernel, pieces, trial)
+
+
+def _differing(found: dict[str, Any], reopened: Reopened, trials: Trials) -> str | None:
+    """The first place where the document says something else than its flights come to."""
+    mission, same = reopened.mission, AGREED[trials.trial.engine]
+    planned = monitor(mission, reopened.kernel, reopened.trace)
+    made = _document(mission, simulation_record(mission, planned, trials), trials)
+    said = {key: value for key, value in found.items() if key != "flight"}
+    path = made.pop("flight")
+    return difference(said, settled(said, made, mission, trials, same), same=same) or difference(
+        found.get("flight"), path, "flight", max(same, PATH)
+    )
+
+
+def _document(mission: Mission, said: Mapping[str, object], trials: Trials) -> dict[str, Any]:
+    """A document as it is read back."""
+    made = parse_json(simulation_json(mission, said, trials.flown).decode("utf-8"))
+    assert isinstance(made, dict)
+    return made
+
+
+def _as_json(value: object) -> object:
+    """A value as it is read back: what is a tuple is a list then."""
+    if isinstance(value, dict):
+        return {key: _as_json(each) for key, each in value.items()}
+    return [_as_json(each) for each in value] if isinstance(value, tuple | list) else value
+
+
+def _are_versions(found: object, engine: str) -> bool:
+    names = {"missionc", engine} - {QUADROTOR}
+    return (
+        isinstance(found, dict)
+        and set(found) == names
+        and all(isinstance(each, str) and VERSION.fullmatch(each) for each in found.values())
+    )

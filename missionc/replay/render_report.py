@@ -1,0 +1,82 @@
+"""A folder's page drawn anew from its files; and what was flown in simulation, laid into the folder beside them.
+
+in   Replayed; or a folder and the text of a simulation
+out  the page's bytes; the folder with both, and with a manifest that lists them
+says MC701 MC708, and why a file cannot be written
+"""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+from missionc.base.limits import Limits
+from missionc.diagnostics.code import OUTPUT_EXISTS
+from missionc.diagnostics.model import Diagnostic
+from missionc.output.folder.file_names import (
+    MANIFEST,
+    REPORT,
+    SIMULATION,
+)
+from missionc.output.folder.manifest import relisted
+from missionc.output.folder.unwritable import shown
+from missionc.output.folder.write_file import write_file
+from missionc.replay.read_folder import Reopened, reopen
+from missionc.replay.rebuild.rebuild_documents import page
+from missionc.replay.reverify import Replayed, judged
+
+
+def redrawn(replayed: Replayed) -> bytes:
+    """The page's bytes; none where the folder could not be read.
+
+    What fails of the files is on the page, but for the page that it takes the place of.
+    """
+    opened, certificate, flown = replayed.reopened, replayed.certificate, replayed.flown
+    if opened is None or certificate is None or flown is None:
+        return b""
+    sound = all(check.passed or check.subject == REPORT for check in certificate.checks)
+    return page(opened, flown if sound else certificate)
+
+
+def laid(folder: Path, simulation: bytes, limits: Limits | None = None) -> tuple[Diagnostic, ...]:
+    """Write a simulation and the page that shows it, and list both; no other entry of the manifest is touched.
+
+    A file that was changed by hand is still not the one that was written. A
+    simulation or a page that is not the one that was written is left alone.
+    """
+    before = reopen(folder, limits)
+    if not isinstance(before, Reopened):
+        return before
+    strange = next((name for name in (SIMULATION, REPORT) if _foreign(before, name)), None)
+    if strange:
+        return (_left_alone(folder / strange),)
+    for name, content in ((SIMULATION, simulation), (MANIFEST, relisted(before.manifest, {SIMULATION: simulation}))):
+        wrong = write_file(folder / name, content)
+        if wrong:
+            return (wrong,)
+    with_it = reopen(folder, limits)
+    if not isinstance(with_it, Reopened):
+        return with_it
+    drawn = redrawn(judged(with_it, None))
+    wrong = write_file(folder / REPORT, drawn) or write_file(
+        folder / MANIFEST, relisted(with_it.manifest, {REPORT: drawn})
+    )
+    return (wrong,) if wrong else ()
+
+
+def _foreign(opened: Reopened, name: str) -> bool:
+    """Whether something stands under this name that the manifest does not list as it is."""
+    path = opened.path / name
+    if path.is_symlink():
+        return True
+    return os.path.lexists(path) and (name not in opened.files or name in opened.differing)
+
+
+def _left_alone(path: Path) -> Diagnostic:
+    return Diagnostic(
+        OUTPUT_EXISTS,
+        f"`{shown(path)}` exists and is not what the compiler wrote",
+        None,
+        notes=("the flight is not added to the folder",),
+        help="move the file out of the folder and compile the mission again, or fly another folder",
+    )

@@ -1,0 +1,141 @@
+"""Verification once more, from a folder's files alone: neither a backend nor what fits polynomials is imported here.
+
+in   Reopened
+out  Certificate: of the files as they are, whoever wrote them; of the plan and its flight alone
+says MC709 MC713
+"""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass
+from pathlib import Path
+
+from missionc.base.limits import Limits
+from missionc.diagnostics.code import FOLDER_REFUSED, NOT_JUDGED
+from missionc.diagnostics.model import Diagnostic
+from missionc.output.folder.walk_folder import printable
+from missionc.replay.read_folder import (
+    CERTIFICATE,
+    PLAN,
+    Reopened,
+    reopen,
+)
+from missionc.replay.rebuild.rebuild_documents import check_documents
+from missionc.replay.rebuild.verdict import DOCUMENT, UNJUDGED
+from missionc.verify.certificate import Certificate, Check
+from missionc.verify.check_certificate import check_stated
+from missionc.verify.verify_plan import (
+    verify,
+    verify_between,
+    verify_polynomials,
+)
+
+UNLISTED = "the manifest does not list it"
+
+MOST_REASONS = 8
+"""Failed checks that a message names; the first of them are the ones to look at."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Replayed:
+    """What a folder's files come to; ``certificate`` is absent where they could not be read.
+
+    ``flown`` is the part of it that is about the plan and its flight, and about no file.
+    """
+
+    folder: Path
+    findings: tuple[Diagnostic, ...]
+    reopened: Reopened | None = None
+    certificate: Certificate | None = None
+    flown: Certificate | None = None
+
+    @property
+    def passed(self) -> bool:
+        return self.certificate is not None and self.certificate.passed
+
+    @property
+    def undecided(self) -> bool:
+        """Nothing is wrong, and something cannot be judged here."""
+        return self.certificate is not None and _undecided(self.certificate)
+
+
+def replay(folder: Path, limits: Limits | None = None) -> Replayed:
+    """Judge the plan and the polynomials that a folder holds, and everything else that lies in it."""
+    reopened = reopen(folder, limits)
+    return judged(reopened, limits or Limits()) if isinstance(reopened, Reopened) else Replayed(folder, reopened)
+
+
+def judged(reopened: Reopened, limits: Limits | None) -> Replayed:
+    """``replay``, of what was read already; without limits a simulation is not flown once more."""
+    mission, kernel, trace = reopened.mission, reopened.kernel, reopened.trace
+    flown = verify(mission, kernel, trace)
+    if flown.passed:
+        flown = flown.joined(verify_polynomials(mission, kernel, trace, reopened.flights))
+    documents: tuple[Check, ...] = ()
+    if flown.passed:
+        flown = flown.joined(verify_between(mission, kernel, trace, reopened.flights))
+        documents = (*_stated(reopened, flown), *check_documents(reopened, flown, limits))
+    certificate = Certificate(mission.name, _files(reopened)).joined(flown)
+    certificate = certificate.joined(Certificate(mission.name, documents))
+    say = _not_judged if _undecided(certificate) else _refused
+    findings = () if certificate.passed else (say(reopened.path, certificate),)
+    return Replayed(reopened.path, findings, reopened, certificate, flown)
+
+
+def _files(reopened: Reopened) -> tuple[Check, ...]:
+    """That every file is the one that was written, and that no other one lies beside them."""
+    detail = "its SHA-256 is the one in the manifest"
+    listed = (
+        Check("manifest", name, 0.0, "", 0.0, name not in reopened.differing, detail=detail)
+        for name in sorted(reopened.files)
+    )
+    beside = (Check("manifest", name, 0.0, "", 0.0, False, detail=UNLISTED) for name in reopened.unlisted)
+    return (*listed, *beside)
+
+
+def _stated(reopened: Reopened, flown: Certificate) -> tuple[Check, ...]:
+    """That the folder's certificate states what its files come to."""
+    plan = hashlib.sha256(reopened.files[PLAN]).hexdigest()
+    return tuple(check_stated(reopened.text(CERTIFICATE), plan, flown))
+
+
+def _undecided(certificate: Certificate) -> bool:
+    return {check.name for check in certificate.failures} == {UNJUDGED}
+
+
+def _not_judged(folder: Path, certificate: Certificate) -> Diagnostic:
+    return Diagnostic(
+        NOT_JUDGED,
+        f"a simulation in `{folder}` cannot be judged here; nothing else in it is wrong",
+        None,
+        notes=tuple(map(_reason, certificate.failures)),
+        help="fly it again with `missionc simulate`, or verify the folder where the simulation can be flown",
+    )
+
+
+def _refused(folder: Path, certificate: Certificate) -> Diagnostic:
+    failures = sorted(certificate.failures, key=lambda check: check.name == "manifest")
+    more = len(failures) - MOST_REASONS
+    return Diagnostic(
+        FOLDER_REFUSED,
+        f"`{folder}` is not to be flown: {len(failures)} of {len(certificate.checks)} checks fail",
+        None,
+        notes=(*map(_reason, failures[:MOST_REASONS]), *([f"and {more} more"] if more > 0 else [])),
+        help="compile the mission again; files that were changed by hand are no longer the ones that were verified",
+    )
+
+
+def _reason(check: Check) -> str:
+    """One failed check in words: what, of whom, by how much and when."""
+    if check.name == "manifest":
+        why = check.detail if check.detail == UNLISTED else "its content is not the one that was written"
+        return f"file `{printable(check.subject)}`: {why}"
+    if check.name in (DOCUMENT, UNJUDGED):
+        return f"file `{check.subject}`: {check.detail}"
+    if check.name == "certificate":
+        return f"file `{CERTIFICATE}`: {check.detail}"
+    amount = f" by {-check.margin:.3g} {check.unit}" if check.margin < 0 else ""
+    when = f" at {check.at:.2f} s" if check.at is not None else ""
+    who = f" ({', '.join(check.agents)})" if check.agents and check.agents != (check.subject,) else ""
+    return f"{check.name} of {check.subject}{who} fails{amount}{when}: {check.detail}"

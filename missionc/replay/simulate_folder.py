@@ -1,0 +1,101 @@
+"""A compiled folder flown in simulation, from its files alone.
+
+in   the folder's path, how to fly
+out  Simulated
+says MC404 MC708 MC709
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from missionc.base.limits import Limits
+from missionc.base.trace import Judgement
+from missionc.curves.crazyflie_csv import Pieces, read
+from missionc.diagnostics.code import EXTRA_MISSING, FOLDER_REFUSED
+from missionc.diagnostics.model import Diagnostic
+from missionc.ir import Mission
+from missionc.monitoring.monitor import monitor
+from missionc.replay.read_folder import Reopened, reopen
+from missionc.simulate import engines
+from missionc.simulate.default_engine import sample_times
+from missionc.simulate.firmware_setpoints import setpoints
+from missionc.simulate.trials import (
+    Trial,
+    Trials,
+    nobody,
+    run,
+)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Simulated:
+    """What the flights of a folder came to; ``trials`` is absent where its files could not be flown.
+
+    ``planned`` are the requirements, then the preferences, as the plan keeps them.
+    """
+
+    folder: Path
+    findings: tuple[Diagnostic, ...]
+    reopened: Reopened | None = None
+    planned: tuple[Judgement, ...] = ()
+    trials: Trials | None = None
+
+    @property
+    def passed(self) -> bool:
+        return self.trials is not None and self.trials.passed
+
+
+def simulate(
+    folder: Path, trial: Trial, limits: Limits | None = None, listen: Callable[[int], None] = nobody
+) -> Simulated:
+    """Fly what lies in a folder. It is flown as it is; ``verify`` says whether it may be."""
+    absent = engines.missing(trial.engine)
+    if absent:
+        return Simulated(folder, (absent,))
+    reopened = reopen(folder, limits)
+    if not isinstance(reopened, Reopened):
+        return Simulated(folder, reopened)
+    mission = reopened.mission
+    found = {agent.name: read(reopened.flights[agent.name]) for agent in mission.agents}
+    wrong = {name: f"cannot be read: {why}" for name, why in found.items() if isinstance(why, str)}
+    if wrong:
+        return Simulated(folder, (_unread(folder, wrong),), reopened)
+    pieces = [own for own in found.values() if isinstance(own, Pieces)]
+    beyond = _beyond(mission, pieces, limits or Limits())
+    if beyond:
+        return Simulated(folder, (_unread(folder, beyond),), reopened)
+    try:
+        trials = run(mission, reopened.kernel, pieces, trial, listen)
+    except engines.EngineError as error:
+        return Simulated(folder, (_unable(trial.engine, error),), reopened)
+    return Simulated(folder, (), reopened, monitor(mission, reopened.kernel, reopened.trace), trials)
+
+
+@np.errstate(over="ignore", invalid="ignore")
+def _beyond(mission: Mission, pieces: list[Pieces], limits: Limits) -> dict[str, str]:
+    """Whose polynomials ask for what no arithmetic follows, and why."""
+    times = sample_times(mission.horizon)
+    told = ((agent.name, np.abs(setpoints(own, times))) for agent, own in zip(mission.agents, pieces, strict=True))
+    why = f"lead beyond {limits.magnitude:g} m, m/s or m/s^2"
+    return {name: why for name, each in told if not (each <= limits.magnitude).all()}
+
+
+def _unable(engine: str, error: engines.EngineError) -> Diagnostic:
+    message = f"`--engine {engine}` cannot be used: {error}"
+    help_ = f"install it with all it needs: `pip install 'missionc[{engine}]'`; or leave `--engine` out"
+    return Diagnostic(EXTRA_MISSING, message, None, help=help_)
+
+
+def _unread(folder: Path, wrong: dict[str, str]) -> Diagnostic:
+    name, why = next(iter(wrong.items()))
+    return Diagnostic(
+        FOLDER_REFUSED,
+        f"`{folder}` is not to be flown: the polynomials of `{name}` {why}",
+        None,
+        help="compile the mission again",
+    )

@@ -1,0 +1,63 @@
+"""Findings about names in formulas: of no kind that a formula is, of nothing that takes brackets, not on a graph.
+
+says MC101 MC104
+"""
+
+from __future__ import annotations
+
+from missionc import ir
+from missionc.diagnostics import code
+from missionc.diagnostics.model import Fix, Label
+from missionc.diagnostics.suggest import nearest
+from missionc.language.predicates import PREDICATES
+from missionc.resolve.context import Context
+from missionc.resolve.names import some_of
+from missionc.resolve.resolve_quantities import excerpt, shown
+from missionc.syntax import ast
+
+
+def not_a_formula(context: Context, name: ast.Name, kind: str, way_out: str, fix: Fix | None, *labels: Label) -> None:
+    context.report(
+        code.WRONG_KIND,
+        f"`{name.text}` is {kind}; a formula is needed here",
+        name.span,
+        labels=labels,
+        help=way_out,
+        fix=fix,
+    )
+
+
+def no_such_call(context: Context, call: ast.Call) -> None:
+    word = call.name.text
+    called = {predicate.name: predicate for predicate in PREDICATES if predicate.called}
+    if word in called:
+        parameters = [f"one {parameter}" for parameter in called[word].parameters if not parameter.endswith("?")]
+        parameters += [f"{parameter[:-1]} if you like" for parameter in called[word].parameters if parameter[-1] == "?"]
+        takes = " and ".join(parameters)
+        context.report(
+            code.WRONG_KIND,
+            f"`{word}` takes {takes}; here are {len(call.arguments)}",
+            call.span,
+            help=f"write it as in `{called[word].example}`",
+        )
+        return
+    near = nearest(word, called)
+    context.report(
+        code.UNKNOWN_NAME,
+        f"nothing that takes brackets is called `{word}`",
+        call.name.span,
+        help=f"did you mean `{near}`?" if isinstance(near, str) else f"there are {some_of(list(called))}",
+        fix=Fix(call.name.span, near) if isinstance(near, str) else None,
+    )
+
+
+def not_on_the_graph(context: Context, over: ast.Name | ast.Member, graph: ir.Graph, strangers: list[int]) -> None:
+    name = context.agents[strangers[0]].name
+    others = f" and {shown(len(strangers) - 1)} more" if len(strangers) > 1 else ""
+    context.report(
+        code.WRONG_KIND,
+        f"`{name}`{others} of `{excerpt(over.span)}` is not on the graph `{graph.name}`",
+        over.span,
+        labels=(Label(graph.span, "declared here"),),
+        help=f"name agents that `{graph.name}` is over",
+    )

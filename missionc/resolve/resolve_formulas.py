@@ -1,0 +1,356 @@
+"""Formulas: names become predicates, bounds become steps and hops, every ``let`` becomes one shared object.
+
+says MC005 MC101 MC104 MC201 MC203 MC204 MC207 MC208 MC209 MC210
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from typing import assert_never
+
+from missionc import ir
+from missionc.base.source import Span
+from missionc.diagnostics import code
+from missionc.diagnostics.model import Fix, Label
+from missionc.ir import About
+from missionc.language.operator import Bounds, Operator
+from missionc.language.operators import by_name
+from missionc.language.predicates import PREDICATES
+from missionc.resolve.check_types import (
+    Typed,
+    check,
+    check_definition,
+    joined,
+)
+from missionc.resolve.context import Context
+from missionc.resolve.definitions import ordered
+from missionc.resolve.formula_findings import (
+    no_such_call,
+    not_a_formula,
+    not_on_the_graph,
+)
+from missionc.resolve.incremental import Body, Written
+from missionc.resolve.names import (
+    AGENTS,
+    STATE_WORDS,
+    UNRESOLVED,
+    Kind,
+    Unresolved,
+)
+from missionc.resolve.resolve_agents import resolve_set
+from missionc.resolve.resolve_comparisons import one_agent, resolve_comparison
+from missionc.resolve.resolve_lengths import no_graph, resolve_length
+from missionc.resolve.resolve_quantities import (
+    excerpt,
+    shown,
+    whole,
+)
+from missionc.resolve.resolve_shapes import NOWHERE
+from missionc.resolve.resolve_time import resolve_window
+from missionc.syntax import ast
+
+AS_FORMULA = {
+    Kind.PARAM: "compare something with it, as in `x <= {name}`",
+    Kind.OBSTACLE: "declare its shape as a region, and name that",
+    Kind.BEACON: "ask how far it is: `distance({name}) <= 2 m`",
+    Kind.GRAPH: "ask whether it is connected: `connected({name})`",
+}
+"""What to write in place of a name that is no formula."""
+
+FORMULAS = (Kind.REGION, *AGENTS, Kind.FORMATION, Kind.LET)
+
+
+def resolve_lets(context: Context) -> None:
+    """Every named formula, the ones that others are made of first."""
+    lets = {let.name.text: let for let in context.declared(ast.Let)}
+    for name in ordered(context, {name: let.body for name, let in lets.items()}):
+        context.lets[name] = _unless_known(context, lets[name].body, _definition)
+
+
+def resolve_goal(context: Context, formula: ast.Formula) -> ir.Formula:
+    """The formula of a requirement or preference, which is about the team."""
+    return _unless_known(context, formula, _goal).formula
+
+
+def _definition(context: Context, body: ast.Formula) -> Typed:
+    return check_definition(context, resolve_formula(context, body))
+
+
+def _goal(context: Context, body: ast.Formula) -> Typed:
+    resolved = resolve_formula(context, body)
+    check(context, resolved, About.TEAM, "require")
+    return resolved
+
+
+def _unless_known(context: Context, body: ast.Formula, make: Callable[[Context, ast.Formula], Typed]) -> Typed:
+    """What was made of it in the version before, where there was nothing to say of it and it rests on the same."""
+    known, names = context.before.bodies.get(Written(body)), context.mentions(body).names
+    rests_on = (*_rests_on(context), *(_stands_for(context, name) for name in names))
+    if known is None or known.rests_on != rests_on or context.members + known.members > context.limits.formula_nodes:
+        findings, members = len(context.findings), context.members
+        meant = make(context, body)
+        if len(context.findings) > findings or context.members > context.limits.formula_nodes:
+            return meant  # something was said of it, or has been said once for all that come after
+        known = Body(rests_on, meant, context.members - members)
+    else:
+        context.members += known.members
+    context.meant.bodies[Written(body)] = known
+    return known.meant
+
+
+def _rests_on(context: Context) -> tuple[object, ...]:
+    """All that formulas are resolved by, beside what their names stand for; a route may leave its graph out."""
+    return context.step, context.steps, context.dimension, context.limits, *context.graphs.values()
+
+
+def _stands_for(context: Context, name: str) -> tuple[Kind, object] | None:
+    """What a name in a formula means, found under its kind alone; of a team also how large it says that it is."""
+    declared = context.names.declared.get(name)
+    if declared is None:
+        return None
+    match declared.kind:
+        case Kind.PARAM:
+            return declared.kind, context.params.get(name)
+        case Kind.REGION:
+            return declared.kind, context.regions.get(name)
+        case Kind.BEACON:
+            return declared.kind, context.beacons.get(name)
+        case Kind.TEAM | Kind.AGENT | Kind.GROUP:
+            return declared.kind, (context.sets.get(name), context.sizes.get(name))
+        case Kind.FORMATION:
+            return declared.kind, context.formations.get(name)
+        case Kind.LET:
+            return declared.kind, context.lets.get(name)
+        case Kind.GRAPH | Kind.OBSTACLE:  # all graphs are regarded; of an obstacle nothing can be asked
+            return declared.kind, None
+
+
+def resolve_formula(context: Context, formula: ast.Formula) -> Typed:
+    match formula:
+        case ast.Truth(span=span, value=value):
+            return Typed(ir.Truth(value, span), About.EITHER, span)
+        case ast.Name():
+            return _name(context, formula)
+        case ast.Member(span=span):
+            return Typed(ir.Belongs(resolve_set(context, formula), span), About.AGENT, span)
+        case ast.Call():
+            return _call(context, formula)
+        case ast.Compare():
+            return resolve_comparison(context, formula)
+        case ast.Apply():
+            return _within_limits(context, _apply(context, formula))
+        case ast.Quantified():
+            return _within_limits(context, _quantified(context, formula))
+        case ast.OneAgent():
+            return _within_limits(context, _one_agent(context, formula))
+        case _:
+            assert_never(formula)
+
+
+def stand_in(span: Span) -> Typed:
+    """In place of a formula that has been reported: it fits everywhere."""
+    return Typed(ir.Truth(True, span), About.EITHER, span)
+
+
+# ---------------------------------------------------------------- predicates
+
+
+def _name(context: Context, name: ast.Name) -> Typed:
+    text, span = name.text, name.span
+    declared = context.names.declared.get(text)
+    if text in STATE_WORDS:
+        not_a_formula(context, name, "a number that changes with time", f"compare it, as in `{text} <= 1`", None)
+        return stand_in(span)
+    if declared is not None and declared.kind in AS_FORMULA:
+        way_out = AS_FORMULA[declared.kind].format(name=text)
+        fix = Fix(span, f"connected({text})") if declared.kind is Kind.GRAPH else None
+        not_a_formula(context, name, declared.kind.value, way_out, fix, Label(declared.span, "declared here"))
+        return stand_in(span)
+    called = next((predicate for predicate in PREDICATES if predicate.called and predicate.name == text), None)
+    if declared is None and called is not None:
+        context.report(
+            code.UNKNOWN_NAME,
+            f"`{text}` does not say of which {called.parameters[0]}",
+            span,
+            help=f"write it as in `{called.example}`",
+        )
+        return stand_in(span)
+    found = context.find(name, *FORMULAS, needed="a formula")
+    if isinstance(found, Unresolved):
+        return stand_in(span)
+    if found.kind is Kind.LET:
+        let = context.lets.get(text, stand_in(span))
+        return Typed(let.formula, let.about, span, size=let.size, depth=let.depth)
+    if found.kind is Kind.REGION:
+        region = context.regions.get(text, ir.Region(text, NOWHERE, span))
+        return Typed(ir.Holds(ir.Inside(region, body=False), span), About.AGENT, span)
+    if found.kind is Kind.FORMATION:
+        return Typed(ir.Holds(ir.InFormation(context.formations[text]), span), About.TEAM, span)
+    return Typed(ir.Belongs(resolve_set(context, name), span), About.AGENT, span)
+
+
+def _call(context: Context, call: ast.Call) -> Typed:
+    predicate: ir.Predicate
+    match call.name.text, call.arguments:
+        case "inside" | "touches" as word, (region,):
+            found = _region(context, region)
+            predicate = ir.Inside(found, body=True) if word == "inside" else ir.Touches(found)
+            return Typed(ir.Holds(predicate, call.span), About.AGENT, call.span)
+        case "connected", (graph,) | (graph, _):
+            predicate = _connected(context, graph, call.arguments[1:])
+            return Typed(ir.Holds(predicate, call.span), About.TEAM, call.span)
+        case _:
+            no_such_call(context, call)
+            return stand_in(call.span)
+
+
+def _region(context: Context, argument: ast.Name | ast.Member) -> ir.Region:
+    nowhere = ir.Region(excerpt(argument.span), NOWHERE, argument.span)
+    name = _whole_name(context, argument, Kind.REGION)
+    return nowhere if isinstance(name, Unresolved) else context.regions.get(name, nowhere)
+
+
+def _connected(
+    context: Context, argument: ast.Name | ast.Member, over: tuple[ast.Name | ast.Member, ...]
+) -> ir.Connected:
+    name = _whole_name(context, argument, Kind.GRAPH)
+    nothing = no_graph(argument.span)
+    graph = nothing if isinstance(name, Unresolved) else context.graphs.get(name, nothing)
+    if not over:
+        return ir.Connected(graph, graph.agents)
+    agents = resolve_set(context, over[0]).agents
+    strangers = sorted(set(agents) - set(graph.agents))
+    if strangers and graph.agents:
+        not_on_the_graph(context, over[0], graph, strangers)
+    return ir.Connected(graph, agents)
+
+
+def _whole_name(context: Context, argument: ast.Name | ast.Member, kind: Kind) -> str | Unresolved:
+    """The name of something of this kind; a member of a team is none."""
+    if isinstance(argument, ast.Name):
+        found = context.find(argument, kind)
+        return found if isinstance(found, Unresolved) else argument.text
+    context.report(
+        code.WRONG_KIND,
+        f"`{excerpt(argument.span)}` is a member of a team; {kind.value} is needed here",
+        argument.span,
+        help=f"name {kind.value}",
+    )
+    return UNRESOLVED
+
+
+# ----------------------------------------------------------------- operators
+
+
+def _apply(context: Context, formula: ast.Apply) -> Typed:
+    found: list[Typed] = []
+    for written in formula.operands:  # a comprehension would take a stack frame more for each level
+        found.append(resolve_formula(context, written))  # noqa: PERF401
+    operands = tuple(found)
+    operator = by_name.get(formula.operator)
+    if operator is None:
+        context.report(code.UNKNOWN_OPERATOR, f"no operator is called `{formula.operator}`", formula.operator_span)
+        return stand_in(formula.span)
+    resolved = ir.Apply(
+        operator,
+        tuple(operand.formula for operand in operands),
+        _bounds(context, formula, operator),
+        formula.span,
+        formula.comparison or "",
+        _count(context, formula),
+    )
+    size, depth = _grown(operands)
+    if operator.spatial:
+        for operand in operands:
+            check(context, operand, About.AGENT, operator.name)
+        return Typed(resolved, About.AGENT, formula.span, size=size, depth=depth)
+    about, mixed = joined(operands)
+    return Typed(resolved, about, formula.span, operands, mixed, size, depth)
+
+
+def _bounds(context: Context, formula: ast.Apply, operator: Operator) -> ir.Window | ir.Length | None:
+    match operator.bounds, formula.bounds:
+        case Bounds.NONE, None:
+            return None
+        case Bounds.TIME, ast.Window() as window:
+            return resolve_window(context, window)
+        case Bounds.LENGTH, ast.Length() as length:
+            return resolve_length(context, length)
+        case _:
+            context.report(
+                code.WRONG_UNIT,
+                f"`{operator.name}` takes {operator.bounds.value}",
+                formula.operator_span if formula.bounds is None else formula.bounds.span,
+                help=f"write it as in `{operator.example}`",
+            )
+            return None
+
+
+def _count(context: Context, formula: ast.Apply) -> int:
+    if formula.number is None:
+        return 0
+    value = whole(context, formula.number, "the number of agents")
+    return 0 if math.isnan(value) else int(value)
+
+
+def _grown(operands: tuple[Typed, ...]) -> tuple[float, int]:
+    return 1 + sum(operand.size for operand in operands), 1 + max(operand.depth for operand in operands)
+
+
+def _within_limits(context: Context, formula: Typed) -> Typed:
+    """The formula; one that is too large or too deep with every ``let`` spelt out is reported, once and for all."""
+    limits = context.limits
+    if formula.size > limits.formula_nodes:
+        context.report(
+            code.TOO_LARGE_TO_EXPAND,
+            f"the formula has {shown(formula.size)} parts with every `let` spelt out;"
+            f" the limit is {limits.formula_nodes}",
+            formula.span,
+            help="make it smaller, or raise the limit with `--limit formula_nodes=VALUE`",
+        )
+        return replace(formula, size=math.nan)
+    if formula.depth > limits.nesting and not math.isnan(formula.size):
+        context.report(
+            code.NESTED_TOO_DEEP,
+            f"the formula is nested {formula.depth} deep with every `let` spelt out; the limit is {limits.nesting}",
+            formula.span,
+            help="make it flatter: a chain such as `a and b and c` is one operator",
+        )
+        return replace(formula, size=math.nan)
+    return formula
+
+
+# --------------------------------------------------------------- quantifiers
+
+
+def _quantified(context: Context, formula: ast.Quantified) -> Typed:
+    agents = resolve_set(context, formula.agents)
+    body = resolve_formula(context, formula.body)
+    check(context, body, About.AGENT, f"{formula.kind} {agents.name}:")
+    count = len(agents.agents)
+    number = {"every": count, "some": 1}.get(formula.kind, 0)
+    if formula.number is not None:
+        value = whole(context, formula.number, "the number of agents", least=1)
+        number = 0 if math.isnan(value) else int(value)
+        if number > count > 0:
+            context.report(
+                code.VALUE_OUT_OF_RANGE,
+                f"`{agents.name}` has {count} {'agent' if count == 1 else 'agents'}; {number} of them are asked for",
+                formula.number.span,
+                labels=(Label(agents.span),),
+                help=f"write a number from 1 to {count}",
+            )
+    resolved = ir.AtLeastOf(formula.kind, number, agents, body.formula, formula.span)
+    return Typed(resolved, About.TEAM, formula.span, size=1 + body.size, depth=1 + body.depth)
+
+
+def _one_agent(context: Context, formula: ast.OneAgent) -> Typed:
+    agent = one_agent(context, formula.agent, "one agent (or `every`, `some`)")
+    body = resolve_formula(context, formula.body)
+    if isinstance(agent, Unresolved):
+        return stand_in(formula.span)
+    check(context, body, About.AGENT, f"{excerpt(formula.agent.span)}:")
+    resolved = ir.OfAgent(agent, body.formula, formula.span)
+    return Typed(resolved, About.TEAM, formula.span, size=1 + body.size, depth=1 + body.depth)

@@ -1,0 +1,136 @@
+"""Requirements and preferences by their labels, the objective, and how to solve.
+
+says MC102 MC206 MC209 MC210
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+from missionc import ir
+from missionc.base.units import Dimension
+from missionc.diagnostics import code
+from missionc.diagnostics.model import Diagnostic, Label
+from missionc.resolve.context import Context
+from missionc.resolve.resolve_formulas import resolve_goal
+from missionc.resolve.resolve_quantities import (
+    excerpt,
+    number,
+    whole,
+)
+from missionc.resolve.resolve_settings import (
+    known_settings,
+    relation,
+    unknown_word,
+)
+from missionc.syntax import ast
+
+BACKENDS = ("auto", "smt", "clot", "hybrid")
+OPTIONS = ("nodes", "neighbors")
+"""What ``solve with`` may set to a whole number, at least 1."""
+
+CONNECTIVITY = "connectivity"
+"""What it may set to a word."""
+
+
+def resolve_requirements(
+    context: Context, program: ast.Program
+) -> tuple[tuple[ir.Requirement, ...], tuple[ir.Preference, ...]]:
+    """What must be true and what should; one without a label is called ``requirement 3`` by its place."""
+    requirements: list[ir.Requirement] = []
+    preferences: list[ir.Preference] = []
+    labels: dict[str, ast.Name] = {}
+    for item in program.declarations:
+        match item:
+            case ast.Require(label=label):
+                name = _label(context, label, f"requirement {len(requirements) + 1}", labels)
+                requirements.append(ir.Requirement(name, _formula(context, item), item.span))
+            case ast.Prefer(label=label):
+                name = _label(context, label, f"preference {len(preferences) + 1}", labels)
+                weight = _weight(context, item, name)
+                preferences.append(ir.Preference(name, _formula(context, item), weight, item.span))
+            case _:
+                pass
+    return tuple(requirements), tuple(preferences)
+
+
+def _label(context: Context, label: ast.Name | None, otherwise: str, labels: dict[str, ast.Name]) -> str:
+    if label is None:
+        return otherwise
+    first = labels.setdefault(label.text, label)
+    if first is not label:
+        context.findings.append(_label_twice(label, first))
+    return label.text
+
+
+def _formula(context: Context, item: ast.Require | ast.Prefer) -> ir.Formula:
+    """The formula; where it does not say of whom and the label names agents, the finding says what it was read as."""
+    before = len(context.findings)
+    formula = resolve_goal(context, item.body)
+    if item.label is not None and item.label.text in context.sets:
+        note = (
+            f"`{item.label.text}:` is read as the label; an agent is named after a label: `LABEL: {item.label.text}: …`"
+        )
+        context.findings[before:] = [
+            replace(finding, notes=(note,)) if finding.code is code.QUANTIFIER_MISSING else finding
+            for finding in context.findings[before:]
+        ]
+    return formula
+
+
+def _weight(context: Context, prefer: ast.Prefer, name: str) -> float:
+    if prefer.weight is None:
+        return 1.0
+    return number(context, prefer.weight, Dimension.NUMBER, f"the weight of `{name}`", above=0)
+
+
+def resolve_objective(context: Context, minimize: ast.Minimize | None) -> ir.Objective:
+    if minimize is None:
+        return ir.Objective.NONE
+    goals = {goal.value: goal for goal in ir.Objective if goal is not ir.Objective.NONE}
+    if minimize.goal.text not in goals:
+        unknown_word(context, minimize.goal, tuple(goals), "`minimize`", "goal")
+    return goals.get(minimize.goal.text, ir.Objective.NONE)
+
+
+def resolve_solve(context: Context, solve: ast.Solve | None) -> ir.SolveWith:
+    if solve is None:
+        return ir.SolveWith()
+    if solve.backend.text not in BACKENDS:
+        unknown_word(context, solve.backend, BACKENDS, "`solve with`", "backend")
+    settings = known_settings(context, solve.settings, (*OPTIONS, CONNECTIVITY), "`solve with`")
+    options = []
+    connectivity = ir.Connectivity.BOTTLENECK
+    for name, setting in settings.items():
+        relation(context, setting, "=", "")
+        if name == CONNECTIVITY:
+            connectivity = _connectivity(context, setting)
+            continue
+        value = whole(context, setting.high, f"`{name}`", least=1)
+        if not math.isnan(value):
+            options.append((name, value))
+    return ir.SolveWith(solve.backend.text, tuple(options), connectivity, solve.span)
+
+
+def _connectivity(context: Context, setting: ast.Setting) -> ir.Connectivity:
+    words = {each.value: each for each in ir.Connectivity}
+    said = setting.high
+    if not isinstance(said, ast.Name):
+        said = ast.Name(said.span, excerpt(said.span))
+    if said.text not in words:
+        unknown_word(context, said, tuple(words), "`connectivity`", "value")
+    return words.get(said.text, ir.Connectivity.BOTTLENECK)
+
+
+# ------------------------------------------------------------------ messages
+
+
+def _label_twice(label: ast.Name, first: ast.Name) -> Diagnostic:
+    return Diagnostic(
+        code.NAME_TWICE,
+        f"two requirements are labelled `{label.text}`",
+        Label(label.span, "labelled again"),
+        labels=(Label(first.span, "labelled here first"),),
+        help="give one of them another label",
+    )

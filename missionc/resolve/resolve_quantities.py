@@ -1,0 +1,344 @@
+"""Quantities: names of parameters looked up, units worked out, every number in SI.
+
+One evaluator serves numbers and comparisons: an ``Amount`` is a linear
+expression over what can change (``x``, ``speed``, ``distance(base)``), and
+where a number is needed it must have no such terms.
+
+    says MC006 MC104 MC201 MC202 MC209 MC210
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import TypeAlias, assert_never
+
+from missionc import ir
+from missionc.base.source import Span
+from missionc.base.units import UNITS, Dimension
+from missionc.diagnostics import code
+from missionc.diagnostics.model import Fix, Label
+from missionc.diagnostics.suggest import NOTHING, nearest
+from missionc.resolve.context import REPORTED, Context
+from missionc.resolve.names import (
+    STATE_WORDS,
+    Kind,
+    Unresolved,
+)
+from missionc.syntax import ast
+
+Powers: TypeAlias = tuple[int, int, int, int]
+"""The exponents of length, time, angle and steps."""
+
+POWERS: dict[Dimension, Powers] = {
+    Dimension.NUMBER: (0, 0, 0, 0),
+    Dimension.LENGTH: (1, 0, 0, 0),
+    Dimension.TIME: (0, 1, 0, 0),
+    Dimension.SPEED: (1, -1, 0, 0),
+    Dimension.ACCELERATION: (1, -2, 0, 0),
+    Dimension.JERK: (1, -3, 0, 0),
+    Dimension.ANGLE: (0, 0, 1, 0),
+    Dimension.TURN: (0, -1, 1, 0),
+    Dimension.STEPS: (0, 0, 0, 1),
+}
+PLAIN = POWERS[Dimension.NUMBER]
+
+SI: dict[Dimension, str] = {
+    Dimension.NUMBER: "",
+    Dimension.LENGTH: " m",
+    Dimension.TIME: " s",
+    Dimension.SPEED: " m/s",
+    Dimension.ACCELERATION: " m/s^2",
+    Dimension.JERK: " m/s^3",
+    Dimension.ANGLE: " rad",
+    Dimension.TURN: " rad/s",
+    Dimension.STEPS: " steps",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Amount:
+    """``constant + sum(weight * feature)`` in SI units, and the exponents of its unit."""
+
+    constant: float
+    powers: Powers = PLAIN
+    terms: tuple[tuple[float, ir.Feature], ...] = ()
+
+
+NO_AMOUNT = Amount(REPORTED)
+"""In place of one that has been reported: it fits everywhere."""
+
+StateOf: TypeAlias = Callable[[Context, "ast.Name | ast.Distance"], Amount]
+"""What a state word or a distance is; outside comparisons it is a finding."""
+
+
+def number_needed(context: Context, state: ast.Name | ast.Distance) -> Amount:
+    """A state word where only a number can stand."""
+    context.report(
+        code.WRONG_KIND,
+        f"`{excerpt(state.span)}` changes with time; a number is needed here",
+        state.span,
+        help="write a number with its unit, or a parameter",
+    )
+    return NO_AMOUNT
+
+
+# ---------------------------------------------------------------- evaluation
+
+
+def evaluate(context: Context, quantity: ast.Quantity, state_of: StateOf = number_needed) -> Amount:
+    """The quantity in SI units; NO_AMOUNT where something in it has been reported."""
+    match quantity:
+        case ast.Name(text=text) if text in STATE_WORDS:
+            return state_of(context, quantity)
+        case ast.Name(text=text):
+            if isinstance(context.find(quantity, Kind.PARAM, needed=_needed(state_of)), Unresolved):
+                return NO_AMOUNT
+            return context.params.get(text, NO_AMOUNT)
+        case ast.Distance():
+            return state_of(context, quantity)
+        case ast.Number(value=value, unit=None):
+            return _in_range(context, Amount(value), quantity)
+        case ast.Number():
+            return _with_unit(context, quantity)
+        case ast.Negative(body=body):
+            return scaled(evaluate(context, body, state_of), -1.0)
+        case ast.Arithmetic():
+            left = evaluate(context, quantity.left, state_of)
+            right = evaluate(context, quantity.right, state_of)
+            return _in_range(context, _combined(context, quantity, left, right), quantity)
+        case _:
+            assert_never(quantity)
+
+
+def _needed(state_of: StateOf) -> str:
+    return "a parameter" if state_of is number_needed else "a parameter, a state or a `distance(…)`"
+
+
+def _with_unit(context: Context, number: ast.Number) -> Amount:
+    unit = number.unit or ""
+    if unit not in UNITS:
+        span = number.unit_span or number.span
+        near = NOTHING if "/" in unit else nearest(unit, UNITS)
+        context.report(
+            code.UNKNOWN_UNIT,
+            f"no unit is called `{unit}`",
+            span,
+            help=f"did you mean `{near}`?" if isinstance(near, str) else f"the units are {', '.join(UNITS)}",
+            fix=Fix(span, near) if isinstance(near, str) else None,
+        )
+        return NO_AMOUNT
+    dimension, factor = UNITS[unit]
+    return _in_range(context, Amount(in_unit(number.value, factor), POWERS[dimension]), number)
+
+
+def in_unit(value: float, factor: float) -> float:
+    """``value * factor``, but exact where the factor is one over a whole number (10 cm is 0.1 m)."""
+    inverse = round(1 / factor)
+    return value / inverse if factor < 1 and factor == 1 / inverse else value * factor
+
+
+def scaled(amount: Amount, factor: float) -> Amount:
+    return Amount(
+        amount.constant * factor, amount.powers, tuple((weight * factor, feature) for weight, feature in amount.terms)
+    )
+
+
+def _combined(context: Context, quantity: ast.Arithmetic, left: Amount, right: Amount) -> Amount:
+    if is_reported(left) or is_reported(right):
+        return NO_AMOUNT
+    match quantity.operator:
+        case "+":
+            return added(context, quantity, left, right)
+        case "-":
+            return added(context, quantity, left, scaled(right, -1.0))
+        case "*" if left.terms and right.terms:
+            return _not_linear(context, quantity, "multiplies")
+        case "*":
+            number, other = (left, right) if not left.terms else (right, left)
+            return Amount(
+                scaled(other, number.constant).constant,
+                _sum(left.powers, right.powers, 1),
+                scaled(other, number.constant).terms,
+            )
+        case _ if right.terms:
+            return _not_linear(context, quantity, "divides by")
+        case _ if right.constant == 0:
+            context.report(
+                code.VALUE_OUT_OF_RANGE,
+                f"`{excerpt(quantity.span)}` divides by zero",
+                quantity.right.span,
+                help="divide by something else",
+            )
+            return NO_AMOUNT
+        case _:
+            terms = tuple((weight / right.constant, feature) for weight, feature in left.terms)
+            return Amount(left.constant / right.constant, _sum(left.powers, right.powers, -1), terms)
+
+
+def added(context: Context, quantity: ast.Arithmetic | ast.Compare, left: Amount, right: Amount) -> Amount:
+    """The sum; a plain number takes the SI unit of the other side."""
+    if is_reported(left) or is_reported(right):
+        return NO_AMOUNT
+    powers = left.powers if right.powers == PLAIN and not right.terms else right.powers
+    if left.powers != powers and not (left.powers == PLAIN and not left.terms):
+        verb = "compares" if isinstance(quantity, ast.Compare) else "adds"
+        context.report(
+            code.WRONG_UNIT,
+            f"`{excerpt(quantity.span)}` {verb} {measured(left.powers)} and {measured(right.powers)}",
+            quantity.span,
+            labels=(
+                Label(quantity.left.span, measured(left.powers)),
+                Label(quantity.right.span, measured(right.powers)),
+            ),
+            help="give both sides the same kind of unit",
+        )
+        return NO_AMOUNT
+    weights: dict[ir.Feature, list[float]] = {}
+    for weight, feature in left.terms + right.terms:
+        weights.setdefault(feature, []).append(weight)
+    terms = tuple((sum(parts), feature) for feature, parts in weights.items() if not _cancel(parts))
+    return Amount(left.constant + right.constant, powers, terms)
+
+
+def _cancel(weights: list[float]) -> bool:
+    """Whether they add up to nothing but rounding."""
+    return abs(sum(weights)) <= 1e-12 * sum(map(abs, weights))
+
+
+def is_reported(amount: Amount) -> bool:
+    return math.isnan(amount.constant)
+
+
+def _sum(left: Powers, right: Powers, sign: int) -> Powers:
+    length, time, angle, steps = (a + sign * b for a, b in zip(left, right, strict=True))
+    return length, time, angle, steps
+
+
+def _in_range(context: Context, amount: Amount, quantity: ast.Quantity) -> Amount:
+    sizes = [abs(amount.constant), *(abs(weight) for weight, _ in amount.terms)]
+    if is_reported(amount) or max(sizes) <= context.limits.magnitude:
+        return amount
+    limit = shown(context.limits.magnitude)
+    context.report(
+        code.NUMBER_OUT_OF_RANGE,
+        f"`{excerpt(quantity.span)}` is {shown(max(sizes))} in SI units; the limit is {limit}",
+        quantity.span,
+        help="write a smaller number, or raise the limit with `--limit magnitude=VALUE`",
+    )
+    return NO_AMOUNT
+
+
+def _not_linear(context: Context, quantity: ast.Arithmetic, verb: str) -> Amount:
+    context.report(
+        code.WRONG_KIND,
+        f"`{excerpt(quantity.span)}` {verb} what changes with time; a comparison is linear",
+        quantity.span,
+        help="multiply and divide states and distances by numbers only",
+    )
+    return NO_AMOUNT
+
+
+# --------------------------------------------------------- a number for a place
+
+
+def fitted(context: Context, amount: Amount, dimension: Dimension, quantity: ast.Quantity) -> float:
+    """The SI value of an amount where this dimension is needed; NaN once it is reported."""
+    if is_reported(amount) or amount.powers in (PLAIN, POWERS[dimension]):
+        return amount.constant
+    labels: tuple[Label, ...] = ()
+    if isinstance(quantity, ast.Name):
+        declared = context.names.declared[quantity.text]
+        labels = (Label(declared.span, f"{measured(amount.powers)}, declared here"),)
+    unit_span = quantity.unit_span if isinstance(quantity, ast.Number) else None
+    context.report(
+        code.WRONG_UNIT,
+        f"`{excerpt(quantity.span)}` is {measured(amount.powers)}; {dimension.value} is needed here",
+        unit_span or quantity.span,
+        labels=labels,
+        help=f"write it in {SI[dimension].strip()}" if SI[dimension] else "write a number without a unit",
+    )
+    return REPORTED
+
+
+def number(
+    context: Context,
+    quantity: ast.Quantity,
+    dimension: Dimension,
+    what: str,
+    *,
+    least: float = -math.inf,
+    above: float = -math.inf,
+) -> float:
+    """The SI value of a quantity, at least ``least`` and more than ``above``; NaN once it is reported."""
+    value = fitted(context, evaluate(context, quantity), dimension, quantity)
+    if value < least or value <= above:
+        bound = f"at least {shown(least)}" if value < least else f"more than {shown(above)}"
+        context.report(
+            code.VALUE_OUT_OF_RANGE,
+            f"{what} is {shown(value)}{SI[dimension]}; it must be {bound}{SI[dimension]}",
+            quantity.span,
+            help="write a larger value",
+        )
+        return REPORTED
+    return value
+
+
+def whole(context: Context, quantity: ast.Quantity, what: str, *, least: int = 0) -> float:
+    """A whole number (still a float), at least ``least``; NaN once it is reported."""
+    value = number(context, quantity, Dimension.NUMBER, what, least=least)
+    if math.isnan(value) or value == math.floor(value):
+        return value
+    context.report(
+        code.NOT_WHOLE,
+        f"{what} is {shown(value)}; a whole number is needed here",
+        quantity.span,
+        help=f"write `{math.floor(value)}` or `{math.ceil(value)}`",
+        fix=Fix(quantity.span, str(max(round(value), least))),
+    )
+    return REPORTED
+
+
+def with_unit_of(low: ast.Quantity, high: ast.Quantity, dimension: Dimension) -> ast.Quantity:
+    """The lower bound of a range ``low..high``, which shares the unit after the range: ``50..120 cm``."""
+    match low, high:
+        case ast.Number(unit=None), ast.Number(unit=str() as unit) if UNITS.get(unit, (None,))[0] is dimension:
+            return replace(low, unit=unit, unit_span=high.unit_span)
+        case _:
+            return low
+
+
+def swapped(low: ast.Quantity, high: ast.Quantity, between: str, *, lends: bool = False) -> Fix:
+    """The two bounds the other way round; ``lends``: one unit after both is that of both."""
+    first, second = low.span.text, high.span.text
+    match low, high:
+        case ast.Number(unit=None), ast.Number(unit_span=Span() as unit) if lends:
+            number = Span(unit.source, high.span.start, unit.start).text.rstrip()
+            first, second = first + high.span.text[len(number) :], number
+        case _:
+            pass
+    return Fix(low.span.to(high.span), f"{second}{between}{first}")
+
+
+# ------------------------------------------------------------------ messages
+
+
+def shown(value: float) -> str:
+    """A number as a message shows it."""
+    return format(value, ".10g")
+
+
+def excerpt(span: Span, most: int = 40) -> str:
+    """The words of a span on one line, cut where they are many."""
+    text = " ".join(span.text[: 4 * most].split())
+    return text if len(text) <= most else f"{text[: most - 1]}…"
+
+
+def measured(powers: Powers) -> str:
+    """What a unit with these exponents measures, for a message."""
+    for dimension, known in POWERS.items():
+        if known == powers:
+            return dimension.value
+    parts = zip(("m", "s", "rad", "steps"), powers, strict=True)
+    return "in " + " ".join(unit if power == 1 else f"{unit}^{power}" for unit, power in parts if power)

@@ -1,0 +1,238 @@
+"""Shapes of regions and obstacles: numbers in metres, plane shapes with their heights in a volume.
+
+says MC104 MC205 MC207 MC210 MC303 MC512
+"""
+
+from __future__ import annotations
+
+import math
+from typing import assert_never
+
+from missionc import ir
+from missionc.base.source import Span
+from missionc.base.units import Dimension
+from missionc.diagnostics import code
+from missionc.diagnostics.model import Fix, Label
+from missionc.resolve.context import REPORTED, Context
+from missionc.resolve.definitions import ordered
+from missionc.resolve.names import (
+    Declared,
+    Kind,
+    Unresolved,
+)
+from missionc.resolve.polygon_faults import Simple, fault
+from missionc.resolve.resolve_motion import resolve_motion
+from missionc.resolve.resolve_points import (
+    known,
+    no_area,
+    plane_point,
+    resolve_point,
+)
+from missionc.resolve.resolve_quantities import (
+    number,
+    shown,
+    with_unit_of,
+)
+from missionc.syntax import ast
+
+NOWHERE = ir.Box((REPORTED, REPORTED), (REPORTED, REPORTED))
+"""In place of a shape that has been reported."""
+
+COMBINED: dict[str, type[ir.Union] | type[ir.Intersection] | type[ir.Difference]] = {
+    "+": ir.Union,
+    "*": ir.Intersection,
+    "-": ir.Difference,
+}
+"""What the signs between shapes make of them."""
+
+# --------------------------------------------------------------------- shapes
+
+
+def resolve_regions(context: Context) -> None:
+    """Every region and obstacle, the ones that others are made of first."""
+    items: list[ast.Region | ast.Obstacle] = [*context.declared(ast.Region), *context.declared(ast.Obstacle)]
+    declarations = {item.name.text: item for item in items}
+    shapes: dict[str, ir.Shape] = {}
+    parts: dict[str, tuple[float, int]] = {}
+    for name in ordered(context, {name: item.shape for name, item in declarations.items()}):
+        item = declarations[name]
+        shapes[name] = _within_limits(context, item, parts, resolve_shape(context, item.shape, shapes))
+    for name, item in declarations.items():
+        shape = shapes.get(name, NOWHERE)
+        match item:
+            case ast.Region():
+                context.regions[name] = context.same(ir.Region(name, shape, item.name.span))
+            case ast.Obstacle():
+                motion = resolve_motion(context, item.motion)
+                context.obstacles[name] = context.same(ir.Obstacle(name, shape, motion, item.name.span))
+
+
+def resolve_shape(context: Context, shape: ast.Shape, made: dict[str, ir.Shape]) -> ir.Shape:
+    """The shape in metres; ``made`` are the shapes that names in it may stand for."""
+    match shape:
+        case ast.Name(text=text):
+            found = context.find(shape, Kind.REGION, Kind.OBSTACLE, needed="a region or an obstacle")
+            if isinstance(found, Unresolved):
+                return NOWHERE
+            if isinstance(found.declaration, ast.Obstacle) and found.declaration.motion is not None:
+                _moves(context, shape, found)
+            return made.get(text, NOWHERE)
+        case ast.Box():
+            return _box(context, shape)
+        case ast.Disc(height=height):
+            centre = plane_point(context, shape.centre, "the centre of a disc", "write a `ball`, or leave one out")
+            band = _band(context, height)
+            return ir.Disc(centre, _radius(context, shape.radius, "disc", shape.span), band)
+        case ast.Cylinder():
+            centre = plane_point(context, shape.centre, "the foot of a cylinder", "say where it stands by `height`")
+            radius = _radius(context, shape.radius, "cylinder", shape.span)
+            return ir.Disc(centre, radius, _band(context, shape.height))
+        case ast.Ball():
+            return _ball(context, shape)
+        case ast.Polygon():
+            return _polygon(context, shape)
+        case ast.Combined(operator=operator):
+            left, right = resolve_shape(context, shape.left, made), resolve_shape(context, shape.right, made)
+            return COMBINED[operator](left, right)
+        case _:
+            assert_never(shape)
+
+
+def _box(context: Context, box: ast.Box) -> ir.Shape:
+    if context.dimension == 3 and len(box.low.coordinates) == 2:
+        first: ir.Vector = plane_point(context, box.low, "this box", "")
+        second: ir.Vector = plane_point(context, box.high, "the other corner of this box", "give both as many")
+        band = _band(context, box.height)
+        assert band is not None
+        first, second = (*first, band.low), (*second, band.high)
+    else:
+        first = resolve_point(context, box.low)
+        same = known(first) or len(box.high.coordinates) != len(box.low.coordinates)
+        second = resolve_point(context, box.high) if same else first  # what is wrong with both is said of one
+        if box.height is not None:
+            _height_not_here(context, box.height, "this box has its height in its corners")
+    if len(first) != len(second) or not known(first, second):
+        return NOWHERE
+    low, high = tuple(map(min, first, second)), tuple(map(max, first, second))
+    if any(a == b for a, b in zip(low, high, strict=True)):
+        no_area(context, "the box", box.span)
+    return ir.Box(low, high)
+
+
+def _ball(context: Context, ball: ast.Ball) -> ir.Shape:
+    if context.dimension == 2:
+        context.report(
+            code.WRONG_DIMENSION,
+            "a ball has three coordinates; the world is a plane",
+            ball.span,
+            help="write `disc at (x, y) radius r`",
+        )
+        return NOWHERE
+    return ir.Ball(resolve_point(context, ball.centre), _radius(context, ball.radius, "ball", ball.span))
+
+
+def _polygon(context: Context, polygon: ast.Polygon) -> ir.Shape:
+    if len(polygon.corners) > context.limits.shape_parts:
+        too_many_parts(context, f"the polygon has {len(polygon.corners)} corners", polygon.span)
+        return NOWHERE
+    corners = tuple(
+        plane_point(context, corner, "the corner of a polygon", "say how high it is by `height a..b`")
+        for corner in polygon.corners
+    )
+    band = _band(context, polygon.height)
+    if known(*corners):
+        match fault(corners):
+            case str() as phrase:
+                context.report(
+                    code.NO_AREA,
+                    f"the polygon {phrase}",
+                    polygon.span,
+                    help="give its corners in the order in which its border passes them, each once",
+                )
+            case Simple():
+                pass
+    return ir.Polygon(corners, band)
+
+
+def _radius(context: Context, radius: ast.Quantity, what: str, span: Span) -> float:
+    value = number(context, radius, Dimension.LENGTH, f"the radius of the {what}", least=0)
+    if value == 0:
+        no_area(context, f"the {what}", span)
+    return value
+
+
+def _band(context: Context, height: ast.Height | None) -> ir.Prism | None:
+    """The heights a plane shape has in a volume: its own, or the world's; none in a plane."""
+    if context.dimension != 3:
+        if height is not None and context.dimension == 2:
+            _height_not_here(context, height, "the world is a plane")
+        return None
+    if height is None:
+        return ir.Prism(context.low[2], context.high[2])
+    low = number(context, with_unit_of(height.low, height.high, Dimension.LENGTH), Dimension.LENGTH, "the height")
+    high = number(context, height.high, Dimension.LENGTH, "the height")
+    if low > high:
+        context.report(
+            code.BOUNDS_REVERSED,
+            f"bounds run backwards: {shown(high)} m comes after {shown(low)} m",
+            height.span,
+            help=f"write `height {shown(high)}..{shown(low)}`",
+            fix=Fix(height.span, f"height {shown(high)}..{shown(low)}"),
+        )
+    elif low == high:
+        no_area(context, "the height", height.span)
+    return ir.Prism(low, high)
+
+
+# --------------------------------------------------------------------- limits
+
+
+def _within_limits(
+    context: Context, item: ast.Region | ast.Obstacle, parts: dict[str, tuple[float, int]], shape: ir.Shape
+) -> ir.Shape:
+    """The shape, or NOWHERE where it is made of too many parts or of parts too deep in one another."""
+    count, depth = _size(item.shape, parts)
+    too_large = count > context.limits.shape_parts or (depth > context.limits.nesting and not math.isnan(count))
+    parts[item.name.text] = (math.nan, 1) if too_large else (count, depth)
+    if too_large:
+        too_many_parts(context, f"`{item.name.text}` is made of {shown(count)} shapes, {depth} deep", item.shape.span)
+    return NOWHERE if too_large else shape
+
+
+def _size(shape: ast.Shape, parts: dict[str, tuple[float, int]]) -> tuple[float, int]:
+    """How many simple shapes it is made of, and how deep; ``parts`` knows those made before (NaN: reported)."""
+    match shape:
+        case ast.Name(text=text):
+            return parts.get(text, (1, 1))
+        case ast.Combined():
+            left, right = _size(shape.left, parts), _size(shape.right, parts)
+            return left[0] + right[0], 1 + max(left[1], right[1])
+        case _:
+            return 1, 1
+
+
+# ------------------------------------------------------------------ messages
+
+
+def too_many_parts(context: Context, what: str, span: Span) -> None:
+    limits = context.limits
+    context.report(
+        code.TOO_LARGE_TO_EXPAND,
+        f"{what}; the limits are {limits.shape_parts} and {limits.nesting} deep",
+        span,
+        help="make it simpler, or raise the limit with `--limit shape_parts=VALUE`",
+    )
+
+
+def _moves(context: Context, name: ast.Name, obstacle: Declared) -> None:
+    context.report(
+        code.WRONG_KIND,
+        f"`{name.text}` moves; a shape that stays is needed here",
+        name.span,
+        labels=(Label(obstacle.span, "declared here"),),
+        help="declare its shape as a region, and use that in both places",
+    )
+
+
+def _height_not_here(context: Context, height: ast.Height, why: str) -> None:
+    context.report(code.WRONG_DIMENSION, f"no height can be given here: {why}", height.span, help="leave `height` out")

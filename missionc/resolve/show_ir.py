@@ -1,0 +1,173 @@
+"""The mission as meant, as text: one thing a line, windows in steps, agents by their numbers.
+
+in   Mission
+out  text, the same for the same mission
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from typing import assert_never
+
+from missionc import ir
+from missionc.resolve.show_ir_formula import (
+    number,
+    show_formula,
+    vector,
+)
+from missionc.resolve.show_vehicle import show_vehicle, show_yaw
+
+
+def show_ir(mission: ir.Mission) -> str:
+    """Every declaration of the mission after resolution, one a line, in a fixed order."""
+    return "\n".join(_lines(mission)) + "\n"
+
+
+def _lines(mission: ir.Mission) -> Iterator[str]:
+    yield f"mission {mission.name}"
+    yield f"time step {number(mission.step)} s, {mission.steps} steps"
+    yield f"world {vector(mission.world.low)} to {vector(mission.world.high)}"
+    for region in mission.regions:
+        yield f"region {region.name} = {show_shape(region.shape)}"
+    for obstacle in mission.obstacles:
+        yield f"obstacle {obstacle.name} = {show_shape(obstacle.shape)}{_motion(obstacle.motion)}"
+    for beacon in mission.beacons:
+        yield f"beacon {beacon.name} = {vector(beacon.position)}"
+    for agent in mission.agents:
+        yield _agent(agent, mission.dimension)
+    for team, vehicle in dict.fromkeys((agent.team, agent.vehicle) for agent in mission.agents):
+        if vehicle != ir.PLAIN:
+            yield f"vehicle of {team} = {show_vehicle(vehicle)}"
+    for word, sets in (("team", mission.teams), ("group", mission.groups)):
+        for agents in sets:
+            yield f"{word} {agents.name} = {indices(agents.agents)}"
+    for graph in mission.graphs:
+        yield f"graph {graph.name} = {_graph(graph)} over {indices(graph.agents)}"
+    for formation in mission.formations:
+        yield from _formation(formation)
+    yield f"separation {number(mission.separation)} m"
+    yield f"clearance {number(mission.clearance)} m"
+    yield from _formulas(mission)
+    yield f"minimize {mission.objective.value}"
+    options = "".join(f" {name} = {number(value)}" for name, value in mission.solve.options)
+    if mission.solve.connectivity is not ir.Connectivity.BOTTLENECK:
+        options += f" connectivity = {mission.solve.connectivity.value}"
+    yield f"solve with {mission.solve.backend}{options}"
+
+
+def _formulas(mission: ir.Mission) -> Iterator[str]:
+    """A ``let`` is written out once, and by its name wherever it is used."""
+    lets: dict[int, str] = {}
+    for name, formula in mission.lets:
+        yield f"let {name} = {show_formula(formula, lets, mission)}"
+        lets.setdefault(id(formula), name)
+    for requirement in mission.requirements:
+        yield f"require {requirement.name}: {show_formula(requirement.formula, lets, mission)}"
+    for preference in mission.preferences:
+        words = show_formula(preference.formula, lets, mission)
+        yield f"prefer {preference.name}: {words} weight {number(preference.weight)}"
+
+
+def show_shape(shape: ir.Shape) -> str:
+    match shape:
+        case ir.Box(low, high):
+            return f"box {vector(low)} to {vector(high)}"
+        case ir.Disc(centre, radius, band):
+            return f"disc at {vector(centre)} radius {number(radius)}{_band(band)}"
+        case ir.Ball(centre, radius):
+            return f"ball at {vector(centre)} radius {number(radius)}"
+        case ir.Polygon(corners, band):
+            return f"polygon {', '.join(map(vector, corners))}{_band(band)}"
+        case ir.Union(left, right):
+            return f"({show_shape(left)} + {show_shape(right)})"
+        case ir.Intersection(left, right):
+            return f"({show_shape(left)} * {show_shape(right)})"
+        case ir.Difference(left, right):
+            return f"({show_shape(left)} - {show_shape(right)})"
+        case _:
+            assert_never(shape)
+
+
+def _band(band: ir.Prism | None) -> str:
+    return "" if band is None else f" height {number(band.low)}..{number(band.high)}"
+
+
+def _motion(motion: ir.Still | ir.Path) -> str:
+    match motion:
+        case ir.Still():
+            return ""
+        case ir.Path(times, offsets):
+            pairs = zip(times, offsets, strict=True)
+            return " along " + ", ".join(f"{number(time)} s: {vector(offset)}" for time, offset in pairs)
+        case _:
+            assert_never(motion)
+
+
+def _agent(agent: ir.Agent, dimension: int) -> str:
+    parts = [f"radius {number(agent.radius)} m", _dynamics(agent.dynamics), f"start {_place(agent.start)}"]
+    if agent.finish is not None:
+        parts.append(f"finish {_place(agent.finish)}")
+    if dimension == 2:
+        parts.append(f"altitude {number(agent.altitude)} m")
+    if show_yaw(agent.yaw):
+        parts.append(f"yaw {show_yaw(agent.yaw)}")
+    return f"agent {agent.index} {agent.name}: {', '.join(parts)}"
+
+
+def _dynamics(dynamics: ir.Dynamics) -> str:
+    match dynamics:
+        case ir.SingleIntegrator(speed):
+            return f"single_integrator speed <= {number(speed)} m/s"
+        case ir.DoubleIntegrator(speed, acceleration):
+            return f"double_integrator speed <= {number(speed)} m/s acceleration <= {number(acceleration)} m/s^2"
+        case ir.Unicycle(slowest, fastest, turn):
+            turning = "" if turn == math.inf else f" turn <= {number(turn)} rad/s"
+            return f"unicycle speed {number(slowest)}..{number(fastest)} m/s{turning}"
+        case _:
+            assert_never(dynamics)
+
+
+def _place(place: ir.Place) -> str:
+    match place:
+        case ir.Anywhere(region, _):
+            return f"in {region.name}"
+        case ir.Exactly(point, _):
+            return f"at {vector(point)}"
+        case _:
+            assert_never(place)
+
+
+def _graph(graph: ir.Graph) -> str:
+    match graph:
+        case ir.Proximity():
+            return f"proximity {number(graph.radius)} m"
+        case ir.BeaconCover():
+            return f"beacons {', '.join(map(vector, graph.beacons))} within {number(graph.radius)} m"
+        case _:
+            assert_never(graph)
+
+
+def _formation(formation: ir.Formation) -> Iterator[str]:
+    total = "total " if formation.total else ""
+    yield (
+        f"formation {formation.name} = {formation.kind} of {indices(formation.agents)}"
+        f" {total}tolerance {number(formation.tolerance)} m"
+    )
+    for edge in formation.edges:
+        match edge.target:
+            case tuple() as offset:
+                yield f"  {edge.first} to {edge.second}: {vector(offset)}"
+            case distance:
+                yield f"  {edge.first} to {edge.second}: {number(distance)} m"
+
+
+def indices(agents: Sequence[int]) -> str:
+    """Agents by number, neighbours in a row as a range: ``0..4, 7``."""
+    runs: list[list[int]] = []
+    for agent in agents:
+        if runs and agent == runs[-1][-1] + 1:
+            runs[-1].append(agent)
+        else:
+            runs.append([agent])
+    return ", ".join(str(run[0]) if len(run) == 1 else f"{run[0]}..{run[-1]}" for run in runs)

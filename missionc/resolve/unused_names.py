@@ -1,0 +1,47 @@
+"""Names that nothing uses.
+
+A team, an agent or an obstacle acts by being there. A beacon is used by every
+graph of beacons, and the only graph by every route that leaves ``on`` out.
+
+    says MC103
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+
+from missionc.diagnostics import code
+from missionc.diagnostics.model import Diagnostic, Label
+from missionc.resolve.context import Context
+from missionc.resolve.delete_declaration import deleted
+from missionc.resolve.names import Kind, Named
+from missionc.syntax import ast
+
+ACT_BY_BEING_THERE = (Kind.TEAM, Kind.AGENT, Kind.OBSTACLE)
+
+
+def unused(context: Context, program: ast.Program) -> list[Diagnostic]:
+    """A warning for each; none for names that were suggested in place of unknown ones."""
+    names = context.names
+    used = set(names.suggested)
+    kinds_used: set[Kind] = set()
+    for declaration in program.declarations:
+        mentioned = context.mentions(declaration)
+        used.update(mentioned.names)
+        kinds_used.update([Kind.BEACON] * mentioned.every_beacon + [Kind.GRAPH] * mentioned.only_graph)
+    times = Counter(each.name.text for each in program.declarations if isinstance(each, Named))
+    return [
+        _nothing_uses(name, declared.kind, declared.declaration, once=times[name] == 1)
+        for name, declared in names.declared.items()
+        if name not in used and declared.kind not in kinds_used and declared.kind not in ACT_BY_BEING_THERE
+    ]
+
+
+def _nothing_uses(text: str, kind: Kind, declaration: Named, *, once: bool) -> Diagnostic:
+    return Diagnostic(
+        code.UNUSED_NAME,
+        f"nothing uses `{text}`",
+        Label(declaration.name.span, kind.value),
+        help="use it or leave it out",
+        fix=deleted(declaration.span) if once else None,
+    )

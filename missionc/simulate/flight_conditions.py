@@ -1,0 +1,99 @@
+"""What decides a flight, as a record: written beside what was flown, and read back so that it can be flown again.
+
+in   Trial, the mission's length; or such a record
+out  the record; or Trial
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import asdict, fields
+from importlib.metadata import PackageNotFoundError, version
+
+from missionc.simulate.controller import Gains
+from missionc.simulate.default_engine import COMMANDS
+from missionc.simulate.disturbance import (
+    GUST_SECONDS,
+    UNDISTURBED,
+    Disturbance,
+)
+from missionc.simulate.engines import (
+    ENGINES,
+    OTHERS,
+    QUADROTOR,
+)
+from missionc.simulate.firmware_setpoints import SETPOINTS_PER_SECOND
+from missionc.simulate.quadrotor import Vehicle
+from missionc.simulate.trials import Trial
+from missionc.version import __version__
+
+MOST_FLIGHTS = 100_000
+LARGEST_SEED = 2**32 - 1
+MOST = Disturbance(wind=100.0, gust=100.0, mass=0.5, start=1.0, clock=1.0)
+"""The most of everything that the command line takes."""
+BROUGHT = {
+    "rotorpy": ("rotorpy.vehicles.crazyflie_params", "rotorpy.controllers.quadrotor_control.SE3Control", 1),
+    "crazyflow": ("Drone.cf2x_L250, Dynamics.first_principles", "Control.state, hovering before the start", COMMANDS),
+}
+"""Of the other engines: what flies, what controls it, and how often for each setpoint."""
+
+
+def conditions(trial: Trial, seconds: float) -> dict[str, object]:
+    """Everything that a flight of so many seconds follows from, beside the polynomials; lengths of time in seconds."""
+    vehicle, controller, commands = BROUGHT.get(trial.engine, (asdict(Vehicle()), asdict(Gains()), COMMANDS))
+    setpoint = 1 / SETPOINTS_PER_SECOND
+    return {
+        "engine": trial.engine,
+        "versions": versions(trial.engine),
+        "seed": trial.seed,
+        "flights": trial.flights,
+        "disturbance": asdict(trial.disturbance),
+        "seconds": {"flight": seconds, "setpoint": setpoint, "command": setpoint / commands, "gust": GUST_SECONDS},
+        "vehicle": vehicle,
+        "controller": controller,
+    }
+
+
+def versions(engine: str) -> dict[str, str]:
+    """Of this package, and of the engine's where it is another one; ``unknown`` where that does not say its own."""
+    try:
+        own = {engine: version(engine)} if engine in OTHERS else {}
+    except PackageNotFoundError:
+        own = {engine: "unknown"}
+    return {"missionc": __version__, **own}
+
+
+def trial_of(record: Mapping[str, object]) -> Trial | str:
+    """How to fly what a record tells; or the name of the first entry that cannot be."""
+    engine, flights, seed = record.get("engine"), record.get("flights"), record.get("seed")
+    if not (isinstance(engine, str) and engine in ENGINES):
+        return "engine"
+    if not _whole(flights, 1, MOST_FLIGHTS):
+        return "flights"
+    if not _whole(seed, 0, LARGEST_SEED):
+        return "seed"
+    disturbance = _disturbance(record.get("disturbance"))
+    if disturbance is None or (engine != QUADROTOR and (flights != 1 or disturbance != UNDISTURBED)):
+        return "disturbance"
+    assert isinstance(flights, int)
+    assert isinstance(seed, int)
+    return Trial(engine, flights, disturbance, seed)
+
+
+def _disturbance(record: object) -> Disturbance | None:
+    names = [field.name for field in fields(Disturbance)]
+    if not isinstance(record, dict) or sorted(record) != sorted(names):
+        return None
+    if not all(_within(record[name], getattr(MOST, name)) for name in names):
+        return None
+    return Disturbance(**{name: float(record[name]) for name in names})
+
+
+def _within(value: object, most: float) -> bool:
+    number = isinstance(value, int | float) and not isinstance(value, bool)
+    return number and math.isfinite(value) and 0 <= value <= most  # type: ignore[arg-type, operator]
+
+
+def _whole(value: object, least: int, most: int) -> bool:
+    return isinstance(value, int) and not isinstance(value, bool) and least <= value <= most

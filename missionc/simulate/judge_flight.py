@@ -1,0 +1,122 @@
+"""What one flight comes to: how far from where it should be, what the monitor says of it, how near bodies came.
+
+    in   Mission, its kernel, where everybody should have been and was
+    out  Flight
+
+Requirements are judged at the mission's steps, as a plan's are. Bodies are
+judged at every moment, straight from sample to sample.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from missionc.base.trace import (
+    Array,
+    Judgement,
+    Trace,
+)
+from missionc.base.units import Metres
+from missionc.curves.piecewise_polynomials import Curves
+from missionc.ir import Mission
+from missionc.kernel.nodes import Kernel
+from missionc.monitoring.monitor import monitor
+from missionc.verify.certificate import Check
+from missionc.verify.plan.agent_separation import check_separation
+from missionc.verify.plan.obstacle_clearance import check_obstacles
+
+USUAL = 0.95
+"""Of the time; what is flown worse is rare."""
+
+
+@dataclass(frozen=True, slots=True)
+class Error:
+    """How far an agent is from where it should be, m: on average, ``USUAL`` of the time at most, the most and when."""
+
+    mean: float
+    usual: float
+    most: float
+    at: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Flight:
+    """One flight.
+
+    Args:
+        error: of each agent.
+        largest: (samples,), m: the largest error of any agent over time.
+        trace: its states at the mission's steps.
+        requirements, preferences: judged on ``trace``.
+        room: the least room between two bodies, and between bodies and each obstacle, m; negative where they overlap.
+    """
+
+    error: tuple[Error, ...]
+    largest: Array
+    trace: Trace
+    requirements: tuple[Judgement, ...]
+    preferences: tuple[Judgement, ...]
+    room: tuple[Check, ...]
+
+    @property
+    def satisfied(self) -> bool:
+        return all(each.satisfied for each in self.requirements)
+
+    @property
+    def untouched(self) -> bool:
+        return all(check.margin >= 0 for check in self.room)
+
+
+def judge(
+    mission: Mission, kernel: Kernel, times: Array, planned: Array, position: Array, velocity: Array, heading: Array
+) -> Flight:
+    """Judge a flight.
+
+    Args:
+        times: (samples,), s, from 0 to the end of the mission or past it.
+        planned: (agents, samples, 3), m: where everybody should have been.
+        position, velocity: (agents, samples, 3), m and m/s.
+        heading: (agents, samples), rad.
+    """
+    trace = at_steps(mission, times, position, velocity, heading)
+    judged = monitor(mission, kernel, trace)
+    count = len(kernel.requirements)
+    error = np.linalg.norm(position - planned, axis=-1)
+    return Flight(
+        tuple(_error(times, own) for own in error),
+        error.max(axis=0),
+        trace,
+        judged[:count],
+        judged[count:],
+        tuple(room(mission, times, position)),
+    )
+
+
+def _error(times: Array, error: Array) -> Error:
+    last = int(error.argmax())
+    return Error(float(error.mean()), float(np.quantile(error, USUAL)), float(error[last]), float(times[last]))
+
+
+def at_steps(mission: Mission, times: Array, position: Array, velocity: Array, heading: Array) -> Trace:
+    """The states at the mission's steps, on the line between two samples where none falls on the step."""
+    steps = mission.step * np.arange(mission.steps + 1)
+    after = np.clip(np.searchsorted(times, steps - 1e-9), 1, times.size - 1)
+    share = np.clip((steps - times[after - 1]) / (times[after] - times[after - 1]), 0.0, 1.0)
+
+    def between(values: Array) -> Array:
+        first, second = values[:, after - 1, : mission.dimension], values[:, after, : mission.dimension]
+        return np.asarray(first + share[:, None] * (second - first))
+
+    return Trace(mission.step, between(position), between(velocity), heading[:, after - (share < 0.5)])
+
+
+def room(mission: Mission, times: Array, position: Array) -> Iterable[Check]:
+    """Bodies and obstacles along a path of samples, (agents, samples, 3), m; in a plane mission seen from above."""
+    level = position[..., : mission.dimension]
+    slope = np.diff(level, axis=1) / np.diff(times)[:, None]
+    curves = Curves(times, np.stack([level[:, :-1], slope], axis=-1))
+    bare = replace(mission, separation=Metres(0.0), clearance=Metres(0.0))
+    return (*check_separation(bare, curves), *check_obstacles(bare, curves))

@@ -1,0 +1,282 @@
+"""Files into text, carefully: a mission may come from anyone.
+
+    in   a path, a limit
+    out  Source
+    says MC002 MC004 MC009 MC010
+
+Only regular files are opened, nothing larger than the limit is read, and a
+file that changes meanwhile is not believed. What a mission includes lies in
+the mission's own folder or below it, symbolic links followed.
+"""
+
+from __future__ import annotations
+
+import codecs
+import os
+import stat
+import sys
+from collections.abc import Callable, Mapping
+from pathlib import Path, PurePosixPath
+from posixpath import normpath, relpath
+from typing import TypeAlias
+
+from missionc.base.limits import Limits
+from missionc.base.source import Source, Span
+from missionc.diagnostics.code import (
+    CHECKPOINT_UNREADABLE,
+    FILE_CHANGED,
+    FILE_TOO_LARGE,
+    FOLDER_UNREADABLE,
+    INCLUDE_NOT_ALLOWED,
+    TRACE_UNREADABLE,
+    UNREADABLE,
+    Code,
+)
+from missionc.diagnostics.model import Diagnostic, Label
+
+LIMITS = {
+    UNREADABLE: "file_bytes",
+    TRACE_UNREADABLE: "trace_bytes",
+    CHECKPOINT_UNREADABLE: "checkpoint_bytes",
+    FOLDER_UNREADABLE: "trace_bytes",
+}
+"""The limit that a file of each kind may exceed, by the code that says it cannot be read."""
+
+Loader: TypeAlias = Callable[[str, Span], Source | Diagnostic]
+
+
+def read_bytes(
+    path: Path, name: str, limit: int, code: Code = UNREADABLE, cause: Span | None = None
+) -> bytes | Diagnostic:
+    """What a regular file holds, at most ``limit`` bytes of it.
+
+    Args:
+        path: which file.
+        name: how messages call it.
+        limit: bytes; a larger file is refused before it is read.
+        code: of the message that says it cannot be read at all.
+        cause: the words that ask for the file, if any do.
+    """
+    try:
+        handle = os.open(path, os.O_RDONLY | os.O_CLOEXEC | os.O_NONBLOCK)
+    except OSError as error:
+        return cannot_read(code, name, error, cause)
+    try:
+        return bytes_of(handle, name, limit, cause, code)
+    except OSError as error:
+        return cannot_read(code, name, error, cause)
+    finally:
+        os.close(handle)
+
+
+def read_text(
+    path: Path, name: str, limit: int, code: Code = UNREADABLE, cause: Span | None = None
+) -> str | Diagnostic:
+    """A file's text: UTF-8, with or without a byte order mark, without NUL; arguments as of ``read_bytes``."""
+    content = read_bytes(path, name, limit, code, cause)
+    return content if isinstance(content, Diagnostic) else text_of(content, name, code, cause)
+
+
+def text_of(content: bytes, name: str, code: Code = UNREADABLE, cause: Span | None = None) -> str | Diagnostic:
+    """The text that bytes are; arguments as of ``read_bytes``."""
+    if b"\0" in content:
+        return _unreadable(code, name, f"it is binary: byte {content.index(0) + 1} is zero", cause)
+    try:
+        return content.removeprefix(codecs.BOM_UTF8).decode("utf-8")
+    except UnicodeDecodeError as error:
+        line = content.count(b"\n", 0, error.start) + 1
+        return _unreadable(code, name, f"byte {error.start + 1}, on line {line}, is not UTF-8", cause)
+
+
+def read_source(path: Path, name: str, limits: Limits, cause: Span | None = None) -> Source | Diagnostic:
+    """A mission file, within the limits."""
+    text = read_text(path, name, limits.file_bytes, UNREADABLE, cause)
+    return text if isinstance(text, Diagnostic) else Source(name, text)
+
+
+def read_standard_input(limits: Limits) -> Source | Diagnostic:
+    """A mission from standard input, within the limits; no more than that is read, however much there is."""
+    name, limit = "<stdin>", limits.file_bytes
+    # Python has no such file where the process was started with it closed.
+    if sys.stdin is None:
+        return _unreadable(UNREADABLE, name, "standard input is closed", None)
+    try:
+        content = sys.stdin.buffer.read(limit + 1)
+    except (OSError, ValueError) as error:
+        why = _reason(error) if isinstance(error, OSError) else "standard input is closed"
+        return _unreadable(UNREADABLE, name, why, None)
+    if len(content) > limit:
+        return too_large(UNREADABLE, name, len(content), limit, more=True)
+    text = text_of(content, name)
+    return text if isinstance(text, Diagnostic) else Source(name, text)
+
+
+def loader(main: Path, name: str, limits: Limits) -> Loader:
+    """The function that reads what the mission at ``main``, called ``name``, includes.
+
+    A path is relative to the file that includes it. Whatever way a file is
+    reached, its source has one name, so a cycle is seen by name. A link has a
+    source of its own, which includes the file that it leads to: so the sources
+    alone, under their names, are the mission.
+    """
+    folder, root = Path(name).parent, main.parent.resolve()
+    leads: dict[str, Path] = {}
+    paths = {name: root / main.name}
+    names = {main.resolve(): name}
+
+    def load(written: str, span: Span) -> Source | Diagnostic:
+        if _strange(written):
+            return _not_allowed(written, "the path is not relative", span)
+        try:
+            path = leads.get(span.source.name) or (paths[span.source.name].parent / written).resolve()
+        except (OSError, RuntimeError, ValueError):
+            return _unreadable(UNREADABLE, written, "its links lead nowhere", span)
+        # Whether a file outside exists is nobody's business, so this comes before any look at it.
+        if not path.is_relative_to(root):
+            return _not_allowed(written, "it lies outside the mission's own folder", span)
+        link = "" if path in names else _link(Path(span.source.name).relative_to(folder).parent / written, path, root)
+        called = names.setdefault(path, str(folder / path.relative_to(root)))
+        paths[called] = path
+        source = read_source(path, called, limits, span)
+        if not link or isinstance(source, Diagnostic):
+            return source
+        leads[str(folder / link)] = path
+        return Source(str(folder / link), f'include "{relpath(path.relative_to(root), PurePosixPath(link).parent)}"\n')
+
+    return load
+
+
+def _link(written: Path, path: Path, root: Path) -> str:
+    """The link in the root by which a file was reached, relative to it; empty where it was by its own name.
+
+    Also where that cannot be said in a mission: by more links than one, up and down again, or with strange characters.
+    """
+    named, own = normpath(written.as_posix()), path.relative_to(root).as_posix()
+    if named == own or named.startswith("../") or (root / named).resolve() != path:
+        return ""
+    return "" if _strange(own) or '"' in own or not own.isprintable() or not named.isprintable() else named
+
+
+def held(main: str, folder: str, files: Mapping[str, bytes], limits: Limits) -> tuple[Source | Diagnostic, Loader]:
+    """A mission whose files are in hand already, and the function that finds what it includes among them.
+
+    Args:
+        main: the mission's name, one of ``files``.
+        folder: in which messages say that they lie.
+        files: what each holds, by its name relative to the folder.
+    """
+
+    def source(name: str, cause: Span | None = None) -> Source | Diagnostic:
+        shown = f"{folder}/{name}"
+        if name not in files:
+            return _unreadable(UNREADABLE, shown, "it is not one of the mission's files", cause)
+        if len(files[name]) > limits.file_bytes:
+            return too_large(UNREADABLE, shown, len(files[name]), limits.file_bytes, cause)
+        text = text_of(files[name], shown, UNREADABLE, cause)
+        return text if isinstance(text, Diagnostic) else Source(shown, text)
+
+    def load(written: str, span: Span) -> Source | Diagnostic:
+        if _strange(written):
+            return _not_allowed(written, "the path is not relative", span)
+        beside = PurePosixPath(span.source.name).relative_to(folder).parent
+        name = normpath(str(beside / written))
+        if name.startswith("../"):
+            return _not_allowed(written, "it lies outside the mission's own folder", span)
+        return source(name, span)
+
+    return source(main), load
+
+
+def _strange(written: str) -> bool:
+    return PurePosixPath(written).is_absolute() or not written or "\0" in written or "\\" in written
+
+
+def bytes_of(handle: int, name: str, limit: int, cause: Span | None, code: Code) -> bytes | Diagnostic:
+    """What an open file holds; arguments as of ``read_bytes``.
+
+    Raises:
+        OSError: it cannot be read.
+    """
+    before = os.fstat(handle)
+    if not stat.S_ISREG(before.st_mode):
+        what = "a folder" if stat.S_ISDIR(before.st_mode) else "not a regular file"
+        return _unreadable(code, name, f"it is {what}", cause)
+    if before.st_size > limit:
+        return too_large(code, name, before.st_size, limit, cause)
+    content = _read(handle, before.st_size + 1)
+    after = os.fstat(handle)
+    if len(content) != after.st_size or (before.st_size, before.st_mtime_ns) != (after.st_size, after.st_mtime_ns):
+        return changed_meanwhile(name, cause)
+    return content
+
+
+def too_large(
+    code: Code, name: str, size: int, limit: int, cause: Span | None = None, *, more: bool = False
+) -> Diagnostic:
+    """What is said of ``size`` bytes, or ``more`` of which nobody knows how many, where ``limit`` are allowed."""
+    raised = f"allow more with `--limit {LIMITS[code]}={'BYTES' if more else size}`"
+    return Diagnostic(
+        FILE_TOO_LARGE,
+        f"`{name}` has {size} bytes{' or more' if more else ''}; the limit is {limit}",
+        Label(cause, "asked for here") if cause else None,
+        help=f"split the mission with `include`, or {raised}" if code is UNREADABLE else raised,
+    )
+
+
+def cannot_read(code: Code, name: str, error: OSError, cause: Span | None = None) -> Diagnostic:
+    """What is said where the system refuses to open or read a file."""
+    return _unreadable(code, name, _reason(error), cause)
+
+
+def _read(handle: int, limit: int) -> bytes:
+    """Everything up to ``limit`` bytes; one read may give less than asked for."""
+    parts: list[bytes] = []
+    while limit > 0 and (part := os.read(handle, limit)):
+        parts.append(part)
+        limit -= len(part)
+    return b"".join(parts)
+
+
+def nowhere() -> bool:
+    """Whether the working directory has been removed."""
+    try:
+        os.getcwd()
+    except OSError:
+        return True
+    return False
+
+
+def _reason(error: OSError) -> str:
+    """The system's words for a failure, as the end of a sentence."""
+    words = os.strerror(error.errno) if error.errno else str(error)
+    return words[:1].lower() + words[1:]
+
+
+def _unreadable(code: Code, name: str, reason: str, cause: Span | None) -> Diagnostic:
+    return Diagnostic(
+        code,
+        f"cannot read `{name}`: {reason}",
+        Label(cause, "asked for here") if cause else None,
+        help="give a file that is there and can be read"
+        if code in (CHECKPOINT_UNREADABLE, FOLDER_UNREADABLE)
+        else "give a file of UTF-8 text that is there and can be read",
+    )
+
+
+def changed_meanwhile(name: str, cause: Span | None = None) -> Diagnostic:
+    """What to say of a file that somebody writes to while it is read, or before what was made of it is written."""
+    return Diagnostic(
+        FILE_CHANGED,
+        f"`{name}` changed while it was read",
+        Label(cause, "asked for here") if cause else None,
+        help="run the command again when nothing writes to the file",
+    )
+
+
+def _not_allowed(written: str, reason: str, span: Span) -> Diagnostic:
+    return Diagnostic(
+        INCLUDE_NOT_ALLOWED,
+        f"`{written}` cannot be included: {reason}",
+        Label(span),
+        help="include a file in the mission's own folder or below it, by a relative path",
+    )

@@ -1,0 +1,103 @@
+"""What fails between the steps, or is not decided, in words."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from missionc.ir import BeaconCover, Compare, DistanceBetween, Graph, InFormation
+from missionc.kernel.nodes import Apart, Atom, Nearby, Node, Reach, Route
+from missionc.language.margins.links import link_margin
+from missionc.verify.between.counterexample import Culprit
+from missionc.verify.between.motion_clock import STEP, Motion
+from missionc.world.signed_distance import distance_between
+
+MOST_LINKS = 2
+"""Links that a sentence names."""
+
+
+def sentence(name: str, culprits: tuple[Culprit, ...], certain: bool, motion: Motion) -> str:
+    """Of a requirement that is true at the steps."""
+    first = culprits[0]
+    parts = " and ".join(_part(culprit, certain, motion) for culprit in culprits)
+    if certain:
+        return f"`{name}` is true at every step, but not {_around(first, motion)}: {_times(first, motion)} {parts}"
+    return f"`{name}` is true at every step; in between that is not decided: {_times(first, motion)} {parts}"
+
+
+def stretch(culprit: Culprit) -> tuple[int, int]:
+    """From when to when, in ticks, between the two steps around."""
+    before, after = culprit.tick // STEP * STEP, -(-culprit.tick // STEP) * STEP
+    return max(culprit.low, before), min(culprit.high, after)
+
+
+def agents_of(culprit: Culprit, motion: Motion) -> tuple[int, ...]:
+    """Whom it is about."""
+    match culprit.node:
+        case Atom(InFormation(formation)):
+            return formation.agents
+        case Atom(Compare(terms)) if any(isinstance(feature, DistanceBetween) for _, feature in terms):
+            pairs = [feature for _, feature in terms if isinstance(feature, DistanceBetween)]
+            return tuple(sorted({end for pair in pairs for end in (pair.first, pair.second)}))
+        case _:
+            return (culprit.agent,)
+
+
+def _around(culprit: Culprit, motion: Motion) -> str:
+    before, after = culprit.tick // STEP, -(-culprit.tick // STEP)
+    step = motion.mission.step
+    return f"at {before * step:g} s" if before == after else f"between {before * step:g} s and {after * step:g} s"
+
+
+def _times(culprit: Culprit, motion: Motion) -> str:
+    begin, stop = (f"{float(motion.seconds(tick)):.2f}" for tick in stretch(culprit))
+    return f"at {begin} s" if begin == stop else f"from {begin} s to {stop} s"
+
+
+def _part(culprit: Culprit, certain: bool, motion: Motion) -> str:
+    names = [motion.mission.agents[agent].name for agent in agents_of(culprit, motion)]
+    text = _text(culprit.label)
+    whom = f" of {names[0]}" if len(names) == 1 and not culprit.team else ""
+    if not certain:
+        return f"{text}{whom} is too near its border to tell"
+    because = _because(culprit, motion)
+    return f"{text} is {'true' if culprit.says else 'false'}{whom}{because}"
+
+
+def _text(node: Node) -> str:
+    return f"`{' '.join(node.span.text.split())}`" if node.span else "a part of it"
+
+
+def _because(culprit: Culprit, motion: Motion) -> str:
+    """The links that this moment has and the steps around it have not, or the other way round."""
+    match culprit.node:
+        case Nearby(graph) | Reach(graph) | Route(graph) | Apart(graph):
+            changed = _changed_links(graph, culprit, motion)
+        case _:
+            return ""
+    names = [agent.name for agent in motion.mission.agents]
+    found = [f"{names[one]} and {names[other]} are {length:.3f} m apart" for one, other, length in changed[:MOST_LINKS]]
+    reach = f"the radius of `{graph.name}` is {graph.radius:g} m"
+    if isinstance(graph, BeaconCover):
+        found = [
+            f"{names[one]} and {names[other]} share {'a' if culprit.value else 'no'} beacon"
+            for one, other, _ in changed[:MOST_LINKS]
+        ]
+    return f": {', '.join(found)}, {reach}" if found else ""
+
+
+def _changed_links(graph: Graph, culprit: Culprit, motion: Motion) -> list[tuple[int, int, float]]:
+    """Pairs, those of the agent first, with their distance in the middle of the stretch."""
+    low, high = stretch(culprit)
+    ticks = np.array([(low + high) // 2, culprit.tick // STEP * STEP, -(-culprit.tick // STEP) * STEP])
+    members = np.array(graph.agents)
+    first, second = (members[places] for places in np.triu_indices(members.size, k=1))
+    piece = motion.piece_at(ticks)
+    here, there = (
+        motion.position(agent[:, None], piece[None], np.broadcast_to(motion.local(piece, ticks), (agent.size, 3)))
+        for agent in (first, second)
+    )
+    linked = np.asarray(link_margin(graph, here, there)) > 0
+    lengths = np.asarray(distance_between(np, here, there))[:, 0]
+    new = (linked[:, 0] == culprit.value) & ((linked[:, 1] != culprit.value) | (linked[:, 2] != culprit.value))
+    pairs = [(int(first[pair]), int(second[pair]), float(lengths[pair])) for pair in np.flatnonzero(new)]
+    return sorted(pairs, key=lambda pair: culprit.agent not in pair[:2])

@@ -1,0 +1,106 @@
+"""The clock on which signals are timed, and joint motion on it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from missionc.base.trace import Array
+from missionc.curves.piecewise_polynomials import (
+    Curves,
+    Indices,
+    speed_bounds,
+    values,
+)
+from missionc.ir import Mission
+
+STEP = 1 << 32
+"""Ticks in a step of the mission: steps, and so windows, are whole ticks."""
+
+ROUNDING = 1e-11
+"""Of a margin, for each metre (m/s) of what a polynomial's terms add up to: more than floating point can make of it."""
+
+FURTHER = 0.5 + 1e-9
+"""How far a stretch reaches from its middle, in its own length and one tick; a little more, for rounding."""
+
+
+@dataclass(eq=False)
+class Motion:
+    """Curves, and their time in ticks: from 0 to ``end``, where the last step is.
+
+    Before its first moment and after its last one a curve stays where it is.
+    """
+
+    mission: Mission
+    curves: Curves
+
+    @property
+    def end(self) -> int:
+        return round(float(self.curves.times[-1]) / self.mission.step) * STEP
+
+    @cached_property
+    def joints(self) -> Indices:
+        """(pieces + 1,): in ticks, where one piece ends and the next one begins."""
+        inner = np.rint(self.curves.times[1:-1] / self.mission.step * STEP).astype(np.int64)
+        return np.concatenate([[0], np.clip(inner, 0, self.end), [self.end]])
+
+    def seconds(self, tick: Indices | int) -> Array:
+        return np.asarray(np.asarray(tick) / STEP * self.mission.step)
+
+    def local(self, piece: Indices, tick: Indices) -> Array:
+        """The seconds that a piece has gone by then; none before it, no more than it lasts."""
+        since = self.seconds(tick) - self.curves.times[piece]
+        return np.asarray(np.clip(since, 0.0, self.curves.durations[piece]))
+
+    def piece_at(self, tick: Indices) -> Indices:
+        return np.clip(np.searchsorted(self.joints, tick, side="right") - 1, 0, self.joints.size - 2).astype(np.int64)
+
+    def position(self, agent: Indices, piece: Indices, local: Array) -> Array:
+        """(...) -> (..., dim), metres."""
+        return values(self.curves.coefficients[agent, piece], local)
+
+    def velocity(self, agent: Indices, piece: Indices, local: Array) -> Array:
+        """(...) -> (..., dim), m/s."""
+        return values(self._velocity.coefficients[agent, piece], local)
+
+    def relative_speed(self, first: Indices, second: Indices) -> Array:
+        """(pairs, pieces), m/s: the distance of two agents changes no faster."""
+        return speed_bounds(self.curves.between(first, second))
+
+    def speed_along(self, agent: Indices, direction: Array) -> Array:
+        """(agents, pieces), per second: the coordinates, weighted by (dim,), change no faster."""
+        weighted = np.einsum("apdo,d->apo", self.curves.coefficients[agent], direction)
+        return speed_bounds(Curves(self.curves.times, weighted[:, :, None]))
+
+    @cached_property
+    def speed(self) -> Array:
+        """(agents, pieces), m/s: none is faster."""
+        return speed_bounds(self.curves)
+
+    @cached_property
+    def acceleration(self) -> Array:
+        """(agents, pieces), m/s²."""
+        return speed_bounds(self._velocity)
+
+    @cached_property
+    def slack(self) -> float:
+        """Metres (m/s): a margin beyond it has the sign that it seems to have."""
+        terms = max(_size(self.curves), _size(self._velocity))
+        fastest = max(float(self.speed.max(initial=0.0)), float(self.acceleration.max(initial=0.0)))
+        return ROUNDING * (1.0 + terms) + fastest * self.mission.step / STEP
+
+    def reach(self, low: Indices, high: Indices) -> Array:
+        """Seconds from the middle of a stretch, in whole ticks, to its ends, at most."""
+        return self.seconds(high - low + 1) * FURTHER
+
+    @cached_property
+    def _velocity(self) -> Curves:
+        return self.curves.derivative()
+
+
+def _size(curves: Curves) -> float:
+    """What the sizes of a polynomial's terms add up to, at most."""
+    powers = curves.durations[:, None, None] ** np.arange(curves.coefficients.shape[-1])
+    return float((np.abs(curves.coefficients) * powers).sum(axis=-1).max(initial=0.0))

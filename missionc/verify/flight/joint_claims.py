@@ -1,0 +1,163 @@
+"""What is claimed of all flights at every moment: the world, obstacles, each other, and each other's downwash.
+
+A distance has two needs. *Asked* is what the mission wants between bodies.
+*Needed* is what nobody goes below: what bodies take, or the pair distance of
+their vehicles, with what a vehicle may miss its trajectory by, and with what
+it is off where others start before it or after it.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from missionc.base.trace import Array
+from missionc.curves.bernstein_intervals import (
+    Enclosed,
+    lowered,
+    raised,
+)
+from missionc.curves.piecewise_polynomials import Indices
+from missionc.ir import Mission, Obstacle, Still
+from missionc.verify.flight.body_clearance import clear_of
+from missionc.verify.flight.flight_curves import Flight, seen_from
+from missionc.verify.proof.claims import (
+    Claim,
+    Judge,
+    everyone,
+    of_agents,
+)
+from missionc.verify.proof.interval_margins import at_least, between
+from missionc.verify.tolerances import CERTAIN, ROUNDING
+
+
+def world(mission: Mission, flight: Flight) -> Claim:
+    """Every centre is in the world, a vehicle's as far in as its fence inset and its tracking margin say."""
+    inset = np.array([agent.vehicle.fence_inset + agent.vehicle.tracking for agent in mission.agents])[:, None]
+    low = np.where(inset > 0, raised(np.array(mission.world.low) + inset), mission.world.low)
+    high = np.where(inset > 0, lowered(np.array(mission.world.high) - inset), mission.world.high)
+    detail = "every centre is inside it throughout"
+    if inset.any():
+        detail += ", by the fence inset and the tracking margin of its vehicle"
+    pieces = flight.durations.size
+    judge = between(np.repeat(low, pieces, axis=0), np.repeat(high, pieces, axis=0))
+    level = flight.position[:, :, : mission.dimension]
+    curve = of_agents(level)
+    return Claim(
+        "flown world",
+        "world",
+        "m",
+        ROUNDING,
+        detail,
+        everyone(len(mission.agents)),
+        flight.times,
+        curve,
+        judge,
+        CERTAIN,
+    )
+
+
+def obstacles(mission: Mission, flight: Flight, asked: bool) -> list[Claim]:
+    """One for each obstacle: every body keeps its clearance, or only what it needs."""
+    return [_obstacle(mission, flight, obstacle, asked) for obstacle in mission.obstacles]
+
+
+def _obstacle(mission: Mission, flight: Flight, obstacle: Obstacle, asked: bool) -> Claim:
+    times, seen = seen_from(mission, flight, obstacle)
+    parts = times.size - 1
+    room = np.array([agent.radius + agent.vehicle.tracking for agent in mission.agents])
+    need = np.repeat(raised(room)[:, None], parts, axis=1)
+    if not isinstance(obstacle.motion, Still):
+        piece = np.clip(np.searchsorted(flight.times, times[:-1], side="right") - 1, 0, flight.durations.size - 1)
+        need = raised(need + flight.drift(_skews(mission))[:, piece])
+    detail = "no bodies touch throughout"
+    if asked:
+        wanted = np.array([agent.radius + mission.clearance for agent in mission.agents])
+        need = np.maximum(need, wanted[:, None])
+        detail = f"every body stays {mission.clearance:g} m clear of it throughout"
+    judge = clear_of(obstacle.shape, mission.dimension, need.ravel())
+    agents = everyone(len(mission.agents))
+    return Claim("flown obstacle", obstacle.name, "m", ROUNDING, detail, agents, times, of_agents(seen), judge, CERTAIN)
+
+
+def separation(mission: Mission, flight: Flight, asked: bool) -> list[Claim]:
+    """Every two bodies keep the separation, or only what they need; none where there are not two."""
+    pairs = _pairs(mission)
+    if not len(pairs):
+        return []
+    radius = np.array([agent.radius for agent in mission.agents])
+    distance = np.array([agent.vehicle.pair_distance for agent in mission.agents])
+    bodies = radius[pairs].sum(axis=1)
+    apart = np.maximum(bodies, distance[pairs].max(axis=1))
+    need = raised(apart[:, None] + _missed(mission, flight, pairs))
+    detail = "no bodies touch throughout"
+    if asked:
+        need = np.maximum(need, (bodies + mission.separation)[:, None])
+        detail = f"every two bodies stay {mission.separation:g} m apart throughout"
+    level = flight.position[:, :, : mission.dimension]
+    return [_of_pairs("separation", "m", detail, pairs, flight, level, at_least(need.ravel()))]
+
+
+def downwash(mission: Mission, flight: Flight) -> list[Claim]:
+    """No vehicle is in another's downwash: the difference of their centres over its half axes is at least 1 long.
+
+    The ellipsoid is grown by what both may miss. Every ``p > 0`` gives an ellipsoid that holds the sum of another one
+    and of a ball, with the squared half axes ``(1 + 1 / p) * axis**2 + (1 + p) * radius**2``; here ``p`` is such that
+    sideways it is exactly the sum.
+
+    Source:
+        Kurzhanski, Vályi, "Ellipsoidal Calculus for Estimation and Control" (1997), section 2.1.
+    """
+    sideways = np.array([agent.vehicle.downwash_radius for agent in mission.agents])
+    height = np.array([agent.vehicle.downwash_height for agent in mission.agents])
+    pairs = _pairs(mission)
+    pairs = pairs[(sideways[pairs].sum(axis=1) > 0) & (height[pairs].sum(axis=1) > 0)]
+    if not len(pairs):
+        return []
+    missed = _missed(mission, flight, pairs)
+    wide, high = sideways[pairs].sum(axis=1)[:, None], height[pairs].sum(axis=1)[:, None]
+    share = missed / wide
+    tall = np.sqrt(raised(high**2 * (1 + share) + missed**2 + missed * wide))
+    axes = np.stack([raised(wide + missed)] * 2 + [raised(raised(tall))], axis=-1)
+    # Dividing is multiplying by an inverse that is not too large: rounding makes vehicles nearer, not farther.
+    shrink = lowered(lowered(1.0 / raised(axes)))
+    detail = "no vehicle is in the downwash of another throughout"
+    judge = at_least(np.ones(shrink.shape[0] * shrink.shape[1]))
+    return [_of_pairs("downwash", "", detail, pairs, flight, flight.position, judge, shrink)]
+
+
+def _of_pairs(
+    name: str,
+    unit: str,
+    detail: str,
+    pairs: Indices,
+    flight: Flight,
+    curves: Enclosed,
+    judge: Judge,
+    scale: Array | None = None,
+) -> Claim:
+    pieces = flight.durations.size
+
+    def curve(item: Indices) -> Enclosed:
+        pair, piece = np.divmod(item, pieces)
+        between = curves[pairs[pair, 0], piece] - curves[pairs[pair, 1], piece]
+        return between if scale is None else between.scaled(scale[pair, piece])
+
+    return Claim(f"flown {name}", "all pairs", unit, ROUNDING, detail, pairs, flight.times, curve, judge, CERTAIN)
+
+
+def _pairs(mission: Mission) -> Indices:
+    """(pairs, 2)."""
+    return np.stack(np.triu_indices(len(mission.agents), k=1), axis=-1).astype(np.int64)
+
+
+def _skews(mission: Mission) -> Array:
+    return np.array([agent.vehicle.start_skew for agent in mission.agents])
+
+
+def _missed(mission: Mission, flight: Flight, pairs: Indices) -> Array:
+    """(pairs, pieces), metres: by how much two vehicles may be nearer than their trajectories are."""
+    tracking = np.array([agent.vehicle.tracking for agent in mission.agents])
+    if not (tracking.any() or _skews(mission).any()):
+        return np.zeros((len(pairs), flight.durations.size))
+    off = raised(tracking[:, None] + flight.drift(_skews(mission)))
+    return raised(off[pairs[:, 0]] + off[pairs[:, 1]])

@@ -1,0 +1,1 @@
+"""Verification of plans: dynamics, ends, clearance, separation and requirements along a joint motion."""

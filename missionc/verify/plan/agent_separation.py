@@ -1,0 +1,95 @@
+"""Whether every two bodies keep their separation, at every moment."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from missionc.base.trace import Array
+from missionc.curves.piecewise_polynomials import (
+    Curves,
+    Indices,
+    speed_bounds,
+    values,
+)
+from missionc.ir import Mission
+from missionc.verify.certificate import Check
+from missionc.verify.plan.conservative_advancement import least
+from missionc.verify.tolerances import CERTAIN, CONTACT
+
+
+def check_separation(mission: Mission, curves: Curves, tolerance: float = CONTACT) -> list[Check]:
+    """One check, for the two agents that come nearest; none where there are not two."""
+    if len(mission.agents) < 2:
+        return []
+    lower = upper = np.inf
+    pair, at = (0, 1), 0.0
+    for piece, first, second in near_pairs(mission, curves, spare=None):
+        low, high, when = pair_margins(mission, curves, piece, first, second, None)
+        lower = min(lower, float(low.min()))
+        best = int(high.argmin())
+        if high[best] < upper:
+            upper, pair = float(high[best]), (int(first[best]), int(second[best]))
+            at = float(curves.times[piece] + when[best])
+    slack = 0.0 if curves.coefficients.shape[-1] == 2 else CERTAIN
+    passed = lower >= -tolerance - slack and upper >= -tolerance
+    names = (mission.agents[pair[0]].name, mission.agents[pair[1]].name)
+    detail = f"every two bodies stay {mission.separation:g} m apart throughout"
+    return [Check("separation", "all pairs", lower, "m", tolerance + slack, passed, at, names, detail)]
+
+
+def near_pairs(mission: Mission, curves: Curves, spare: float | None) -> Iterator[tuple[int, Indices, Indices]]:
+    """For each piece, the pairs that may come within ``spare`` metres of the separation they need.
+
+    Absent ``spare``, the pairs among which the nearest of the piece is.
+    """
+    radii = np.array([agent.radius for agent in mission.agents])
+    reach = speed_bounds(curves) * curves.durations / 2
+    middles = values(curves.coefficients, np.broadcast_to(curves.durations / 2, reach.shape))
+    for piece in range(reach.shape[1]):
+        middle = middles[:, piece]
+        tree = cKDTree(middle)
+        widest = 2 * float(radii.max()) + mission.separation
+        if spare is None:
+            # Some pair is no further apart than this, so that no pair beyond it can be the nearest.
+            distance, neighbour = (np.asarray(column)[:, 1] for column in tree.query(middle, k=2))
+            apart = distance - radii - radii[neighbour] - mission.separation
+            within = max(0.0, float(apart.min())) + widest + 2 * float(reach[:, piece].max())
+        else:
+            within = spare + widest + 2 * float(reach[:, piece].max())
+        pairs = tree.query_pairs(within * (1 + 1e-12), output_type="ndarray").astype(np.int64)
+        if pairs.size:
+            pairs = pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))]
+            yield piece, pairs[:, 0], pairs[:, 1]
+
+
+def pair_margins(
+    mission: Mission, curves: Curves, piece: int, first: Indices, second: Indices, ceiling: float | None
+) -> tuple[Array, Array, Array]:
+    """Lower and upper bounds on pairs' margins within a piece, and when the upper one is taken: (pairs,) each."""
+    radii = np.array([agent.radius for agent in mission.agents])
+    need = radii[first] + radii[second] + mission.separation
+    duration = float(curves.durations[piece])
+    one = Curves(curves.times[piece : piece + 2], curves.coefficients[:, piece : piece + 1])
+    relative = one.between(first, second)
+    flat = relative.coefficients[:, 0]
+    if flat.shape[-1] == 2:
+        closest, when = _straight(flat, duration)
+        return closest - need, closest - need, when
+
+    def margin(item: Indices, local: Array) -> Array:
+        return np.asarray(np.linalg.norm(values(flat[item], local), axis=-1) - need[item])
+
+    found = least(margin, speed_bounds(relative)[:, 0], np.full(first.size, duration), CERTAIN, ceiling)
+    return found.lower, found.upper, found.at
+
+
+def _straight(relative: Array, duration: float) -> tuple[Array, Array]:
+    """The least distance of straight relative motion, in closed form, and when: (pairs, dim, 2) -> (pairs,) twice."""
+    offset, velocity = relative[..., 0], relative[..., 1]
+    square = (velocity**2).sum(axis=-1)
+    toward = -(offset * velocity).sum(axis=-1)
+    when = np.clip(np.divide(toward, square, out=np.zeros_like(square), where=square > 0), 0.0, duration)
+    return np.linalg.norm(offset + velocity * when[:, None], axis=-1), when

@@ -1,0 +1,37 @@
+"""How well the graphs that must be connected are: λ₂, beside the robustness."""
+
+from __future__ import annotations
+
+from missionc.base.trace import Trace
+from missionc.ir import Connected, Holds, Mission
+from missionc.language.margins.connected import restricted
+from missionc.language.margins.predicate_margins import algebraic_connectivity
+from missionc.language.walk_formulas import formulas
+from missionc.verify.certificate import Figure
+
+MOST_AGENTS = 400
+"""Beyond this the eigenvalues of every step would take longer than the plan."""
+
+
+def connectivity(mission: Mission, trace: Trace) -> list[Figure]:
+    """For each graph the mission calls ``connected``, over the agents it names: the least λ₂ of all steps, and when.
+
+    Positive where the graph is connected at every step.
+
+    Source:
+        [clot] III-C, λ₂.
+    """
+    figures: dict[tuple[str, tuple[int, ...]], Figure] = {}
+    for formula in formulas(mission):
+        if not isinstance(formula, Holds) or not isinstance(formula.predicate, Connected):
+            continue
+        graph = restricted(formula.predicate)
+        key = graph.name, tuple(sorted(graph.agents))
+        if key not in figures and 2 <= len(graph.agents) <= MOST_AGENTS:
+            second = algebraic_connectivity(graph, trace)
+            step = int(second.argmin())
+            names = tuple(mission.agents[index].name for index in key[1])
+            # Rounded, so that zero to working precision is zero.
+            value = max(0.0, round(float(second[step]), 9))
+            figures[key] = Figure("connectivity", graph.name, value, "lambda_2", step * trace.step, names)
+    return list(figures.values())

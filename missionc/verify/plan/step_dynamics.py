@@ -1,0 +1,102 @@
+"""Whether the states of a trace obey each agent's dynamics, step by step."""
+
+from __future__ import annotations
+
+import math
+from typing import assert_never
+
+import numpy as np
+
+from missionc.base.trace import Array, Trace
+from missionc.ir import Agent, DoubleIntegrator, Mission, SingleIntegrator, Unicycle
+from missionc.verify.certificate import Check, judged
+from missionc.verify.tolerances import MOTION
+
+
+def check_shape(mission: Mission, trace: Trace) -> Check:
+    """Whether the arrays have the mission's sizes and hold finite numbers; nothing else can be asked before."""
+    states = (len(mission.agents), mission.steps + 1)
+    wanted = (*states, mission.dimension)
+    fits = trace.position.shape == wanted and trace.velocity.shape == wanted and trace.heading.shape == states
+    finite = all(bool(np.isfinite(array).all()) for array in (trace.position, trace.velocity, trace.heading))
+    on_time = math.isclose(trace.step, mission.step, rel_tol=1e-12)
+    detail = f"{wanted[0]} agents, {wanted[1]} states of {wanted[2]} coordinates, {mission.step:g} s apart, all finite"
+    return Check("shape", "plan", 0.0, "", 0.0, fits and finite and on_time, detail=detail)
+
+
+def check_dynamics(mission: Mission, trace: Trace) -> list[Check]:
+    """Every agent's motion against its dynamics; the trace has the mission's shape."""
+    findings: list[Check] = []
+    for agent in mission.agents:
+        position, velocity = trace.position[agent.index], trace.velocity[agent.index]
+        match agent.dynamics:
+            case SingleIntegrator(speed):
+                findings.append(_straight(agent, position, velocity, trace.step))
+                findings.append(_speed(agent, _speeds(position, trace.step), 0.0, speed, trace.step))
+            case Unicycle(slowest, fastest, turn):
+                findings.append(_straight(agent, position, velocity, trace.step))
+                findings.append(_speed(agent, _speeds(position, trace.step), slowest, fastest, trace.step))
+                findings.append(_facing(agent, position, trace.heading[agent.index], trace.step))
+                if math.isfinite(turn):
+                    findings.append(_turn(agent, trace.heading[agent.index], turn, trace.step))
+            case DoubleIntegrator(speed, acceleration):
+                findings.append(_parabolic(agent, position, velocity, trace.step))
+                findings.append(_speed(agent, np.linalg.norm(velocity, axis=-1), 0.0, speed, trace.step))
+                findings.append(_acceleration(agent, velocity, acceleration, trace.step))
+            case _:
+                assert_never(agent.dynamics)
+    return findings
+
+
+def _speeds(position: Array, step: float) -> Array:
+    speeds: Array = np.linalg.norm(np.diff(position, axis=0), axis=-1) / step
+    return speeds
+
+
+def _straight(agent: Agent, position: Array, velocity: Array, step: float) -> Check:
+    error = np.linalg.norm(np.diff(position, axis=0) - velocity[:-1] * step, axis=-1)
+    # The last velocity is that of the motion that ended there.
+    last = np.linalg.norm(velocity[-1:] - velocity[-2:-1], axis=-1) * step
+    return _worst(agent, "motion", -np.r_[error, last], "m", step, "position, velocity and time agree")
+
+
+def _parabolic(agent: Agent, position: Array, velocity: Array, step: float) -> Check:
+    error = np.diff(position, axis=0) - (velocity[1:] + velocity[:-1]) / 2 * step
+    margin = -np.linalg.norm(error, axis=-1)
+    return _worst(agent, "motion", margin, "m", step, "position, velocity and time agree under constant acceleration")
+
+
+def _speed(agent: Agent, speeds: Array, slowest: float, fastest: float, step: float) -> Check:
+    margin = fastest - speeds
+    if slowest > 0:
+        margin = np.minimum(margin, speeds - slowest)
+    allowed = f"{slowest:g} to {fastest:g} m/s" if slowest > 0 else f"at most {fastest:g} m/s"
+    return _worst(agent, "speed", margin, "m/s", step, allowed)
+
+
+def _acceleration(agent: Agent, velocity: Array, most: float, step: float) -> Check:
+    margin = most - np.linalg.norm(np.diff(velocity, axis=0), axis=-1) / step
+    return _worst(agent, "acceleration", margin, "m/s^2", step, f"at most {most:g} m/s^2")
+
+
+def _facing(agent: Agent, position: Array, heading: Array, step: float) -> Check:
+    move = np.diff(position, axis=0)
+    length = np.linalg.norm(move, axis=-1)
+    facing = np.zeros_like(move)
+    facing[:, 0], facing[:, 1] = np.cos(heading[:-1]), np.sin(heading[:-1])
+    # A climb does not turn the vehicle: its heading is about the plane alone.
+    level = np.linalg.norm(move[:, :2], axis=-1) if move.shape[-1] > 2 else length
+    error = np.linalg.norm(move[:, :2] - level[:, None] * facing[:, :2], axis=-1)
+    return _worst(agent, "heading", -error, "m", step, "it moves where it faces")
+
+
+def _turn(agent: Agent, heading: Array, turn: float, step: float) -> Check:
+    change = np.abs((np.diff(heading) + math.pi) % (2 * math.pi) - math.pi)
+    allowed = f"at most {turn * step:g} rad from step to step"
+    return _worst(agent, "turn", turn * step - change, "rad", step, allowed)
+
+
+def _worst(agent: Agent, name: str, margin: Array, unit: str, step: float, detail: str) -> Check:
+    index = int(np.argmin(margin)) if margin.size else 0
+    least = float(margin[index]) if margin.size else 0.0
+    return judged(name, agent.name, least, unit, MOTION, at=index * step, agents=(agent.name,), detail=detail)

@@ -1,0 +1,96 @@
+"""The least margin of a claim, with a proof: parts of the flight that cover it, each with its bound.
+
+The control points of a curve bound a margin on a whole piece. Where that does
+not suffice the piece is halved, all items together, until the least bound is
+within the claim's gap of the least margin seen.
+
+Source:
+    Farouki, "The Bernstein polynomial basis: a centennial retrospective" (2012), section 6.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from missionc.base.trace import Array
+from missionc.curves.bernstein_intervals import Enclosed
+from missionc.curves.piecewise_polynomials import Indices
+from missionc.verify.proof.claims import Claim
+
+CHUNK = 1 << 15
+"""Parts looked at together: bounds the memory, and stays in the cache."""
+
+MOST_PARTS = 1 << 20
+"""After so many the bounds are taken as they stand: still bounds, only looser ones."""
+
+SHARE = 1e-3
+"""Of a margin: where bodies are far apart, or far too near, nobody asks how far to the micrometre."""
+
+FINEST = 2.0**-40
+"""Of a piece: what is not proved on so short a part will not be."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Parts:
+    """Parts that cover every item of a claim, in order of item and time.
+
+    Args:
+        item: (parts,): which.
+        begin, width: (parts,): shares of the item's piece; dyadic.
+        lower: (parts,): a lower bound of the margin on the part.
+        least: the least margin seen of all.
+        worst: the item that has it.
+        moment: the share of its piece at which.
+    """
+
+    item: Indices
+    begin: Array
+    width: Array
+    lower: Array
+    least: float
+    worst: int
+    moment: float
+
+
+def bounded(claim: Claim, enough: float = np.inf) -> Parts:
+    """Parts that prove the least margin to the claim's gap, or only that it is at least ``enough``."""
+    everything = np.arange(claim.items)
+    waiting: list[tuple[Indices, Array, Array, Enclosed | None]] = [
+        (part, np.zeros(part.size), np.ones(part.size), None)
+        for begin in range(0, claim.items, CHUNK)
+        for part in (everything[begin : begin + CHUNK],)
+    ]
+    done: list[tuple[Indices, Array, Array, Array]] = []
+    least, worst, moment, spent = np.inf, 0, 0.0, 0
+    while waiting:
+        item, begin, width, curve = waiting.pop()
+        curve = claim.curve(item) if curve is None else curve
+        lower, upper, share = claim.judge(item, curve)
+        spent += item.size
+        best = int(upper.argmin())
+        if upper[best] < least:
+            least, worst, moment = float(upper[best]), int(item[best]), float(begin[best] + share[best] * width[best])
+        wanted = min(least - claim.gap - SHARE * abs(least), enough)
+        settled = (lower >= wanted) | (width <= FINEST) | (spent > MOST_PARTS) | ~np.isfinite(lower)
+        done.append((item[settled], begin[settled], width[settled], lower[settled]))
+        rest = ~settled
+        if rest.any():
+            before, after = curve[rest].halves()
+            item, begin, half = item[rest], begin[rest], width[rest] / 2
+            waiting += [(item, begin + half, half, after), (item, begin, half, before)]
+            _joined(waiting)
+    item, begin, width, lower = (np.concatenate(column) for column in zip(*done, strict=True))
+    order = np.lexsort((begin, item))
+    return Parts(item[order], begin[order], width[order], lower[order], least, worst, moment)
+
+
+def _joined(waiting: list[tuple[Indices, Array, Array, Enclosed | None]]) -> None:
+    """Few parts are looked at as fast as one: the last two that wait become one where they are few."""
+    first, second = waiting[-2:]
+    if first[0].size + second[0].size > CHUNK or first[3] is None or second[3] is None:
+        return
+    item, begin, width = (np.concatenate([first[place], second[place]]) for place in range(3))
+    points = np.concatenate([first[3].points, second[3].points])
+    waiting[-2:] = [(item, begin, width, Enclosed(points, np.concatenate([first[3].radius, second[3].radius])))]

@@ -1,0 +1,48 @@
+"""Plan and mission to certificate, trusting no backend.
+
+    in   Mission, its kernel, the Trace of a backend
+    out  Certificate: every check with its margin
+
+Nothing here shares code with the planning of motions; distances to shapes,
+their Lipschitz bound and the monitor are all it takes.
+"""
+
+from __future__ import annotations
+
+from missionc.base.trace import Trace
+from missionc.curves.piecewise_polynomials import motion
+from missionc.ir import Mission
+from missionc.kernel.nodes import Kernel
+from missionc.verify.between.between_steps import verify_between
+from missionc.verify.certificate import Certificate, Check, Figure
+from missionc.verify.flight.verify_polynomials import verify_polynomials
+from missionc.verify.plan.agent_separation import check_separation
+from missionc.verify.plan.algebraic_connectivity import connectivity
+from missionc.verify.plan.obstacle_clearance import check_obstacles
+from missionc.verify.plan.requirements_at_steps import check_requirements
+from missionc.verify.plan.starts_and_finishes import check_places, check_world
+from missionc.verify.plan.step_dynamics import check_dynamics, check_shape
+
+__all__ = ["Certificate", "Check", "Figure", "verify", "verify_between", "verify_polynomials"]
+
+
+def verify(mission: Mission, kernel: Kernel, trace: Trace) -> Certificate:
+    """Judge a plan: at the steps, and at every moment between them.
+
+    A trace of the wrong shape is refused by that check alone.
+    """
+    shape = check_shape(mission, trace)
+    if not shape.passed:
+        return Certificate(mission.name, (shape,))
+    curves = motion(mission, trace)
+    requirements, preferences = check_requirements(mission, kernel, trace)
+    checks = (
+        shape,
+        *check_dynamics(mission, trace),
+        *check_places(mission, trace),
+        check_world(mission, curves),
+        *check_obstacles(mission, curves),
+        *check_separation(mission, curves),
+        *requirements,
+    )
+    return Certificate(mission.name, checks, (*preferences, *connectivity(mission, trace)))

@@ -1,0 +1,68 @@
+"""Many given places at once: which are too near to an obstacle, and which two to each other."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import shapely
+
+from missionc.base.trace import Array
+from missionc.ir import Obstacle, Path, Vector
+from missionc.world.clearance import clear_of, offset, solids
+from missionc.world.required_separation import Spacing
+from missionc.world.signed_distance import signed_distance
+
+CHUNK = 32
+"""Places whose neighbours are looked up at a time."""
+
+
+def as_array(places: Sequence[Vector]) -> Array:
+    """(places, dim), metres."""
+    return np.asarray(places, dtype=float)
+
+
+def displaced(obstacle: Obstacle, time: float, dimension: int) -> Array:
+    """How far an obstacle has moved at a time: (dim,), metres."""
+    if isinstance(obstacle.motion, Path):
+        return offset(obstacle.motion, time, dimension)
+    return np.zeros(dimension)
+
+
+def too_near(
+    obstacle: Obstacle, time: float, places: Sequence[Vector], margins: Sequence[float]
+) -> list[tuple[int, float]]:
+    """The places closer to the obstacle, at that time, than their margin in metres; with their distance to it."""
+    points = as_array(places)
+    if len(points) == 0:
+        return []
+    points = points - displaced(obstacle, time, points.shape[1])
+    clear = clear_of(solids(obstacle.shape), points, points, np.asarray(margins, dtype=float))
+    near = np.flatnonzero(~clear)
+    distances = signed_distance(np, obstacle.shape, points[near])
+    return [(int(place), float(distance)) for place, distance in zip(near, distances, strict=True)]
+
+
+def too_close(
+    places: Sequence[Vector], agents: Sequence[int], spacing: Spacing, most: int
+) -> list[tuple[int, int, float]]:
+    """Pairs of places no further apart than the agents in them have to be, with their distance.
+
+    Stops after about ``most`` pairs.
+    """
+    points, who = as_array(places), np.asarray(agents, dtype=np.int64)
+    if len(points) < 2:
+        return []
+    flat = shapely.points(points[:, :2])
+    tree = shapely.STRtree(flat)
+    found: list[tuple[int, int, float]] = []
+    for begin in range(0, len(points), CHUNK):
+        first, second = tree.query(flat[begin : begin + CHUNK], predicate="dwithin", distance=spacing.widest)
+        first = first + begin
+        first, second = first[first < second], second[first < second]
+        apart = np.linalg.norm(points[first] - points[second], axis=1)
+        close = np.flatnonzero(apart <= spacing.between(who[first], who[second]))
+        found.extend((int(first[pair]), int(second[pair]), float(apart[pair])) for pair in close[: most - len(found)])
+        if len(found) >= most:
+            break
+    return sorted(found)

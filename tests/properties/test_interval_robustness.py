@@ -1,0 +1,100 @@
+"""Intervals at the first and the last step, against random runs that begin and end as the mission says."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import replace
+
+import numpy as np
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from missionc import ir
+from missionc.checks.check_ends import check_ends
+from missionc.checks.free_space import Ground
+from missionc.kernel.nodes import Node
+from missionc.kernel.walk import children, postorder
+from missionc.lower.expand import expand
+from missionc.monitoring.interval_robustness import (
+    FIRST,
+    LAST,
+    Intervals,
+)
+from missionc.monitoring.monitor import robustness
+from tests import reference
+from tests.support.random_runs import (
+    BASE,
+    SPAN,
+    Case,
+    cases,
+    mission_of,
+)
+
+EXAMPLES = int(os.environ.get("MISSIONC_FUZZ", "150"))
+
+
+@st.composite
+def ended(draw: st.DrawFn) -> tuple[ir.Mission, Case]:
+    """A case and a mission that lets its agents start and finish as they do: at a point, in a region, or anywhere."""
+    case = draw(cases().filter(lambda one: reference.ahead(one.formula) <= one.run.last))
+    position = case.trace.position.copy()
+    size, steps = len(position), case.run.last
+    mission = mission_of(size, steps, ir.Requirement("asked", ir.OfAgent(0, case.formula, SPAN), SPAN))
+    agents = []
+    for agent in mission.agents:
+        start: ir.Place = ir.Exactly(tuple(position[agent.index, 0].tolist()), SPAN)
+        finish: ir.Place | None = ir.Exactly(tuple(position[agent.index, -1].tolist()), SPAN)
+        if draw(st.booleans()):
+            position[agent.index, 0] = draw(st.tuples(st.sampled_from([0.0, 0.5, 1.0]), st.sampled_from([0.0, 1.5])))
+            start = ir.Anywhere(BASE, SPAN)
+        if draw(st.booleans()):
+            finish = None
+        agents.append(replace(agent, start=start, finish=finish))
+    trace = replace(case.trace, position=position)
+    return replace(mission, agents=tuple(agents)), replace(case, trace=trace)
+
+
+def decided(root: Node, last: int) -> set[tuple[Node, int]]:
+    """The leaves, at both ends, and the root at the first: what a run can be held against."""
+    return {(node, column) for node in postorder([root]) for column in (0, last) if not children(node)} | {(root, 0)}
+
+
+@settings(max_examples=EXAMPLES)
+@given(ended())
+def test_what_a_run_is_worth_at_its_ends_is_in_the_interval(drawn: tuple[ir.Mission, Case]) -> None:
+    mission, case = drawn
+    kernel, findings = expand(mission)
+    assert kernel is not None, findings
+    (goal,) = kernel.requirements
+    ground = Ground.of(mission)
+    known = Intervals(mission, ground.atlas).of([goal.formula])
+    last = case.run.last
+    for node, step in decided(goal.formula, last):
+        values = robustness(node, mission, case.trace)[:, step]
+        interval = known[node]
+        column = FIRST if step == 0 else LAST
+        if node is goal.formula:
+            values = values[:1]
+        assert (interval.least[:, column] - 1e-9 <= values).all()
+        assert (values <= interval.most[:, column] + 1e-9).all()
+    if check_ends(mission, kernel, ground):
+        assert not bool(reference.truth(case.formula, replace_run(case), 0, 0))
+
+
+def replace_run(case: Case) -> reference.Run:
+    """The run as its trace has it."""
+    positions = [[tuple(point) for point in agent] for agent in case.trace.position.tolist()]
+    return replace(case.run, position=positions)
+
+
+def test_a_point_leaves_no_room() -> None:
+    mission = mission_of(
+        2, 3, ir.Requirement("asked", ir.OfAgent(0, ir.Holds(ir.Inside(BASE, False), SPAN), SPAN), SPAN)
+    )
+    kernel, _ = expand(mission)
+    assert kernel is not None
+    (goal,) = kernel.requirements
+    interval = Intervals(mission, Ground.of(mission).atlas).of([goal.formula])[goal.formula]
+    np.testing.assert_allclose(interval.least[0, FIRST], 0.0, atol=1e-300)
+    np.testing.assert_allclose(interval.most[0, FIRST], 0.0, atol=1e-300)
+    assert (interval.least[0, LAST], interval.most[0, LAST]) == (-np.inf, np.inf)

@@ -1,0 +1,59 @@
+"""What the goals leave one agent: whatever it does within that, they hold."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from missionc import ir
+from missionc.backends.smt.encode.clauses import Clauses
+from missionc.backends.smt.encode.lower_motion import all_ways, lower_motion
+from missionc.backends.smt.lift import lift
+from missionc.backends.smt.roadmap.labels import Labels
+from missionc.backends.smt.shorten.held_goals import Goals
+from missionc.backends.smt.shorten.slack import Scene, leeway
+from missionc.kernel.nodes import Node, Not
+from missionc.language.operator import Operator
+from missionc.language.operators import OPERATORS
+from missionc.lower.expand import expand
+from missionc.monitoring.monitor import truth
+from tests.properties.test_encoding import Case, cases
+from tests.support.random_runs import SPAN
+
+
+def keeps(case: Case, agent: int, seed: int) -> None:
+    requirement = ir.Requirement("asked", case.formula, SPAN)
+    kernel, findings = expand(replace(case.mission, requirements=(requirement,)))
+    assert kernel is not None, findings
+    motion = lower_motion(case.roadmaps, all_ways(case.roadmaps, {}), frozenset(), Clauses(1_000_000))
+    formula: Node = kernel.requirements[0].formula
+    if not truth(formula, case.mission, lift(case.states, motion, case.mission))[0, 0]:
+        formula = Not(formula)
+    goals = Goals((formula,), case.mission, motion, Labels(case.mission, case.roadmaps))
+    scene = Scene.of(goals, case.states)
+    assert scene.good
+    room = leeway(goals, agent, scene)
+    assert room[np.arange(motion.steps + 1), case.states[agent]].all()
+    generator = np.random.default_rng(seed)
+    for _ in range(5):
+        states = case.states.copy()
+        states[agent] = [generator.choice(np.flatnonzero(row)) for row in room]
+        assert truth(formula, case.mission, lift(states, motion, case.mission))[0, 0]
+
+
+@given(case=cases(), agent=st.integers(0, 3), seed=st.integers(0, 1000))
+@settings(max_examples=150)
+def test_any_motion_within_the_leeway_keeps_the_goal(case: Case, agent: int, seed: int) -> None:
+    keeps(case, agent % len(case.mission.agents), seed)
+
+
+@pytest.mark.parametrize("operator", OPERATORS, ids=lambda operator: operator.name)
+@given(data=st.data(), seed=st.integers(0, 1000))
+@settings(max_examples=15)
+def test_any_motion_within_the_leeway_keeps_every_operator(operator: Operator, data: st.DataObject, seed: int) -> None:
+    case = data.draw(cases(operator))
+    keeps(case, seed % len(case.mission.agents), seed)

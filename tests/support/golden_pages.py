@@ -1,0 +1,137 @@
+"""The golden runner: one Markdown file holds prose, a mission, and what the commands say about it.
+
+A few kinds of fenced blocks mean something; every other block is prose.
+
+```mission NAME.mission      a file. Without a name it is called after the mission it declares.
+```mission NAME.mission wrong   the same, of a mission with errors.
+```mission fragment NAME.mission   declarations; that mission of the page is checked with them.
+```mission excerpt PATH     lines that stand in a mission of this repository.
+```console                  commands, each `$ missionc …`, and below each what it prints and its exit status
+                            (`[exit status 1]`, left out where it is 0).
+```console norun            the same, of what cannot be made to happen here: a full disk, a defect.
+
+The files lie in an empty folder in which the commands run, one after the other. A line `…` of the expected output
+stands for any number of lines, and `…` within a line for any words.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import os
+import re
+import shlex
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from missionc.cli.app import main
+
+FENCE = re.compile(r"^```(?P<info>[^\n`]*)\n(?P<body>.*?)^```[ \t]*$", re.MULTILINE | re.DOTALL)
+NAME = re.compile(r"^\s*mission\s+(\w+)", re.MULTILINE)
+
+
+@dataclass(frozen=True, slots=True)
+class Block:
+    """A fenced block: the words after the fence, the text in it, and where the text lies in the page."""
+
+    info: str
+    body: str
+    start: int
+    end: int
+    heading: str
+
+
+def blocks(page: str) -> list[Block]:
+    """Every fenced block of a page, with the heading it stands under."""
+    found = []
+    for match in FENCE.finditer(page):
+        headings = re.findall(r"^#+ +(.+)$", page[: match.start()], re.MULTILINE)
+        found.append(
+            Block(
+                match["info"].strip(),
+                match["body"],
+                match.start("body"),
+                match.end("body"),
+                headings[-1] if headings else "",
+            )
+        )
+    return found
+
+
+def file_name(block: Block) -> str:
+    """What a mission block's file is called."""
+    words = block.info.split()
+    if len(words) > 1 and words[1].endswith(".mission"):
+        return words[1]
+    declared = NAME.search(block.body)
+    return f"{declared[1]}.mission" if declared else "example.mission"
+
+
+def is_fragment(block: Block) -> bool:
+    return block.info.split()[:2] == ["mission", "fragment"]
+
+
+def is_excerpt(block: Block) -> bool:
+    return block.info.split()[:2] == ["mission", "excerpt"]
+
+
+def run(words: list[str]) -> tuple[int, str]:
+    """A command's exit status and all it prints, both streams together."""
+    stream = io.TextIOWrapper(io.BytesIO(), encoding="utf-8", write_through=True)
+    with contextlib.redirect_stdout(stream), contextlib.redirect_stderr(stream):
+        status = main(words)
+    stream.seek(0)
+    return status, stream.read()
+
+
+@contextlib.contextmanager
+def within(folder: Path) -> Iterator[None]:
+    """The working directory, for a while."""
+    before = Path.cwd()
+    os.chdir(folder)
+    try:
+        yield
+    finally:
+        os.chdir(before)
+
+
+def transcript(console: str) -> str:
+    """A console block as it comes out now: its commands, each with what it prints."""
+    said = []
+    for line in console.splitlines():
+        if not line.startswith("$ "):
+            continue
+        program, *words = shlex.split(line[2:])
+        assert program == "missionc", f"only missionc is run here, not `{program}`"
+        status, output = run(words)
+        said.append(f"{line}\n{output}" + (f"[exit status {status}]\n" if status else ""))
+    return "".join(said)
+
+
+def agrees(expected: str, actual: str) -> bool:
+    """Whether the output is as expected, `…` standing for anything."""
+    pattern = "".join(
+        r"(?:.*\n)*?" if line == "…\n" else ".*".join(map(re.escape, line.split("…")))
+        for line in expected.splitlines(keepends=True)
+    )
+    return re.fullmatch(pattern, actual) is not None
+
+
+def play(page: str, folder: Path) -> str:
+    """The page with every console block as it comes out now; those that agree stay as they are."""
+    said = []
+    at = 0
+    with within(folder):
+        for block in blocks(page):
+            said.append(page[at : block.start])
+            at = block.end
+            kind = block.info.split()[0] if block.info else ""
+            text = block.body
+            if kind == "mission" and not is_fragment(block) and not is_excerpt(block):
+                (folder / file_name(block)).write_text(text, encoding="utf-8")
+            elif block.info == "console":
+                actual = transcript(text)
+                text = text if agrees(text, actual) else actual
+            said.append(text)
+    return "".join(said) + page[at:]

@@ -1,0 +1,46 @@
+"""Open texts for the tests of the language server, with the place that a `|` marks."""
+
+from __future__ import annotations
+
+from lsprotocol import types
+
+from missionc.base.source import Source
+from missionc.lsp.open_text import Memory, OpenText
+from missionc.pipeline.front_end import check
+
+NAME = "/somewhere/typed.mission"
+URI = f"file://{NAME}"
+
+
+def opened(
+    text: str,
+    encoding: str = types.PositionEncodingKind.Utf16,
+    memory: Memory | None = None,
+    checked: bool = True,
+    name: str = NAME,
+    version: int = 1,
+) -> OpenText:
+    """A text as the server holds it, once it is checked."""
+    found = OpenText(f"file://{name}", version, Source(name, text), encoding, memory or Memory())
+    if checked:
+        found.found = check(found.source, kept=found.memory.checked)
+        found.memory.meant = found.found.mission or found.memory.meant
+    return found
+
+
+def marked(text: str, **options: object) -> tuple[OpenText, types.Position]:
+    """A text without its one `|`, and where that was."""
+    offset = text.index("|")
+    without = opened(text[:offset] + text[offset + 1 :], **options)  # type: ignore[arg-type]
+    return without, without.places.position(offset)
+
+
+def edited(text: OpenText, edits: list[types.TextEdit]) -> str:
+    """The text after some edits, as an editor makes them."""
+    written = text.source.text
+    spans = [
+        (text.places.offset(edit.range.start), text.places.offset(edit.range.end), edit.new_text) for edit in edits
+    ]
+    for start, end, new in sorted(spans, reverse=True):
+        written = written[:start] + new + written[end:]
+    return written

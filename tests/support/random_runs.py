@@ -1,0 +1,243 @@
+"""Hypothesis strategies: small missions, random formulas over every operator, and runs of a few steps.
+
+Positions lie on a coarse grid, so that ties (an agent on a border, a link of
+exactly the radius) come up often.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from hypothesis import strategies as st
+
+from missionc import ir
+from missionc.base.source import Source, Span
+from missionc.base.trace import Trace
+from missionc.base.units import (
+    Metres,
+    Seconds,
+    Steps,
+)
+from missionc.language.operator import Bounds, Operator
+from missionc.language.operators import OPERATORS
+from missionc.syntax.ast import Metric
+from tests.reference import Run
+
+SPAN = Span(Source("test.mission", "words"), 0, 5)
+
+BASE = ir.Region("base", ir.Box((0.0, 0.0), (1.0, 1.5)), SPAN)
+FIELD = ir.Region("field", ir.Disc((1.5, 1.0), 1.0), SPAN)
+WET = ir.Region("wet", ir.Difference(FIELD.shape, BASE.shape), SPAN)
+MAST = ir.Beacon("mast", (1.0, 0.5), SPAN)
+
+
+@dataclass(frozen=True)
+class Case:
+    """A mission without goals, one run of it, and a formula to ask of it."""
+
+    run: Run
+    trace: Trace
+    formula: ir.Formula
+
+
+def team_of(size: int) -> tuple[ir.Agent, ...]:
+    dynamics = ir.SingleIntegrator(10.0)
+    start = ir.Exactly((0.0, 0.0), SPAN)
+    return tuple(
+        ir.Agent(index, f"drone[{index}]", "drone", Metres(0.5), dynamics, start, None, Metres(1.0), SPAN)
+        for index in range(size)
+    )
+
+
+def mission_of(size: int, steps: int, *requirements: ir.Requirement) -> ir.Mission:
+    agents = team_of(size)
+    everyone = tuple(range(size))
+    return ir.Mission(
+        name="random",
+        step=Seconds(1.0),
+        steps=Steps(steps),
+        world=ir.World((0.0, 0.0), (3.0, 3.0), SPAN),
+        regions=(BASE, FIELD, WET),
+        obstacles=(),
+        beacons=(MAST,),
+        agents=agents,
+        teams=(ir.AgentSet("drone", everyone, SPAN),),
+        groups=(),
+        graphs=graphs_of(size),
+        formations=formations_of(size),
+        separation=Metres(0.0),
+        clearance=Metres(0.0),
+        requirements=requirements,
+        preferences=(),
+        objective=ir.Objective.NONE,
+        solve=ir.SolveWith(),
+        span=SPAN,
+    )
+
+
+def graphs_of(size: int) -> tuple[ir.Graph, ...]:
+    everyone = tuple(range(size))
+    return (
+        ir.Proximity("radio", Metres(1.0), everyone, SPAN),
+        ir.Proximity("wide", Metres(1.5), everyone[::-1], SPAN),
+        ir.Proximity("part", Metres(1.5), everyone[1:], SPAN),
+        ir.BeaconCover("cell", Metres(1.0), ((0.5, 0.5), (2.0, 1.0)), everyone, SPAN),
+    )
+
+
+def formations_of(size: int) -> tuple[ir.Formation, ...]:
+    if size < 2:
+        return ()
+    edges = tuple(ir.FormationEdge(index, index + 1, 1.0) for index in range(size - 1))
+    offset = (ir.FormationEdge(0, size - 1, (1.0, 0.0)),)
+    everyone = tuple(range(size))
+    return (
+        ir.Formation("chain", "chain", everyone, edges, Metres(0.5), False, SPAN),
+        ir.Formation("loose", "chain", everyone, edges, Metres(1.0), True, SPAN),
+        ir.Formation("pair", "offsets", everyone, offset, Metres(0.5), False, SPAN),
+    )
+
+
+def trace_of(positions: Sequence[Sequence[tuple[float, ...]]]) -> Trace:
+    """Positions ``[agent][step]``, moved straight from one to the next."""
+    position = np.array(positions, dtype=np.float64)
+    velocity = np.zeros_like(position)
+    if position.shape[1] > 1:
+        velocity[:, :-1] = position[:, 1:] - position[:, :-1]
+        velocity[:, -1] = velocity[:, -2]
+    return Trace(Seconds(1.0), position, velocity, np.zeros(position.shape[:2]))
+
+
+def run_of(mission: ir.Mission, trace: Trace) -> Run:
+    return Run(
+        mission,
+        [[tuple(point) for point in agent] for agent in trace.position.tolist()],
+        [[tuple(point) for point in agent] for agent in trace.velocity.tolist()],
+    )
+
+
+@st.composite
+def cases(draw: st.DrawFn, first: Operator | None = None) -> Case:
+    """A run of up to 4 agents and 6 steps, and a formula; with ``first``, one that begins with that operator."""
+    size, steps = draw(st.integers(1, 4)), draw(st.integers(1, 6))
+    coordinate = st.sampled_from([0.0, 0.5, 1.0, 1.5, 2.0])
+    positions = draw(
+        st.lists(
+            st.lists(st.tuples(coordinate, coordinate), min_size=steps + 1, max_size=steps + 1),
+            min_size=size,
+            max_size=size,
+        )
+    )
+    mission = mission_of(size, steps)
+    trace = trace_of(positions)
+    formula = draw(formulas(mission, steps, 3)) if first is None else draw(applied(first, mission, steps, 2))
+    return Case(run_of(mission, trace), trace, formula)
+
+
+@st.composite
+def snapshots(draw: st.DrawFn, operator: Operator) -> Case:
+    """Four agents scattered along a strip at one step, and a spatial operator with plain operands and a lower bound."""
+    generator = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
+    places = [(x / 4, y / 4) for x, y in generator.integers((0, 0), (13, 4), (4, 2)).tolist()]
+    mission = mission_of(4, 0)
+    graph = draw(st.sampled_from(mission.graphs[:2]))
+    metric = draw(st.sampled_from(Metric))
+    low = draw(st.integers(1, 3)) if metric is Metric.HOPS else draw(st.sampled_from([0.5, 1.0, 2.0]))
+    bounds = ir.Length(graph, metric, float(low), low + draw(st.sampled_from([0.0, 1.0, math.inf])), SPAN)
+    operands = tuple(draw(leaves(mission)) for _ in range(operator.arity))
+    formula = ir.Apply(operator, operands, bounds, SPAN, ">=", draw(st.integers(1, 2)))
+    trace = trace_of([[place] for place in places])
+    return Case(run_of(mission, trace), trace, formula)
+
+
+def formulas(mission: ir.Mission, budget: int, depth: int) -> st.SearchStrategy[ir.Formula]:
+    """Formulas that look at most ``budget`` steps ahead."""
+    if depth == 0:
+        return leaves(mission)
+    operators = st.sampled_from(OPERATORS).flatmap(lambda one: applied(one, mission, budget, depth))
+    return st.one_of(leaves(mission), operators, quantified(mission, budget, depth))
+
+
+@st.composite
+def quantified(draw: st.DrawFn, mission: ir.Mission, budget: int, depth: int) -> ir.Formula:
+    size = len(mission.agents)
+    body = draw(formulas(mission, budget, depth - 1))
+    if draw(st.booleans()):
+        return ir.OfAgent(draw(st.integers(0, size - 1)), body, SPAN)
+    kind = draw(st.sampled_from(["every", "some", "at least"]))
+    members = tuple(range(draw(st.integers(1, size))))
+    number = {"every": len(members), "some": 1}.get(kind) or draw(st.integers(0, size + 1))
+    return ir.AtLeastOf(kind, number, ir.AgentSet("these", members, SPAN), body, SPAN)
+
+
+@st.composite
+def applied(draw: st.DrawFn, operator: Operator, mission: ir.Mission, budget: int, depth: int) -> ir.Formula:
+    bounds: ir.Window | ir.Length | None = None
+    if operator.name == "next":
+        if budget == 0:
+            return draw(leaves(mission))
+        budget -= 1
+    elif operator.bounds is Bounds.TIME:
+        low = draw(st.integers(0, budget))
+        if draw(st.booleans()):
+            high = draw(st.integers(low, budget))
+            bounds, budget = ir.Window(Steps(low), Steps(high), SPAN), budget - high
+        else:
+            bounds, budget = ir.Window(Steps(low), None, SPAN), 0
+    elif operator.bounds is Bounds.LENGTH:
+        bounds = draw(lengths(mission))
+    budgets = [budget] * operator.arity
+    if operator.name in ("until", "release") and isinstance(bounds, ir.Window) and bounds.high != 0:
+        # The left side is asked up to the step before the last one of the window.
+        budgets[0] += 1
+    operands = tuple(draw(formulas(mission, each, depth - 1)) for each in budgets)
+    if operator.name == "count":
+        comparison = draw(st.sampled_from([">=", ">", "<", "<=", "="]))
+        return ir.Apply(operator, operands, bounds, SPAN, comparison, draw(st.integers(0, 3)))
+    return ir.Apply(operator, operands, bounds, SPAN)
+
+
+@st.composite
+def lengths(draw: st.DrawFn, mission: ir.Mission) -> ir.Length:
+    graph = draw(st.sampled_from(mission.graphs))
+    if draw(st.booleans()):
+        low = draw(st.integers(0, 3))
+        high = draw(st.one_of(st.just(math.inf), st.integers(low, low + 3).map(float)))
+        return ir.Length(graph, Metric.HOPS, float(low), high, SPAN)
+    near = draw(st.sampled_from([0.0, 0.0, 0.5, 1.0, 1.5, 2.5]))
+    far = draw(st.one_of(st.just(math.inf), st.sampled_from([0.0, 0.5, 1.0, 2.0]).map(lambda more: near + more)))
+    return ir.Length(graph, Metric.METRES, near, far, SPAN)
+
+
+def leaves(mission: ir.Mission) -> st.SearchStrategy[ir.Formula]:
+    size = len(mission.agents)
+    members = st.lists(st.integers(0, size - 1), min_size=1, max_size=size, unique=True).map(tuple)
+    predicates: list[st.SearchStrategy[ir.Predicate]] = [
+        st.builds(ir.Inside, st.sampled_from(mission.regions), st.booleans()),
+        st.builds(ir.Touches, st.sampled_from(mission.regions)),
+        comparisons(mission),
+        st.builds(ir.Connected, st.just(mission.graphs[0]), members),
+    ]
+    if mission.formations:
+        predicates.append(st.builds(ir.InFormation, st.sampled_from(mission.formations)))
+    return st.one_of(
+        st.one_of(predicates).map(lambda predicate: ir.Holds(predicate, SPAN)),
+        members.map(lambda agents: ir.Belongs(ir.AgentSet("these", agents, SPAN), SPAN)),
+        st.booleans().map(lambda value: ir.Truth(value, SPAN)),
+    )
+
+
+def comparisons(mission: ir.Mission) -> st.SearchStrategy[ir.Compare]:
+    agent = st.integers(0, len(mission.agents) - 1)
+    features: st.SearchStrategy[ir.Feature] = st.one_of(
+        st.builds(ir.Coordinate, st.integers(0, 1)),
+        st.builds(ir.Speed),
+        st.builds(ir.Altitude),
+        st.builds(ir.DistanceTo, st.one_of(st.sampled_from(mission.regions), st.just(MAST), agent)),
+        st.builds(ir.DistanceBetween, agent, agent),
+    )
+    terms = st.lists(st.tuples(st.sampled_from([1.0, -1.0, 2.0]), features), min_size=1, max_size=2).map(tuple)
+    return st.builds(ir.Compare, terms, st.sampled_from([-1.0, -0.5, 0.0, 0.5, 1.0]), st.booleans())

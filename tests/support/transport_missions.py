@@ -1,0 +1,37 @@
+"""Mission texts on their way through the transport backend: checked, with what is asked and what it costs, planned."""
+
+from __future__ import annotations
+
+import missionc
+from missionc.backends.clot.cost_graph.cost_graph import build
+from missionc.backends.clot.optimise.control_points import splines
+from missionc.backends.clot.optimise.goal_terms import Demand
+from missionc.backends.clot.optimise.motion_residuals import Costs
+from missionc.backends.clot.weights import Spare, Weights
+from missionc.base.source import Source
+from missionc.base.units import Seconds
+from missionc.ir import Mission
+from missionc.kernel.nodes import Kernel
+from missionc.pipeline import driver
+
+
+def checked(text: str, backend: str = "clot", **overrides: str) -> tuple[Mission, Kernel]:
+    """The mission and its kernel, of a text without errors."""
+    found = driver.check(Source("a.mission", text), overrides=overrides, backend=backend)
+    assert found.mission is not None, [finding.message for finding in found.findings]
+    assert found.kernel is not None, [finding.message for finding in found.findings]
+    return found.mission, found.kernel
+
+
+def costs_and_demand(text: str) -> tuple[Costs, Demand]:
+    """What motions of a mission cost, and what its requirements ask of them while nothing is decided."""
+    mission, kernel = checked(text)
+    roots = tuple(wanted.term for wanted in build(kernel).requirements)
+    return Costs(mission, splines(mission), Weights(), Spare()), Demand.of(mission, roots, {}, mission.steps)
+
+
+def planned(text: str, seed: int = 0) -> None:
+    """A plan is found, and verified."""
+    source = Source("a.mission", text)
+    outcome = missionc.compile(source, backend="clot", seed=seed, time_limit=Seconds(60)).outcome
+    assert isinstance(outcome, missionc.Verified), outcome

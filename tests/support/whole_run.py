@@ -1,0 +1,119 @@
+"""One mission taken through every command, in this process: each has to answer, and the answers to agree."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import json
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from missionc.cli.app import main
+from missionc.cli.exit_status import Status
+from missionc.output.export.formats import FORMATS
+
+NEAR = 1e-5
+"""Metres: robustness is the same to that, from files whose numbers have so many digits."""
+
+
+@dataclass(frozen=True)
+class Ended:
+    """How a mission ended: ``refused`` by the check, or in one of the outcomes of ``compile``.
+
+    Args:
+        codes: of the errors that were said.
+        backend: who planned it, or was to.
+    """
+
+    outcome: str
+    codes: tuple[str, ...] = ()
+    backend: str = ""
+
+
+def said(*words: str) -> tuple[int, dict[str, Any]]:
+    """The status and the document of a command; a defect raises where ``MISSIONC_TRACEBACK`` is set."""
+    out, err = io.StringIO(), io.StringIO()
+    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+        status = main([*words, "--format", "json"])
+    assert status not in (Status.DEFECT, Status.USAGE), (words, out.getvalue(), err.getvalue())
+    document: dict[str, Any] = json.loads(out.getvalue())
+    return status, document
+
+
+def codes(document: dict[str, Any]) -> tuple[str, ...]:
+    return tuple(sorted({each["code"] for each in document["diagnostics"] if each["severity"] == "error"}))
+
+
+def taken_through(files: dict[str, str], folder: Path, flags: tuple[str, ...] = ()) -> Ended:
+    """Write the files, ``m.mission`` first among them, and ask every command for all that it can say of them.
+
+    Args:
+        flags: for ``compile``.
+
+    Raises:
+        AssertionError: two answers contradict each other, or a plan is not one.
+    """
+    folder.mkdir(parents=True)
+    for name, text in files.items():
+        (folder / name).write_text(text, encoding="utf-8")
+    mission = str(folder / "m.mission")
+    status, checked = said("check", mission)
+    if status:
+        assert codes(checked)
+        said("explain", mission)
+        return Ended("refused", codes(checked))
+    _described(mission)
+    out = folder / "out"
+    status, compiled = said("compile", mission, "-o", str(out), "--quiet", *flags)
+    ended = Ended(str(compiled["outcome"]), codes(compiled), str(compiled["backend"]))
+    assert ended.outcome != "unverified", compiled["diagnostics"]
+    assert (status == Status.DONE) == (ended.outcome == "planned")
+    if ended.outcome == "planned":
+        _read_again(mission, out, "--continuous" in flags)
+    return ended
+
+
+def _described(mission: str) -> None:
+    status, _ = said("explain", mission)
+    assert status == Status.DONE
+    status, staged = said("compile", mission, "--emit", "ast,ir,kernel,horizons,backend")
+    assert status == Status.DONE, staged
+    before = Path(mission).read_text(encoding="utf-8")
+    status, _ = said("fmt", mission)
+    assert status == Status.DONE
+    assert said("fmt", "--check", mission)[0] == Status.DONE
+    status, staged_again = said("compile", mission, "--emit", "kernel")
+    assert staged_again["emit"]["kernel"] == staged["emit"]["kernel"], "the layout changes what is meant"
+    Path(mission).write_text(before, encoding="utf-8")
+
+
+def _read_again(mission: str, out: Path, continuous: bool) -> None:
+    """Every command on a folder that ``compile`` wrote."""
+    status, verified = said("verify", str(out))
+    assert status == Status.DONE, verified
+    status, drawn = said("report", str(out), "-o", str(out.with_suffix(".html")))
+    assert status == Status.DONE, drawn
+    for name in FORMATS:
+        status, exported = said("export", str(out), name, "-o", str(out.with_name(f"as_{name}")))
+        assert status == Status.DONE or set(codes(exported)) <= {"MC712", "MC404"}, exported
+    certificate = json.loads((out / "certificate.json").read_text(encoding="utf-8"))
+    certified = {each["subject"]: each["margin"] for each in certificate["checks"] if each["name"] == "requirement"}
+    for name in ("plan.json", "trajectories.csv"):
+        status, judged = said("monitor", mission, str(out / name))
+        assert status == Status.DONE, (name, judged)
+        found = {each["name"]: each["robustness"] for each in judged["requirements"]}
+        assert found.keys() == certified.keys()
+        for requirement, margin in certified.items():
+            assert _same(found[requirement], margin), (name, requirement, found[requirement], margin)
+    status, between = said("monitor", mission, str(out / "plan.json"), "--continuous")
+    assert status in (Status.DONE, Status.VIOLATED), between
+    if continuous:
+        assert all(each["verdict"] == "holds throughout" for each in certificate["between_steps"])
+
+
+def _same(one: float | str | None, other: float | str | None) -> bool:
+    if isinstance(one, int | float) and isinstance(other, int | float):
+        return math.isclose(one, other, abs_tol=NEAR)
+    return one == other

@@ -1,0 +1,112 @@
+"""Missions in which every agent is needed: planned in turns, judged as a whole, given up where turns do not do."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import missionc
+from missionc.backends.api import Impossible
+from missionc.backends.smt.prioritized import prioritized_planning
+from missionc.backends.smt.prioritized.prioritized_planning import Turns
+from missionc.backends.smt.prioritized.requirement_parts import among, asks_of
+from missionc.base.source import Source
+from missionc.kernel.nodes import All, Any, At, AtLeast, Is, Node, Not, Sometime
+from missionc.pipeline.results import Verified
+
+FIELD = """
+mission turns
+time step 1 s, horizon 12 s
+world (0, 0) to (10, 10)
+region base = box (0.5, 0.5) to (4, 4)
+region post = box (6, 2) to (8.5, 5)
+team drone[NUMBER] { radius 0.1 m dynamics unicycle(speed 0..2 m/s) start in base }
+graph radio = proximity 2 m
+"""
+RELAYED = "require relay: every drone: always[0, 12 s] (drone reach[hops 0..3 on radio] base)\n"
+VISITS = "require visits: every drone: eventually[0, 12 s] post\n"
+VISIT = "require visit: some drone: eventually[0, 12 s] post\n"
+
+
+def compiled(text: str, agents: int = 12, seed: int = 0) -> missionc.Compiled:
+    return missionc.compile(Source("turns.mission", FIELD.replace("NUMBER", str(agents)) + text), seed=seed)
+
+
+@pytest.fixture
+def in_problem(monkeypatch: pytest.MonkeyPatch) -> list[int]:
+    """How many agents there were in each problem of a turn."""
+    sizes: list[int] = []
+    before = Turns.together
+
+    def together(self: Turns, batch: frozenset[int]) -> bool:
+        sizes.append(len(batch))
+        return before(self, batch)
+
+    monkeypatch.setattr(Turns, "together", together)
+    return sizes
+
+
+def test_who_can_keep_what_is_asked_alone_needs_no_solver(in_problem: list[int]) -> None:
+    outcome = compiled(VISITS).outcome
+    assert isinstance(outcome, Verified)
+    assert dict(outcome.report.sizes)["turns"] == 0
+    assert not in_problem
+
+
+def test_who_needs_others_on_the_way_is_planned_with_as_few_as_it_takes(in_problem: list[int]) -> None:
+    outcome = compiled(RELAYED + VISIT).outcome
+    assert isinstance(outcome, Verified)
+    assert dict(outcome.report.sizes)["turns"] >= 1
+    assert 1 < max(in_problem) < 12
+
+
+def test_what_others_must_not_do_holds_of_the_whole_team() -> None:
+    lonely = "require lonely: drone[0]: eventually[0, 12 s] (post and not somewhere[hops 1..1 on radio] drone)\n"
+    assert isinstance(compiled(lonely + VISITS).outcome, Verified)
+
+
+def test_where_turns_find_nothing_all_are_planned_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Turns, "take_turns", lambda self, waiting: False)
+    outcome = compiled(VISITS, agents=3).outcome
+    assert isinstance(outcome, Verified)
+    assert "turns" not in dict(outcome.report.sizes)
+
+
+def test_what_turns_do_not_find_is_impossible_only_by_a_proof_about_everybody(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(prioritized_planning, "FAILURES", 2)
+    outcome = compiled(RELAYED.replace("0..3", "0..1") + VISITS, agents=3).outcome
+    assert isinstance(outcome, Impossible)
+    assert set(outcome.conflict) == {"relay", "visits"}
+
+
+def test_the_same_seed_gives_the_same_plan_in_turns() -> None:
+    first, second = compiled(RELAYED + VISIT, seed=2).outcome, compiled(RELAYED + VISIT, seed=2).outcome
+    assert isinstance(first, Verified)
+    assert isinstance(second, Verified)
+    np.testing.assert_array_equal(first.plan.trace.position, second.plan.trace.position)
+
+
+def visit(agent: int) -> Node:
+    return At(agent, Sometime(Is(frozenset((agent,))), 0, None))
+
+
+def test_of_agents_who_are_there_less_is_asked_or_the_same_but_never_more() -> None:
+    team = tuple(map(visit, range(4)))
+    every, some, two = All(team), Any(team), AtLeast(2, team)
+    not_every = Not(every)
+    asks = asks_of((every, some, two, not_every))
+    present = frozenset((1, 2))
+    assert among(every, asks, present) is None
+    assert among(every, asks, frozenset(range(4))) is every
+    left = among(some, asks, present)
+    assert isinstance(left, Any)
+    assert left.parts == team[1:3]
+    assert among(some, asks, frozenset((3,))) is team[3]
+    few = among(two, asks, present)
+    assert isinstance(few, AtLeast)
+    assert (few.count, few.parts) == (2, team[1:3])
+    assert among(two, asks, frozenset((1,))) is None
+    refused = among(not_every, asks, present)
+    assert isinstance(refused, Not)
+    assert isinstance(refused.body, All)
+    assert refused.body.parts == team[1:3]
