@@ -21,6 +21,7 @@ from missionc.base.trace import (
     Trace,
 )
 from missionc.base.units import Seconds
+from missionc.diagnostics.model import Diagnostic
 from missionc.ir import Mission
 from missionc.kernel.nodes import Kernel
 
@@ -276,12 +277,15 @@ Outcome: TypeAlias = Planned | Impossible | NotFound
 
 
 class Backend(Protocol):
-    """One way to plan. What it offers is ``passes.choose_backend.OFFERS``, a table that loads no solver.
+    """One way to plan. What it offers is in ``offers.OFFERS``, a table that loads no solver.
 
     ``refutes``: it may find a mission impossible; else it searches until it has a plan, or its time is up.
     """
 
     name: str
     refutes: bool
+
+    def missing(self, options: Options) -> Diagnostic | None:
+        """What to say where these options need a package or a device that is not there."""
 
     def plan(self, mission: Mission, kernel: Kernel, options: Options, budget: Budget) -> Outcome: ...

@@ -1,11 +1,15 @@
-"""From a backend's name to the backend; the only late imports in the project."""
+"""Loading of a backend by its name, or the finding that it cannot be had with these options here."""
 
 from __future__ import annotations
 
+from importlib import import_module
 from importlib.util import find_spec
 
 from missionc.backends.api import Backend, Options
-from missionc.diagnostics.code import EXTRA_MISSING, NO_DEVICE, NOT_ITS_FLAG
+from missionc.backends.features import Offer
+from missionc.backends.offers import OFFERS
+from missionc.backends.options import DESCRIBED
+from missionc.diagnostics.code import EXTRA_MISSING, NOT_ITS_FLAG
 from missionc.diagnostics.model import Diagnostic
 
 
@@ -18,92 +22,45 @@ def load(name: str, options: Options | None = None, checkpoint: bool = False) ->
     Raises:
         KeyError: no backend has that name.
     """
-    if checkpoint and name == "smt":
-        return _not_its_flag("--checkpoint` or `--resume")
-    return {"smt": _smt, "clot": _clot, "hybrid": _hybrid}[name](options or Options())
+    offer, options = OFFERS[name], options or Options()
+    wrong = _not_its_flag(offer, options, checkpoint) or _package_missing(offer)
+    if wrong is not None:
+        return wrong
+    backend: Backend = import_module(offer.home).BACKEND
+    return backend.missing(options) or backend
 
 
-def _smt(options: Options) -> Backend | Diagnostic:
-    none = Options()
-    for flag in ("preset", "device", "processes"):
-        if (value := getattr(options, flag)) != getattr(none, flag):
-            return _not_its_flag(f"--{flag} {value}")
-    missing = _missing_for_solvers(options)
-    if missing is not None:
-        return missing
-    from missionc.backends.smt import BACKEND
-
-    return BACKEND
-
-
-def _clot(options: Options) -> Backend | Diagnostic:
-    if find_spec("torch") is None:
-        return _torch_missing("clot")
-    missing = _device_missing(options)
-    if missing is not None:
-        return missing
-    from missionc.backends.clot.backend import BACKEND
-
-    return BACKEND
-
-
-def _hybrid(options: Options) -> Backend | Diagnostic:
-    if find_spec("torch") is None:
-        return _torch_missing("hybrid")
-    missing = _missing_for_solvers(options) or _device_missing(options)
-    if missing is not None:
-        return missing
-    from missionc.backends.hybrid import BACKEND
-
-    return BACKEND
-
-
-def _missing_for_solvers(options: Options) -> Diagnostic | None:
-    if find_spec("pysat") is None:
-        if options.solver != "z3":
-            return _sat_missing(f"--solver {options.solver}", "leave `--solver` out: Z3 is always there")
-        if options.certify:
-            return _sat_missing("--certify", "leave `--certify` out: the answer is the same, without a proof of it")
+def _not_its_flag(offer: Offer, options: Options, checkpoint: bool) -> Diagnostic | None:
+    """The first flag that is for other backends and may not be passed over."""
+    if checkpoint and not offer.checkpoints:
+        return _for_others(
+            "--checkpoint` or `--resume", [each.name for each in OFFERS.values() if each.checkpoints], offer
+        )
+    for each in DESCRIBED.values():
+        value = getattr(options, each.name)
+        if each.refused and value != each.default and each.name not in offer.options:
+            hear = [other.name for other in OFFERS.values() if each.name in other.options]
+            return _for_others(f"--{each.name} {value}", hear, offer)
     return None
 
 
-def _device_missing(options: Options) -> Diagnostic | None:
-    from missionc.backends.clot.torch_device import available
-
-    if available(options.device):
-        return None
-    return Diagnostic(
-        NO_DEVICE,
-        f"torch has no device `{options.device}` here",
-        None,
-        notes=("either there is no such GPU, or its driver or torch's own build for it is missing",),
-        help="leave `--device` out: the CPU is always there",
-    )
-
-
-def _torch_missing(name: str) -> Diagnostic:
-    return Diagnostic(
-        EXTRA_MISSING,
-        f"the backend `{name}` needs the package torch, which is not installed",
-        None,
-        help="install it with `pip install 'missionc[clot]'`, or try `--backend smt`",
-    )
-
-
-def _sat_missing(flag: str, otherwise: str) -> Diagnostic:
-    return Diagnostic(
-        EXTRA_MISSING,
-        f"`{flag}` needs the package python-sat, which is not installed",
-        None,
-        help=f"install it with `pip install 'missionc[sat]'`, or {otherwise}",
-    )
-
-
-def _not_its_flag(flag: str) -> Diagnostic:
+def _for_others(flag: str, names: list[str], offer: Offer) -> Diagnostic:
+    others = " and ".join(f"`{name}`" for name in names)
     return Diagnostic(
         NOT_ITS_FLAG,
-        f"`{flag}` is for the backends `clot` and `hybrid`, and this mission goes to `smt`",
+        f"`{flag}` is for the backends {others}, and this mission goes to `{offer.name}`",
         None,
         notes=("it is about planning by transport; a SAT solver over roadmaps does nothing with it",),
-        help="leave it out, or plan with `--backend clot`, where the mission allows it",
+        help=f"leave it out, or plan with `--backend {names[0]}`, where the mission allows it",
+    )
+
+
+def _package_missing(offer: Offer) -> Diagnostic | None:
+    if not offer.package or find_spec(offer.package) is not None:
+        return None
+    return Diagnostic(
+        EXTRA_MISSING,
+        f"the backend `{offer.name}` needs the package {offer.package}, which is not installed",
+        None,
+        help=f"install it with `pip install 'missionc[{offer.extra}]'`, or try `--backend {next(iter(OFFERS))}`",
     )

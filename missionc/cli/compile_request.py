@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import KW_ONLY, dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, assert_never
 
@@ -38,6 +38,7 @@ class Order:
     """What is to be compiled, how, and what is to be written and said; the flags of ``compile``, read."""
 
     file: Path
+    _: KW_ONLY
     overrides: tuple[tuple[str, str], ...] = ()
     limits: Limits = field(default_factory=Limits)
     backend: str = "auto"

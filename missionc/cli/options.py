@@ -8,11 +8,12 @@ import os
 from collections.abc import Callable, Collection, Iterable
 from dataclasses import fields, replace
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, TypeVar, assert_never
 
 import click
 from click.shell_completion import CompletionItem
 
+from missionc.backends.options import DESCRIBED, Described, OneOf, Real, Switch, Whole
 from missionc.base.limits import Limits, most
 from missionc.cli import emit_stages
 from missionc.data.vehicles import profiles
@@ -37,6 +38,36 @@ class Number(click.FloatRange):
         if not math.isfinite(number):
             self.fail(f"{value!r} is not a finite number.", parameter, context)
         return number + 0.0
+
+
+def of_a_plan(*names: str) -> Callable[[Command], Command]:
+    """The flags of these options of a plan, in this order, as ``backends.options`` describes them."""
+
+    def with_flags(command: Command) -> Command:
+        for name in reversed(names):
+            command = _flag(DESCRIBED[name])(command)
+        return command
+
+    return with_flags
+
+
+def _flag(option: Described) -> Callable[[Command], Command]:
+    flag = f"--{option.name}"
+    told: dict[str, Any] = {"help": option.help or None, "default": option.default}
+    match option.kind:
+        case OneOf(words):
+            return click.option(flag, type=click.Choice(words), show_default=True, **told)
+        case Whole(least, most):
+            known = option.default is not None
+            return click.option(
+                flag, type=click.IntRange(least, most), show_default=known, metavar=option.metavar, **told
+            )
+        case Real(least, most):
+            return click.option(flag, type=Number(least, most), metavar=option.metavar, **told)
+        case Switch():
+            return click.option(flag, is_flag=True, **told)
+        case _:
+            assert_never(option.kind)
 
 
 def existing(value: str) -> Path:

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from itertools import islice
 from textwrap import wrap
 
+from missionc.backends.offers import OFFERS
 from missionc.checks.check_horizons import steps_ahead
 from missionc.explain.convention_examples import Trap
 from missionc.explain.phrases import names
@@ -40,7 +41,6 @@ from missionc.ir import (
 from missionc.ir.wording import listed, seconds
 from missionc.language.walk_formulas import bottom_up, goals
 from missionc.lower.choose_backend import (
-    OFFERS,
     Choice,
     needs_of,
 )
@@ -113,7 +113,7 @@ def _explained(mission: Mission, goal: Requirement | Preference) -> Explained:
         steps_ahead([goal.formula])[goal.formula].total,
         max((span.looks for span in spans), default=0),
         tuple(need.feature.value for need in required),
-        tuple(name for name, offered in OFFERS.items() if features <= offered),
+        tuple(name for name, offer in OFFERS.items() if features <= offer.features),
         traps_of(goal.formula),
     )
 

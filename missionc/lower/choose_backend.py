@@ -11,10 +11,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from enum import Enum
-from types import MappingProxyType
 from typing import assert_never
 
+from missionc.backends.features import Feature
+from missionc.backends.offers import AUTO, OFFERS
 from missionc.base.source import Span
 from missionc.diagnostics.code import CANNOT_EXPRESS, NO_BACKEND
 from missionc.diagnostics.model import Diagnostic, Label
@@ -44,41 +44,6 @@ from missionc.language.walk_formulas import (
 from missionc.syntax.ast import Metric
 
 
-class Feature(Enum):
-    """What a mission may need of a backend; the value reads well in a message."""
-
-    HOPS = "a route bounded in hops"
-    METRIC_LENGTH = "a route bounded in metres"
-    CONNECTED = "a graph that is connected"
-    FORMATION = "a formation"
-    TOTAL_TOLERANCE = "a formation with a total tolerance"
-    VOLUME = "a world with three coordinates"
-    MOVING_OBSTACLE = "an obstacle that moves"
-    UNICYCLE = "unicycle dynamics"
-    SECOND_ORDER = "dynamics with an acceleration limit"
-    PREFER = "a preference"
-    DISTANCE = "`minimize distance`"
-    DURATION = "`minimize duration`"
-    RESTLESS_DURATION = "`minimize duration` of agents that cannot wait"
-    ENERGY = "`minimize energy`"
-
-
-EVERYTHING = frozenset(Feature) - {Feature.RESTLESS_DURATION}
-
-_SMOOTH = EVERYTHING - {Feature.HOPS, Feature.UNICYCLE}
-
-OFFERS: MappingProxyType[str, frozenset[Feature]] = MappingProxyType(
-    {
-        "smt": EVERYTHING - {Feature.METRIC_LENGTH, Feature.TOTAL_TOLERANCE, Feature.ENERGY},
-        "clot": _SMOOTH,
-        "hybrid": _SMOOTH | {Feature.HOPS},
-    }
-)
-"""What each backend can express, in the order in which ``auto`` tries them."""
-
-AUTO = "auto"
-
-
 @dataclass(frozen=True, slots=True)
 class Need:
     """A feature, and the words that need it."""
@@ -102,7 +67,7 @@ def choose_backend(mission: Mission, forced: str | None) -> tuple[Choice | None,
     """The backend that the mission or the command line names, or else the first that offers all it needs."""
     wanted = forced or mission.solve.backend
     required = needs(mission)
-    able = [name for name, offered in OFFERS.items() if all(need.feature in offered for need in required)]
+    able = [name for name, offer in OFFERS.items() if all(need.feature in offer.features for need in required)]
     if wanted == AUTO and not able:
         return None, [_none_can(mission, required)]
     if wanted != AUTO and wanted not in able:
@@ -199,7 +164,7 @@ def _restless(mission: Mission) -> list[str]:
 
 
 def _missing(name: str, required: tuple[Need, ...]) -> list[Need]:
-    offered = OFFERS.get(name, frozenset())
+    offered = OFFERS[name].features if name in OFFERS else frozenset()
     return [need for need in required if need.feature not in offered]
 
 
@@ -232,7 +197,9 @@ def _change(able: list[str]) -> str:
 
 def _none_can(mission: Mission, required: tuple[Need, ...]) -> Diagnostic:
     """One label for each construct in the way, with the backends it rules out."""
-    ruled = [(need, [name for name, offered in OFFERS.items() if need.feature not in offered]) for need in required]
+    ruled = [
+        (need, [name for name, offer in OFFERS.items() if need.feature not in offer.features]) for need in required
+    ]
     labels = [
         Label(need.span, f"{need.feature.value} rules out {listed([f'`{name}`' for name in names])}")
         for need, names in sorted(ruled, key=lambda each: -len(each[1]))

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, assert_never
 
 from missionc.backends.api import Options
+from missionc.backends.offers import OFFERS
+from missionc.backends.options import DESCRIBED, Described, Recorded
 from missionc.output.folder.file_names import (
     MANIFEST,
     NEAR_MISS,
@@ -32,15 +34,24 @@ def texts(checked: Checked) -> tuple[tuple[str, str], ...]:
 
 def given(checked: Checked, options: Options) -> tuple[tuple[str, Option], ...]:
     """What of the command line changes the plan."""
-    named = [("solver", options.solver)]
-    if checked.choice is not None and checked.choice.backend != "smt":
-        named.append(("preset", options.preset))
-        named.append(("device", options.device))
-        named.extend([("samples", str(options.samples))] if options.samples is not None else [])
-    named.extend([("margin", repr(options.margin))] if options.margin is not None else [])
-    named.extend([("stretch", repr(options.stretch))] if options.stretch != 1 else [])
+    hears = OFFERS[checked.choice.backend].options if checked.choice is not None else frozenset()
+    named = [(each.name, each.text(options)) for each in DESCRIBED.values() if _is_recorded(each, options, hears)]
     named.extend([("vehicle", checked.vehicle)] if checked.vehicle else [])
     return (*named, *((f"-D {name}", text) for name, text in sorted(checked.overrides.items())))
+
+
+def _is_recorded(option: Described, options: Options, hears: frozenset[str]) -> bool:
+    match option.recorded:
+        case Recorded.ALWAYS:
+            return True
+        case Recorded.BY_ITS_BACKENDS:
+            return option.name in hears
+        case Recorded.WHERE_GIVEN:
+            return option.name in hears and getattr(options, option.name) != option.default
+        case Recorded.NEVER:
+            return False
+        case _:
+            assert_never(option.recorded)
 
 
 def asked_for(exports: tuple[str, ...]) -> tuple[tuple[str, Option], ...]:

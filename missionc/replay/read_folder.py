@@ -19,6 +19,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from missionc.backends.options import SLOWEST
 from missionc.base.limits import Limits
 from missionc.base.source import Source
 from missionc.base.strict_json import NotJsonError, parse_json
@@ -54,7 +55,6 @@ from missionc.syntax.read_file import (
 
 PLAN, CERTIFICATE = "plan.json", "certificate.json"
 STRETCH, VEHICLE = "stretch", "vehicle"
-SLOWEST = 1000.0
 """How many times slower than planned a plan may be flown."""
 
 

@@ -9,6 +9,7 @@ import math
 from dataclasses import replace
 
 from missionc import ir
+from missionc.backends.offers import AUTO, OFFERS
 from missionc.base.units import Dimension
 from missionc.diagnostics import code
 from missionc.diagnostics.model import Diagnostic, Label
@@ -26,7 +27,7 @@ from missionc.resolve.resolve_settings import (
 )
 from missionc.syntax import ast
 
-BACKENDS = ("auto", "smt", "clot", "hybrid")
+BACKENDS = (AUTO, *OFFERS)
 OPTIONS = ("nodes", "neighbors")
 """What ``solve with`` may set to a whole number, at least 1."""
 

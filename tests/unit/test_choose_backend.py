@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import pytest
 
-from missionc.backends import load
 from missionc.backends.api import Options
+from missionc.backends.features import Feature
+from missionc.backends.load import load
+from missionc.backends.offers import OFFERS
 from missionc.diagnostics.code import CANNOT_EXPRESS, EXTRA_MISSING, NO_BACKEND
 from missionc.diagnostics.model import Diagnostic
 from missionc.lower.choose_backend import (
-    OFFERS,
     Choice,
-    Feature,
     choose_backend,
     needs,
 )
@@ -135,12 +135,12 @@ def test_every_feature_is_found_at_its_first_words() -> None:
 
 
 def test_transport_offers_all_but_hops_and_unicycles() -> None:
-    assert set(Feature) - OFFERS["clot"] == {Feature.HOPS, Feature.UNICYCLE, Feature.RESTLESS_DURATION}
+    assert set(Feature) - OFFERS["clot"].features == {Feature.HOPS, Feature.UNICYCLE, Feature.RESTLESS_DURATION}
 
 
 def test_hybrid_offers_all_that_transport_does_and_hops() -> None:
     assert list(OFFERS) == ["smt", "clot", "hybrid"]
-    assert OFFERS["hybrid"] == OFFERS["clot"] | {Feature.HOPS}
+    assert OFFERS["hybrid"].features == OFFERS["clot"].features | {Feature.HOPS}
 
 
 @pytest.mark.parametrize(
@@ -149,8 +149,8 @@ def test_hybrid_offers_all_that_transport_does_and_hops() -> None:
 def test_a_flag_whose_package_is_missing_is_named_with_the_command_that_installs_it(
     options: Options, flag: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(load, "find_spec", lambda name: None)
-    finding = load.load("smt", options)
+    monkeypatch.setattr("missionc.backends.smt.sat.installed_solvers.find_spec", lambda name: None)
+    finding = load("smt", options)
     assert isinstance(finding, Diagnostic)
     assert finding.code == EXTRA_MISSING
     assert finding.message.startswith(f"`{flag}` needs the package python-sat")

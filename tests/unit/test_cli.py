@@ -240,7 +240,7 @@ def test_a_plan_that_fails_verification_ends_with_5_and_is_not_written(
     folder: Path, capsys: Captured, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     from missionc.backends.api import Planned
-    from missionc.backends.smt import BACKEND
+    from missionc.backends.smt.backend import BACKEND
 
     plan = type(BACKEND).plan
 

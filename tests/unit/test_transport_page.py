@@ -10,7 +10,8 @@ from pathlib import Path
 import pytest
 
 from missionc.backends.clot.weights import Spare, Weights
-from missionc.lower.choose_backend import OFFERS, Feature
+from missionc.backends.features import Feature
+from missionc.backends.offers import OFFERS
 
 ROOT = Path(__file__).resolve().parents[2]
 CLOT = ROOT / "missionc" / "backends" / "clot"
@@ -72,4 +73,4 @@ def test_the_table_of_backends_says_what_each_offers() -> None:
     assert set(rows) == {feature.value for feature in Feature}
     for feature in Feature:
         said = dict(zip(names, rows[feature.value].split(" | "), strict=True))
-        assert said == {name: "yes" if feature in offered else "no" for name, offered in OFFERS.items()}
+        assert said == {name: "yes" if feature in offer.features else "no" for name, offer in OFFERS.items()}

@@ -17,7 +17,7 @@ import numpy as np
 import pytest
 
 from missionc.backends.api import Budget, CutShort, NotFound, Options, Outcome, Planned, Reason
-from missionc.backends.smt import BACKEND
+from missionc.backends.smt.backend import BACKEND
 from missionc.base import memory
 from missionc.base.deadline import (
     OutOfTime,

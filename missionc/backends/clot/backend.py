@@ -69,11 +69,12 @@ from missionc.backends.clot.schedule.key_frames import frames
 from missionc.backends.clot.schedule.schedule import Scheduler
 from missionc.backends.clot.schedule.sketch import sketch
 from missionc.backends.clot.schedule.tasks import Outline, outline
-from missionc.backends.clot.torch_device import enough_memory, one_thread
+from missionc.backends.clot.torch_device import device_missing, enough_memory, one_thread
 from missionc.backends.clot.weights import Spare, Weights
 from missionc.backends.run_account import Account
 from missionc.base.signals import asked, hold
 from missionc.base.trace import Array, Trace
+from missionc.diagnostics.model import Diagnostic
 from missionc.ir import Mission
 from missionc.kernel.nodes import Kernel
 
@@ -109,6 +110,10 @@ class ClotBackend:
 
     name: str = "clot"
     refutes: bool = False
+
+    def missing(self, options: Options) -> Diagnostic | None:
+        """What to say where the device asked for is not there."""
+        return device_missing(options)
 
     def plan(self, mission: Mission, kernel: Kernel, options: Options, budget: Budget) -> Outcome:
         """A joint motion that satisfies every requirement."""

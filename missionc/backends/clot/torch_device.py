@@ -9,10 +9,27 @@ from functools import lru_cache
 import torch
 from torch import Tensor
 
+from missionc.backends.api import Options
+from missionc.diagnostics.code import NO_DEVICE
+from missionc.diagnostics.model import Diagnostic
+
 
 def available(name: str) -> bool:
     """Whether torch has a device of that name (``cpu``, ``cuda``) here."""
     return name == "cpu" or (name == "cuda" and torch.cuda.is_available())
+
+
+def device_missing(options: Options) -> Diagnostic | None:
+    """What to say where the options ask for a device that is not there."""
+    if available(options.device):
+        return None
+    return Diagnostic(
+        NO_DEVICE,
+        f"torch has no device `{options.device}` here",
+        None,
+        notes=("either there is no such GPU, or its driver or torch's own build for it is missing",),
+        help="leave `--device` out: the CPU is always there",
+    )
 
 
 @contextmanager

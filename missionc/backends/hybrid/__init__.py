@@ -1,5 +1,1 @@
 """Planning of missions that need both: Z3 on roadmaps for what is counted, transport for what is measured."""
-
-from missionc.backends.hybrid.backend import BACKEND
-
-__all__ = ["BACKEND"]

@@ -16,7 +16,6 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from missionc.backends import smt
 from missionc.backends.api import Budget, Impossible, NotFound, Options, Outcome, Planned, ignore, unheard
 from missionc.backends.clot.backend import ATTEMPTS, NOISE
 from missionc.backends.clot.backend import Run as Smooth
@@ -26,10 +25,13 @@ from missionc.backends.clot.optimise.control_points import splines
 from missionc.backends.clot.optimise.goal_terms import Demand
 from missionc.backends.clot.run.run_state import Reached
 from missionc.backends.clot.schedule.schedule import Scheduler
-from missionc.backends.clot.torch_device import enough_memory, one_thread
+from missionc.backends.clot.torch_device import device_missing, enough_memory, one_thread
 from missionc.backends.hybrid.discrete_relaxation import Discrete, discrete
 from missionc.backends.hybrid.resample import on_clock, positions
+from missionc.backends.smt import backend as smt
+from missionc.backends.smt.sat.installed_solvers import solver_missing
 from missionc.base.trace import Array
+from missionc.diagnostics.model import Diagnostic
 from missionc.ir import Mission
 from missionc.kernel.nodes import Kernel
 
@@ -49,6 +51,10 @@ class HybridBackend:
 
     name: str = "hybrid"
     refutes: bool = False
+
+    def missing(self, options: Options) -> Diagnostic | None:
+        """What to say where the solver or the device asked for is not there."""
+        return solver_missing(options) or device_missing(options)
 
     def plan(self, mission: Mission, kernel: Kernel, options: Options, budget: Budget) -> Outcome:
         """A joint motion that satisfies every requirement."""

@@ -1,5 +1,1 @@
 """Planning on roadmaps with a SAT solver behind Z3's or CaDiCaL's door. [strel]"""
-
-from missionc.backends.smt.backend import BACKEND
-
-__all__ = ["BACKEND"]

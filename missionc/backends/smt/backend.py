@@ -36,6 +36,7 @@ from missionc.backends.smt.roadmap.roadmap import (
     Roadmap,
     build_roadmaps,
 )
+from missionc.backends.smt.sat.installed_solvers import solver_missing
 from missionc.backends.smt.sat.proof import (
     CNF,
     DRAT,
@@ -52,6 +53,7 @@ from missionc.backends.smt.shorten.improve import improve
 from missionc.base.memory import left
 from missionc.base.signals import hold
 from missionc.base.trace import Flags
+from missionc.diagnostics.model import Diagnostic
 from missionc.ir import Mission, Objective
 from missionc.kernel.nodes import Kernel
 
@@ -86,6 +88,10 @@ class SmtBackend:
 
     name: str = "smt"
     refutes: bool = True
+
+    def missing(self, options: Options) -> Diagnostic | None:
+        """What to say where the solver asked for is not there."""
+        return solver_missing(options)
 
     def plan(self, mission: Mission, kernel: Kernel, options: Options, budget: Budget) -> Outcome:
         """A joint motion on roadmaps that satisfies every requirement."""

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import click
 
-from missionc.backends.api import DEVICES, PRESETS, Options
+from missionc.backends.api import PRESETS, Options
+from missionc.backends.offers import AUTO, OFFERS
 from missionc.base.units import Seconds
 from missionc.cli import emit_stages, options
 from missionc.cli.compile_request import Order, fulfil
@@ -36,37 +38,8 @@ from missionc.pipeline import driver
 )
 @click.option("--force", is_flag=True, help="Replace the folder if it exists.")
 @options.vehicle
-@click.option("--backend", type=click.Choice(["auto", "smt", "clot", "hybrid"]), default="auto", show_default=True)
-@click.option("--solver", type=click.Choice(["z3", "cadical", "race"]), default="z3", show_default=True)
-@click.option("--preset", type=click.Choice(PRESETS), default=PRESETS[0], show_default=True, help="How clot plans.")
-@click.option(
-    "--samples",
-    type=click.IntRange(1, 100_000),
-    metavar="N",
-    help="Trajectories that presets but `sketch` optimise at once.",
-)
-@click.option(
-    "--device",
-    type=click.Choice(DEVICES),
-    default=DEVICES[0],
-    show_default=True,
-    help="Where presets but `sketch` optimise their trajectories.",
-)
-@click.option(
-    "--margin",
-    type=Number(min=0, max=1e3),
-    metavar="METRES",
-    help="Keep every requirement by so much where that is possible; its vehicles' tracking margin if left out.",
-)
-@click.option(
-    "--processes",
-    type=click.IntRange(1, 256),
-    default=1,
-    show_default=True,
-    metavar="N",
-    help="Child processes of clot and hybrid; the plan is the same.",
-)
-@click.option("--stretch", type=Number(1, 1000), default=1.0, metavar="S", help="Fly the plan S times slower.")
+@click.option("--backend", type=click.Choice([AUTO, *OFFERS]), default=AUTO, show_default=True)
+@options.of_a_plan("solver", "preset", "samples", "device", "margin", "processes", "stretch")
 @click.option("--seed", type=click.IntRange(0, 2**32 - 1), default=0, show_default=True, metavar="N")
 @click.option(
     "--time-limit",
@@ -106,7 +79,7 @@ from missionc.pipeline import driver
 )
 @click.option("--timings", is_flag=True, help="Say how long each stage took.")
 @click.option("--plot", type=file_to_write, metavar="FILE", help="Draw the plan: FILE.svg or FILE.png.")
-@click.option("--certify", is_flag=True, help="Leave the CNF and a DRAT proof beside an `impossible`.")
+@options.of_a_plan("certify")
 @click.option("--continuous", is_flag=True, help="Refuse a plan whose requirements fail between the steps.")
 @options.explain_limit
 @click.option("--quiet", is_flag=True, help="No summary and no progress.")
@@ -115,6 +88,7 @@ from missionc.pipeline import driver
 @click.pass_obj
 def command(
     began: float | None,
+    /,
     file: Path,
     overrides: Pairs,
     limits: Pairs,
@@ -123,13 +97,6 @@ def command(
     force: bool,
     vehicle: str | None,
     backend: str,
-    solver: str,
-    preset: str,
-    samples: int | None,
-    device: str,
-    margin: float | None,
-    processes: int,
-    stretch: float,
     seed: int,
     time_limit: float,
     memory_limit: int,
@@ -139,50 +106,51 @@ def command(
     exported: tuple[tuple[str, ...], ...],
     timings: bool,
     plot: Path | None,
-    certify: bool,
     continuous: bool,
     explain_limit: float,
     quiet: bool,
     watch: bool,
     no_open: bool,
+    **of_a_plan: Any,
 ) -> Status:
     """Turn a mission into a verified plan and its files."""
     if plot and plot.suffix not in (".svg", ".png"):
         raise click.BadParameter(f"`{plot}` ends neither in .svg nor in .png", param_hint="--plot")
-    if samples is not None and preset == PRESETS[0]:
+    wanted = emit_stages.in_order(stage for group in asked for stage in group)
+    captures = frozenset(wanted) & frozenset(emit_stages.BY_A_BACKEND)
+    chosen = Options(captures=captures, **of_a_plan)
+    if chosen.samples is not None and chosen.preset == PRESETS[0]:
         raise click.UsageError(
-            f"`--samples` is for presets that transport trajectories, and `{preset}` does not; "
+            f"`--samples` is for presets that transport trajectories, and `{chosen.preset}` does not; "
             f"add `--preset` with one of {', '.join(PRESETS[1:])}"
         )
     if watch and (form != "text" or asked or resume):
         raise click.UsageError("`--watch` goes on and on, in words; leave `--format`, `--emit` and `--resume` out")
     if no_open and not watch:
         raise click.UsageError("`--no-open` is for `--watch`, which opens the report")
-    wanted = emit_stages.in_order(stage for group in asked for stage in group)
-    captures = frozenset(wanted) & frozenset(emit_stages.BY_A_BACKEND)
     order = Order(
         file,
-        overrides,
-        read_limits(limits),
-        backend,
-        vehicle or "",
-        Options(solver, certify, captures, preset, samples, device, margin, processes, stretch),
-        seed,
-        Seconds(time_limit),
-        memory_limit,
-        Seconds(explain_limit),
-        continuous,
-        tuple(name for group in exported for name in group),
-        checkpoint,
-        resume,
-        wanted,
-        output,
-        force,
-        plot,
-        form,
-        quiet,
-        timings,
-        None if watch else began,
+        overrides=overrides,
+        limits=read_limits(limits),
+        backend=backend,
+        vehicle=vehicle or "",
+        options=chosen,
+        seed=seed,
+        time_limit=Seconds(time_limit),
+        memory_limit=memory_limit,
+        explain_limit=Seconds(explain_limit),
+        continuous=continuous,
+        exports=tuple(name for group in exported for name in group),
+        checkpoint=checkpoint,
+        resume=resume,
+        wanted=wanted,
+        output=output,
+        force=force,
+        plot=plot,
+        form=form,
+        quiet=quiet,
+        timings=timings,
+        began=None if watch else began,
     )
     if watch:
         from missionc.cli.watch.loop import watch as again  # for those who ask for it

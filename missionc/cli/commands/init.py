@@ -12,6 +12,7 @@ from pathlib import Path
 
 import click
 
+from missionc.backends.offers import OFFERS
 from missionc.base.limits import Limits
 from missionc.base.source import Source
 from missionc.cli.exit_status import Status, say
@@ -70,8 +71,9 @@ def _list(form: str) -> Status:
 def _next(target: Path, template: Template) -> list[str]:
     """What to run now, and what to install for it."""
     lines = ["next"]
-    if _backend(template) != "smt" and find_spec("torch") is None:
-        lines.append("  pip install 'missionc[clot]'    # what plans it rests on torch")
+    offer = OFFERS[_backend(template)]
+    if offer.package and find_spec(offer.package) is None:
+        lines.append(f"  pip install 'missionc[{offer.extra}]'    # what plans it rests on {offer.package}")
     return [
         *lines,
         f"  missionc check {target}",
@@ -81,7 +83,8 @@ def _next(target: Path, template: Template) -> list[str]:
 
 
 def _needs(template: Template) -> str:
-    return "" if _backend(template) == "smt" else " Needs the extra `clot`."
+    extra = OFFERS[_backend(template)].extra
+    return f" Needs the extra `{extra}`." if extra else ""
 
 
 def _backend(template: Template) -> str:

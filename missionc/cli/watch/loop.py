@@ -7,6 +7,7 @@ import time
 from dataclasses import replace
 from pathlib import Path
 
+from missionc.backends.offers import OFFERS
 from missionc.cli.browser import said
 from missionc.cli.compile_request import (
     Order,
@@ -26,7 +27,7 @@ from missionc.diagnostics.code import OUTPUT_EXISTS
 from missionc.diagnostics.render import counts, render_text
 from missionc.output.folder.file_names import REPORT
 
-FIRST = "smt"
+FIRST = next(iter(OFFERS))
 """The backend to make ready for, as long as nothing is known of the mission."""
 
 

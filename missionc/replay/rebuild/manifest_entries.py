@@ -10,7 +10,9 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterator, Mapping
 
-from missionc.backends.api import DEVICES, PRESETS, CutShort
+from missionc.backends.api import CutShort
+from missionc.backends.offers import OFFERS
+from missionc.backends.options import DESCRIBED, Recorded
 from missionc.data.vehicles import profiles
 from missionc.output.folder.file_names import (
     MANIFEST,
@@ -25,8 +27,6 @@ from missionc.pipeline.provenance import inputs
 from missionc.replay.read_folder import (
     CERTIFICATE,
     PLAN,
-    SLOWEST,
-    STRETCH,
     VEHICLE,
     Reopened,
 )
@@ -36,13 +36,8 @@ from missionc.verify.certificate import Check
 from missionc.verify.compare_documents import shown
 
 KEYS = ("schema", "mission", "backend", "seed", "cut_short", "inputs", "files", "versions", "options")
-BACKENDS = ("smt", "clot", "hybrid")
-SOLVERS = ("z3", "cadical", "race")
 VERSION = re.compile(r"[0-9A-Za-z.+!_-]{1,64}")
 LARGEST_SEED = 2**63 - 1
-MOST_SAMPLES = 100_000
-WIDEST = 1e3
-"""Metres, of a margin."""
 
 
 def check_manifest(reopened: Reopened) -> Iterator[Check]:
@@ -64,7 +59,7 @@ def _head(reopened: Reopened) -> str:
     seed, cut_short = manifest["seed"], manifest["cut_short"]
     sound = {
         "mission": manifest["mission"] == reopened.mission.name,
-        "backend": manifest["backend"] in BACKENDS,
+        "backend": manifest["backend"] in OFFERS,
         "seed": isinstance(seed, int) and not isinstance(seed, bool) and 0 <= seed <= LARGEST_SEED,
         "cut_short": cut_short is None or cut_short in [each.value for each in CutShort],
     }
@@ -88,12 +83,7 @@ def _is_version(number: object) -> bool:
 
 
 OPTIONS: Mapping[str, Callable[[str], bool]] = {
-    "solver": lambda text: text in SOLVERS,
-    "preset": lambda text: text in PRESETS,
-    "device": lambda text: text in DEVICES,
-    "samples": lambda text: text.isascii() and text.isdigit() and len(text) < 7 and 1 <= int(text) <= MOST_SAMPLES,
-    "margin": lambda text: _within(text, 0.0, WIDEST),
-    STRETCH: lambda text: _within(text, 1.0, SLOWEST),
+    **{each.name: each.kind.admits for each in DESCRIBED.values() if each.recorded is not Recorded.NEVER},
     VEHICLE: lambda text: text in profiles(),
     "export": lambda text: bool(text) and len(set(text.split(","))) == text.count(",") + 1,
 }
@@ -107,14 +97,6 @@ def _options(given: object) -> str:
         if not isinstance(text, str) or not (name.startswith("-D ") or (name in OPTIONS and OPTIONS[name](text))):
             return f"its `options` have {shown(name)} as {shown(text)}, which cannot be"
     return ""
-
-
-def _within(text: str, low: float, high: float) -> bool:
-    """A number as Python writes it."""
-    try:
-        return low <= float(text) <= high and repr(float(text)) == text
-    except ValueError:
-        return False
 
 
 def _inputs(reopened: Reopened) -> Iterator[Check]:

@@ -1,0 +1,15 @@
+"""The offer of the transport backend: features and options, without what plans. [clot]"""
+
+from __future__ import annotations
+
+from missionc.backends.features import EVERYTHING, Feature, Offer
+
+CLOT = Offer(
+    "clot",
+    EVERYTHING - {Feature.HOPS, Feature.UNICYCLE},
+    frozenset({"preset", "samples", "device", "margin", "processes", "stretch"}),
+    checkpoints=True,
+    home="missionc.backends.clot.backend",
+    package="torch",
+    extra="clot",
+)

@@ -1,0 +1,55 @@
+"""Features that a mission may need, and the offer in which a backend says which of them it has.
+
+Values only: nothing here loads a solver.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+
+class Feature(Enum):
+    """What a mission may need of a backend; the value reads well in a message."""
+
+    HOPS = "a route bounded in hops"
+    METRIC_LENGTH = "a route bounded in metres"
+    CONNECTED = "a graph that is connected"
+    FORMATION = "a formation"
+    TOTAL_TOLERANCE = "a formation with a total tolerance"
+    VOLUME = "a world with three coordinates"
+    MOVING_OBSTACLE = "an obstacle that moves"
+    UNICYCLE = "unicycle dynamics"
+    SECOND_ORDER = "dynamics with an acceleration limit"
+    PREFER = "a preference"
+    DISTANCE = "`minimize distance`"
+    DURATION = "`minimize duration`"
+    RESTLESS_DURATION = "`minimize duration` of agents that cannot wait"
+    ENERGY = "`minimize energy`"
+
+
+EVERYTHING = frozenset(Feature) - {Feature.RESTLESS_DURATION}
+"""All features that any backend has."""
+
+
+@dataclass(frozen=True, slots=True)
+class Offer:
+    """A backend as it is known before it is loaded.
+
+    Args:
+        name: after ``solve with`` and ``--backend``.
+        features: all that a mission it plans may need.
+        options: the names of those of ``Options`` that it hears of.
+        checkpoints: whether a run of it can be put aside and taken up again.
+        home: the module that has it, as ``BACKEND``.
+        package: what has to be installed to load it; empty for nothing.
+        extra: the extra of this package that installs that.
+    """
+
+    name: str
+    features: frozenset[Feature]
+    options: frozenset[str]
+    checkpoints: bool
+    home: str
+    package: str = ""
+    extra: str = ""

@@ -1,0 +1,148 @@
+"""Options of a compilation that change its plan: for each its flag, its values, its help, and when it is recorded.
+
+An option is a field of ``Options`` and an entry of ``DESCRIBED``; the command
+line, the manifest and its verification are made of these.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from enum import Enum, auto
+from typing import Final, TypeAlias
+
+from missionc.backends.api import DEVICES, PRESETS, Options
+
+SOLVERS = ("z3", "cadical", "race")
+"""What answers the smt backend's questions; the first is the default."""
+
+SLOWEST = 1000
+"""How many times as long as planned a flight may take at most."""
+
+
+class Recorded(Enum):
+    """When an option's value is written into the manifest."""
+
+    ALWAYS = auto()
+    BY_ITS_BACKENDS = auto()
+    WHERE_GIVEN = auto()
+    NEVER = auto()
+
+
+@dataclass(frozen=True, slots=True)
+class OneOf:
+    """One of some words; the first is the default."""
+
+    words: tuple[str, ...]
+
+    def admits(self, text: str) -> bool:
+        """Whether a manifest may say so."""
+        return text in self.words
+
+
+@dataclass(frozen=True, slots=True)
+class Whole:
+    """A whole number, both ends included."""
+
+    least: int
+    most: int
+
+    def admits(self, text: str) -> bool:
+        """Whether a manifest may say so: digits as Python writes them."""
+        return text.isascii() and text.isdigit() and len(text) <= len(str(self.most)) and self._has(int(text))
+
+    def _has(self, number: int) -> bool:
+        return self.least <= number <= self.most
+
+
+@dataclass(frozen=True, slots=True)
+class Real:
+    """A finite number, both ends included."""
+
+    least: float
+    most: float
+
+    def admits(self, text: str) -> bool:
+        """Whether a manifest may say so: a number as Python writes it."""
+        try:
+            number = float(text)
+        except ValueError:
+            return False
+        return math.isfinite(number) and self.least <= number <= self.most and repr(number) == text
+
+
+@dataclass(frozen=True, slots=True)
+class Switch:
+    """Given or not."""
+
+    def admits(self, text: str) -> bool:
+        """Whether a manifest may say so: none does."""
+        return False
+
+
+Kind: TypeAlias = OneOf | Whole | Real | Switch
+
+
+@dataclass(frozen=True, slots=True)
+class Described:
+    """One option, in all that is to be said of it.
+
+    Args:
+        name: the field of ``Options``; its flag is ``--name``.
+        metavar: the word for its value in the help; empty for the words themselves.
+        help: its line in the help of ``missionc compile``.
+        recorded: when the manifest says it.
+        refused: whether a backend that does not hear of it refuses it, and does not pass it over.
+    """
+
+    name: str
+    kind: Kind
+    metavar: str = ""
+    help: str = ""
+    recorded: Recorded = Recorded.NEVER
+    refused: bool = False
+
+    @property
+    def default(self) -> object:
+        return getattr(Options(), self.name)
+
+    def text(self, options: Options) -> str:
+        """The value as a manifest has it: words as they are, numbers as Python writes them."""
+        value = getattr(options, self.name)
+        return value if isinstance(value, str) else repr(value)
+
+
+DESCRIBED: Final = {
+    each.name: each
+    for each in (
+        Described("solver", OneOf(SOLVERS), recorded=Recorded.ALWAYS),
+        Described("preset", OneOf(PRESETS), help="How clot plans.", recorded=Recorded.BY_ITS_BACKENDS, refused=True),
+        Described(
+            "device",
+            OneOf(DEVICES),
+            help="Where presets but `sketch` optimise their trajectories.",
+            recorded=Recorded.BY_ITS_BACKENDS,
+            refused=True,
+        ),
+        Described(
+            "samples",
+            Whole(1, 100_000),
+            "N",
+            "Trajectories that presets but `sketch` optimise at once.",
+            Recorded.WHERE_GIVEN,
+        ),
+        Described(
+            "margin",
+            Real(0, 1e3),
+            "METRES",
+            "Keep every requirement by so much where that is possible; its vehicles' tracking margin if left out.",
+            Recorded.WHERE_GIVEN,
+        ),
+        Described(
+            "processes", Whole(1, 256), "N", "Child processes of clot and hybrid; the plan is the same.", refused=True
+        ),
+        Described("stretch", Real(1, SLOWEST), "S", "Fly the plan S times slower.", Recorded.WHERE_GIVEN),
+        Described("certify", Switch(), help="Leave the CNF and a DRAT proof beside an `impossible`."),
+    )
+}
+"""Every option that has a flag, in the order in which a manifest has them."""

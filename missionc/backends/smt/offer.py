@@ -1,0 +1,13 @@
+"""The offer of the smt backend: features and options, without what plans. [strel]"""
+
+from __future__ import annotations
+
+from missionc.backends.features import EVERYTHING, Feature, Offer
+
+SMT = Offer(
+    "smt",
+    EVERYTHING - {Feature.METRIC_LENGTH, Feature.TOTAL_TOLERANCE, Feature.ENERGY},
+    frozenset({"solver", "certify", "margin", "stretch"}),
+    checkpoints=False,
+    home="missionc.backends.smt.backend",
+)

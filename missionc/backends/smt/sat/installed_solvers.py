@@ -1,0 +1,30 @@
+"""Installed solvers: Z3 always is; CaDiCaL, and with it proofs, comes with a package of its own."""
+
+from __future__ import annotations
+
+from importlib.util import find_spec
+
+from missionc.backends.api import Options
+from missionc.backends.options import SOLVERS
+from missionc.diagnostics.code import EXTRA_MISSING
+from missionc.diagnostics.model import Diagnostic
+
+
+def solver_missing(options: Options) -> Diagnostic | None:
+    """What to say where the options ask for a solver or a proof that nothing installed gives."""
+    if find_spec("pysat") is not None:
+        return None
+    if options.solver != SOLVERS[0]:
+        return _missing(f"--solver {options.solver}", "leave `--solver` out: Z3 is always there")
+    if options.certify:
+        return _missing("--certify", "leave `--certify` out: the answer is the same, without a proof of it")
+    return None
+
+
+def _missing(flag: str, otherwise: str) -> Diagnostic:
+    return Diagnostic(
+        EXTRA_MISSING,
+        f"`{flag}` needs the package python-sat, which is not installed",
+        None,
+        help=f"install it with `pip install 'missionc[sat]'`, or {otherwise}",
+    )
