@@ -59,7 +59,20 @@ def navigation() -> tuple[Page | Section, ...]:
                 (
                     Page("The mission language", "docs/language.md"),
                     Page("What a formula means", "docs/semantics.md"),
-                    Page("Command line and outputs", "docs/outputs.md"),
+                    Page("Command line", "docs/commands.md"),
+                    Page("Exit status, JSON and SARIF", "docs/json.md"),
+                    Page("Presets, limits and checkpoints", "docs/planning.md"),
+                    Section(
+                        "Outputs",
+                        (
+                            Page("The folder", "docs/outputs.md"),
+                            Page("The report", "docs/report.md"),
+                            Page("Verification and the certificate", "docs/verify.md"),
+                            Page("Exports", "docs/exports.md"),
+                            Page("Flights in simulation", "docs/simulate.md"),
+                            Page("Why impossible", "docs/impossible.md"),
+                        ),
+                    ),
                     Section("Errors", (Page("All codes", "made/errors/index.md"), *_families())),
                     Section("Python", (Page("From Python", "docs/python.md"), Page("API", "made/api.md"))),
                 ),

@@ -70,7 +70,7 @@ def test_the_line_for_a_shell_s_start_up_file_gives_a_script(shell: str) -> None
     script = run(_MISSIONC_COMPLETE=f"{shell}_source")
     assert "_MISSIONC_COMPLETE" in script
     assert "missionc" in script
-    page = (ROOT / "docs" / "outputs.md").read_text(encoding="utf-8")
+    page = (ROOT / "docs" / "commands.md").read_text(encoding="utf-8")
     assert f"_MISSIONC_COMPLETE={shell}_source missionc" in page
 
 
