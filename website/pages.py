@@ -81,6 +81,7 @@ def navigation() -> tuple[Page | Section, ...]:
                 "Inside",
                 (
                     Page("Architecture", "docs/architecture.md"),
+                    Page("The roadmap backend", "docs/roadmaps.md"),
                     Page("The transport backend", "docs/transport.md"),
                     Page("Performance", "docs/performance.md"),
                     Section(
