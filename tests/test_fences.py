@@ -35,7 +35,7 @@ from tests.support.small_missions import (
 )
 
 ROOT = Path(__file__).resolve().parent.parent
-PAGES = [*sorted(ROOT.glob("*.md")), *sorted((ROOT / "docs").rglob("*.md"))]
+PAGES = [*sorted(ROOT.glob("*.md")), ROOT / "tests" / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 RUN_ELSEWHERE = frozenset({"mission", "console", "diff"})
 EDITORS_OWN = frozenset({"lua", "vim", "lisp", "kdl"})
 """Settings in languages that only the editor they are for can read."""

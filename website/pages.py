@@ -89,6 +89,7 @@ def navigation() -> tuple[Page | Section, ...]:
                         (Page("What they are", "docs/decisions/README.md", "decisions/index.md"), *_each("decisions")),
                     ),
                     Page("Contributing", "CONTRIBUTING.md"),
+                    Page("Tests", "tests/README.md", "tests.md"),
                     Page("Changes", "made/changes.md"),
                 ),
             ),

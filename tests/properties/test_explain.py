@@ -33,7 +33,7 @@ from missionc.language.operators import OPERATORS, by_name
 from missionc.language.walk_formulas import bottom_up, goals
 from missionc.resolve.show_ir_formula import show_formula
 from missionc.syntax.ast import Metric
-from tests.support.random_missions import random_mission
+from tests.support.random_flight_missions import random_mission
 from tests.support.random_runs import (
     BASE,
     FIELD,

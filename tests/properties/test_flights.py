@@ -24,7 +24,7 @@ from missionc.pipeline.results import (
     Verified,
 )
 from missionc.verify.verify_plan import verify, verify_polynomials
-from tests.support.random_missions import random_mission
+from tests.support.random_flight_missions import random_mission
 
 FEW = (0, 2, 3, 4, 5, 39, 1023, 1024)
 MANY = int(os.environ.get("MISSIONC_MISSIONS", "200"))

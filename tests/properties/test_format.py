@@ -17,7 +17,7 @@ from missionc.syntax.format import format_mission
 from missionc.syntax.parse import parse
 from missionc.syntax.show_tree import show
 from missionc.syntax.tokens import tokenise
-from tests.support.random_missions import random_mission
+from tests.support.random_flight_missions import random_mission
 
 MISSIONS = sorted((Path(__file__).resolve().parents[2] / "missions").glob("*.mission"))
 COMMENT = re.compile(r"#[^\n]*")

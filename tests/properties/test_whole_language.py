@@ -12,8 +12,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.support.random_programs import random_program
-from tests.support.whole_run import taken_through
+from tests.support.every_command import taken_through
+from tests.support.random_language_missions import random_program
 
 pytest.importorskip("torch")
 

@@ -27,7 +27,7 @@ from missionc.output.export.formats import (
     Flight,
 )
 from missionc.output.export.trajectory_memory import raw
-from tests.support.exported_flights import (
+from tests.support.hand_made_flights import (
     cramped,
     place,
     turning,

@@ -22,7 +22,7 @@ from missionc.output.export.formats import (
     flight,
 )
 from missionc.output.export.trajectory_memory import raw
-from tests.support.exported_flights import cramped, wandered
+from tests.support.hand_made_flights import cramped, wandered
 
 HOSTILE = 'a"\'`\n]: {{ 7 * 7 }}\\ {% x %} #\u2028\x07é🦊"""'
 

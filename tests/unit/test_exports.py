@@ -21,7 +21,7 @@ from missionc.output.export.formats import (
 )
 from missionc.pipeline import driver
 from missionc.pipeline.results import Verified
-from tests.support.exported_flights import wandered
+from tests.support.hand_made_flights import wandered
 from tests.support.legal_plans import (
     NOTHING,
     mission_of,

@@ -1,6 +1,6 @@
 """Whole missions drawn at random from all of the language, small enough to be planned in seconds.
 
-``random_missions`` draws such as are hard to fly; these are hard to understand.
+``random_flight_missions`` draws such as are hard to fly; these are hard to understand.
 Most are well meant. Some ask for what cannot be, which is to be said and not to
 break anything.
 """
