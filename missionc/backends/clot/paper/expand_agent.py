@@ -61,7 +61,7 @@ class Piece:
 
 @dataclass(slots=True, eq=False)
 class Expansion:
-    """``search.Expand``.
+    """``tree_search.Expand``.
 
     Args:
         goals: the requirements' terms.
