@@ -61,6 +61,7 @@ from missionc.flight.vehicle_limits import (
     cuts,
     limits_of,
     peaks,
+    room,
 )
 from missionc.flight.yaw import pointing
 from missionc.ir import AlongPath, DoubleIntegrator, Mission
@@ -350,21 +351,7 @@ def _fit(mission: Mission, course: Course, planes: list[Plane], group: list[int]
         replace(plane, first=place[plane.first], second=place[plane.second]) for plane in planes if plane.first in place
     ]
     cut = [replace(each, agent=place[each.agent]) for each in kept if each.agent in place]
-    return fit(own, held, *_room(mission, own, group), cut)
-
-
-def _room(mission: Mission, course: Course, group: list[int]) -> tuple[Array, Array]:
-    """Opposite corners of each leg's room, (agents, legs, dim).
-
-    Where the plan itself is beyond that, the flight goes no further than the plan; never out of the world.
-    """
-    corners = np.array([mission.room(index) for index in group])
-    low, high = corners[:, 0], corners[:, 1]
-    least, most = np.minimum(course.start, course.end), np.maximum(course.start, course.end)
-    return (
-        np.maximum(np.minimum(low[:, None], least), mission.world.low),
-        np.minimum(np.maximum(high[:, None], most), mission.world.high),
-    )
+    return fit(own, held, *room(mission, own, group), cut)
 
 
 def _texts(mission: Mission, coefficients: Array, yaw: Array, durations: Array) -> dict[str, str]:

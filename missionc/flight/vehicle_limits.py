@@ -25,8 +25,8 @@ from missionc.curves.piecewise_polynomials import (
     values,
 )
 from missionc.curves.smooth_splines import DEGREE, part_of
-from missionc.flight.fit_polynomials import Cut
-from missionc.ir import Vehicle
+from missionc.flight.fit_polynomials import Course, Cut
+from missionc.ir import Mission, Vehicle
 from missionc.verify.flight.vehicle_claims import GRAVITY
 from missionc.verify.plan.conservative_advancement import least
 
@@ -220,3 +220,17 @@ def _in_space(vectors: Array) -> Array:
     """(..., dim) to (..., 3): what moves in a plane does not climb."""
     missing = 3 - vectors.shape[-1]
     return np.pad(vectors, [(0, 0)] * (vectors.ndim - 1) + [(0, missing)]) if missing else vectors
+
+
+def room(mission: Mission, course: Course, group: list[int]) -> tuple[Array, Array]:
+    """Opposite corners of each leg's room, (agents, legs, dim).
+
+    Where the plan itself is beyond that, the flight goes no further than the plan; never out of the world.
+    """
+    corners = np.array([mission.room(index) for index in group])
+    low, high = corners[:, 0], corners[:, 1]
+    least, most = np.minimum(course.start, course.end), np.maximum(course.start, course.end)
+    return (
+        np.maximum(np.minimum(low[:, None], least), mission.world.low),
+        np.minimum(np.maximum(high[:, None], most), mission.world.high),
+    )

@@ -255,7 +255,7 @@ def _plan(
     explained = None
     if explain_limit > 0 and (isinstance(found, Impossible) or found.best is not None):
         hold()
-        from missionc.pipeline.relax.relax_mission import explain
+        from missionc.pipeline.relax.search_relaxations import explain
 
         with watch.stage("explain"):
             why = within(moment, partial(explain, checked, found, backend, options, whole, explain_limit))

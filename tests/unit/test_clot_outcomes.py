@@ -24,7 +24,7 @@ from missionc.cli.summary import (
 from missionc.ir import Mission
 from missionc.kernel.nodes import Kernel
 from missionc.pipeline import driver
-from missionc.pipeline.relax import relax_mission
+from missionc.pipeline.relax import search_relaxations
 from missionc.pipeline.relax.nearest_miss import near_miss
 from missionc.pipeline.results import (
     Blame,
@@ -163,7 +163,7 @@ def test_the_best_candidate_is_told_requirement_by_requirement(monkeypatch: pyte
 
 def test_what_would_do_is_tried_for_the_best_candidate_and_nobody_is_blamed(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(transport, "ATTEMPTS", 1)
-    monkeypatch.setattr(relax_mission, "SEARCHED", 0.5)
+    monkeypatch.setattr(search_relaxations, "SEARCHED", 0.5)
     text = TOGETHER + "require never: always[0, 4 s] (not row or distance(drone[0], drone[1]) >= 2)\n"
     found = driver.compile(Source("a.mission", text), backend="clot", explain_limit=Seconds(8))
     assert isinstance(found.outcome, NotFound)

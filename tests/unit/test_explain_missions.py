@@ -32,7 +32,7 @@ from missionc.kernel.nodes import Kernel
 from missionc.monitoring.monitor import monitor
 from missionc.output.folder.write_folder import refuse
 from missionc.pipeline import driver
-from missionc.pipeline.relax import relax_mission
+from missionc.pipeline.relax import search_relaxations
 from missionc.pipeline.results import (
     Blame,
     Checked,
@@ -78,7 +78,7 @@ def explained(
 ) -> Explained:
     refusal = Impossible(conflict, "on 40 nodes", Report(sizes=(("nodes", 40),)))
     budget = Budget(time.monotonic() + 600, listen=listen)
-    return relax_mission.explain(checked(text), refusal, backend, Options(), budget, Seconds(limit))
+    return search_relaxations.explain(checked(text), refusal, backend, Options(), budget, Seconds(limit))
 
 
 @pytest.fixture(scope="module")
@@ -201,7 +201,7 @@ def test_what_is_no_mission_is_not_said_to_have_been_tried() -> None:
     refusal = Impossible(("visit",), "on 40 nodes", Report(sizes=(("nodes", 40),)))
     backend = Picky("steps", 10_000)
     budget = Budget(time.monotonic() + 600, limits=limits)
-    found = relax_mission.explain(checked, refusal, backend, Options(), budget, ENOUGH)
+    found = search_relaxations.explain(checked, refusal, backend, Options(), budget, ENOUGH)
     assert max(backend.asked) <= 8
     assert not any(trial.says.startswith("horizon") for trial in found.trials)
 

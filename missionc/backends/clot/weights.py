@@ -7,13 +7,10 @@ its unit and what it is for, which is what ``--emit cost-graph`` prints.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, fields
-from typing import TYPE_CHECKING, ClassVar
+from dataclasses import dataclass, field
+from typing import ClassVar
 
 from missionc.ir import Objective
-
-if TYPE_CHECKING:
-    from _typeshed import DataclassInstance
 
 
 def _figure(value: float, unit: str, says: str) -> float:
@@ -76,18 +73,3 @@ AIMS = {Objective.DISTANCE: Aim(1.0, 0.05, 40, 1e-3), Objective.ENERGY: Aim(0.0,
 
 TIDY = Aim(0.2, 1.0, 2, 1e-2)
 """Where nothing is asked to be least: most of the detours go in the first steps."""
-
-
-def show_weights() -> str:
-    """Every figure, with its unit and what it is for, one a line."""
-    shown: list[tuple[str, DataclassInstance]] = [(each.title, each()) for each in (Weights, Spare, ProbeWeights)]
-    shown += [(f"minimize {goal.value}", aim) for goal, aim in AIMS.items()]
-    return "".join(_shown(title, figures) for title, figures in [*shown, ("minimize nothing", TIDY)])
-
-
-def _shown(title: str, figures: DataclassInstance) -> str:
-    lines = []
-    for each in fields(figures):
-        amount = f"{getattr(figures, each.name):g} {each.metadata['unit']}".rstrip()
-        lines.append(f"{title}: {each.name} = {amount} {each.metadata['says']}\n")
-    return "".join(lines)

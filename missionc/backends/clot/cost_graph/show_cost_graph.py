@@ -6,7 +6,8 @@ what must hold, a term says what number it has.
 
 from __future__ import annotations
 
-from typing import assert_never
+from dataclasses import fields
+from typing import TYPE_CHECKING, assert_never
 
 from missionc.backends.clot.cost_graph.cost_graph import (
     CostGraph,
@@ -26,9 +27,12 @@ from missionc.backends.clot.cost_graph.cost_graph import (
     Until,
     below,
 )
-from missionc.backends.clot.weights import show_weights
+from missionc.backends.clot.weights import AIMS, TIDY, ProbeWeights, Spare, Weights
 from missionc.ir import Mission
 from missionc.kernel.show import Words, asked, metres, window
+
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
 
 
 def show_cost_graph(graph: CostGraph, mission: Mission) -> str:
@@ -46,6 +50,21 @@ def show_cost_graph(graph: CostGraph, mission: Mission) -> str:
     goals = graph.requirements + graph.preferences
     lines.extend(f"{asked(goal.weight)} {goal.name} = {names[goal.term]}" for goal in goals)
     return "\n".join(lines) + "\n" + show_weights()
+
+
+def show_weights() -> str:
+    """Every figure, with its unit and what it is for, one a line."""
+    shown: list[tuple[str, DataclassInstance]] = [(each.title, each()) for each in (Weights, Spare, ProbeWeights)]
+    shown += [(f"minimize {goal.value}", aim) for goal, aim in AIMS.items()]
+    return "".join(_shown(title, figures) for title, figures in [*shown, ("minimize nothing", TIDY)])
+
+
+def _shown(title: str, figures: DataclassInstance) -> str:
+    lines = []
+    for each in fields(figures):
+        amount = f"{getattr(figures, each.name):g} {each.metadata['unit']}".rstrip()
+        lines.append(f"{title}: {each.name} = {amount} {each.metadata['says']}\n")
+    return "".join(lines)
 
 
 def _inline(term: Term) -> bool:
