@@ -25,7 +25,7 @@ from missionc.backends.clot.paper.expand_agent import Expansion
 from missionc.backends.load import load
 from missionc.base.source import Source
 from missionc.diagnostics.model import Diagnostic
-from missionc.pipeline.results import Checked
+from missionc.pipeline.checked import Checked
 
 MISSIONS = Path(__file__).resolve().parent.parent / "missions"
 

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from missionc.base.limits import Limits
     from missionc.base.source import Source
     from missionc.diagnostics.model import Diagnostic, Severity
+    from missionc.pipeline.checked import Checked
     from missionc.pipeline.driver import (
         check,
         compile,
@@ -23,7 +24,6 @@ if TYPE_CHECKING:
     from missionc.pipeline.results import (
         Blame,
         Change,
-        Checked,
         Compiled,
         Explained,
         Monitored,
@@ -80,10 +80,10 @@ HOMES = {
     "missionc.diagnostics.model": ("Diagnostic", "Severity"),
     "missionc.pipeline.driver": ("check", "compile", "monitor"),
     "missionc.base.limits": ("Limits",),
+    "missionc.pipeline.checked": ("Checked",),
     "missionc.pipeline.results": (
         "Blame",
         "Change",
-        "Checked",
         "Compiled",
         "Explained",
         "Monitored",

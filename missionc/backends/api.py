@@ -13,13 +13,10 @@ from dataclasses import dataclass, field
 from enum import Enum
 from typing import Any, Protocol, TypeAlias
 
+from missionc.base.judgement import Judgement
 from missionc.base.limits import Limits
 from missionc.base.notebook import printed, shown
-from missionc.base.trace import (
-    Array,
-    Judgement,
-    Trace,
-)
+from missionc.base.trace import Array, Trace
 from missionc.base.units import Seconds
 from missionc.diagnostics.model import Diagnostic
 from missionc.ir import Mission

@@ -15,19 +15,14 @@ from typing import TYPE_CHECKING, assert_never
 from missionc.backends.api import Budget, Impossible, NotFound, Options, Progress
 from missionc.base.limits import Limits
 from missionc.base.units import Seconds
-from missionc.cli import emit_stages, summary
+from missionc.cli import emit_stages, stage_names, summary
 from missionc.cli.exit_status import Status, say
 from missionc.cli.progress import shown
 from missionc.diagnostics.model import Diagnostic, has_errors
 from missionc.pipeline import driver
+from missionc.pipeline.checked import Checked
 from missionc.pipeline.checkpoints import KeptRun
-from missionc.pipeline.results import (
-    Checked,
-    Compiled,
-    Refused,
-    Unverified,
-    Verified,
-)
+from missionc.pipeline.results import Compiled, Refused, Unverified, Verified
 
 if TYPE_CHECKING:
     from missionc.output.folder.overlap import Output
@@ -121,7 +116,7 @@ def _compiled(order: Order, deadline: float, listen: Callable[[Progress], None])
     )
     if isinstance(checked, Compiled):
         return Answer(checked, Status.UNDECIDED)
-    if order.wanted and not order.writes and not order.plot and set(order.wanted) <= set(emit_stages.BEFORE_PLANNING):
+    if order.wanted and not order.writes and not order.plot and set(order.wanted) <= set(stage_names.BEFORE_PLANNING):
         compiled = Compiled(checked, Refused(), checked.findings, checked.seconds)
         return Answer(compiled, Status.DONE if checked.ok else Status.MISSION_ERRORS)
     folder = folder_of(order, checked) if order.writes else None

@@ -2,28 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-
 from missionc.checks.show_horizons import show_horizons
 from missionc.kernel.show import show as show_kernel
-from missionc.pipeline.results import (
-    Checked,
-    Compiled,
-    Refused,
-    Verified,
-)
+from missionc.pipeline.checked import Checked
+from missionc.pipeline.results import Compiled, Refused, Verified
 from missionc.resolve.show_ir import show_ir
 from missionc.syntax.show_tree import show as show_program
-
-BEFORE_PLANNING = ("ast", "ir", "kernel", "cost-graph", "horizons", "backend")
-BY_A_BACKEND = ("smt2", "dimacs")
-ALL = (*BEFORE_PLANNING, *BY_A_BACKEND, "plan")
-
-
-def in_order(names: Iterable[str]) -> tuple[str, ...]:
-    """The stages of these names, each once, in the order of the pipeline."""
-    asked = set(names)
-    return tuple(stage for stage in ALL if stage in asked)
 
 
 def of_checked(checked: Checked, asked: tuple[str, ...]) -> list[tuple[str, str]]:

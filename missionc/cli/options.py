@@ -15,7 +15,7 @@ from click.shell_completion import CompletionItem
 
 from missionc.backends.options import DESCRIBED, Described, OneOf, Real, Switch, Whole
 from missionc.base.limits import Limits, most
-from missionc.cli import emit_stages
+from missionc.cli import stage_names
 from missionc.data.vehicles import profiles
 from missionc.diagnostics.suggest import nearest
 
@@ -196,12 +196,12 @@ def memory(value: str) -> int:
     return int(size)
 
 
-def stage_names(value: str) -> tuple[str, ...]:
+def staged(value: str) -> tuple[str, ...]:
     """Names of stages with commas between them."""
     words = tuple(word.strip() for word in value.split(","))
     for word in words:
-        if word not in emit_stages.ALL:
-            raise click.UsageError(f"there is no stage `{word}`; there are {', '.join(emit_stages.ALL)}")
+        if word not in stage_names.ALL:
+            raise click.UsageError(f"there is no stage `{word}`; there are {', '.join(stage_names.ALL)}")
     return words
 
 

@@ -7,24 +7,17 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING, assert_never
 
 from missionc.backends.api import Attempt, Fault, Impossible, NotFound
-from missionc.base.trace import judgement_lines
+from missionc.base.judgement import judgement_lines
 from missionc.base.units import Seconds
 from missionc.diagnostics.model import has_errors
 from missionc.ir import FIGURES, Band, Vehicle
 from missionc.pipeline.relax.advice import explained_document, explained_lines
-from missionc.pipeline.results import (
-    Checked,
-    Compiled,
-    Monitored,
-    Refused,
-    Unverified,
-    Verified,
-)
+from missionc.pipeline.results import Compiled, Monitored, Refused, Unverified, Verified
 from missionc.resolve.resolve_quantities import SI
 from missionc.resolve.show_vehicle import figures_of
 
 if TYPE_CHECKING:
-    from missionc.base.trace import Judgement
+    from missionc.base.judgement import Judgement
     from missionc.replay.reverify import Replayed
     from missionc.replay.simulate_folder import Simulated
     from missionc.verify.certificate import Between, Certificate, Check
@@ -131,10 +124,6 @@ def timing_lines(seconds: tuple[tuple[str, Seconds], ...]) -> list[str]:
     """Seconds by stage; a stage in rounds appears once for each."""
     width = max((len(name) for name, _ in seconds), default=0)
     return ["time", *(f"  {name:<{width}}  {value:8.3f} s" for name, value in seconds)]
-
-
-def checked_document(results: list[Checked]) -> dict[str, object]:
-    return {"files": [{"file": checked.file, "ok": checked.ok} for checked in results]}
 
 
 def compiled_document(compiled: Compiled, output: str, texts: list[tuple[str, str]]) -> dict[str, object]:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 
-from missionc.base.trace import Judgement
+from missionc.base.judgement import Judgement
 from missionc.diagnostics.code import NEEDS_MORE_TIME, NOT_FLYABLE
 from missionc.diagnostics.model import Diagnostic, Label
 from missionc.flight.vehicle_limits import Peak

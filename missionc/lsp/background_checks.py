@@ -9,8 +9,8 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 
 from missionc.lsp.open_text import LIMITS, OpenText
+from missionc.pipeline.checked import Checked
 from missionc.pipeline.front_end import check
-from missionc.pipeline.results import Checked
 
 PATIENCE = 0.5
 """Seconds that an answer waits for a check which says more than it can say before."""

@@ -15,8 +15,8 @@ from missionc.diagnostics.sanitize import plain_line
 from missionc.ir import Mission
 from missionc.lsp.outline import Outline
 from missionc.lsp.positions import Places
+from missionc.pipeline.checked import Checked
 from missionc.pipeline.front_end import Kept
-from missionc.pipeline.results import Checked
 from missionc.syntax import passages
 
 LIMITS = Limits()

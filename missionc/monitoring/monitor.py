@@ -10,12 +10,8 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from missionc.base.trace import (
-    Array,
-    Flags,
-    Judgement,
-    Trace,
-)
+from missionc.base.judgement import Judgement
+from missionc.base.trace import Array, Flags, Trace
 from missionc.ir import Mission
 from missionc.kernel.nodes import Goal, Kernel, Node
 from missionc.monitoring.evaluate import Evaluation

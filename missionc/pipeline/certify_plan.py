@@ -14,6 +14,7 @@ from missionc.base.trace import Plan
 from missionc.base.units import Seconds
 from missionc.diagnostics.model import Diagnostic
 from missionc.pipeline import no_plan
+from missionc.pipeline.checked import Checked
 from missionc.pipeline.front_end import (
     ANY_BACKEND,
     Stopwatch,
@@ -24,12 +25,7 @@ from missionc.pipeline.provenance import (
     given,
     inputs,
 )
-from missionc.pipeline.results import (
-    Checked,
-    Refused,
-    Unverified,
-    Verified,
-)
+from missionc.pipeline.results import Refused, Unverified, Verified
 
 STEP_OF_AGENT = 6e-3
 """Seconds that one step of one agent takes from a trace to its files, at most, as far as was seen."""

@@ -10,8 +10,8 @@ from missionc.backends.api import Budget, Options, Snapshot, UnusableSnapshot
 from missionc.base.limits import Limits
 from missionc.diagnostics.code import CHECKPOINT_UNREADABLE
 from missionc.diagnostics.model import Diagnostic
+from missionc.pipeline.checked import Checked
 from missionc.pipeline.provenance import given, inputs
-from missionc.pipeline.results import Checked
 from missionc.syntax.read_file import read_bytes
 
 

@@ -52,6 +52,7 @@ from missionc.pipeline.certify_plan import (
     bring_home,
     takes,
 )
+from missionc.pipeline.checked import Checked
 from missionc.pipeline.checkpoints import (
     Checkpoints,
     unusable,
@@ -64,14 +65,7 @@ from missionc.pipeline.front_end import (
 )
 from missionc.pipeline.plan_with_margin import others, seek
 from missionc.pipeline.provenance import with_manifest
-from missionc.pipeline.results import (
-    Checked,
-    Compiled,
-    CompileOutcome,
-    Monitored,
-    Refused,
-    Verified,
-)
+from missionc.pipeline.results import Compiled, CompileOutcome, Monitored, Refused, Verified
 from missionc.pipeline.run_limited import Ended, within
 from missionc.syntax.read_file import read_text
 

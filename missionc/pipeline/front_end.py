@@ -26,7 +26,7 @@ from missionc.diagnostics.model import Diagnostic, has_errors
 from missionc.ir import PLAIN
 from missionc.lower.choose_backend import choose_backend
 from missionc.lower.expand import expand
-from missionc.pipeline.results import Checked
+from missionc.pipeline.checked import Checked
 from missionc.resolve.incremental import Meanings
 from missionc.resolve.resolve_mission import resolve
 from missionc.syntax import passages

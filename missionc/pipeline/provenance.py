@@ -15,7 +15,8 @@ from missionc.output.folder.file_names import (
     PROOF,
     input_name,
 )
-from missionc.pipeline.results import Checked, Compiled
+from missionc.pipeline.checked import Checked
+from missionc.pipeline.results import Compiled
 
 if TYPE_CHECKING:
     from missionc.output.output_files import Option

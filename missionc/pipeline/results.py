@@ -1,70 +1,32 @@
 """What the pipeline gives back: values with names, no failure among them is a bare None.
 
-``Checked`` comes of ``check``, ``Compiled`` of ``compile``, ``Monitored`` of ``monitor``.
+``Compiled`` comes of ``compile``, ``Monitored`` of ``monitor``; ``Checked``, of ``check``, is in ``checked``.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from enum import Enum
 from typing import TYPE_CHECKING, TypeAlias, assert_never
 
-from missionc import ir
 from missionc.backends.api import Attempt, Impossible, NotFound, Report
+from missionc.base.judgement import judgement_lines
 from missionc.base.notebook import (
     framed,
     printed,
     shown,
 )
-from missionc.base.source import Source
-from missionc.base.trace import judgement_lines
 from missionc.base.units import Seconds
 from missionc.diagnostics.model import Diagnostic, has_errors
-from missionc.diagnostics.render import counts, render_text
-from missionc.kernel.nodes import Kernel
-from missionc.lower.choose_backend import Choice
+from missionc.diagnostics.render import counts
 from missionc.output.folder.file_names import REPORT
-from missionc.syntax import ast
+from missionc.pipeline.checked import Checked, below
 
 if TYPE_CHECKING:
-    from missionc.base.trace import Judgement, Plan
+    from missionc.base.judgement import Judgement
+    from missionc.base.trace import Plan
     from missionc.verify.certificate import Between
     from missionc.verify.verify_plan import Certificate
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Checked:
-    """What the front end made of a mission: every finding, and each tree it came to.
-
-    ``findings`` are in file order. The trees are None from the first stage with
-    errors on; where ``ok``, all are there.
-    """
-
-    file: str
-    findings: tuple[Diagnostic, ...]
-    sources: tuple[Source, ...] = ()
-    unread: tuple[str, ...] = ()
-    """Files that are included and could not be read, by the names under which they would be sources."""
-    overrides: Mapping[str, str] = field(default_factory=dict)
-    vehicle: str = ""
-    """The profile that flies the teams which name none; empty for none."""
-    program: ast.Program | None = None
-    mission: ir.Mission | None = None
-    choice: Choice | None = None
-    kernel: Kernel | None = None
-    seconds: tuple[tuple[str, Seconds], ...] = ()
-
-    @property
-    def ok(self) -> bool:
-        """Whether there is no error; warnings may be."""
-        return not has_errors(list(self.findings))
-
-    def __str__(self) -> str:
-        return _below(self.findings, f"{self.file}: {counts(self.findings)}")
-
-    _repr_pretty_ = printed
-    _repr_html_ = shown
 
 
 @dataclass(frozen=True, slots=True)
@@ -209,14 +171,14 @@ class Compiled:
     def __str__(self) -> str:
         match self.outcome:
             case Verified():
-                return _below(self.findings, str(self.outcome))
+                return below(self.findings, str(self.outcome))
             case Impossible() | NotFound():
                 changes = [f"  {each.says}" for each in self.explained.relaxations] if self.explained else []
-                return _below(
+                return below(
                     self.findings, *(["each of these changes has a verified plan"] if changes else []), *changes
                 )
             case Refused() | Unverified():
-                return _below(self.findings, f"{self.checked.file}: {counts(self.findings)}")
+                return below(self.findings, f"{self.checked.file}: {counts(self.findings)}")
             case _:
                 assert_never(self.outcome)
 
@@ -258,15 +220,9 @@ class Monitored:
     def __str__(self) -> str:
         mission = self.checked.mission
         if not self.ok or mission is None:
-            return _below(self.findings, f"{self.checked.file}: {counts(self.findings)}")
+            return below(self.findings, f"{self.checked.file}: {counts(self.findings)}")
         head = f"{mission.name}: {'satisfied' if self.satisfied else 'violated'}"
-        return _below(self.findings, head, *judgement_lines(self.requirements, mission.step))
+        return below(self.findings, head, *judgement_lines(self.requirements, mission.step))
 
     _repr_pretty_ = printed
     _repr_html_ = shown
-
-
-def _below(findings: tuple[Diagnostic, ...], *lines: str) -> str:
-    """Findings with their words in the text, and then these lines."""
-    said = render_text(list(findings), False)
-    return "\n".join(([said] if said else []) + list(lines))

@@ -45,8 +45,8 @@ from missionc.output.folder.walk_folder import (
     printable,
     read_inside,
 )
+from missionc.pipeline.checked import Checked
 from missionc.pipeline.front_end import ANY_BACKEND, check
-from missionc.pipeline.results import Checked
 from missionc.syntax.read_file import (
     cannot_read,
     held,

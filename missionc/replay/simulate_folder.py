@@ -13,8 +13,8 @@ from pathlib import Path
 
 import numpy as np
 
+from missionc.base.judgement import Judgement
 from missionc.base.limits import Limits
-from missionc.base.trace import Judgement
 from missionc.curves.crazyflie_csv import Pieces, read
 from missionc.diagnostics.code import EXTRA_MISSING, FOLDER_REFUSED
 from missionc.diagnostics.model import Diagnostic

@@ -14,11 +14,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from missionc.base.trace import (
-    Array,
-    Judgement,
-    Trace,
-)
+from missionc.base.judgement import Judgement
+from missionc.base.trace import Array, Trace
 from missionc.base.units import Metres
 from missionc.curves.piecewise_polynomials import Curves
 from missionc.ir import Mission

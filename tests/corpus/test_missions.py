@@ -15,7 +15,7 @@ import pytest
 from missionc.backends.api import Budget, Options
 from missionc.base.limits import Limits
 from missionc.base.source import Source
-from missionc.cli import emit_stages
+from missionc.cli import emit_stages, stage_names
 from missionc.data.templates import Template, templates
 from missionc.ir import Mission
 from missionc.monitoring.read_trace import read_trace
@@ -63,8 +63,8 @@ def test_a_mission_checks_without_errors(path: Path) -> None:
 @pytest.mark.parametrize("path", FILES + GALLERY, ids=title)
 def test_every_stage_of_a_mission_can_be_printed(path: Path) -> None:
     checked = driver.check(path)
-    texts = emit_stages.of_checked(checked, emit_stages.BEFORE_PLANNING)
-    assert [stage for stage, text in texts if text.strip()] == list(emit_stages.BEFORE_PLANNING)
+    texts = emit_stages.of_checked(checked, stage_names.BEFORE_PLANNING)
+    assert [stage for stage, text in texts if text.strip()] == list(stage_names.BEFORE_PLANNING)
 
 
 @pytest.mark.parametrize("path", FILES + GALLERY, ids=title)

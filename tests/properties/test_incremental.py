@@ -15,8 +15,8 @@ from missionc.base.limits import Limits
 from missionc.base.source import Source, Span
 from missionc.checks.necessary_conditions import gather
 from missionc.diagnostics.render import render_json
+from missionc.pipeline.checked import Checked
 from missionc.pipeline.front_end import Kept, check
-from missionc.pipeline.results import Checked
 from missionc.syntax.passages import passages
 from tests.support.typed_edits import typed
 

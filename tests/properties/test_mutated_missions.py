@@ -16,10 +16,10 @@ from pathlib import Path
 import pytest
 
 from missionc.base.source import Source
-from missionc.cli import emit_stages
+from missionc.cli import emit_stages, stage_names
 from missionc.diagnostics.render import render_json, render_text
 from missionc.pipeline import driver
-from missionc.pipeline.results import Checked
+from missionc.pipeline.checked import Checked
 
 ROOT = Path(__file__).resolve().parents[2]
 USUAL = 2_000
@@ -163,8 +163,8 @@ def assert_well_formed(checked: Checked) -> None:
         for label in filter(None, (finding.primary, *finding.labels)):
             assert 0 <= label.span.start <= label.span.end <= len(label.span.source.text)
     if checked.ok:
-        assert [name for name, _ in emit_stages.of_checked(checked, emit_stages.BEFORE_PLANNING)] == list(
-            emit_stages.BEFORE_PLANNING
+        assert [name for name, _ in emit_stages.of_checked(checked, stage_names.BEFORE_PLANNING)] == list(
+            stage_names.BEFORE_PLANNING
         )
     else:
         assert findings

@@ -9,11 +9,8 @@ import numpy as np
 import pytest
 
 import missionc
-from missionc.pipeline.results import (
-    Checked,
-    Compiled,
-    Monitored,
-)
+from missionc.pipeline.checked import Checked
+from missionc.pipeline.results import Compiled, Monitored
 from tests.support.small_missions import (
     CONFLICT,
     SMALL,

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from missionc.cli.emit_stages import ALL
+from missionc.cli.stage_names import ALL
 from missionc.data.vehicles import profiles
 from missionc.diagnostics.code import CODES
 from missionc.output.export.formats import FORMATS

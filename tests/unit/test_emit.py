@@ -13,7 +13,8 @@ import numpy as np
 import pytest
 
 from missionc import ir
-from missionc.base.trace import Judgement, Plan
+from missionc.base.judgement import Judgement
+from missionc.base.trace import Plan
 from missionc.diagnostics.model import Diagnostic
 from missionc.output.documents.certificate_json import certificate_json
 from missionc.output.documents.plan_json import plan_json

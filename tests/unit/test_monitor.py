@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from missionc import ir
-from missionc.base.trace import Judgement, Trace
+from missionc.base.judgement import Judgement
+from missionc.base.trace import Trace
 from missionc.base.units import Metres, Steps
 from missionc.language.margins import links
 from missionc.language.operators import by_name

@@ -7,6 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from missionc.base.source import Source
+from missionc.pipeline.checked import Checked
 from missionc.pipeline.front_end import check
 from missionc.pipeline.relax import (
     relax_formulas,
@@ -25,7 +26,6 @@ from missionc.pipeline.relax.edits import (
     edited,
 )
 from missionc.pipeline.relax.knobs import Knob
-from missionc.pipeline.results import Checked
 
 RICH = """\
 mission rich

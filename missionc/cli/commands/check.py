@@ -7,7 +7,7 @@ from pathlib import Path
 
 import click
 
-from missionc.cli import options, summary
+from missionc.cli import options
 from missionc.cli.exit_status import Status, say
 from missionc.cli.options import (
     Pairs,
@@ -18,8 +18,8 @@ from missionc.cli.options import (
 )
 from missionc.diagnostics.model import has_errors
 from missionc.diagnostics.render import counts
-from missionc.pipeline import driver
-from missionc.pipeline.results import Checked
+from missionc.pipeline.checked import Checked
+from missionc.pipeline.front_end import check
 
 
 @click.command("check")
@@ -33,22 +33,20 @@ def command(
     """Report every problem of the missions; solve nothing."""
     allowed = read_limits(limits)
 
-    def check() -> list[Checked]:
-        return [
-            driver.check(file, overrides=dict(overrides), limits=allowed, vehicle=vehicle or "") for file in missions
-        ]
+    def checked() -> list[Checked]:
+        return [check(file, overrides=dict(overrides), limits=allowed, vehicle=vehicle or "") for file in missions]
 
     if not watch:
-        return _answer(check(), form)
+        return _answer(checked(), form)
     if form != "text":
         raise click.UsageError("`--watch` answers on and on, in words; leave `--format` out")
     from missionc.cli.watch import watched_missions as watching  # for those who ask for it
 
-    watching.watch(watching.Missions([str(file) for file in missions], check), partial(_answer, form=form))
+    watching.watch(watching.Missions([str(file) for file in missions], checked), partial(_answer, form=form))
 
 
 def _answer(results: list[Checked], form: str) -> Status:
     findings = [finding for checked in results for finding in checked.findings]
     lines = [f"{checked.file}: {counts(checked.findings)}" for checked in results]
-    say(findings, lines, form, summary.checked_document(results))
+    say(findings, lines, form, {"files": [{"file": checked.file, "ok": checked.ok} for checked in results]})
     return Status.MISSION_ERRORS if has_errors(findings) else Status.DONE

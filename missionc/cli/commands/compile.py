@@ -10,7 +10,7 @@ import click
 from missionc.backends.api import PRESETS, Options
 from missionc.backends.offers import AUTO, OFFERS
 from missionc.base.units import Seconds
-from missionc.cli import emit_stages, options
+from missionc.cli import options, stage_names
 from missionc.cli.compile_request import Order, fulfil
 from missionc.cli.exit_status import Status
 from missionc.cli.options import (
@@ -25,7 +25,7 @@ from missionc.cli.options import (
     of_mission,
     read_limits,
     several_of,
-    stage_names,
+    staged,
 )
 from missionc.pipeline import driver
 
@@ -62,11 +62,11 @@ from missionc.pipeline import driver
 @click.option(
     "--emit",
     "asked",
-    type=stage_names,
-    shell_complete=several_of(lambda: emit_stages.ALL),
+    type=staged,
+    shell_complete=several_of(lambda: stage_names.ALL),
     multiple=True,
     metavar="STAGE[,STAGE...]",
-    help=f"Print stages and go no further: {', '.join(emit_stages.ALL)}. With -o the folder is written all the same.",
+    help=f"Print stages and go no further: {', '.join(stage_names.ALL)}. With -o the folder is written all the same.",
 )
 @click.option(
     "--export",
@@ -116,8 +116,8 @@ def command(
     """Turn a mission into a verified plan and its files."""
     if plot and plot.suffix not in (".svg", ".png"):
         raise click.BadParameter(f"`{plot}` ends neither in .svg nor in .png", param_hint="--plot")
-    wanted = emit_stages.in_order(stage for group in asked for stage in group)
-    captures = frozenset(wanted) & frozenset(emit_stages.BY_A_BACKEND)
+    wanted = stage_names.in_order(stage for group in asked for stage in group)
+    captures = frozenset(wanted) & frozenset(stage_names.BY_A_BACKEND)
     chosen = Options(captures=captures, **of_a_plan)
     if chosen.samples is not None and chosen.preset == PRESETS[0]:
         raise click.UsageError(

@@ -7,7 +7,7 @@ from dataclasses import asdict
 
 import numpy as np
 
-from missionc.base.trace import Judgement
+from missionc.base.judgement import Judgement
 from missionc.ir import Mission
 from missionc.output.folder.file_names import SIMULATION_SCHEMA
 from missionc.output.json_layout import compact, record

@@ -17,11 +17,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from missionc.backends.api import Attempt, Fault
-from missionc.base.trace import (
-    Array,
-    Judgement,
-    Trace,
-)
+from missionc.base.judgement import Judgement
+from missionc.base.trace import Array, Trace
 from missionc.curves.piecewise_polynomials import motion, values
 from missionc.diagnostics.code import EXTRA_MISSING
 from missionc.diagnostics.model import Diagnostic

@@ -18,12 +18,9 @@ from missionc.monitoring.monitor import monitor
 from missionc.output.documents.near_miss_json import near_miss_json
 from missionc.output.plot.plot import plot
 from missionc.output.report.report_html import Plotted, report
+from missionc.pipeline.checked import Checked
 from missionc.pipeline.provenance import texts
-from missionc.pipeline.results import (
-    Checked,
-    NearMiss,
-    Relaxation,
-)
+from missionc.pipeline.results import NearMiss, Relaxation
 from missionc.verify.verify_plan import verify
 
 

@@ -9,6 +9,7 @@ from missionc.diagnostics.model import Fix
 from missionc.ir import Mission
 from missionc.language.route_lengths import most_hops
 from missionc.language.walk_formulas import formulas
+from missionc.pipeline.checked import Checked
 from missionc.pipeline.relax.conflict_targets import Touched, Way
 from missionc.pipeline.relax.edits import (
     Edit,
@@ -21,7 +22,6 @@ from missionc.pipeline.relax.knobs import (
     more,
     whole,
 )
-from missionc.pipeline.results import Checked
 from missionc.resolve.resolve_quantities import excerpt
 from missionc.syntax import ast
 from missionc.syntax.references import nodes

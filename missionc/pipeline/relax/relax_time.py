@@ -11,6 +11,7 @@ from missionc.language.walk_formulas import (
     goals,
     operator_words,
 )
+from missionc.pipeline.checked import Checked
 from missionc.pipeline.relax.conflict_targets import Touched, Way
 from missionc.pipeline.relax.edits import (
     Edit,
@@ -20,7 +21,6 @@ from missionc.pipeline.relax.edits import (
     spot,
 )
 from missionc.pipeline.relax.knobs import Knob
-from missionc.pipeline.results import Checked
 from missionc.syntax import ast
 from missionc.syntax.references import nodes
 

@@ -8,6 +8,7 @@ from missionc import ir
 from missionc.base.source import Span
 from missionc.diagnostics.model import Fix
 from missionc.ir import Mission
+from missionc.pipeline.checked import Checked
 from missionc.pipeline.relax.conflict_targets import Touched, Way
 from missionc.pipeline.relax.edits import (
     ROUND,
@@ -23,7 +24,6 @@ from missionc.pipeline.relax.knobs import (
     notch,
     whole,
 )
-from missionc.pipeline.results import Checked
 from missionc.resolve.resolve_quantities import shown
 from missionc.syntax import ast
 

@@ -33,6 +33,7 @@ from missionc.base.trace import Trace
 from missionc.base.units import Seconds
 from missionc.ir import Mission
 from missionc.kernel.nodes import Kernel
+from missionc.pipeline.checked import Checked
 from missionc.pipeline.front_end import check
 from missionc.pipeline.plan_with_margin import seek
 from missionc.pipeline.relax import (
@@ -49,13 +50,7 @@ from missionc.pipeline.relax.edits import (
 )
 from missionc.pipeline.relax.knobs import Knob
 from missionc.pipeline.relax.nearest_miss import near_miss
-from missionc.pipeline.results import (
-    Blame,
-    Checked,
-    Explained,
-    Relaxation,
-    Trial,
-)
+from missionc.pipeline.results import Blame, Explained, Relaxation, Trial
 from missionc.verify.verify_plan import verify
 
 FIRST, FINER, SHARE, SEARCHED = 0.05, 0.1, 0.25, 0.1

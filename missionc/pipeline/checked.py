@@ -1,0 +1,56 @@
+"""What ``check`` gives back."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from missionc import ir
+from missionc.base.notebook import printed, shown
+from missionc.base.source import Source
+from missionc.base.units import Seconds
+from missionc.diagnostics.model import Diagnostic, has_errors
+from missionc.diagnostics.render import counts, render_text
+from missionc.kernel.nodes import Kernel
+from missionc.lower.choose_backend import Choice
+from missionc.syntax import ast
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Checked:
+    """What the front end made of a mission: every finding, and each tree it came to.
+
+    ``findings`` are in file order. The trees are None from the first stage with
+    errors on; where ``ok``, all are there.
+    """
+
+    file: str
+    findings: tuple[Diagnostic, ...]
+    sources: tuple[Source, ...] = ()
+    unread: tuple[str, ...] = ()
+    """Files that are included and could not be read, by the names under which they would be sources."""
+    overrides: Mapping[str, str] = field(default_factory=dict)
+    vehicle: str = ""
+    """The profile that flies the teams which name none; empty for none."""
+    program: ast.Program | None = None
+    mission: ir.Mission | None = None
+    choice: Choice | None = None
+    kernel: Kernel | None = None
+    seconds: tuple[tuple[str, Seconds], ...] = ()
+
+    @property
+    def ok(self) -> bool:
+        """Whether there is no error; warnings may be."""
+        return not has_errors(list(self.findings))
+
+    def __str__(self) -> str:
+        return below(self.findings, f"{self.file}: {counts(self.findings)}")
+
+    _repr_pretty_ = printed
+    _repr_html_ = shown
+
+
+def below(findings: tuple[Diagnostic, ...], *lines: str) -> str:
+    """Findings with their words in the text, and then these lines."""
+    said = render_text(list(findings), False)
+    return "\n".join(([said] if said else []) + list(lines))
