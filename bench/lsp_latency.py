@@ -46,7 +46,7 @@ from missionc.pipeline.front_end import Kept
 from missionc.lsp import text
 from missionc.lsp.server import serve
 from missionc.syntax import passages
-from missionc.world.configuration_space import _buffered
+from missionc.world.layered_geometry import _buffered
 
 
 class Forgetful(text.Memory):

@@ -12,9 +12,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
-import numpy as np
-
-from missionc.base.trace import Array
 from missionc.checks.literals import (
     Literal,
     Places,
@@ -37,7 +34,6 @@ from missionc.diagnostics.code import CONTRADICTION
 from missionc.diagnostics.model import Diagnostic, Label
 from missionc.ir import Agent, Exactly, Inside, Mission, Place, Region, Requirement, Vector
 from missionc.ir.wording import listed, seconds
-from missionc.world.placement_conflicts import as_array
 
 MOST_FACTS = 250
 """Facts compared with one another in every pair; of more, only a predicate with its own negation."""
@@ -128,12 +124,12 @@ class There:
     """Agents and their places at one end of the mission; the other fields have rows of the first.
 
     Args:
-        points: (exact, dim), metres: of those that are at a point.
+        points: of those that are at a point.
     """
 
     placed: list[tuple[Agent, Place]]
     exact: list[int]
-    points: Array
+    points: list[Vector]
     regions: dict[Region, list[int]]
 
 
@@ -161,7 +157,7 @@ class Ends:
                 exact.append(row)
             else:
                 regions.setdefault(place.region, []).append(row)
-        return There(placed, exact, as_array(points), regions)
+        return There(placed, exact, points, regions)
 
 
 def _against_places(ends: Ends, places: Places, entry: Asked) -> Iterator[Diagnostic]:
@@ -187,17 +183,17 @@ def _impossible_at(places: Places, literal: Literal, there: There) -> list[tuple
     return [there.placed[row] for row in sorted(rows)]
 
 
-def _impossible_points(places: Places, literal: Literal, points: Array) -> list[int]:
-    """Which of the points, (points, dim), the literal surely does not hold at."""
-    if len(points) == 0:
+def _impossible_points(places: Places, literal: Literal, points: list[Vector]) -> list[int]:
+    """Which of the points the literal surely does not hold at."""
+    if not points:
         return []
     rule = places.rule(literal)
-    broken = np.zeros(len(points), dtype=np.bool_)
+    broken = [False] * len(points)
     if not isinstance(rule.within, Unbounded):
-        broken |= ~np.array(places.atlas.holds(rule.within, points))
+        broken = [not held for held in places.atlas.holds(rule.within, points)]
     if not isinstance(rule.beyond, Unbounded):
-        broken |= np.array(places.atlas.holds(rule.beyond, points))
-    return [int(point) for point in np.flatnonzero(broken)]
+        broken = [lost or held for lost, held in zip(broken, places.atlas.holds(rule.beyond, points), strict=True)]
+    return [point for point, lost in enumerate(broken) if lost]
 
 
 # ------------------------------------------------------------------ messages

@@ -26,12 +26,8 @@ from missionc.ir.wording import (
     speed,
 )
 from missionc.syntax.tokens import MOST_FINDINGS
-from missionc.world.configuration_space import (
-    Area,
-    disjoint,
-    empty,
-)
-from missionc.world.placement_conflicts import as_array
+from missionc.world.area import MANY, SURE, Area
+from missionc.world.configuration_space import disjoint, empty
 
 ROUNDING = 1e-9
 
@@ -56,25 +52,26 @@ def _finishes(mission: Mission, ground: Ground) -> list[Diagnostic]:
             by_place.setdefault(agent.finish.span, []).append(agent)
     findings = []
     for span, agents in by_place.items():
-        late = [journey for journey in _journeys_to_finish(ground, agents) if _late(mission, journey, mission.steps)]
+        late = _late_to_finish(ground, agents)
         if late:
             findings.append(_finish_too_far(mission, span, late))
     return findings
 
 
-def _journeys_to_finish(ground: Ground, agents: list[Agent]) -> list[Journey]:
-    """From each agent's start to its finish."""
-    finish = agents[0].finish
+def _late_to_finish(ground: Ground, agents: list[Agent]) -> list[Journey]:
+    """From the start to the finish of each agent that cannot be there in time."""
+    finish, steps = agents[0].finish, ground.mission.steps
     if isinstance(finish, Anywhere):
-        return _journeys(ground, agents, ground.atlas.outer(finish.region.shape))
-    journeys = []
+        return _late(ground, agents, ground.atlas.outer(finish.region.shape), steps)
+    late: list[Journey] = []
     for agent in agents:
         if isinstance(agent.finish, Exactly):
             if isinstance(agent.start, Exactly):
-                journeys.append(Journey(agent, math.dist(agent.start.point, agent.finish.point)))
+                journey = Journey(agent, math.dist(agent.start.point, agent.finish.point))
+                late.extend([journey] if journey.distance > _reach(ground.mission, agent, steps) else [])
             else:
-                journeys.extend(_journeys(ground, [agent], ground.atlas.point(agent.finish.point)))
-    return journeys
+                late.extend(_late(ground, [agent], ground.atlas.point(agent.finish.point), steps))
+    return late
 
 
 def _requirements(mission: Mission, ground: Ground) -> list[Diagnostic]:
@@ -96,12 +93,30 @@ def _requirements(mission: Mission, ground: Ground) -> list[Diagnostic]:
             if empty(area) or disjoint(area, ground.atlas.whole()):
                 continue
             agents = [mission.agents[index] for index in fact.who.agents]
-            journeys = _journeys(ground, agents, area)
-            late = [journey for journey in journeys if _late(mission, journey, fact.when.high)]
+            late = _late(ground, agents, area, fact.when.high)
             if len(agents) - len(late) < fact.who.number:
                 seen.add(about)
                 findings.append(_too_far(mission, fact, late, len(agents)))
     return findings
+
+
+def _late(ground: Ground, agents: Sequence[Agent], goal: Area, steps: int) -> list[Journey]:
+    """Of the agents that cannot be at a goal within so many steps: how far, at least, each starts from it."""
+    mission = ground.mission
+    if len(agents) <= MANY:
+        agents = [agent for agent in agents if not _in_time(ground, agent, goal, _reach(mission, agent, steps))]
+    return [
+        journey
+        for journey in _journeys(ground, agents, goal)
+        if journey.distance > _reach(mission, journey.agent, steps)
+    ]
+
+
+def _in_time(ground: Ground, agent: Agent, goal: Area, reach: float) -> bool:
+    """Whether the goal is surely no further than ``reach`` metres from where the agent is, or may be, at the start."""
+    if isinstance(agent.start, Exactly):
+        return goal.depth(agent.start.point) > SURE - reach
+    return ground.atlas.outer(agent.start.region.shape).witness(lambda place: goal.depth(place) + reach)
 
 
 def _journeys(ground: Ground, agents: Sequence[Agent], goal: Area) -> list[Journey]:
@@ -109,8 +124,8 @@ def _journeys(ground: Ground, agents: Sequence[Agent], goal: Area) -> list[Journ
     exact = [(agent, agent.start.point) for agent in agents if isinstance(agent.start, Exactly)]
     found = {}
     if exact:
-        distances = ground.atlas.distances(as_array([point for _, point in exact]), goal)
-        found = {agent.index: float(distance) for (agent, _), distance in zip(exact, distances, strict=True)}
+        distances = ground.atlas.distances([point for _, point in exact], goal)
+        found = {agent.index: distance for (agent, _), distance in zip(exact, distances, strict=True)}
     by_region: dict[Region, float] = {}
     for agent in agents:
         if isinstance(agent.start, Anywhere):
@@ -121,9 +136,9 @@ def _journeys(ground: Ground, agents: Sequence[Agent], goal: Area) -> list[Journ
     return [Journey(agent, found[agent.index]) for agent in agents if math.isfinite(found[agent.index])]
 
 
-def _late(mission: Mission, journey: Journey, steps: int) -> bool:
-    reach = top_speed(journey.agent.dynamics) * steps * mission.step
-    return journey.distance > reach * (1 + ROUNDING) + ROUNDING
+def _reach(mission: Mission, agent: Agent, steps: int) -> float:
+    """How far an agent gets in so many steps, metres."""
+    return top_speed(agent.dynamics) * steps * mission.step * (1 + ROUNDING) + ROUNDING
 
 
 # ------------------------------------------------------------------ messages

@@ -25,8 +25,7 @@ from missionc.ir.wording import (
     number,
 )
 from missionc.world.configuration_space import common, empty
-from missionc.world.placement_conflicts import too_close, too_near
-from missionc.world.required_separation import Spacing
+from missionc.world.surely_clear import all_apart, near_to
 
 MOST_PAIRS = 2_000
 """Pairs of agents too close to each other that are looked for; one finding names the first and counts the others."""
@@ -71,11 +70,9 @@ def _outside(mission: Mission, ground: Ground, stage: Stage) -> list[Diagnostic]
 
 def _in_obstacles(mission: Mission, ground: Ground, stage: Stage) -> list[Diagnostic]:
     exact = stage.exact
-    places = [place.point for _, place in exact]
-    margins = [agent.radius + mission.clearance for agent, _ in exact]
     findings: list[Diagnostic] = []
     for obstacle in mission.obstacles:
-        near = dict(too_near(obstacle, stage.time, places, margins))
+        near = _too_near(mission, stage, obstacle)
         distances = {exact[place][0].index: distance for place, distance in near.items()}
         findings.extend(
             _touches_obstacle(mission, stage, obstacle, there, distances[there[0][0].index])
@@ -84,11 +81,28 @@ def _in_obstacles(mission: Mission, ground: Ground, stage: Stage) -> list[Diagno
     return findings
 
 
+def _too_near(mission: Mission, stage: Stage, obstacle: Obstacle) -> dict[int, float]:
+    """Which of the exact places are closer to an obstacle than they may be, and how close."""
+    places = [place.point for _, place in stage.exact]
+    margins = [agent.radius + mission.clearance for agent, _ in stage.exact]
+    open_ = near_to(obstacle, stage.time, places, margins)
+    if not open_:
+        return {}
+    from missionc.world.placement_conflicts import too_near  # with numpy and shapely
+
+    found = too_near(obstacle, stage.time, [places[at] for at in open_], [margins[at] for at in open_])
+    return {open_[at]: distance for at, distance in found}
+
+
 def _overlapping(mission: Mission, ground: Ground, stage: Stage) -> list[Diagnostic]:
     exact = stage.exact
-    pairs = too_close(
-        [place.point for _, place in exact], [agent.index for agent, _ in exact], Spacing.of(mission), MOST_PAIRS
-    )
+    points, who = [place.point for _, place in exact], [agent.index for agent, _ in exact]
+    if all_apart(points, who, mission):
+        return []
+    from missionc.world.placement_conflicts import too_close  # with numpy and shapely
+    from missionc.world.required_separation import Spacing
+
+    pairs = too_close(points, who, Spacing.of(mission), MOST_PAIRS)
     by_spans: dict[tuple[Span, Span], list[tuple[int, int, float]]] = {}
     for first, second, distance in pairs:
         by_spans.setdefault((exact[first][1].span, exact[second][1].span), []).append((first, second, distance))
@@ -132,8 +146,12 @@ def _no_room_for_all(
     mission = ground.mission
     sizes = [agent.radius + mission.separation / 2 for agent, _ in there]
     free = ground.free(min(agent.radius for agent, _ in there), stage.time)
-    room = ground.atlas.size(common(ground.atlas.outer(region.shape), free), max(sizes))
-    bodies = sum(math.pi * size**2 if mission.dimension == 2 else 4 / 3 * math.pi * size**3 for size in sizes)
+    body = math.pi if mission.dimension == 2 else 4 / 3 * math.pi
+    bodies = sum(body * size**mission.dimension for size in sizes)
+    there_free = common(ground.atlas.outer(region.shape), free)
+    if there_free.holds_ball((bodies / body) ** (1 / mission.dimension) - max(sizes)):
+        return []
+    room = ground.atlas.size(there_free, max(sizes))
     if bodies <= room * (1 + 1e-9):
         return []
     return [_too_many(stage, region, there, math.floor(room / (bodies / len(there))))]

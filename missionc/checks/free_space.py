@@ -14,18 +14,16 @@ from missionc.checks.literals import (
     Rule,
 )
 from missionc.ir import Agent, Mission, Obstacle, Shape, Still
+from missionc.world.area import Area
 from missionc.world.configuration_space import (
-    Area,
     Atlas,
     common,
     covers,
     disjoint,
     empty,
-    moved,
-    union,
     without,
 )
-from missionc.world.placement_conflicts import displaced
+from missionc.world.displacement import displaced, moved
 
 if TYPE_CHECKING:
     from missionc.checks.must_analysis import Certain
@@ -96,7 +94,7 @@ class Ground:
         if before is not None and before.rests_on == rests_on:
             return replace(before, mission=mission)
         still = [obstacle.shape for obstacle in mission.obstacles if isinstance(obstacle.motion, Still)]
-        standing = union([atlas.inner(shape) for shape in still], len(atlas.heights))
+        standing = atlas.union([atlas.inner(shape) for shape in still])
         return Ground(mission, rests_on, atlas, standing, atlas.grown(standing, _hair(mission), outer=False), rules)
 
     def fills(self, obstacle: Obstacle, area: Area) -> bool:
@@ -133,7 +131,7 @@ class Ground:
             shapes = [
                 moved(obstacle.shape, displaced(obstacle, time, mission.dimension)) for obstacle in mission.obstacles
             ]
-            taken = union([atlas.inner(shape) for shape in shapes], len(atlas.heights))
+            taken = atlas.union([atlas.inner(shape) for shape in shapes])
         blocked = atlas.grown(taken, radius + mission.clearance - SLACK, outer=False)
         return common(without(atlas.whole(), blocked), atlas.whole())
 

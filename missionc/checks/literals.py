@@ -9,34 +9,23 @@ from typing import TypeAlias, assert_never
 
 from missionc.base.recent_cache import Recent
 from missionc.ir import (
-    Ball,
     Beacon,
-    Box,
     Compare,
     Connected,
     Coordinate,
-    Difference,
-    Disc,
     DistanceBetween,
     DistanceTo,
     Feature,
     InFormation,
     Inside,
-    Intersection,
-    Polygon,
     Predicate,
     Region,
-    Shape,
     Touches,
-    Union,
     Vector,
 )
-from missionc.world.configuration_space import (
-    Area,
-    Atlas,
-    covers,
-    disjoint,
-)
+from missionc.world.area import Area
+from missionc.world.configuration_space import Atlas, covers, disjoint
+from missionc.world.signed_distance import measured_outside
 
 
 @dataclass(frozen=True, slots=True)
@@ -153,7 +142,7 @@ class Places:
             case Literal(Inside(region, body), True):
                 area = atlas.outer(region.shape)
                 return atlas.shrunk(area, self.least) if body else area
-            case Literal(Touches(region), True) if _measured_outside(region.shape):
+            case Literal(Touches(region), True) if measured_outside(region.shape):
                 return atlas.near(region.shape, self.most, outer=True)
             case Literal(Compare(), _):
                 said = comparison(literal)
@@ -177,7 +166,7 @@ class Places:
             return atlas.grown(atlas.point(target.position), max(distance, 0.0), outer=True)
         if distance < 0:
             return atlas.shrunk(atlas.outer(target.shape), -distance)
-        return atlas.near(target.shape, distance, outer=True) if _measured_outside(target.shape) else UNBOUNDED
+        return atlas.near(target.shape, distance, outer=True) if measured_outside(target.shape) else UNBOUNDED
 
     def _beyond(self, literal: Literal) -> Bound:
         atlas = self.atlas
@@ -213,19 +202,6 @@ def _weights(terms: tuple[tuple[float, Feature], ...], dimension: int) -> Vector
         assert isinstance(feature, Coordinate)
         weights[feature.axis] += weight
     return tuple(weights)
-
-
-def _measured_outside(shape: Shape) -> bool:
-    """Whether ``world.signed_distance`` gives the true distance of points outside (it understates it beside cuts)."""
-    match shape:
-        case Box() | Disc() | Ball() | Polygon():
-            return True
-        case Union(left, right):
-            return _measured_outside(left) and _measured_outside(right)
-        case Intersection() | Difference():
-            return False
-        case _:
-            assert_never(shape)
 
 
 def _apart(one: Compare | Unbounded, other: Compare | Unbounded) -> bool:

@@ -21,6 +21,7 @@ import shapely
 
 from missionc.base.trace import Array, Flags
 from missionc.ir import Ball, Box, Difference, Disc, Intersection, Mission, Path, Polygon, Prism, Shape, Still, Union
+from missionc.world import displacement
 
 ROUNDING = 5e-10
 """Metres by which a body may be nearer than asked and only touch, which is allowed."""
@@ -193,9 +194,7 @@ def clear_places(mission: Mission, position: Array, margin: float, steps: Sequen
 
 def offset(path: Path, time: float, dimension: int) -> Array:
     """Where a moving shape is at a time, from where it was written: (dim,), metres."""
-    offsets = np.array(path.offsets, dtype=float)
-    moved = [np.interp(time, path.times, offsets[:, axis]) for axis in range(offsets.shape[1])]
-    return np.array(moved + [0.0] * (dimension - len(moved)))
+    return np.array(displacement.offset(path, time, dimension))
 
 
 def _straight(path: Path, motions: Motions, begin: float, until: float) -> Iterator[tuple[float, float]]:

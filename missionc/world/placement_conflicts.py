@@ -7,9 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 import shapely
 
-from missionc.base.trace import Array
-from missionc.ir import Obstacle, Path, Vector
-from missionc.world.clearance import clear_of, offset, solids
+from missionc.ir import Obstacle, Vector
+from missionc.world.clearance import clear_of, solids
+from missionc.world.displacement import displaced
 from missionc.world.required_separation import Spacing
 from missionc.world.signed_distance import signed_distance
 
@@ -17,26 +17,14 @@ CHUNK = 32
 """Places whose neighbours are looked up at a time."""
 
 
-def as_array(places: Sequence[Vector]) -> Array:
-    """(places, dim), metres."""
-    return np.asarray(places, dtype=float)
-
-
-def displaced(obstacle: Obstacle, time: float, dimension: int) -> Array:
-    """How far an obstacle has moved at a time: (dim,), metres."""
-    if isinstance(obstacle.motion, Path):
-        return offset(obstacle.motion, time, dimension)
-    return np.zeros(dimension)
-
-
 def too_near(
     obstacle: Obstacle, time: float, places: Sequence[Vector], margins: Sequence[float]
 ) -> list[tuple[int, float]]:
     """The places closer to the obstacle, at that time, than their margin in metres; with their distance to it."""
-    points = as_array(places)
+    points = np.asarray(places, dtype=np.float64)
     if len(points) == 0:
         return []
-    points = points - displaced(obstacle, time, points.shape[1])
+    points = points - np.array(displaced(obstacle, time, points.shape[1]))
     clear = clear_of(solids(obstacle.shape), points, points, np.asarray(margins, dtype=float))
     near = np.flatnonzero(~clear)
     distances = signed_distance(np, obstacle.shape, points[near])
@@ -50,7 +38,7 @@ def too_close(
 
     Stops after about ``most`` pairs.
     """
-    points, who = as_array(places), np.asarray(agents, dtype=np.int64)
+    points, who = np.asarray(places, dtype=np.float64), np.asarray(agents, dtype=np.int64)
     if len(points) < 2:
         return []
     flat = shapely.points(points[:, :2])

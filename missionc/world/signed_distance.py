@@ -58,6 +58,19 @@ def signed_distance(xp: Namespace, shape: Shape, position: Array) -> Array:
             assert_never(shape)
 
 
+def measured_outside(shape: Shape) -> bool:
+    """Whether the distance of points outside is the true one; beside cuts it may be understated."""
+    match shape:
+        case Box() | Disc() | Ball() | Polygon():
+            return True
+        case Union(left, right):
+            return measured_outside(left) and measured_outside(right)
+        case Intersection() | Difference():
+            return False
+        case _:
+            assert_never(shape)
+
+
 def distance_between(xp: Namespace, first: Array, second: Array | tuple[float, ...]) -> Array:
     """Distance of points, (..., dim) and (..., dim) or one tuple of coordinates -> (...), metres."""
     axes = range(first.shape[-1])

@@ -29,7 +29,7 @@ from missionc.ir import (
     Still,
     Union,
 )
-from missionc.world.placement_conflicts import displaced
+from missionc.world.displacement import displaced
 from missionc.world.sampling import box_around
 from missionc.world.signed_distance import signed_distance
 from tests.support.transport_missions import checked

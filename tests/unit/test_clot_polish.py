@@ -35,7 +35,7 @@ from missionc.ir import Connected, Mission
 from missionc.kernel.nodes import Kernel
 from missionc.pipeline import driver
 from missionc.verify.plan.step_dynamics import check_dynamics
-from missionc.world.placement_conflicts import displaced
+from missionc.world.displacement import displaced
 from missionc.world.signed_distance import signed_distance
 from tests.support.transport_missions import checked
 

@@ -62,7 +62,7 @@ def _layers(world: World, shape: Shape) -> list[Solid]:
     """What is left of a shape that others cut, layer by layer."""
     atlas = Atlas.of(world, [shape])
     found: list[Solid] = []
-    for geometry, (low, high) in zip(atlas.outer(shape), atlas.heights, strict=True):
+    for geometry, (low, high) in zip(atlas.outer(shape).geometry(), atlas.heights, strict=True):
         if low == high:
             continue
         for part in shapely.get_parts(geometry):
