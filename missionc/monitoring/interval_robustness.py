@@ -49,15 +49,13 @@ from missionc.kernel.walk import children, more_than, postorder
 from missionc.language.margins.compare import about_team, scale
 from missionc.language.margins.links import all_links
 from missionc.language.margins.predicate_margins import formation_margin, margin
+from missionc.monitoring.end_columns import FIRST, LAST, MOST_NODES, columns
 from missionc.monitoring.evaluate import Evaluation
 from missionc.monitoring.logic import ROBUSTNESS, Values
 from missionc.world.configuration_space import Atlas
 
-FIRST, LAST = 0, 1
-"""The two steps that are known, as columns."""
-
-MOST_NODES, MOST_MEMBERS, MOST_ROUTES = 5_000, 200, 7
-"""Formulas in kernel form, agents of a graph, agents of one whose routes are in metres: of more, nothing is said."""
+MOST_MEMBERS, MOST_ROUTES = 200, 7
+"""Agents of a graph, agents of one whose routes are in metres: of more, nothing is said."""
 
 BORDER = 5e-324
 """Above or below 0 by less than anything measured: on which side of its border something exactly at it is."""
@@ -181,12 +179,7 @@ class Intervals:
 
     def columns(self, low: int, high: int | None, column: int) -> tuple[list[int], bool]:
         """The known steps in a window that stands at one of them, and whether it holds no others."""
-        last = self.mission.steps
-        if column == LAST:
-            return ([LAST], True) if low == 0 and high in (0, None) else ([], False)
-        end = last if high is None else high
-        known = [FIRST] * (low == 0) + [LAST] * (last > 0 and low <= last <= end)
-        return known, end - low + 1 == len(known)
+        return columns(self.mission.steps, low, high, column)
 
     def _sometime(self, body: Interval, low: int, high: int | None) -> Interval:
         least, most = (np.empty_like(body.most) for _ in range(2))

@@ -10,7 +10,7 @@ import math
 from types import EllipsisType
 from typing import Any
 
-maximum, minimum, sqrt = max, min, math.sqrt
+abs, maximum, minimum, sqrt = abs, max, min, math.sqrt  # by the names of array libraries
 
 
 class Place(tuple[float, ...]):
@@ -22,8 +22,8 @@ class Place(tuple[float, ...]):
     def shape(self) -> tuple[int, ...]:
         return (len(self),)
 
-    def __getitem__(self, key: tuple[EllipsisType, int | slice]) -> Any:  # type: ignore[override]
-        found = super().__getitem__(key[1])
+    def __getitem__(self, key: int | tuple[EllipsisType, int | slice]) -> Any:  # type: ignore[override]
+        found = super().__getitem__(key if isinstance(key, int) else key[1])
         return Place(found) if isinstance(found, tuple) else found
 
 
@@ -35,3 +35,14 @@ def clip(value: float, low: float | None, high: float | None) -> float:
     if low is not None and value < low:
         return low
     return high if high is not None and value > high else value
+
+
+class Places(tuple[Place, ...]):
+    """Some points, read as an array of them is: ``places[agent]``, ``places[agent, ..., axis]``."""
+
+    __slots__ = ()
+
+    def __getitem__(self, key: int | tuple[int, EllipsisType, int]) -> Any:  # type: ignore[override]
+        if isinstance(key, int):
+            return super().__getitem__(key)
+        return super().__getitem__(key[0])[key[1:]]

@@ -3,49 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from functools import reduce
-from typing import assert_never
 
 import numpy as np
 
 from missionc.base import trace
-from missionc.ir import BeaconCover, Graph, Proximity
-from missionc.world.signed_distance import (
-    Array,
-    Namespace,
-    distance_between,
-)
+from missionc.ir import Graph
+from missionc.language.margins import link
+from missionc.world.signed_distance import Array, Namespace
 
 ELEMENTS = 1 << 22
 """How many links are held at once; longer traces are judged in pieces."""
 
 
 def link_margin(graph: Graph, first_position: Array, second_position: Array, *, xp: Namespace = np) -> Array:
-    """How far two agents are from losing their link: (..., dim) twice -> (...), metres.
-
-    The radius minus the distance between them; with beacons, what the worse of
-    the two has left to the beacon that serves them best. Linked where it is
-    above 0.
-
-    Source:
-        [strel] ε-proximity and ε-connectivity graphs.
-    """
-    match graph:
-        case Proximity():
-            return graph.radius - distance_between(xp, first_position, second_position)
-        case BeaconCover():
-            return reduce(
-                xp.maximum,
-                [
-                    graph.radius
-                    - xp.maximum(
-                        distance_between(xp, first_position, beacon), distance_between(xp, second_position, beacon)
-                    )
-                    for beacon in graph.beacons
-                ],
-            )
-        case _:
-            assert_never(graph)
+    """The margin of the link of two agents: (..., dim) twice -> (...), metres."""
+    return link.margin(xp, graph, first_position, second_position)
 
 
 def all_links(graph: Graph, position: trace.Array) -> trace.Array:

@@ -1,0 +1,194 @@
+"""Which requirements are surely false by where agents start, or finish, and which part of them at whose place.
+
+The intervals of every formula are worked out with arrays, so this is loaded only
+for missions of which ``check_ends`` has not found without that nothing is broken.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from missionc.base.source import Span
+from missionc.checks.free_space import Ground
+from missionc.diagnostics.code import CONTRADICTION
+from missionc.diagnostics.model import Diagnostic, Label
+from missionc.ir import BeaconCover, Compare, DistanceBetween, DistanceTo, Exactly, InFormation, Mission, Place
+from missionc.ir.wording import (
+    listed,
+    metres,
+    seconds,
+)
+from missionc.kernel.nodes import (
+    All,
+    Any,
+    At,
+    AtLeast,
+    Atom,
+    Goal,
+    Kernel,
+    Nearby,
+    Node,
+    Not,
+    Reach,
+    Sometime,
+    Throughout,
+    Until,
+)
+from missionc.monitoring.end_columns import FIRST
+from missionc.monitoring.interval_robustness import Interval, Intervals
+from missionc.world.signed_distance import distance_between
+
+ROUNDING = 1e-9
+"""Metres: what is missed by less may be rounding, unless it is exactly at a border that is not its own."""
+
+
+@dataclass(frozen=True, slots=True)
+class Culprit:
+    """The smallest part that decides it, at an agent and a known step; ``upper``: by the most that it can be worth.
+
+    ``words``: those that it came from, or what asks for it.
+    """
+
+    node: Node
+    agent: int
+    column: int
+    upper: bool
+    words: Span | None = None
+
+
+def broken_ends(mission: Mission, kernel: Kernel, ground: Ground) -> list[Diagnostic]:
+    """One finding for each requirement that no plan can satisfy, because of where it begins or ends."""
+    intervals = Intervals(mission, ground.atlas)
+    known = intervals.of(goal.formula for goal in kernel.requirements)
+    return [
+        _finding(mission, goal, _culprit(intervals, known, goal.formula), intervals, known)
+        for goal in kernel.requirements
+        if goal.formula in known and _surely_false(float(known[goal.formula].most[0, FIRST]))
+    ]
+
+
+def _surely_false(most: float) -> bool:
+    return most < -ROUNDING or -1e-300 < most < 0
+
+
+def _bound(known: dict[Node, Interval], place: Culprit) -> float:
+    one = known[place.node]
+    values = one.most if place.upper else one.least
+    return float(values[place.agent if len(values) > 1 else 0, place.column])
+
+
+def _culprit(intervals: Intervals, known: dict[Node, Interval], root: Node) -> Culprit:
+    """Down from a requirement to what its bound is the bound of."""
+    place = Culprit(root, 0, FIRST, True, root.span)
+    while True:
+        wanted = _bound(known, place)
+        below = (each for each in _below(intervals, place) if abs(_bound(known, each)) == abs(wanted))
+        following = next(below, None)
+        if following is None:
+            return place
+        place = replace(following, words=following.node.span or place.words)
+
+
+def _below(intervals: Intervals, place: Culprit) -> Iterator[Culprit]:
+    """The places that a node's bound may be that of."""
+    agent, column, upper = place.agent, place.column, place.upper
+    match place.node:
+        case Not(body):
+            yield Culprit(body, agent, column, not upper)
+        case At(other, body):
+            yield Culprit(body, other, column, upper)
+        case All(parts) | Any(parts) | AtLeast(_, parts):
+            yield from (Culprit(part, agent, column, upper) for part in parts)
+        case Throughout(body, low, high) | Sometime(body, low, high):
+            known, _ = intervals.columns(low, high, column)
+            yield from (Culprit(body, agent, step, upper) for step in known)
+        case Until(hold, end, low, high):
+            if high != 0:
+                yield Culprit(hold, agent, column, upper)
+            yield from (Culprit(end, agent, step, upper) for step in intervals.columns(low, high, column)[0])
+        case _:
+            return
+
+
+# ------------------------------------------------------------------ messages
+
+
+def _finding(
+    mission: Mission, goal: Goal, culprit: Culprit, intervals: Intervals, known: dict[Node, Interval]
+) -> Diagnostic:
+    verb, step = ("start", 0) if culprit.column == FIRST else ("finish", mission.steps)
+    agents, notes = _because(mission, culprit, intervals, abs(_bound(known, culprit)))
+    names = [f"`{mission.agents[agent].name}`" for agent in agents]
+    places = {agent: _place(mission, agent, culprit.column) for agent in agents}
+    written: dict[object, list[str]] = {}
+    for agent, place in places.items():
+        if place is not None:
+            written.setdefault(place.span, []).append(f"`{mission.agents[agent].name}`")
+    amount = abs(_bound(known, culprit))
+    by = f", by {metres(amount)}" if ROUNDING < amount < np.inf else ""
+    spread = any(intervals.reach[agent, culprit.column] > 0 for agent in agents)
+    at_best = " at best, wherever in their regions they are" if spread and by else ""
+    verdict = "false" if culprit.upper else "true, which it must not be,"
+    finishing = listed(names) + (f" {verb}es" if verb == "finish" else f" {verb}s") if len(names) == 1 else ""
+    return Diagnostic(
+        CONTRADICTION,
+        f"requirement `{goal.name}` contradicts where {finishing or f'{listed(names)} {verb}'}",
+        Label(culprit.words or goal.span, f"{verdict} at {seconds(mission, step)}{by}{at_best}"),
+        tuple(
+            Label(place.span, f"{listed(written[place.span])} {verb}{_s(verb, written[place.span])} here")
+            for place in {each.span: each for each in places.values() if each is not None}.values()
+        ),
+        tuple(notes),
+        f"{verb} elsewhere, or let the requirement's window leave out {seconds(mission, step)}",
+    )
+
+
+def _s(verb: str, names: list[str]) -> str:
+    return "" if len(names) > 1 else "es" if verb == "finish" else "s"
+
+
+def _place(mission: Mission, agent: int, column: int) -> Place | None:
+    return mission.agents[agent].start if column == FIRST else mission.agents[agent].finish
+
+
+def _because(
+    mission: Mission, culprit: Culprit, intervals: Intervals, amount: float
+) -> tuple[tuple[int, ...], list[str]]:
+    """Whose places decide it, and how far apart they are."""
+    position = intervals.position[:, culprit.column]
+
+    def apart(first: int, second: int) -> str:
+        names = f"`{mission.agents[first].name}` and `{mission.agents[second].name}`"
+        length = float(distance_between(np, position[first], position[second]))
+        exact = all(isinstance(_place(mission, each, culprit.column), Exactly) for each in (first, second))
+        return f"{names} are {metres(length)} apart" + ("" if exact else " from the middle of one place to the other's")
+
+    match culprit.node:
+        case Atom(InFormation(formation)) if formation.edges:
+            edge = intervals.worst_edge(formation, culprit.column)
+            wanted = (
+                f"; `{formation.name}` has them {metres(edge.target)} apart" if isinstance(edge.target, float) else ""
+            )
+            return (edge.first, edge.second), [apart(edge.first, edge.second) + wanted]
+        case Atom(Compare(terms)):
+            pairs = [feature for _, feature in terms if isinstance(feature, DistanceBetween)]
+            if pairs:
+                return (pairs[0].first, pairs[0].second), [apart(pairs[0].first, pairs[0].second)]
+            others = [feature.target for _, feature in terms if isinstance(feature, DistanceTo)]
+            whom = next((each for each in others if isinstance(each, int) and each != culprit.agent), None)
+            if whom is None:
+                return (culprit.agent,), []
+            return (culprit.agent, whom), [apart(culprit.agent, whom)]
+        case Nearby(graph) | Reach(graph):
+            bounds = intervals.links(graph)
+            links = np.triu((bounds.most if culprit.upper else bounds.least)[culprit.column], 1)
+            found = np.argwhere((np.abs(links) == amount) & (links != 0))
+            if len(found) == 0 or isinstance(graph, BeaconCover):
+                return (culprit.agent,), []
+            first, second = (graph.agents[place] for place in found[0].tolist())
+            return (first, second), [f"{apart(first, second)}; the radius of `{graph.name}` is {metres(graph.radius)}"]
+        case _:
+            return (culprit.agent,), []

@@ -1,0 +1,41 @@
+"""A link of a graph: how far two agents are from losing it."""
+
+from __future__ import annotations
+
+from functools import reduce
+from typing import assert_never
+
+from missionc.ir import BeaconCover, Graph, Proximity
+from missionc.world.signed_distance import (
+    Array,
+    Namespace,
+    distance_between,
+)
+
+
+def margin(xp: Namespace, graph: Graph, first_position: Array, second_position: Array) -> Array:
+    """How far two agents are from losing their link: (..., dim) twice -> (...), metres.
+
+    The radius minus the distance between them; with beacons, what the worse of
+    the two has left to the beacon that serves them best. Linked where it is
+    above 0.
+
+    Source:
+        [strel] ε-proximity and ε-connectivity graphs.
+    """
+    match graph:
+        case Proximity():
+            return graph.radius - distance_between(xp, first_position, second_position)
+        case BeaconCover():
+            return reduce(
+                xp.maximum,
+                [
+                    graph.radius
+                    - xp.maximum(
+                        distance_between(xp, first_position, beacon), distance_between(xp, second_position, beacon)
+                    )
+                    for beacon in graph.beacons
+                ],
+            )
+        case _:
+            assert_never(graph)
