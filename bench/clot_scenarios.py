@@ -17,8 +17,9 @@ from pathlib import Path
 import numpy as np
 
 import missionc
-from missionc.backends.api import PRESETS, Budget, Options, Planned
+from missionc.backends.api import Budget, Planned
 from missionc.backends.load import load
+from missionc.backends.options import PRESETS, Options
 from missionc.diagnostics.model import Diagnostic
 from missionc.verify.verify_plan import verify
 

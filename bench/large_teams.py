@@ -12,7 +12,8 @@ import argparse
 import resource
 
 import missionc
-from missionc.backends.api import Impossible, NotFound, Options
+from missionc.backends.api import Impossible, NotFound
+from missionc.backends.options import Options
 from missionc.base.source import Source
 from missionc.base.units import Seconds
 from missionc.pipeline.results import Verified

@@ -19,10 +19,11 @@ from pathlib import Path
 from typing import Any
 
 import missionc
-from missionc.backends.api import Budget, Options, Planned
+from missionc.backends.api import Budget, Planned
 from missionc.backends.clot.backend import Run
 from missionc.backends.clot.paper.expand_agent import Expansion
 from missionc.backends.load import load
+from missionc.backends.options import Options
 from missionc.base.source import Source
 from missionc.diagnostics.model import Diagnostic
 from missionc.pipeline.checked import Checked

@@ -25,7 +25,8 @@ from pathlib import Path
 import numpy as np
 
 import missionc
-from missionc.backends.api import Options, Report
+from missionc.backends.api import Report
+from missionc.backends.options import Options
 from missionc.backends.smt.backend import NEIGHBOURS
 from missionc.backends.smt.roadmap.roadmap import NoRoadmap, build_roadmaps
 from missionc.ir import Mission

@@ -16,7 +16,8 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from missionc import ir
-from missionc.backends.api import Budget, Options
+from missionc.backends.api import Budget
+from missionc.backends.options import Options
 from missionc.diagnostics.model import Diagnostic
 from missionc.language.walk_formulas import bottom_up, goals
 from missionc.output.plot.plot import plot

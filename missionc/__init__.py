@@ -11,7 +11,8 @@ from missionc.version import __version__
 
 TYPE_CHECKING = False  # checkers take it for true; what brings it would be loaded before signals are seen to
 if TYPE_CHECKING:
-    from missionc.backends.api import Attempt, CutShort, Fault, Impossible, NotFound, Options, Progress, Reason
+    from missionc.backends.api import Attempt, CutShort, Fault, Impossible, NotFound, Progress, Reason
+    from missionc.backends.options import Options
     from missionc.base.limits import Limits
     from missionc.base.source import Source
     from missionc.diagnostics.model import Diagnostic, Severity
@@ -73,10 +74,10 @@ HOMES = {
         "Fault",
         "Impossible",
         "NotFound",
-        "Options",
         "Progress",
         "Reason",
     ),
+    "missionc.backends.options": ("Options",),
     "missionc.diagnostics.model": ("Diagnostic", "Severity"),
     "missionc.pipeline.driver": ("check", "compile", "monitor"),
     "missionc.base.limits": ("Limits",),

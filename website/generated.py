@@ -32,7 +32,8 @@ def errors() -> str:
 HEADINGS = {
     "missionc.pipeline.driver": "What to call",
     "missionc.pipeline.results": "What comes back",
-    "missionc.backends.api": "Planning: options, progress, outcomes",
+    "missionc.backends.options": "Planning: options",
+    "missionc.backends.api": "Planning: progress, outcomes",
     "missionc.diagnostics.model": "Findings",
     "missionc.base.limits": "Limits of size",
     "missionc.base.source": "Texts",

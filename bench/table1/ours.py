@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import time
 
-from missionc.backends.api import PRESETS, Budget, Options, Planned
+from missionc.backends.api import Budget, Planned
 from missionc.backends.load import load
+from missionc.backends.options import PRESETS, Options
 from missionc.base.trace import Trace
 from missionc.diagnostics.model import Diagnostic
 from missionc.ir import Mission

@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 from enum import Enum
 from typing import Any, Protocol, TypeAlias
 
+from missionc.backends.options import Options
 from missionc.base.judgement import Judgement
 from missionc.base.limits import Limits
 from missionc.base.notebook import printed, shown
@@ -109,36 +110,6 @@ class Budget:
     keep: Callable[[Snapshot], None] = forget
     found: Callable[[Planned], object] = unheard
     resume: Snapshot | None = None
-
-
-PRESETS = ("sketch", "search", "paper", "fsot", "mpot")
-"""Ways to plan that the transport backend knows by name; the first is the default."""
-
-
-DEVICES = ("cpu", "cuda")
-"""Where batches of trajectories may be worked on; the first is the default."""
-
-
-@dataclass(frozen=True, slots=True)
-class Options:
-    """Choices of the command line that change what becomes of a mission, most of them of one backend."""
-
-    solver: str = "z3"
-    certify: bool = False
-    captures: frozenset[str] = frozenset()
-    """Texts to keep in ``Report.texts``: ``dimacs``, ``smt2``."""
-    preset: str = PRESETS[0]
-    samples: int | None = None
-    """Trajectories that presets with a local search optimise at once; None leaves it to the preset."""
-    device: str = DEVICES[0]
-    margin: float | None = None
-    """Metres by which requirements are to hold where that is possible; None leaves it to the mission's vehicles."""
-    processes: int = 1
-    """Child processes for what can be done at once, at least 1; the plan is the same."""
-    stretch: float = 1.0
-    """How many times as long as planned a flight takes; no backend hears of it."""
-    brief: bool = False
-    """Asked by the way: the smt backend tries its first roadmap alone, and looks for no smaller conflict."""
 
 
 @dataclass(frozen=True, slots=True)

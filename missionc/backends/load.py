@@ -5,10 +5,10 @@ from __future__ import annotations
 from importlib import import_module
 from importlib.util import find_spec
 
-from missionc.backends.api import Backend, Options
+from missionc.backends.api import Backend
 from missionc.backends.features import Offer
 from missionc.backends.offers import OFFERS
-from missionc.backends.options import DESCRIBED
+from missionc.backends.options import DESCRIBED, Options
 from missionc.diagnostics.code import EXTRA_MISSING, NOT_ITS_FLAG
 from missionc.diagnostics.model import Diagnostic
 

@@ -12,7 +12,8 @@ from dataclasses import KW_ONLY, dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, assert_never
 
-from missionc.backends.api import Budget, Impossible, NotFound, Options, Progress
+from missionc.backends.api import Budget, Impossible, NotFound, Progress
+from missionc.backends.options import Options
 from missionc.base.limits import Limits
 from missionc.base.units import Seconds
 from missionc.cli import emit_stages, stage_names, summary

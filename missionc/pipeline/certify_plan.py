@@ -9,7 +9,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from missionc.backends.api import Budget, Options, Planned, Progress
+from missionc.backends.api import Budget, Planned, Progress
+from missionc.backends.options import Options
 from missionc.base.trace import Plan
 from missionc.base.units import Seconds
 from missionc.diagnostics.model import Diagnostic

@@ -6,7 +6,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from missionc.backends.api import Budget, Options, Snapshot, UnusableSnapshot
+from missionc.backends.api import Budget, Snapshot, UnusableSnapshot
+from missionc.backends.options import Options
 from missionc.base.limits import Limits
 from missionc.diagnostics.code import CHECKPOINT_UNREADABLE
 from missionc.diagnostics.model import Diagnostic

@@ -26,7 +26,6 @@ from missionc.backends.api import (
     CutShort,
     Impossible,
     NotFound,
-    Options,
     Outcome,
     Planned,
     Progress,
@@ -36,6 +35,7 @@ from missionc.backends.api import (
     ignore,
 )
 from missionc.backends.load import load as load_backend
+from missionc.backends.options import Options
 from missionc.base.deadline import last_call
 from missionc.base.limits import Limits
 from missionc.base.memory import limited

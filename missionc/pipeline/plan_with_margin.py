@@ -10,7 +10,8 @@ import time
 from collections.abc import Iterator
 from dataclasses import replace
 
-from missionc.backends.api import Backend, Budget, CutShort, NotFound, Options, Outcome, Planned, Reason, forget
+from missionc.backends.api import Backend, Budget, CutShort, NotFound, Outcome, Planned, Reason, forget
+from missionc.backends.options import Options
 from missionc.base.units import Metres
 from missionc.checks.check_world import check_world
 from missionc.diagnostics.model import has_errors

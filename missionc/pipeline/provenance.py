@@ -6,9 +6,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, assert_never
 
-from missionc.backends.api import Options
 from missionc.backends.offers import OFFERS
-from missionc.backends.options import DESCRIBED, Described, Recorded
+from missionc.backends.options import DESCRIBED, Described, Options, Recorded
 from missionc.output.folder.file_names import (
     MANIFEST,
     NEAR_MISS,

@@ -12,7 +12,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from missionc.backends.api import Budget, Options
+from missionc.backends.api import Budget
+from missionc.backends.options import Options
 from missionc.base.limits import Limits
 from missionc.base.source import Source
 from missionc.cli import emit_stages, stage_names

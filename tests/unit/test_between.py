@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from missionc.backends.api import Budget, Options
+from missionc.backends.api import Budget
+from missionc.backends.options import Options
 from missionc.base.source import Source
 from missionc.base.trace import Trace
 from missionc.base.units import Seconds

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import pytest
 
-from missionc.backends.api import Options
 from missionc.backends.features import Feature
 from missionc.backends.load import load
 from missionc.backends.offers import OFFERS
+from missionc.backends.options import Options
 from missionc.diagnostics.code import CANNOT_EXPRESS, EXTRA_MISSING, NO_BACKEND
 from missionc.diagnostics.model import Diagnostic
 from missionc.lower.choose_backend import (

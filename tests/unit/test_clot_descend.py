@@ -11,7 +11,7 @@ import pytest
 
 pytest.importorskip("torch")
 
-from missionc.backends.api import Budget, Options, Planned, Report
+from missionc.backends.api import Budget, Planned, Report
 from missionc.backends.clot.backend import BACKEND
 from missionc.backends.clot.optimise.accept import attempt
 from missionc.backends.clot.optimise.candidate import System
@@ -22,6 +22,7 @@ from missionc.backends.clot.optimise.improve import effort, travelled
 from missionc.backends.clot.optimise.motion_residuals import Costs
 from missionc.backends.clot.optimise.residuals import Rows
 from missionc.backends.clot.weights import Spare, Weights
+from missionc.backends.options import Options
 from missionc.base.trace import Array, Trace
 from missionc.ir import Mission
 from missionc.kernel.nodes import Kernel

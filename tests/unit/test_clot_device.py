@@ -13,7 +13,7 @@ import torch
 from torch import Tensor
 
 from missionc.backends import load
-from missionc.backends.api import DEVICES, Budget, Options, Planned, Progress
+from missionc.backends.api import Budget, Planned, Progress
 from missionc.backends.clot.backend import BACKEND
 from missionc.backends.clot.cost_graph.cost_graph import Term, build
 from missionc.backends.clot.cost_graph.motion_batch import team
@@ -24,6 +24,7 @@ from missionc.backends.clot.paper.probe_cost import ProbeCost
 from missionc.backends.clot.paper.transport import TransportSettings, transport
 from missionc.backends.clot.torch_device import available, one_thread
 from missionc.backends.clot.weights import ProbeWeights
+from missionc.backends.options import DEVICES, Options
 from missionc.base.source import Source
 from missionc.cli import app
 from missionc.diagnostics.code import NO_DEVICE, NOT_ITS_FLAG

@@ -12,8 +12,7 @@ pytest.importorskip("torch")
 import torch
 
 from missionc.backends import load
-from missionc.backends.api import PRESETS as NAMES
-from missionc.backends.api import Budget, NotFound, Options, Planned, Progress
+from missionc.backends.api import Budget, NotFound, Planned, Progress
 from missionc.backends.clot.backend import BACKEND
 from missionc.backends.clot.cost_graph.cost_graph import (
     Margin,
@@ -34,6 +33,8 @@ from missionc.backends.clot.paper.prefix_check import prefix_margin
 from missionc.backends.clot.paper.probe_cost import ProbeCost
 from missionc.backends.clot.run.presets import PRESETS, preset
 from missionc.backends.clot.weights import ProbeWeights
+from missionc.backends.options import PRESETS as NAMES
+from missionc.backends.options import Options
 from missionc.base.source import Source
 from missionc.diagnostics.code import NOT_ITS_FLAG
 from missionc.diagnostics.model import Diagnostic

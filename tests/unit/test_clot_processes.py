@@ -16,12 +16,13 @@ import pytest
 pytest.importorskip("torch")
 
 from missionc.backends import load
-from missionc.backends.api import CutShort, NotFound, Options, Progress, Reason, Report, ignore
+from missionc.backends.api import CutShort, NotFound, Progress, Reason, Report, ignore
 from missionc.backends.clot import backend as clot
 from missionc.backends.clot.backend import Run
 from missionc.backends.clot.run import parallel_attempts
 from missionc.backends.clot.run.child_processes import Say, children
 from missionc.backends.clot.run.run_state import Nearest, Reached
+from missionc.backends.options import Options
 from missionc.backends.smt.backend import SmtBackend
 from missionc.base.signals import stoppable
 from missionc.base.source import Source

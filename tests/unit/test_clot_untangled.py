@@ -10,9 +10,10 @@ import pytest
 
 pytest.importorskip("torch")
 
-from missionc.backends.api import Budget, Options, Planned
+from missionc.backends.api import Budget, Planned
 from missionc.backends.clot.backend import BACKEND
 from missionc.backends.clot.optimise.goal_terms import Demand
+from missionc.backends.options import Options
 from missionc.base.trace import Array
 from missionc.ir import Inside
 from missionc.pipeline import driver

@@ -7,7 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from missionc.backends.api import Budget, Impossible, NotFound, Options, Reason, Report
+from missionc.backends.api import Budget, Impossible, NotFound, Reason, Report
+from missionc.backends.options import Options
 from missionc.base.source import Source
 from missionc.diagnostics.code import CODES
 from missionc.pipeline import driver

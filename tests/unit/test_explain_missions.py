@@ -10,18 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from missionc.backends.api import (
-    Budget,
-    Impossible,
-    NotFound,
-    Options,
-    Outcome,
-    Planned,
-    Progress,
-    Reason,
-    Report,
-    ignore,
-)
+from missionc.backends.api import Budget, Impossible, NotFound, Outcome, Planned, Progress, Reason, Report, ignore
+from missionc.backends.options import Options
 from missionc.backends.smt.backend import BACKEND as SMT
 from missionc.base.limits import Limits
 from missionc.base.source import Source

@@ -6,10 +6,9 @@ from dataclasses import fields
 
 import pytest
 
-from missionc.backends.api import Options
 from missionc.backends.load import load
 from missionc.backends.offers import OFFERS
-from missionc.backends.options import DESCRIBED, OneOf, Real, Recorded, Switch, Whole
+from missionc.backends.options import DESCRIBED, OneOf, Options, Real, Recorded, Switch, Whole
 from missionc.cli.commands.compile import command
 from missionc.diagnostics.code import NOT_ITS_FLAG
 from missionc.diagnostics.model import Diagnostic

@@ -7,7 +7,8 @@ from dataclasses import dataclass, field
 import numpy as np
 import pytest
 
-from missionc.backends.api import Budget, CutShort, Impossible, NotFound, Options, Outcome, Planned, Reason, Report
+from missionc.backends.api import Budget, CutShort, Impossible, NotFound, Outcome, Planned, Reason, Report
+from missionc.backends.options import Options
 from missionc.base.source import Source
 from missionc.base.trace import Trace
 from missionc.base.units import Seconds

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 import missionc
-from missionc.backends.api import Budget, Impossible, Options
+from missionc.backends.api import Budget, Impossible
+from missionc.backends.options import Options
 from missionc.backends.smt.encode.clauses import Clauses
 from missionc.backends.smt.sat.proof import Unproved, prove
 from missionc.base.source import Source

@@ -19,10 +19,11 @@ import pytest
 pytest.importorskip("torch")
 
 from missionc.backends import load
-from missionc.backends.api import NotFound, Options, Reason, Snapshot
+from missionc.backends.api import NotFound, Reason, Snapshot
 from missionc.backends.clot import backend as clot
 from missionc.backends.clot.backend import Run
 from missionc.backends.clot.run.run_state import Nearest
+from missionc.backends.options import Options
 from missionc.base.limits import Limits
 from missionc.base.source import Source
 from missionc.base.units import Seconds

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import missionc
-from missionc.backends.api import Options
+from missionc.backends.options import Options
 from missionc.backends.smt.encode.clauses import Clauses
 from missionc.backends.smt.encode.lower_motion import (
     Motion,

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from missionc import ir
-from missionc.backends.api import Options
+from missionc.backends.options import Options
 from missionc.base.source import Source
 from missionc.base.trace import Trace
 from missionc.base.units import Steps

@@ -5,7 +5,8 @@ from __future__ import annotations
 import pytest
 
 import missionc
-from missionc.backends.api import Impossible, NotFound, Options, Reason
+from missionc.backends.api import Impossible, NotFound, Reason
+from missionc.backends.options import Options
 from missionc.backends.smt.roadmap.roadmap import NoRoadmap, build_roadmaps
 from missionc.base.limits import Limits
 from missionc.base.source import Source

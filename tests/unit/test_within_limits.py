@@ -16,7 +16,8 @@ from typing import NoReturn
 import numpy as np
 import pytest
 
-from missionc.backends.api import Budget, CutShort, NotFound, Options, Outcome, Planned, Reason
+from missionc.backends.api import Budget, CutShort, NotFound, Outcome, Planned, Reason
+from missionc.backends.options import Options
 from missionc.backends.smt.backend import BACKEND
 from missionc.base import memory
 from missionc.base.deadline import (

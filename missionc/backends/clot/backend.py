@@ -29,7 +29,6 @@ from missionc.backends.api import (
     Budget,
     Fault,
     NotFound,
-    Options,
     Outcome,
     Planned,
     Progress,
@@ -71,6 +70,7 @@ from missionc.backends.clot.schedule.sketch import sketch
 from missionc.backends.clot.schedule.tasks import Outline, outline
 from missionc.backends.clot.torch_device import device_missing, enough_memory, one_thread
 from missionc.backends.clot.weights import Spare, Weights
+from missionc.backends.options import Options
 from missionc.backends.run_account import Account
 from missionc.base.signals import asked, hold
 from missionc.base.trace import Array, Trace

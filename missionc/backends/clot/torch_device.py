@@ -9,7 +9,7 @@ from functools import lru_cache
 import torch
 from torch import Tensor
 
-from missionc.backends.api import Options
+from missionc.backends.options import Options
 from missionc.diagnostics.code import NO_DEVICE
 from missionc.diagnostics.model import Diagnostic
 

@@ -16,7 +16,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from missionc.backends.api import Budget, Impossible, NotFound, Options, Outcome, Planned, ignore, unheard
+from missionc.backends.api import Budget, Impossible, NotFound, Outcome, Planned, ignore, unheard
 from missionc.backends.clot.backend import ATTEMPTS, NOISE
 from missionc.backends.clot.backend import Run as Smooth
 from missionc.backends.clot.cost_graph.cost_graph import GreatestOver, Until
@@ -28,6 +28,7 @@ from missionc.backends.clot.schedule.schedule import Scheduler
 from missionc.backends.clot.torch_device import device_missing, enough_memory, one_thread
 from missionc.backends.hybrid.discrete_relaxation import Discrete, discrete
 from missionc.backends.hybrid.resample import on_clock, positions
+from missionc.backends.options import Options
 from missionc.backends.smt import backend as smt
 from missionc.backends.smt.sat.installed_solvers import solver_missing
 from missionc.base.trace import Array

@@ -16,7 +16,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from missionc.backends.api import Budget, Impossible, NotFound, Options, Outcome, Planned, Progress, Reason
+from missionc.backends.api import Budget, Impossible, NotFound, Outcome, Planned, Progress, Reason
+from missionc.backends.options import Options
 from missionc.backends.run_account import Account
 from missionc.backends.smt.encode.clauses import Clauses, TooLarge
 from missionc.backends.smt.encode.dimacs import dimacs, smt2

@@ -7,8 +7,8 @@ from typing import Any
 
 import click
 
-from missionc.backends.api import PRESETS, Options
 from missionc.backends.offers import AUTO, OFFERS
+from missionc.backends.options import PRESETS, Options
 from missionc.base.units import Seconds
 from missionc.cli import options, stage_names
 from missionc.cli.compile_request import Order, fulfil

@@ -145,8 +145,8 @@ def _work(pipe: Connection, backend: str) -> None:
 
 
 def _load(backend: str) -> None:
-    from missionc.backends.api import Options
     from missionc.backends.load import load
+    from missionc.backends.options import Options
     from missionc.output import output_files
     from missionc.verify import verify_plan
 

@@ -16,18 +16,8 @@ import time
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 
-from missionc.backends.api import (
-    Attempt,
-    Backend,
-    Budget,
-    Impossible,
-    NotFound,
-    Options,
-    Planned,
-    Progress,
-    forget,
-    ignore,
-)
+from missionc.backends.api import Attempt, Backend, Budget, Impossible, NotFound, Planned, Progress, forget, ignore
+from missionc.backends.options import Options
 from missionc.base.signals import asked
 from missionc.base.trace import Trace
 from missionc.base.units import Seconds

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from importlib.util import find_spec
 
-from missionc.backends.api import Options
-from missionc.backends.options import SOLVERS
+from missionc.backends.options import SOLVERS, Options
 from missionc.diagnostics.code import EXTRA_MISSING
 from missionc.diagnostics.model import Diagnostic
 
