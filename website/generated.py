@@ -31,6 +31,7 @@ def errors() -> str:
 
 HEADINGS = {
     "missionc.pipeline.driver": "What to call",
+    "missionc.pipeline.checked": "What a check gives back",
     "missionc.pipeline.results": "What comes back",
     "missionc.backends.options": "Planning: options",
     "missionc.backends.api": "Planning: progress, outcomes",
