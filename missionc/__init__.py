@@ -15,7 +15,8 @@ if TYPE_CHECKING:
     from missionc.backends.options import Options
     from missionc.base.limits import Limits
     from missionc.base.source import Source
-    from missionc.diagnostics.model import Diagnostic, Severity
+    from missionc.diagnostics.code import Severity
+    from missionc.diagnostics.model import Diagnostic
     from missionc.pipeline.checked import Checked
     from missionc.pipeline.driver import (
         check,
@@ -78,7 +79,8 @@ HOMES = {
         "Reason",
     ),
     "missionc.backends.options": ("Options",),
-    "missionc.diagnostics.model": ("Diagnostic", "Severity"),
+    "missionc.diagnostics.code": ("Severity",),
+    "missionc.diagnostics.model": ("Diagnostic",),
     "missionc.pipeline.driver": ("check", "compile", "monitor"),
     "missionc.base.limits": ("Limits",),
     "missionc.pipeline.checked": ("Checked",),

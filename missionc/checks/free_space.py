@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from enum import Enum
-from typing import TYPE_CHECKING
 
 from missionc.base.recent_cache import Recent
 from missionc.checks.literals import (
@@ -13,6 +12,7 @@ from missionc.checks.literals import (
     Places,
     Rule,
 )
+from missionc.checks.sure_facts import SureFacts
 from missionc.ir import Agent, Mission, Obstacle, Shape, Still
 from missionc.world.area import Area
 from missionc.world.configuration_space import (
@@ -24,9 +24,6 @@ from missionc.world.configuration_space import (
     without,
 )
 from missionc.world.displacement import displaced, moved
-
-if TYPE_CHECKING:
-    from missionc.checks.must_analysis import Certain
 
 HAIR = 0.01
 """Metres around an obstacle that count as its inside, where all bodies are larger: more than circles are off by."""
@@ -50,7 +47,7 @@ class Deduced:
 
     free: Recent[tuple[float, float | None], Area] = field(default_factory=Recent)
     lies: Recent[Shape, Lies] = field(default_factory=Recent)
-    certain: Certain | None = None
+    certain: SureFacts | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)

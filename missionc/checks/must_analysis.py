@@ -9,7 +9,7 @@ the bits of a number.
 from __future__ import annotations
 
 from collections.abc import Hashable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, fields
 from typing import assert_never
 
 from missionc.checks.free_space import Ground, Lies
@@ -25,6 +25,7 @@ from missionc.checks.route_conditions import (
     needed_here,
     needed_somewhere,
 )
+from missionc.checks.sure_facts import Sure, SureFacts
 from missionc.checks.value_ranges import of_comparison
 from missionc.ir import (
     Agent,
@@ -60,45 +61,28 @@ MOST_MEMBERS = 64
 """Parts of a conjunction that are compared with one another."""
 
 
-@dataclass(frozen=True, slots=True)
-class Sure:
-    """The agents of whom a formula is surely true, and surely false; ``number`` says which formulas are the same."""
-
-    number: int
-    true: int
-    false: int
-
-    @property
-    def opposite(self) -> Sure:
-        return Sure(-self.number, self.false, self.true)
-
-
-@dataclass(slots=True)
-class Certain:
-    """``everyone``: the bits of all agents. What stood in earlier versions of the mission may still be among it."""
+@dataclass(slots=True, kw_only=True)
+class Certain(SureFacts):
+    """What is sure in one version of a mission."""
 
     ground: Ground
-    everyone: int
-    sure: dict[Formula, Sure] = field(default_factory=dict)
-    numbers: dict[Hashable, int] = field(default_factory=dict)
-    members: dict[int, frozenset[int]] = field(default_factory=dict)
-    predicates: dict[Predicate, tuple[int, int]] = field(default_factory=dict)
-    kinds: tuple[tuple[Agent, int], ...] = ()
-    """One agent of each kind (those alike in all but name), and the bits of all of that kind."""
 
 
 def certain(ground: Ground) -> Certain:
     """What is sure of every formula in the mission's goals."""
     before = ground.deduced.certain
-    known = before or _nothing_yet(ground)
-    known.ground = ground
+    known = _nothing_yet(ground) if before is None else _as_before(ground, before)
     _look_at_all(known)
-    if len(known.predicates) >= MOST_RULES and known is before:
+    if len(known.predicates) >= MOST_RULES and before is not None:
         known = _nothing_yet(ground)  # which predicates there is room for depends on the order of this version alone
         _look_at_all(known)
     full = len(known.predicates) >= MOST_RULES or len(known.sure) > ROOM * len(formulas(ground.mission))
     ground.deduced.certain = None if full else known
     return known
+
+
+def _as_before(ground: Ground, facts: SureFacts) -> Certain:
+    return Certain(**{each.name: getattr(facts, each.name) for each in fields(SureFacts)}, ground=ground)
 
 
 def _look_at_all(known: Certain) -> None:
@@ -114,7 +98,7 @@ def _nothing_yet(ground: Ground) -> Certain:
         key = (agent.radius, agent.dynamics, agent.altitude)
         first, bits = kinds.get(key, (agent, 0))
         kinds[key] = (first, bits | 1 << agent.index)
-    return Certain(ground, (1 << len(agents)) - 1, kinds=tuple(kinds.values()))
+    return Certain(everyone=(1 << len(agents)) - 1, kinds=tuple(kinds.values()), ground=ground)
 
 
 def _of_formula(known: Certain, formula: Formula) -> Sure:

@@ -3,6 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from enum import Enum
+
+
+class Severity(Enum):
+    ERROR = "error"
+    WARNING = "warning"
 
 
 @dataclass(frozen=True, slots=True)
@@ -12,6 +18,10 @@ class Code:
     name: str
     title: str
     warning: bool = False
+
+    @property
+    def severity(self) -> Severity:
+        return Severity.WARNING if self.warning else Severity.ERROR
 
 
 # 0xx: the text

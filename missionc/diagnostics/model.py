@@ -3,16 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from enum import Enum
 
 from missionc.base.notebook import printed, shown
 from missionc.base.source import Span
-from missionc.diagnostics.code import Code
-
-
-class Severity(Enum):
-    ERROR = "error"
-    WARNING = "warning"
+from missionc.diagnostics.code import Code, Severity
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,7 +45,7 @@ class Diagnostic:
 
     @property
     def severity(self) -> Severity:
-        return Severity.WARNING if self.code.warning else Severity.ERROR
+        return self.code.severity
 
     @property
     def words(self) -> str:
@@ -59,7 +53,7 @@ class Diagnostic:
         return "\n".join([self.message, *self.notes, *([f"help: {self.help}"] if self.help else [])])
 
     def __str__(self) -> str:
-        from missionc.diagnostics.render import render_text  # which renders what is defined here
+        from missionc.diagnostics.render import render_text  # few say a finding by itself
 
         return render_text([self], False).removesuffix("\n")
 

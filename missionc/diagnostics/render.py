@@ -11,12 +11,13 @@ terminal would act on is written out (``sanitize``).
 from __future__ import annotations
 
 import unicodedata
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import groupby
+from typing import Protocol
 
 from missionc.base.source import Source, Span
-from missionc.diagnostics.model import Diagnostic, Label, Severity
+from missionc.diagnostics.code import Code, Severity
 from missionc.diagnostics.sanitize import plain, plain_line
 
 TAB = 4
@@ -26,6 +27,38 @@ BEFORE = 30
 """Characters kept before the first label of a line that is cut."""
 
 RED, YELLOW, BLUE, CYAN, BOLD = "31;1", "33;1", "34;1", "36;1", "1"
+
+
+class Label(Protocol):
+    """A place, and what to say beside it."""
+
+    @property
+    def span(self) -> Span: ...
+
+    @property
+    def message(self) -> str: ...
+
+
+class Finding(Protocol):
+    """What is read of a ``Diagnostic``."""
+
+    @property
+    def code(self) -> Code: ...
+
+    @property
+    def message(self) -> str: ...
+
+    @property
+    def primary(self) -> Label | None: ...
+
+    @property
+    def labels(self) -> Sequence[Label]: ...
+
+    @property
+    def notes(self) -> Sequence[str]: ...
+
+    @property
+    def help(self) -> str: ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,14 +85,14 @@ class Paint:
         return self.severity if mark.primary else BLUE
 
 
-def render_text(findings: list[Diagnostic], colour: bool) -> str:
+def render_text(findings: Sequence[Finding], colour: bool) -> str:
     """The findings as people read them, a blank line between two; each ends with a line end."""
     return "\n".join(_finding(finding, colour) for finding in findings)
 
 
-def counts(findings: Iterable[Diagnostic]) -> str:
+def counts(findings: Iterable[Finding]) -> str:
     """``2 errors, 1 warning``"""
-    severities = [finding.severity for finding in findings]
+    severities = [finding.code.severity for finding in findings]
     parts = [
         f"{number} {severity.value}{'s' if number > 1 else ''}"
         for severity in Severity
@@ -68,12 +101,12 @@ def counts(findings: Iterable[Diagnostic]) -> str:
     return ", ".join(parts) or "no findings"
 
 
-def render_json(findings: list[Diagnostic]) -> list[dict[str, object]]:
+def render_json(findings: Sequence[Finding]) -> list[dict[str, object]]:
     """The findings as plain values; lines and columns from 1, ``end_column`` just past the last character."""
     return [
         {
             "code": finding.code.name,
-            "severity": finding.severity.value,
+            "severity": finding.code.severity.value,
             "message": finding.message,
             **_place(finding.primary.span if finding.primary else None),
             "labels": [{"message": label.message, **_place(label.span)} for label in _labels(finding)],
@@ -84,7 +117,7 @@ def render_json(findings: list[Diagnostic]) -> list[dict[str, object]]:
     ]
 
 
-def _labels(finding: Diagnostic) -> list[Label]:
+def _labels(finding: Finding) -> list[Label]:
     """What stands beside the places, the primary one included where it says anything."""
     primary = [finding.primary] if finding.primary and finding.primary.message else []
     return [*primary, *finding.labels]
@@ -104,9 +137,9 @@ def _place(span: Span | None) -> dict[str, object]:
     }
 
 
-def _finding(finding: Diagnostic, colour: bool) -> str:
-    paint = Paint(colour, RED if finding.severity is Severity.ERROR else YELLOW)
-    head = f"{finding.severity.value}[{finding.code.name}]"
+def _finding(finding: Finding, colour: bool) -> str:
+    paint = Paint(colour, RED if finding.code.severity is Severity.ERROR else YELLOW)
+    head = f"{finding.code.severity.value}[{finding.code.name}]"
     lines = [f"{paint(paint.severity, head)}{paint(BOLD, ': ' + plain(finding.message))}"]
     labels = [*([finding.primary] if finding.primary else []), *finding.labels]
     numbers = [label.span.source.place(label.span.start)[0] for label in labels]
@@ -123,7 +156,7 @@ def _hanging(head: str, indent: int, text: str) -> str:
     return f"{head} " + ("\n" + " " * indent).join(plain(text).split("\n"))
 
 
-def _snippets(finding: Diagnostic, labels: list[Label], gutter: int, paint: Paint) -> list[str]:
+def _snippets(finding: Finding, labels: list[Label], gutter: int, paint: Paint) -> list[str]:
     """For each file, a line that says where, then its labelled lines in order."""
     by_source: dict[str, list[Label]] = {}
     for label in labels:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import Enum
-from typing import TYPE_CHECKING, TypeAlias
+from typing import Protocol, TypeAlias
 
 from missionc.base.source import Span
 from missionc.base.units import Steps
@@ -13,8 +13,21 @@ from missionc.ir.couplings import Graph
 from missionc.ir.predicates import Predicate
 from missionc.syntax.ast import Metric
 
-if TYPE_CHECKING:
-    from missionc.language.operator import Operator
+
+class Operator(Protocol):
+    """What a formula as meant says of its operator; ``language.operators`` has the whole of each, under its name."""
+
+    @property
+    def name(self) -> str: ...
+
+    @property
+    def spatial(self) -> bool: ...
+
+    @property
+    def arity(self) -> int: ...
+
+    @property
+    def reads(self) -> str: ...
 
 
 @dataclass(frozen=True, slots=True)

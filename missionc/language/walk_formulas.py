@@ -12,6 +12,7 @@ from missionc.base.source import Span
 from missionc.ir import Apply, AtLeastOf, Belongs, Formula, Holds, Mission, OfAgent, Preference, Requirement, Truth
 from missionc.kernel.nodes import Is, Node
 from missionc.language.operator import TooLarge, Use
+from missionc.language.operators import by_name
 
 T = TypeVar("T")
 V = TypeVar("V")
@@ -92,7 +93,7 @@ def meaning(formula: Apply) -> tuple[Node, tuple[Is, ...]]:
     """
     assert not formula.operator.spatial
     places = tuple(Is(frozenset()) for _ in formula.operands)
-    node = formula.operator.expand(Use(places, formula.bounds, formula.span))
+    node = by_name[formula.operator.name].expand(Use(places, formula.bounds, formula.span))
     assert not isinstance(node, TooLarge)
     return node, places
 

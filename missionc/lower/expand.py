@@ -17,6 +17,7 @@ from missionc.diagnostics.code import TOO_LARGE_TO_EXPAND
 from missionc.diagnostics.model import Diagnostic, Label
 from missionc.kernel.nodes import All, Any, At, AtLeast, Atom, Goal, Is, Kernel, Node, Reach
 from missionc.language.operator import TooLarge, Use
+from missionc.language.operators import by_name
 from missionc.language.walk_formulas import formulas
 
 
@@ -69,7 +70,7 @@ class _Expansion:
     def applied(self, formula: ir.Apply) -> Node:
         arguments = tuple(self.nodes[operand] for operand in formula.operands)
         use = Use(arguments, formula.bounds, formula.span, formula.comparison, formula.number, self.room)
-        node = formula.operator.expand(use)
+        node = by_name[formula.operator.name].expand(use)
         if isinstance(node, TooLarge):
             self.findings.append(_too_large(formula, node.nodes, self.room))
             return Any((), formula.span)

@@ -12,8 +12,8 @@ from lsprotocol import types
 
 from missionc.base.resources import folder
 from missionc.base.source import Span
-from missionc.diagnostics.code import UNUSED_NAME
-from missionc.diagnostics.model import Diagnostic, Severity
+from missionc.diagnostics.code import UNUSED_NAME, Severity
+from missionc.diagnostics.model import Diagnostic
 from missionc.lsp.open_text import OpenText
 
 SEVERITIES = {Severity.ERROR: types.DiagnosticSeverity.Error, Severity.WARNING: types.DiagnosticSeverity.Warning}

@@ -10,42 +10,14 @@ needs one of the two then looks down for the operands that are about the other
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 from missionc import ir
-from missionc.base.source import Span
 from missionc.diagnostics import code
 from missionc.diagnostics.model import Fix, Label
 from missionc.ir import About
 from missionc.resolve.context import Context
 from missionc.resolve.resolve_quantities import excerpt
-
-
-@dataclass(frozen=True, slots=True)
-class Typed:
-    """A resolved formula at one place of the text.
-
-    ``mixed``: some operands are about one agent and some about the team; then
-    ``about`` means nothing. ``operands`` are those that decide, the formula's
-    own but not those inside a ``let`` that it names. ``size`` counts the nodes
-    with every ``let`` spelt out, ``depth`` how many are in one another; the size
-    is NaN once it is reported to be too large.
-    """
-
-    formula: ir.Formula
-    about: About
-    span: Span
-    operands: tuple[Typed, ...] = ()
-    mixed: bool = False
-    size: float = 1
-    depth: int = 1
-
-
-def joined(operands: tuple[Typed, ...]) -> tuple[About, bool]:
-    """Whom a formula of these operands is about, and whether they are mixed."""
-    abouts = {operand.about for operand in operands} - {About.EITHER}
-    mixed = len(abouts) > 1 or any(operand.mixed for operand in operands)
-    return (About.EITHER if mixed or not abouts else abouts.pop()), mixed
+from missionc.resolve.typed import Typed
 
 
 def check(context: Context, formula: Typed, needed: About, asker: str) -> None:

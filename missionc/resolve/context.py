@@ -11,13 +11,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, TypeVar
+from typing import TypeVar
 
 from missionc import ir
 from missionc.base.limits import Limits
 from missionc.base.source import Span
 from missionc.diagnostics.code import Code
 from missionc.diagnostics.model import Diagnostic, Fix, Label
+from missionc.resolve.amounts import Amount
 from missionc.resolve.incremental import (
     Meanings,
     T,
@@ -29,12 +30,9 @@ from missionc.resolve.names import (
     Names,
     Unresolved,
 )
+from missionc.resolve.typed import Typed
 from missionc.syntax import ast
 from missionc.syntax.references import Mentions, mentions
-
-if TYPE_CHECKING:
-    from missionc.resolve.check_types import Typed
-    from missionc.resolve.resolve_quantities import Amount
 
 D = TypeVar("D")
 

@@ -6,12 +6,10 @@ So whoever looks at one version after the other, as an editor does, knows by ide
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Protocol, TypeVar
+from typing import Any, Protocol, TypeVar
 
+from missionc.resolve.typed import Typed
 from missionc.syntax.references import Mentions
-
-if TYPE_CHECKING:
-    from missionc.resolve.check_types import Typed
 
 
 class Thing(Protocol):

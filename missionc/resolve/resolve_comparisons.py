@@ -10,7 +10,7 @@ from missionc.base.units import Dimension
 from missionc.diagnostics import code
 from missionc.diagnostics.model import Fix, Label
 from missionc.ir import About
-from missionc.resolve.check_types import Typed
+from missionc.resolve.amounts import Amount
 from missionc.resolve.context import Context
 from missionc.resolve.names import (
     AGENTS,
@@ -24,13 +24,13 @@ from missionc.resolve.resolve_points import counted
 from missionc.resolve.resolve_quantities import (
     NO_AMOUNT,
     POWERS,
-    Amount,
     added,
     evaluate,
     excerpt,
     is_reported,
     scaled,
 )
+from missionc.resolve.typed import Typed
 from missionc.syntax import ast
 
 AXES = {"x": 0, "y": 1, "z": 2}

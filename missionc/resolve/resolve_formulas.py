@@ -19,10 +19,8 @@ from missionc.language.operator import Bounds, Operator
 from missionc.language.operators import by_name
 from missionc.language.predicates import PREDICATES
 from missionc.resolve.check_types import (
-    Typed,
     check,
     check_definition,
-    joined,
 )
 from missionc.resolve.context import Context
 from missionc.resolve.definitions import ordered
@@ -49,6 +47,7 @@ from missionc.resolve.resolve_quantities import (
 )
 from missionc.resolve.resolve_shapes import NOWHERE
 from missionc.resolve.resolve_time import resolve_window
+from missionc.resolve.typed import Typed, joined
 from missionc.syntax import ast
 
 AS_FORMULA = {

@@ -16,6 +16,7 @@ from missionc.base.units import (
 )
 from missionc.diagnostics import code
 from missionc.diagnostics.model import Label
+from missionc.resolve.amounts import PLAIN
 from missionc.resolve.context import REPORTED, Context
 from missionc.resolve.resolve_points import (
     as_many,
@@ -23,7 +24,6 @@ from missionc.resolve.resolve_points import (
     resolve_offset,
 )
 from missionc.resolve.resolve_quantities import (
-    PLAIN,
     evaluate,
     fitted,
     number,

@@ -12,12 +12,12 @@ from missionc.base.source import Source, Span
 from missionc.diagnostics import code
 from missionc.diagnostics.model import Diagnostic
 from missionc.diagnostics.suggest import nearest
+from missionc.resolve.amounts import PLAIN
 from missionc.resolve.context import Context
 from missionc.resolve.definitions import ordered
 from missionc.resolve.names import some_of
 from missionc.resolve.resolve_quantities import (
     NO_AMOUNT,
-    PLAIN,
     evaluate,
     measured,
 )

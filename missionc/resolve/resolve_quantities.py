@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TypeAlias, assert_never
 
 from missionc import ir
@@ -20,6 +20,7 @@ from missionc.base.units import UNITS, Dimension
 from missionc.diagnostics import code
 from missionc.diagnostics.model import Fix, Label
 from missionc.diagnostics.suggest import NOTHING, nearest
+from missionc.resolve.amounts import PLAIN, Amount, Powers
 from missionc.resolve.context import REPORTED, Context
 from missionc.resolve.names import (
     STATE_WORDS,
@@ -28,11 +29,8 @@ from missionc.resolve.names import (
 )
 from missionc.syntax import ast
 
-Powers: TypeAlias = tuple[int, int, int, int]
-"""The exponents of length, time, angle and steps."""
-
 POWERS: dict[Dimension, Powers] = {
-    Dimension.NUMBER: (0, 0, 0, 0),
+    Dimension.NUMBER: PLAIN,
     Dimension.LENGTH: (1, 0, 0, 0),
     Dimension.TIME: (0, 1, 0, 0),
     Dimension.SPEED: (1, -1, 0, 0),
@@ -42,7 +40,6 @@ POWERS: dict[Dimension, Powers] = {
     Dimension.TURN: (0, -1, 1, 0),
     Dimension.STEPS: (0, 0, 0, 1),
 }
-PLAIN = POWERS[Dimension.NUMBER]
 
 SI: dict[Dimension, str] = {
     Dimension.NUMBER: "",
@@ -55,15 +52,6 @@ SI: dict[Dimension, str] = {
     Dimension.TURN: " rad/s",
     Dimension.STEPS: " steps",
 }
-
-
-@dataclass(frozen=True, slots=True)
-class Amount:
-    """``constant + sum(weight * feature)`` in SI units, and the exponents of its unit."""
-
-    constant: float
-    powers: Powers = PLAIN
-    terms: tuple[tuple[float, ir.Feature], ...] = ()
 
 
 NO_AMOUNT = Amount(REPORTED)

@@ -7,7 +7,6 @@ from collections.abc import Iterable
 from typing import assert_never
 
 from missionc import ir
-from missionc.language.operator import Fixity
 from missionc.syntax.ast import Metric
 
 
@@ -44,7 +43,7 @@ def _operand(formula: ir.Formula, lets: dict[int, str], mission: ir.Mission) -> 
 
 def _apply(formula: ir.Apply, operands: list[str]) -> str:
     word = f"{formula.operator.name}{_bounds(formula.bounds)}"
-    if formula.operator.fixity is Fixity.INFIX:
+    if formula.operator.arity == 2:
         return f" {word} ".join(operands)
     compared = f" {formula.comparison} {formula.number}" if formula.comparison else ""
     return f"{word} {operands[0]}{compared}"

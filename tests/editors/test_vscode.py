@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 
 from missionc.base.source import Source
-from missionc.diagnostics.model import Severity
+from missionc.diagnostics.code import Severity
 from missionc.pipeline import front_end
 from missionc.version import __version__
 from tests.support.npm import (

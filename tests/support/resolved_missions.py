@@ -6,7 +6,8 @@ from missionc import ir
 from missionc.base.limits import Limits
 from missionc.base.source import Source
 from missionc.diagnostics import code
-from missionc.diagnostics.model import Diagnostic, Severity
+from missionc.diagnostics.code import Severity
+from missionc.diagnostics.model import Diagnostic
 from missionc.resolve.resolve_mission import resolve
 from missionc.syntax import ast
 from missionc.syntax.parse import parse

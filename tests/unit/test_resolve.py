@@ -8,7 +8,7 @@ import pytest
 
 from missionc import ir
 from missionc.base.limits import Limits
-from missionc.diagnostics.model import Severity
+from missionc.diagnostics.code import Severity
 from missionc.resolve.resolve_mission import resolve
 from missionc.resolve.show_ir import show_ir
 from tests.support.resolved_missions import (

@@ -56,6 +56,7 @@ from missionc.backends.clot.run.presets import (
     preset,
 )
 from missionc.backends.clot.run.run_state import (
+    Candidate,
     Nearest,
     Reached,
     Searching,
@@ -89,19 +90,6 @@ SEARCH_EVERY = 8
 
 NOISE = 0.4
 """How differently distances are judged for every schedule but the first."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Candidate:
-    """A motion that is no plan, and what it comes to."""
-
-    nearest: Nearest
-    attempt: Attempt
-
-    @property
-    def rank(self) -> tuple[float, int]:
-        """The less, the better."""
-        return self.nearest.shortfall, self.attempt.wrong
 
 
 @dataclass(slots=True)

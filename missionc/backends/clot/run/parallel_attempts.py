@@ -10,11 +10,14 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import TYPE_CHECKING, TypeAlias
+from typing import Protocol, TypeAlias
 
-from missionc.backends.api import Attempt, Snapshot, forget, ignore
+from missionc.backends.api import Attempt, Budget, Options, Snapshot, forget, ignore
+from missionc.backends.clot.cost_graph.cost_graph import CostGraph
 from missionc.backends.clot.run.child_processes import Say, children
 from missionc.backends.clot.run.run_state import (
+    Candidate,
+    Nearest,
     Reached,
     State,
     from_snapshot,
@@ -22,11 +25,29 @@ from missionc.backends.clot.run.run_state import (
 )
 from missionc.backends.run_account import Account
 from missionc.base.signals import asked, hold
-
-if TYPE_CHECKING:
-    from missionc.backends.clot.backend import Run
+from missionc.ir import Mission
 
 MakeAttempt: TypeAlias = Callable[[int], Reached | None]
+
+
+class Run(Protocol):
+    """What is read and written here of a run (``backend.Run``)."""
+
+    mission: Mission
+    graph: CostGraph
+    options: Options
+    budget: Budget
+    account: Account
+    late: bool
+    best: Candidate | None
+    beside: dict[str, str]
+    spare: tuple[int, Reached] | None
+
+    def in_time(self) -> bool: ...
+
+    def keep(self, number: int) -> None: ...
+
+    def consider(self, nearest: Nearest, come_to: Attempt) -> None: ...
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from missionc.backends.api import Snapshot, UnusableSnapshot
+from missionc.backends.api import Attempt, Snapshot, UnusableSnapshot
 from missionc.backends.clot.cost_graph.cost_graph import (
     CostGraph,
     Greatest,
@@ -40,6 +40,19 @@ class Nearest:
     shortfall: float
     sketch: int | None
     motion: Array | None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Candidate:
+    """A motion that is no plan, and what it comes to."""
+
+    nearest: Nearest
+    attempt: Attempt
+
+    @property
+    def rank(self) -> tuple[float, int]:
+        """The less, the better."""
+        return self.nearest.shortfall, self.attempt.wrong
 
 
 @dataclass(frozen=True, slots=True, eq=False)
