@@ -18,7 +18,7 @@ from missionc.pipeline.checked import Checked
 from missionc.pipeline.results import Compiled
 
 if TYPE_CHECKING:
-    from missionc.output.output_files import Option
+    from missionc.output.folder.manifest import Option
 
 
 def inputs(checked: Checked) -> tuple[tuple[str, bytes], ...]:

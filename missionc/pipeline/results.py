@@ -25,8 +25,7 @@ from missionc.pipeline.checked import Checked, below
 if TYPE_CHECKING:
     from missionc.base.judgement import Judgement
     from missionc.base.trace import Plan
-    from missionc.verify.certificate import Between
-    from missionc.verify.verify_plan import Certificate
+    from missionc.verify.certificate import Between, Certificate
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import subprocess
 import sys
+from collections.abc import Collection
 from pathlib import Path
 
 import pytest
@@ -56,6 +57,17 @@ def test_importing_the_package_loads_nothing_of_it_but_its_version() -> None:
     assert run.stdout.strip() == "['missionc.version']"
 
 
+def test_no_two_modules_need_one_another_even_for_their_types() -> None:
+    modules = {named(path): path for path in MODULES}
+    needs = {
+        name: within(ast.parse(path.read_text(encoding="utf-8")), modules) - {name} for name, path in modules.items()
+    }
+    assert sum(map(len, needs.values())) > len(modules)
+    while leaves := {name for name, needed in needs.items() if not needed & needs.keys()}:
+        needs = {name: needed for name, needed in needs.items() if name not in leaves}
+    assert {name: needed & needs.keys() for name, needed in needs.items()} == {}
+
+
 @pytest.mark.parametrize("path", MODULES, ids=lambda path: str(path.relative_to(ROOT)))
 def test_no_module_turns_data_into_code(path: Path) -> None:
     tree = ast.parse(path.read_text(encoding="utf-8"))
@@ -71,6 +83,24 @@ def test_no_module_turns_data_into_code(path: Path) -> None:
 @pytest.mark.parametrize("path", MODULES, ids=lambda path: str(path.relative_to(ROOT)))
 def test_no_module_is_longer_than_four_hundred_lines(path: Path) -> None:
     assert len(path.read_text(encoding="utf-8").splitlines()) <= 400
+
+
+def named(path: Path) -> str:
+    """The name a module is imported by."""
+    parts = path.relative_to(ROOT).with_suffix("").parts
+    return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+
+
+def within(tree: ast.Module, modules: Collection[str]) -> set[str]:
+    """Which of these modules are imported, wherever in the module that stands."""
+    needed: set[str] = set()
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            needed |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom) and node.module:
+            whole = {f"{node.module}.{alias.name}" for alias in node.names}
+            needed |= whole if whole <= set(modules) else {*whole, node.module}
+    return needed & set(modules)
 
 
 def imported(tree: ast.Module) -> set[str]:
