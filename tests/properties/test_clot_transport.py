@@ -10,14 +10,10 @@ torch = pytest.importorskip("torch", reason="torch is not installed")
 
 from torch import Tensor
 
-from missionc.backends.clot.paper.polytope import Polytope
 from missionc.backends.clot.paper.prior import Fixed, prior
 from missionc.backends.clot.paper.sinkhorn import row_softmax, sinkhorn
-from missionc.backends.clot.paper.transport import (
-    Coupling,
-    TransportSettings,
-    transport,
-)
+from missionc.backends.clot.paper.transport import transport
+from missionc.backends.clot.run.transport_settings import Coupling, Polytope, TransportSettings
 
 SEEDS = st.integers(0, 2**32 - 1)
 SETTINGS = st.builds(

@@ -21,7 +21,8 @@ from missionc.backends.clot.optimise.free_distance import Surroundings
 from missionc.backends.clot.paper.prefix import about
 from missionc.backends.clot.paper.prefix_check import prefix_margin
 from missionc.backends.clot.paper.probe_cost import ProbeCost
-from missionc.backends.clot.paper.transport import TransportSettings, transport
+from missionc.backends.clot.paper.transport import transport
+from missionc.backends.clot.run.transport_settings import TransportSettings
 from missionc.backends.clot.torch_device import available, one_thread
 from missionc.backends.clot.weights import ProbeWeights
 from missionc.backends.options import DEVICES, Options

@@ -13,7 +13,6 @@ from scipy.linalg import null_space
 from torch import Tensor
 
 from missionc.backends.clot.paper.polytope import (
-    Polytope,
     directions,
     rotations,
 )
@@ -26,11 +25,8 @@ from missionc.backends.clot.paper.prior import (
     smoother,
 )
 from missionc.backends.clot.paper.sinkhorn import row_softmax, sinkhorn
-from missionc.backends.clot.paper.transport import (
-    Coupling,
-    TransportSettings,
-    transport,
-)
+from missionc.backends.clot.paper.transport import transport
+from missionc.backends.clot.run.transport_settings import Coupling, Polytope, TransportSettings
 
 Array = NDArray[np.float64]
 

@@ -42,6 +42,36 @@ def test_the_cost_graph_is_shown_without_loading_torch() -> None:
     assert "torch" not in loaded_by(code)
 
 
+ALONE = """\
+mission alone
+time step 0.4 s, horizon 4 s
+world (0, 0) to (8, 6)
+region goal = box (5, 3) to (7.5, 5.5)
+team drone[1] { radius 0.1 m  dynamics single_integrator(speed <= 4 m/s)  start at (1, 1) }
+require visit: eventually[0, 4 s] every drone: goal
+"""
+
+
+@pytest.mark.parametrize(
+    ("mission", "preset", "opened"),
+    [((ROOT / "missions/clot_star.mission").read_text(encoding="utf-8"), "sketch", False), (ALONE, "search", True)],
+    ids=["sketch", "search"],
+)
+def test_the_algorithms_of_the_paper_are_loaded_where_they_are_asked_for(
+    mission: str, preset: str, opened: bool
+) -> None:
+    pytest.importorskip("torch")
+    code = (
+        "import sys\nfrom missionc import Options, Source, compile\n"
+        f"source, options = Source('a.mission', {mission!r}), Options(preset={preset!r})\n"
+        "made = compile(source, backend='clot', seed=1, options=options)\n"
+        "assert any(name == 'plan.json' for name, _ in made.files), made.outcome\n"
+        "print(any(name.startswith('missionc.backends.clot.paper.') for name in sys.modules))"
+    )
+    run = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
+    assert run.stdout.splitlines()[-1] == str(opened)
+
+
 def test_check_loads_nothing_that_flies() -> None:
     script = (
         "import sys\nfrom missionc.cli.app import main\nassert main(['check', 'missions/wildfire.mission']) == 0\n"

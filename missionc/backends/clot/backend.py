@@ -44,11 +44,6 @@ from missionc.backends.clot.optimise.goal_terms import Demand
 from missionc.backends.clot.optimise.improve import improve
 from missionc.backends.clot.optimise.levenberg_marquardt import Polished, polish
 from missionc.backends.clot.optimise.motion_residuals import Costs
-from missionc.backends.clot.paper.run_algorithm_2 import (
-    Begun,
-    Searched,
-    searched,
-)
 from missionc.backends.clot.run.parallel_attempts import at_once
 from missionc.backends.clot.run.presets import (
     PRESETS,
@@ -64,6 +59,7 @@ from missionc.backends.clot.run.run_state import (
     from_snapshot,
     to_snapshot,
 )
+from missionc.backends.clot.run.search_results import Begun, Searched
 from missionc.backends.clot.schedule.geodesics import Guide
 from missionc.backends.clot.schedule.key_frames import frames
 from missionc.backends.clot.schedule.schedule import Scheduler
@@ -186,7 +182,7 @@ class Run:
 
     def attempt(self, number: int) -> Reached | None:
         """One schedule, all the way; what comes of it if that is a plan."""
-        mission, graph, guide, way = self.mission, self.graph, self.guide, self.preset
+        way = self.preset
         generator = np.random.default_rng([self.budget.seed, number])
         resumed, self.search = self.search, None
         self.tell("sketch", number)
@@ -202,31 +198,39 @@ class Run:
             begun = self.begun(number, generator)
         motions: tuple[Array, ...] = (begun.motion,)
         if way.local:
-            with self.account.stage("search"):
-                search = searched(
-                    mission,
-                    self.kernel,
-                    graph,
-                    way,
-                    begun,
-                    guide,
-                    generator,
-                    self.budget,
-                    self.in_time,
-                    number + 1,
-                    torch.device(self.options.device),
-                    self.options.processes,
-                    partial(self.keep, number),
-                    resumed,
-                )
-            motions = search.motions
-            if not motions and (self.furthest is None or search.rank > self.furthest.rank):
-                self.furthest = search
+            motions = self.searched(way, begun, generator, number, resumed)
         for motion in motions:
             found = self.polished(motion, begun.schedule.choices, number, way, replace(begun, motion=motion))
             if found is not None:
                 return found
         return None
+
+    def searched(
+        self, way: Preset, begun: Begun, generator: np.random.Generator, number: int, resumed: Searching | None
+    ) -> tuple[Array, ...]:
+        """The joint motions of a search, (agents, steps + 1, dim) each, metres; how far it came is kept."""
+        from missionc.backends.clot.paper.run_algorithm_2 import searched  # a room that few plans enter
+
+        with self.account.stage("search"):
+            search = searched(
+                self.mission,
+                self.kernel,
+                self.graph,
+                way,
+                begun,
+                self.guide,
+                generator,
+                self.budget,
+                self.in_time,
+                number + 1,
+                torch.device(self.options.device),
+                self.options.processes,
+                partial(self.keep, number),
+                resumed,
+            )
+        if not search.motions and (self.furthest is None or search.rank > self.furthest.rank):
+            self.furthest = search
+        return search.motions
 
     def polished(
         self, first: Array, choices: Choices, number: int, way: Preset | None = None, begun: Begun | None = None

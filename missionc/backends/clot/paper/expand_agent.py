@@ -28,10 +28,11 @@ from missionc.backends.clot.paper.prefix import about
 from missionc.backends.clot.paper.prefix_check import prefix_margin
 from missionc.backends.clot.paper.probe_cost import ProbeCost
 from missionc.backends.clot.paper.search_tree import Node
-from missionc.backends.clot.paper.transport import TransportSettings, transport
+from missionc.backends.clot.paper.transport import transport
 from missionc.backends.clot.paper.tree_search import Candidate
 from missionc.backends.clot.run.child_processes import Children, children
 from missionc.backends.clot.run.presets import Preset
+from missionc.backends.clot.run.transport_settings import TransportSettings
 from missionc.backends.clot.torch_device import seeded
 from missionc.backends.clot.weights import ProbeWeights
 from missionc.base.trace import Array

@@ -7,23 +7,13 @@ Source:
 from __future__ import annotations
 
 import math
-from enum import Enum, auto
 from itertools import product
 from typing import assert_never
 
 import torch
 from torch import Tensor
 
-
-class Polytope(Enum):
-    """A set of directions that sum to zero."""
-
-    SIMPLEX = auto()
-    """dim + 1 corners: the fewest."""
-    ORTHOPLEX = auto()
-    """2 dim corners: both ways along each axis."""
-    CUBE = auto()
-    """2^dim corners."""
+from missionc.backends.clot.run.transport_settings import Polytope
 
 
 def directions(polytope: Polytope, dim: int) -> Tensor:

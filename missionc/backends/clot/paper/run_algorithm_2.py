@@ -7,7 +7,6 @@ Source:
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 import torch
@@ -26,46 +25,14 @@ from missionc.backends.clot.paper.search_checkpoint import from_arrays, to_array
 from missionc.backends.clot.paper.tree_search import Search
 from missionc.backends.clot.run.presets import Order, Preset
 from missionc.backends.clot.run.run_state import UNUSABLE, Searching
+from missionc.backends.clot.run.search_results import Begun, Searched
 from missionc.backends.clot.schedule.geodesics import Guide
-from missionc.backends.clot.schedule.key_frames import Frame
-from missionc.backends.clot.schedule.schedule import Schedule
 from missionc.base.trace import Array
 from missionc.ir import Mission
 from missionc.kernel.nodes import Kernel
 
 MOST = 3
 """Joint motions that are handed on, the cheapest."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Begun:
-    """Where planning begins: a schedule, its key frames, and a joint motion, (agents, steps + 1, dim), metres.
-
-    ``number`` is of the attempt that made the schedule.
-    """
-
-    number: int
-    schedule: Schedule
-    key: tuple[Frame, ...]
-    motion: Array
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Searched:
-    """Joint motions, each (agents, steps + 1, dim), metres, the cheapest first; none where none was found.
-
-    ``planned`` is how many agents were planned at once at most, and ``margin``
-    by how much the best candidate with so many holds, metres.
-    """
-
-    motions: tuple[Array, ...]
-    planned: int
-    margin: float
-
-    @property
-    def rank(self) -> tuple[int, float]:
-        """The more, the further it came."""
-        return self.planned, self.margin
 
 
 def searched(

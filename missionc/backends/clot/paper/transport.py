@@ -22,20 +22,18 @@ Source:
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
-from enum import Enum, auto
 from typing import TypeAlias, assert_never
 
 import torch
 from torch import Tensor
 
 from missionc.backends.clot.paper.polytope import (
-    Polytope,
     directions,
     rotations,
 )
 from missionc.backends.clot.paper.prior import smoother
 from missionc.backends.clot.paper.sinkhorn import row_softmax, sinkhorn
+from missionc.backends.clot.run.transport_settings import Coupling, TransportSettings
 from missionc.base.memory import reserve
 
 Cost: TypeAlias = Callable[[Tensor, Tensor], Tensor]
@@ -46,50 +44,6 @@ out. Of fixed waypoints nothing is read."""
 
 ARRAYS = 12
 """Arrays with a number for each probe that a cost and its weights have in memory at once, about."""
-
-
-class Coupling(Enum):
-    """Whether the waypoints of a candidate share the directions evenly."""
-
-    SOFTMAX = auto()
-    """Each waypoint chooses by itself."""
-    SINKHORN = auto()
-    """Every direction receives the same mass, as equation (7) has it."""
-
-
-@dataclass(frozen=True, slots=True)
-class TransportSettings:
-    """How a batch is moved. Radii and widths run from their first to their last value over the iterations.
-
-    The defaults suit trajectories drawn from the prior in a world of about
-    10 m; a good guess wants smaller radii.
-
-    Args:
-        iterations: at most so many; at least 0.
-        first_radius, last_radius: how far a waypoint looks and at most moves in
-            an iteration, metres; in between geometric.
-        first_width, last_width: of the kernel that smooths a step, steps;
-            in between linear.
-        regulariser: weight of the entropy, for costs scaled to [0, 1].
-        flat: where the best and the worst probe of a waypoint differ by less
-            than this times the radius (cost per metre), it moves less.
-        polytope: the directions probed.
-        probes: on each direction, at equal distances up to the radius.
-        coupling: how the weights are found.
-        check_every: iterations between two calls of ``done``.
-    """
-
-    iterations: int = 20
-    first_radius: float = 1.0
-    last_radius: float = 0.06
-    first_width: float = 8.0
-    last_width: float = 0.8
-    regulariser: float = 0.08
-    flat: float = 0.3
-    polytope: Polytope = Polytope.ORTHOPLEX
-    probes: int = 1
-    coupling: Coupling = Coupling.SOFTMAX
-    check_every: int = 5
 
 
 def transport(

@@ -22,8 +22,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from enum import Enum, auto
 
-from missionc.backends.clot.paper.transport import Coupling, TransportSettings
 from missionc.backends.clot.run.search_settings import FSOT, SearchSettings
+from missionc.backends.clot.run.transport_settings import Coupling, TransportSettings
 
 
 class Order(Enum):

@@ -1,0 +1,40 @@
+"""Search results: what a search begins with, and the joint motions it ends with."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from missionc.backends.clot.schedule.key_frames import Frame
+from missionc.backends.clot.schedule.schedule import Schedule
+from missionc.base.trace import Array
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Begun:
+    """Where planning begins: a schedule, its key frames, and a joint motion, (agents, steps + 1, dim), metres.
+
+    ``number`` is of the attempt that made the schedule.
+    """
+
+    number: int
+    schedule: Schedule
+    key: tuple[Frame, ...]
+    motion: Array
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Searched:
+    """Joint motions, each (agents, steps + 1, dim), metres, the cheapest first; none where none was found.
+
+    ``planned`` is how many agents were planned at once at most, and ``margin``
+    by how much the best candidate with so many holds, metres.
+    """
+
+    motions: tuple[Array, ...]
+    planned: int
+    margin: float
+
+    @property
+    def rank(self) -> tuple[int, float]:
+        """The more, the further it came."""
+        return self.planned, self.margin
