@@ -117,7 +117,7 @@ def shows(mission: ir.Mission) -> Iterator[str]:
     yield from sorted(word for word in predicates if " " in word)
     kinds = sorted({formation.kind for formation in mission.formations})
     yield from (f"formation `{kind}`" for kind in kinds)
-    yield from sorted({_dynamics(agent.dynamics) for agent in mission.agents})
+    yield from sorted({f"{agent.dynamics.word.replace('_', ' ')}s" for agent in mission.agents})
     yield from sorted({f"vehicle `{each.vehicle.name}`" for each in mission.agents if each.vehicle is not ir.PLAIN})
     if mission.dimension == 3:
         yield "a volume"
@@ -127,16 +127,6 @@ def shows(mission: ir.Mission) -> Iterator[str]:
         yield "`prefer`"
     if mission.objective is not ir.Objective.NONE:
         yield f"`minimize {mission.objective.value}`"
-
-
-def _dynamics(dynamics: ir.Dynamics) -> str:
-    match dynamics:
-        case ir.SingleIntegrator():
-            return "single integrators"
-        case ir.DoubleIntegrator():
-            return "double integrators"
-        case ir.Unicycle():
-            return "unicycles"
 
 
 def picture(path: Path, seed: int = 0) -> bytes | str:

@@ -7,7 +7,7 @@ from scipy.sparse.csgraph import minimum_spanning_tree
 from scipy.spatial.distance import cdist
 
 from missionc.base.trace import Array, Trace
-from missionc.ir import Anywhere, Box, Mission, Place, SingleIntegrator
+from missionc.ir import Anywhere, Box, Mission, Place
 
 
 class Unsupported(Exception):
@@ -23,8 +23,8 @@ def box(place: Place | None) -> Box:
 
 def speed(mission: Mission) -> float:
     """The one speed limit of a team of first order, m/s."""
-    limits = {agent.dynamics.speed for agent in mission.agents if isinstance(agent.dynamics, SingleIntegrator)}
-    if len(limits) != 1 or not all(isinstance(agent.dynamics, SingleIntegrator) for agent in mission.agents):
+    limits = {agent.dynamics.top_speed for agent in mission.agents}
+    if len(limits) != 1 or any(agent.dynamics.word != "single_integrator" for agent in mission.agents):
         raise Unsupported("all agents have to be single integrators of one speed")
     return limits.pop()
 

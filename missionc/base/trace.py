@@ -37,7 +37,7 @@ class Trace:
             motion that starts at the step begins.
 
     Between two steps a first-order agent moves straight at constant velocity;
-    a ``DoubleIntegrator`` has constant acceleration.
+    an agent with momentum (``ir.dynamics``) has constant acceleration.
     """
 
     step: Seconds

@@ -18,7 +18,7 @@ from missionc.checks.literals import Literal, Unbounded
 from missionc.checks.necessary_conditions import Fact, gather
 from missionc.diagnostics.code import TOO_FAR
 from missionc.diagnostics.model import Diagnostic, Label
-from missionc.ir import Agent, Anywhere, Exactly, Mission, Region, top_speed
+from missionc.ir import Agent, Anywhere, Exactly, Mission, Region
 from missionc.ir.wording import (
     listed,
     metres,
@@ -138,14 +138,14 @@ def _journeys(ground: Ground, agents: Sequence[Agent], goal: Area) -> list[Journ
 
 def _reach(mission: Mission, agent: Agent, steps: int) -> float:
     """How far an agent gets in so many steps, metres."""
-    return top_speed(agent.dynamics) * steps * mission.step * (1 + ROUNDING) + ROUNDING
+    return agent.dynamics.top_speed * steps * mission.step * (1 + ROUNDING) + ROUNDING
 
 
 # ------------------------------------------------------------------ messages
 
 
 def _needs(mission: Mission, journey: Journey) -> str:
-    fastest = top_speed(journey.agent.dynamics)
+    fastest = journey.agent.dynamics.top_speed
     if fastest <= 0:
         return f"it is {metres(journey.distance)} away and does not move"
     steps = math.ceil(journey.distance / fastest / mission.step - ROUNDING)

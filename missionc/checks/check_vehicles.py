@@ -16,7 +16,7 @@ from missionc.base.units import Dimension
 from missionc.checks.free_space import Ground
 from missionc.diagnostics.code import FASTER_THAN_VEHICLE, NO_FLYING_ROOM, OUTSIDE_FLYING_ROOM
 from missionc.diagnostics.model import Diagnostic, Label
-from missionc.ir import Agent, DoubleIntegrator, Exactly, Mission, Place, Vector, top_speed
+from missionc.ir import Agent, Exactly, Mission, Place, Vector
 from missionc.ir.wording import (
     listed,
     metres,
@@ -49,10 +49,10 @@ def _teams(mission: Mission) -> list[list[Agent]]:
 def _slower_than_planned(agent: Agent) -> list[Diagnostic]:
     vehicle, dynamics = agent.vehicle, agent.dynamics
     findings = []
-    if top_speed(dynamics) > vehicle.speed:
-        findings.append(_faster(agent, "speed", "move", top_speed(dynamics), vehicle.speed, Dimension.SPEED))
-    if isinstance(dynamics, DoubleIntegrator) and dynamics.acceleration > vehicle.acceleration:
-        planned, flown = dynamics.acceleration, vehicle.acceleration
+    if dynamics.top_speed > vehicle.speed:
+        findings.append(_faster(agent, "speed", "move", dynamics.top_speed, vehicle.speed, Dimension.SPEED))
+    if vehicle.acceleration < dynamics.top_acceleration < math.inf:
+        planned, flown = dynamics.top_acceleration, vehicle.acceleration
         findings.append(_faster(agent, "acceleration", "accelerate", planned, flown, Dimension.ACCELERATION))
     return findings
 

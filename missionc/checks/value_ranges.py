@@ -18,9 +18,7 @@ from missionc.ir import (
     Mission,
     Region,
     Speed,
-    Unicycle,
     Vector,
-    top_speed,
 )
 from missionc.ir.wording import number
 from missionc.world.configuration_space import empty
@@ -57,8 +55,7 @@ def of_feature(ground: Ground, agent: Agent, feature: Feature) -> Range:
         case Coordinate(axis):
             return Range(low[axis], high[axis])
         case Speed():
-            slowest = agent.dynamics.slowest if isinstance(agent.dynamics, Unicycle) else 0.0
-            return Range(slowest, top_speed(agent.dynamics))
+            return Range(agent.dynamics.lowest_speed, agent.dynamics.top_speed)
         case Altitude():
             return Range(low[2], high[2]) if mission.dimension == 3 else Range(agent.altitude, agent.altitude)
         case DistanceBetween(first, second):

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from missionc.base.trace import Array, Trace
-from missionc.ir import DoubleIntegrator, Mission
+from missionc.ir import Mission
 
 Indices = NDArray[np.int64]
 
@@ -112,7 +112,7 @@ def motion(mission: Mission, trace: Trace) -> Curves:
     """
     steps = trace.position.shape[1] - 1
     start, move = trace.position[:, :-1], np.diff(trace.position, axis=1)
-    second_order = [isinstance(agent.dynamics, DoubleIntegrator) for agent in mission.agents]
+    second_order = [agent.dynamics.has_momentum for agent in mission.agents]
     linear, bend = move / trace.step, np.zeros_like(move)
     if any(second_order):
         chosen = np.array(second_order)

@@ -64,7 +64,7 @@ from missionc.flight.vehicle_limits import (
     room,
 )
 from missionc.flight.yaw import pointing
-from missionc.ir import AlongPath, DoubleIntegrator, Mission
+from missionc.ir import AlongPath, Mission
 from missionc.kernel.nodes import Kernel
 from missionc.lower.tighten import roomy
 from missionc.verify.certificate import Certificate, Check
@@ -307,7 +307,7 @@ def _shared(legs: Indices, count: int) -> Indices:
 
 def _bulge(mission: Mission, planned: Curves) -> Array:
     """(steps,), metres: how far any parabola of a step leaves its chord."""
-    chosen = [agent.index for agent in mission.agents if isinstance(agent.dynamics, DoubleIntegrator)]
+    chosen = [agent.index for agent in mission.agents if agent.dynamics.has_momentum]
     if not chosen:
         return np.zeros(planned.durations.size)
     bend = np.linalg.norm(planned.coefficients[chosen, :, :, 2], axis=-1) * 2

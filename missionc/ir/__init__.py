@@ -9,15 +9,11 @@ from missionc.ir.agents import (
     Agent,
     AgentSet,
     Anywhere,
-    DoubleIntegrator,
-    Dynamics,
     Exactly,
     Place,
-    SingleIntegrator,
-    Unicycle,
-    top_speed,
 )
 from missionc.ir.couplings import BeaconCover, Formation, FormationEdge, Graph, Proximity
+from missionc.ir.dynamics import DoubleIntegrator, Dynamics, SingleIntegrator, Unicycle
 from missionc.ir.formulas import About, Apply, AtLeastOf, Belongs, Formula, Holds, Length, OfAgent, Truth, Window
 from missionc.ir.mission import Connectivity, Mission, Objective, Preference, Requirement, SolveWith
 from missionc.ir.places import Beacon, Obstacle, Path, Region, Still, World
@@ -106,5 +102,4 @@ __all__ = [
     "Window",
     "World",
     "Yaw",
-    "top_speed",
 ]

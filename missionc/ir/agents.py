@@ -7,46 +7,10 @@ from typing import TypeAlias
 
 from missionc.base.source import Span
 from missionc.base.units import Metres
+from missionc.ir.dynamics import Dynamics
 from missionc.ir.places import Region
 from missionc.ir.shapes import Vector
 from missionc.ir.vehicles import AHEAD, PLAIN, Vehicle, Yaw
-
-
-@dataclass(frozen=True, slots=True)
-class SingleIntegrator:
-    """Any constant velocity within a step, up to ``speed`` m/s."""
-
-    speed: float
-
-
-@dataclass(frozen=True, slots=True)
-class DoubleIntegrator:
-    """Any constant acceleration within a step, up to ``acceleration`` m/s²; speed up to ``speed`` m/s."""
-
-    speed: float
-    acceleration: float
-
-
-@dataclass(frozen=True, slots=True)
-class Unicycle:
-    """Straight along the heading at ``slowest`` .. ``fastest`` m/s within a step, turning in place between steps.
-
-    ``turn`` (rad/s) bounds the change of heading from one step to the next;
-    ``math.inf`` where the mission gives none. Waits only where ``slowest`` is 0.
-    [strel] Experiment Setup.
-    """
-
-    slowest: float
-    fastest: float
-    turn: float
-
-
-Dynamics: TypeAlias = SingleIntegrator | DoubleIntegrator | Unicycle
-
-
-def top_speed(dynamics: Dynamics) -> float:
-    """The largest speed the dynamics allow, m/s."""
-    return dynamics.fastest if isinstance(dynamics, Unicycle) else dynamics.speed
 
 
 @dataclass(frozen=True, slots=True)

@@ -22,7 +22,6 @@ from missionc.ir import (
     Apply,
     Compare,
     Connected,
-    DoubleIntegrator,
     Formula,
     Holds,
     InFormation,
@@ -33,7 +32,6 @@ from missionc.ir import (
     Predicate,
     Still,
     Touches,
-    Unicycle,
 )
 from missionc.ir.wording import listed
 from missionc.language.walk_formulas import (
@@ -100,9 +98,9 @@ def _of_world(mission: Mission) -> Iterator[Need]:
         if not isinstance(obstacle.motion, Still):
             yield Need(Feature.MOVING_OBSTACLE, obstacle.span)
     for agent in mission.agents:
-        if isinstance(agent.dynamics, DoubleIntegrator):
+        if agent.dynamics.has_momentum:
             yield Need(Feature.SECOND_ORDER, agent.span)
-        if isinstance(agent.dynamics, Unicycle):
+        if agent.dynamics.faces_ahead:
             yield Need(Feature.UNICYCLE, agent.span)
 
 
@@ -159,7 +157,7 @@ def _of_objective(mission: Mission) -> Iterator[Need]:
 
 def _restless(mission: Mission) -> list[str]:
     """The teams whose agents never stand still."""
-    moving = [agent.team for agent in mission.agents if isinstance(agent.dynamics, Unicycle) and agent.dynamics.slowest]
+    moving = [agent.team for agent in mission.agents if agent.dynamics.lowest_speed > 0]
     return list(dict.fromkeys(moving))
 
 

@@ -13,6 +13,7 @@ plans no faster than they can fly from rest to rest.
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from itertools import combinations
 from typing import TypeAlias, assert_never
@@ -32,7 +33,6 @@ from missionc.ir import (
     Disc,
     DistanceBetween,
     DistanceTo,
-    DoubleIntegrator,
     Dynamics,
     Feature,
     Formation,
@@ -47,14 +47,11 @@ from missionc.ir import (
     Proximity,
     Region,
     Shape,
-    SingleIntegrator,
     Speed,
     Touches,
-    Unicycle,
     Union,
     Vector,
     Vehicle,
-    top_speed,
 )
 from missionc.kernel.nodes import (
     All,
@@ -124,7 +121,7 @@ def _beyond(mission: Mission, one: int, other: int) -> float:
     """What two agents keep between their bodies, metres: one of them may be off by the skew of their starts."""
     first, second = mission.agents[one], mission.agents[other]
     skew = max(first.vehicle.start_skew, second.vehicle.start_skew)
-    drift = skew * sum(min(each.vehicle.speed, PEAK * top_speed(each.dynamics)) for each in (first, second))
+    drift = skew * sum(min(each.vehicle.speed, PEAK * each.dynamics.top_speed) for each in (first, second))
     return float(mission.spacing(one, other)) - first.radius - second.radius + drift
 
 
@@ -142,18 +139,10 @@ def paced(mission: Mission) -> Mission:
 
 
 def _slower(dynamics: Dynamics, vehicle: Vehicle, step: float) -> Dynamics:
-    speed = min(vehicle.speed / PEAK, vehicle.acceleration * step / START)
-    match dynamics:
-        case SingleIntegrator(fastest):
-            return replace(dynamics, speed=min(fastest, speed))
-        case Unicycle(slowest, fastest):
-            # One that cannot fly so slowly is planned as it is.
-            return replace(dynamics, fastest=min(fastest, speed)) if slowest < speed else dynamics
-        case DoubleIntegrator(fastest, acceleration):
-            limits = min(fastest, SPARE * vehicle.speed), min(acceleration, SPARE * vehicle.acceleration)
-            return DoubleIntegrator(*limits)
-        case _:
-            assert_never(dynamics)
+    if dynamics.has_momentum:
+        return dynamics.at_most(SPARE * vehicle.speed, SPARE * vehicle.acceleration)
+    # One that cannot fly so slowly is planned as it is.
+    return dynamics.at_most(min(vehicle.speed / PEAK, vehicle.acceleration * step / START), math.inf)
 
 
 def tightened(mission: Mission, kernel: Kernel, margin: Metres) -> tuple[Mission, Kernel]:

@@ -26,7 +26,7 @@ from missionc.base.strict_json import NotJsonError, parse_json
 from missionc.base.trace import Array, Trace
 from missionc.diagnostics.code import TRACE_MISMATCH, TRACE_UNREADABLE
 from missionc.diagnostics.model import Diagnostic, Label
-from missionc.ir import DoubleIntegrator, Mission
+from missionc.ir import Mission
 
 ON_TIME = 1e-6
 """Seconds: a sample so near to a step is at it."""
@@ -262,7 +262,7 @@ def _velocities(mission: Mission, position: Array) -> Array:
     velocity = np.diff(position, axis=1) / mission.step
     first_order = np.concatenate([velocity, velocity[:, -1:]], axis=1)
     second_order = np.gradient(position, mission.step, axis=1)
-    second = np.array([isinstance(agent.dynamics, DoubleIntegrator) for agent in mission.agents])
+    second = np.array([agent.dynamics.has_momentum for agent in mission.agents])
     return np.asarray(np.where(second[:, None, None], second_order, first_order))
 
 

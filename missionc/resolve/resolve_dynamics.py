@@ -5,12 +5,11 @@ says MC013 MC014 MC201 MC206 MC210
 
 from __future__ import annotations
 
-import math
-
 from missionc import ir
 from missionc.base.units import Dimension
 from missionc.diagnostics import code
 from missionc.diagnostics.model import Fix
+from missionc.ir.dynamics import DYNAMICS, Limit, by_word
 from missionc.resolve.context import REPORTED, Context
 from missionc.resolve.resolve_quantities import (
     number,
@@ -26,35 +25,31 @@ from missionc.resolve.resolve_settings import (
 from missionc.syntax import ast
 
 SETTINGS: dict[str, tuple[str, ...]] = {
-    "single_integrator": ("speed",),
-    "double_integrator": ("speed", "acceleration"),
-    "unicycle": ("speed", "turn"),
+    kind.word: ("speed", *(limit.setting for limit in kind.limits)) for kind in DYNAMICS
 }
 """The kinds of dynamics and the settings each takes."""
 
-UNMOVED = ir.SingleIntegrator(REPORTED)
+UNMOVED = DYNAMICS[0].of(REPORTED, REPORTED, *(REPORTED for _ in DYNAMICS[0].limits))
 """In place of dynamics that have been reported."""
 
 
 def resolve_dynamics(context: Context, dynamics: ast.Dynamics) -> ir.Dynamics:
-    kind = dynamics.name.text
-    if kind not in SETTINGS:
+    word = dynamics.name.text
+    if word not in SETTINGS:
         unknown_word(context, dynamics.name, tuple(SETTINGS), "`dynamics`", "kind")
         return UNMOVED
-    settings = known_settings(context, dynamics.settings, SETTINGS[kind], f"`{kind}`")
+    kind = by_word[word]
+    settings = known_settings(context, dynamics.settings, SETTINGS[word], f"`{word}`")
     slowest, fastest = _speeds(context, dynamics, settings)
-    if kind == "unicycle":
-        return ir.Unicycle(slowest, fastest, _turn(context, settings))
-    if slowest > 0:
+    if slowest > 0 and not kind.may_be_restless:
+        restless = " or ".join(f"`{each.word}`" for each in DYNAMICS if each.may_be_restless)
         context.report(
             code.VALUE_OUT_OF_RANGE,
-            f"the lowest speed is {shown(slowest)} m/s; only a `unicycle` has one above 0",
+            f"the lowest speed is {shown(slowest)} m/s; only a {restless} has one above 0",
             settings["speed"].span,
-            help="write `speed <= V`, or take a `unicycle`",
+            help=f"write `speed <= V`, or take a {restless}",
         )
-    if kind == "single_integrator":
-        return ir.SingleIntegrator(fastest)
-    return ir.DoubleIntegrator(fastest, _acceleration(context, dynamics, settings))
+    return kind.of(slowest, fastest, *(_limit(context, dynamics, settings, limit) for limit in kind.limits))
 
 
 def _speeds(context: Context, dynamics: ast.Dynamics, settings: dict[str, ast.Setting]) -> tuple[float, float]:
@@ -80,19 +75,13 @@ def _speeds(context: Context, dynamics: ast.Dynamics, settings: dict[str, ast.Se
     return slowest, fastest
 
 
-def _acceleration(context: Context, dynamics: ast.Dynamics, settings: dict[str, ast.Setting]) -> float:
-    setting = settings.get("acceleration")
+def _limit(context: Context, dynamics: ast.Dynamics, settings: dict[str, ast.Setting], limit: Limit) -> float:
+    setting = settings.get(limit.setting)
+    if setting is None and limit.default is not None:
+        return limit.default
     if setting is None:
-        way_out = "write `acceleration <= A`"
-        missing(context, f"the acceleration of `{dynamics.name.text}`", dynamics.span, way_out)
+        way_out = f"write `{limit.setting} <= {limit.setting[0].upper()}`"
+        missing(context, f"the {limit.setting} of `{dynamics.name.text}`", dynamics.span, way_out)
         return REPORTED
     relation(context, setting, "<=")
-    return number(context, setting.high, Dimension.ACCELERATION, "the acceleration", above=0)
-
-
-def _turn(context: Context, settings: dict[str, ast.Setting]) -> float:
-    setting = settings.get("turn")
-    if setting is None:
-        return math.inf
-    relation(context, setting, "<=")
-    return number(context, setting.high, Dimension.TURN, "the turning rate", above=0)
+    return number(context, setting.high, limit.dimension, limit.name, above=0)

@@ -11,6 +11,7 @@ from collections.abc import Iterator, Sequence
 from typing import assert_never
 
 from missionc import ir
+from missionc.resolve.resolve_quantities import SI
 from missionc.resolve.show_ir_formula import (
     number,
     show_formula,
@@ -116,16 +117,10 @@ def _agent(agent: ir.Agent, dimension: int) -> str:
 
 
 def _dynamics(dynamics: ir.Dynamics) -> str:
-    match dynamics:
-        case ir.SingleIntegrator(speed):
-            return f"single_integrator speed <= {number(speed)} m/s"
-        case ir.DoubleIntegrator(speed, acceleration):
-            return f"double_integrator speed <= {number(speed)} m/s acceleration <= {number(acceleration)} m/s^2"
-        case ir.Unicycle(slowest, fastest, turn):
-            turning = "" if turn == math.inf else f" turn <= {number(turn)} rad/s"
-            return f"unicycle speed {number(slowest)}..{number(fastest)} m/s{turning}"
-        case _:
-            assert_never(dynamics)
+    speed = f"{number(dynamics.lowest_speed)}.." if dynamics.may_be_restless else "<= "
+    values = [(limit, getattr(dynamics, limit.setting)) for limit in dynamics.limits]
+    limits = [f" {each.setting} <= {number(value)}{SI[each.dimension]}" for each, value in values if value < math.inf]
+    return f"{dynamics.word} speed {speed}{number(dynamics.top_speed)} m/s{''.join(limits)}"
 
 
 def _place(place: ir.Place) -> str:

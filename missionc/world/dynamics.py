@@ -8,13 +8,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import assert_never
 
 import numpy as np
 from numpy.typing import NDArray
 
 from missionc.base.trace import Array, Flags
-from missionc.ir import DoubleIntegrator, Dynamics, SingleIntegrator, Unicycle
+from missionc.ir import Dynamics
 
 Indices = NDArray[np.int64]
 
@@ -34,7 +33,7 @@ class States:
     position: Array
     velocity: Array
 
-    def take(self, which: Indices | Flags) -> States:
+    def take(self, which: Indices | Flags | slice) -> States:
         return States(self.position[which], self.velocity[which])
 
     def __len__(self) -> int:
@@ -43,25 +42,18 @@ class States:
 
 def can_wait(dynamics: Dynamics) -> bool:
     """An agent at rest may stay where it is."""
-    return not isinstance(dynamics, Unicycle) or dynamics.slowest == 0
+    return dynamics.lowest_speed == 0
 
 
 def speeds(dynamics: Dynamics) -> tuple[float, float]:
     """The least and the largest speed of a motion, m/s."""
-    match dynamics:
-        case Unicycle(slowest, fastest, _):
-            return slowest, fastest
-        case SingleIntegrator(speed) | DoubleIntegrator(speed, _):
-            return 0.0, speed
-        case _:
-            assert_never(dynamics)
+    return dynamics.lowest_speed, dynamics.top_speed
 
 
 def turn_in_step(dynamics: Dynamics, step: float) -> float:
     """How far the heading may change from one step to the next, rad; infinite where nothing bounds it."""
-    if not isinstance(dynamics, Unicycle) or dynamics.turn * step >= math.pi:
-        return math.inf
-    return dynamics.turn * step
+    turn = dynamics.top_turn * step
+    return math.inf if turn >= math.pi else turn
 
 
 def steer(
@@ -85,7 +77,7 @@ def steer(
         count, (pairs,), steps, 0 where there is no such motion within ``most``
         steps; and bend, (pairs,), rad: the turn to the left from one step to the next.
     """
-    if isinstance(dynamics, DoubleIntegrator):
+    if dynamics.has_momentum:
         count = _steps_with_momentum(dynamics, start, end, step, most)
         return count, np.zeros(len(count))
     slowest_leg, fastest_leg = (speed * step for speed in speeds(dynamics))
@@ -121,7 +113,7 @@ def path_between(
         positions, (pairs, count + 1, dim), metres, and velocities, (pairs, count + 1, dim),
         m/s (zero for first order); the first and last are ``start`` and ``end`` themselves.
     """
-    if not isinstance(dynamics, DoubleIntegrator):
+    if not dynamics.has_momentum:
         position = _arc(start.position, end.position, count, bend)
         return position, np.zeros_like(position)
     mean, ramp = _least_effort(start, end, step, count)
@@ -144,7 +136,7 @@ def headings_along(start: States, end: States, count: int, bend: Array) -> Array
 
 def motion_of(dynamics: Dynamics, start: States, end: States, step: float) -> tuple[Array, Array, Array]:
     """Position, velocity and acceleration, (pairs, dim) each, at the start of motions of one step."""
-    if isinstance(dynamics, DoubleIntegrator):
+    if dynamics.has_momentum:
         return start.position, start.velocity, (end.velocity - start.velocity) / step
     velocity = (end.position - start.position) / step
     return start.position, velocity, np.zeros_like(velocity)
@@ -163,18 +155,15 @@ def check_step(
         (...): the least margin: m/s of speed, m/s² of acceleration, and for second order
         minus the metres by which the motion and the velocities disagree.
     """
-    match dynamics:
-        case SingleIntegrator() | Unicycle():
-            slowest, fastest = speeds(dynamics)
-            speed = np.linalg.norm(next_position - position, axis=-1) / step
-            return np.asarray(np.minimum(fastest - speed, speed - slowest))
-        case DoubleIntegrator(fastest, strongest):
-            quickest = np.maximum(np.linalg.norm(velocity, axis=-1), np.linalg.norm(next_velocity, axis=-1))
-            acceleration = np.linalg.norm(next_velocity - velocity, axis=-1) / step
-            drift = np.linalg.norm(next_position - position - (velocity + next_velocity) * (step / 2), axis=-1)
-            return np.asarray(np.minimum(np.minimum(fastest - quickest, strongest - acceleration), -drift))
-        case _:
-            assert_never(dynamics)
+    if not dynamics.has_momentum:
+        slowest, fastest = speeds(dynamics)
+        speed = np.linalg.norm(next_position - position, axis=-1) / step
+        return np.asarray(np.minimum(fastest - speed, speed - slowest))
+    quickest = np.maximum(np.linalg.norm(velocity, axis=-1), np.linalg.norm(next_velocity, axis=-1))
+    acceleration = np.linalg.norm(next_velocity - velocity, axis=-1) / step
+    drift = np.linalg.norm(next_position - position - (velocity + next_velocity) * (step / 2), axis=-1)
+    margin = np.minimum(dynamics.top_speed - quickest, dynamics.top_acceleration - acceleration)
+    return np.asarray(np.minimum(margin, -drift))
 
 
 def _chord(count: int, bend: Array) -> Array:
@@ -210,10 +199,10 @@ def _least_effort(start: States, end: States, step: float, count: int) -> tuple[
     return mean, missing * (12.0 / (count * (count**2 - 1)))
 
 
-def _steps_with_momentum(dynamics: DoubleIntegrator, start: States, end: States, step: float, most: int) -> Indices:
+def _steps_with_momentum(dynamics: Dynamics, start: States, end: States, step: float, most: int) -> Indices:
     length = np.linalg.norm(end.position - start.position, axis=-1)
-    soonest = length / dynamics.speed
-    latest = 2 * soonest + 4 * dynamics.speed / dynamics.acceleration  # twice a stop, the whole way and a stop
+    soonest = length / dynamics.top_speed
+    latest = 2 * soonest + 4 * dynamics.top_speed / dynamics.top_acceleration  # twice a stop, the whole way and a stop
     fewest = np.zeros(len(start), dtype=np.int64)
     for count in range(2, most + 1):  # one step has one acceleration, which meets no two conditions
         time = count * step
@@ -225,9 +214,9 @@ def _steps_with_momentum(dynamics: DoubleIntegrator, start: States, end: States,
         strongest = np.maximum(np.linalg.norm(mean + reach, axis=-1), np.linalg.norm(mean - reach, axis=-1))
         half = count // 2
         midway = start.velocity[some] + step * (half * mean + ramp * (half * (count - half) / 2))
-        gentle = (strongest <= dynamics.acceleration) & (np.linalg.norm(midway, axis=-1) <= dynamics.speed)
+        gentle = (strongest <= dynamics.top_acceleration) & (np.linalg.norm(midway, axis=-1) <= dynamics.top_speed)
         some = some[gentle]
         _, velocity = path_between(dynamics, start.take(some), end.take(some), step, count, np.zeros(len(some)))
-        within = np.linalg.norm(velocity, axis=-1).max(axis=-1, initial=0.0) <= dynamics.speed
+        within = np.linalg.norm(velocity, axis=-1).max(axis=-1, initial=0.0) <= dynamics.top_speed
         fewest[some[within]] = count
     return fewest

@@ -11,7 +11,7 @@ from scipy.sparse import block_diag, csc_array, eye_array, hstack, vstack
 from scipy.sparse.linalg import splu
 
 from missionc.base.trace import Array, Trace
-from missionc.ir import DoubleIntegrator, Mission
+from missionc.ir import Mission
 
 STILL = 1e-9
 """Metres or m/s: who moves by less turns nowhere."""
@@ -35,7 +35,7 @@ def slowed(mission: Mission, trace: Trace) -> Trace:
     flown = np.diff(position, axis=1) / trace.step
     flown = np.concatenate([flown, flown[:, -1:]], axis=1)
     for agent in mission.agents:
-        if isinstance(agent.dynamics, DoubleIntegrator):
+        if agent.dynamics.has_momentum:
             own = velocity[agent.index] * (fewer / mission.steps)
             bend = trace.velocity[agent.index, before + 1] - trace.velocity[agent.index, before]
             # Where it is under the step's constant acceleration, and not on the chord.

@@ -18,7 +18,7 @@ from missionc.backends.smt.roadmap.roadmap import (
 )
 from missionc.base.limits import Limits
 from missionc.base.source import Source
-from missionc.ir import Anywhere, DoubleIntegrator, Mission, Unicycle, top_speed
+from missionc.ir import Anywhere, DoubleIntegrator, Mission, Unicycle
 from missionc.ir import Path as Motion
 from missionc.resolve.resolve_mission import resolve
 from missionc.syntax.parse import parse
@@ -132,7 +132,7 @@ def test_every_move_obeys_the_dynamics_in_one_step(case: tuple[Mission, Roadmap]
         assert np.linalg.norm(roadmap.velocity, axis=1).max() <= dynamics.speed + 1e-9
         return
     speed = np.linalg.norm(end - start, axis=1) / step
-    assert speed.max() <= top_speed(dynamics) + 1e-8
+    assert speed.max() <= dynamics.top_speed + 1e-8
     if isinstance(dynamics, Unicycle):
         assert speed.min() >= dynamics.slowest - 1e-8
     assert not roadmap.velocity.any()

@@ -163,8 +163,8 @@ def test_plans_are_no_faster_than_a_vehicle_flies_from_rest() -> None:
     assert found.mission is not None
     vehicle = found.mission.agents[0].vehicle
     slow = paced(found.mission).agents[0].dynamics
-    assert ir.top_speed(slow) <= vehicle.speed / 1.5
-    path = np.array([[1.0, 1.0], [1.0 + ir.top_speed(slow), 1.0], [1.0 + 2 * ir.top_speed(slow), 1.0]])
+    assert slow.top_speed <= vehicle.speed / 1.5
+    path = np.array([[1.0, 1.0], [1.0 + slow.top_speed, 1.0], [1.0 + 2 * slow.top_speed, 1.0]])
     flown = crazyflie(mission_of([[1.0, 1.0]], 2), NOTHING, straight(path[None]))
     assert isinstance(flown, Flyable)
     peaks = {figure.name: figure.value for figure in flown.certificate.figures}
@@ -186,7 +186,7 @@ def test_what_a_few_of_each_kind_want_all_of_them_want() -> None:
     assert mission is not None, found.findings
 
     def drift(one: ir.Agent, other: ir.Agent) -> float:
-        speeds = [min(each.vehicle.speed, 1.5 * ir.top_speed(each.dynamics)) for each in (one, other)]
+        speeds = [min(each.vehicle.speed, 1.5 * each.dynamics.top_speed) for each in (one, other)]
         return max(one.vehicle.start_skew, other.vehicle.start_skew) * sum(speeds)
 
     every = [

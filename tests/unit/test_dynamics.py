@@ -2,7 +2,13 @@
 
 from __future__ import annotations
 
+import ast
 import math
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,6 +16,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from missionc.ir import DoubleIntegrator, Dynamics, SingleIntegrator, Unicycle
+from missionc.ir.dynamics import DYNAMICS
 from missionc.world.dynamics import (
     States,
     can_wait,
@@ -19,6 +26,10 @@ from missionc.world.dynamics import (
     steer,
     turn_in_step,
 )
+
+ROOT = Path(__file__).resolve().parents[2]
+KINDS = ROOT / "missionc/ir/dynamics"
+EXPORTS = ROOT / "missionc/ir/__init__.py"
 
 seeds = st.integers(0, 2**32 - 1)
 
@@ -165,3 +176,93 @@ def test_half_a_turn_in_a_step_is_no_bound() -> None:
     assert turn_in_step(Unicycle(1.0, 2.0, math.pi), 1.0) == math.inf
     assert turn_in_step(Unicycle(1.0, 2.0, 1.0), 0.5) == 0.5
     assert turn_in_step(SingleIntegrator(1.0), 1.0) == math.inf
+
+
+def words_of(path: Path) -> set[str]:
+    """Every name and every text in a module."""
+    words: set[str] = set()
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        match node:
+            case ast.Name(id=word) | ast.Attribute(attr=word) | ast.alias(name=word) | ast.Constant(value=str(word)):
+                words.add(word)
+            case _:
+                pass
+    return words
+
+
+def test_no_module_asks_which_kind_of_dynamics_an_agent_has() -> None:
+    named = {kind.__name__ for kind in DYNAMICS} | {kind.word for kind in DYNAMICS}
+    inside = [path for path in (ROOT / "missionc").rglob("*.py") if path.parent == KINDS or path == EXPORTS]
+    assert named <= set().union(*map(words_of, inside))
+    others = set((ROOT / "missionc").rglob("*.py")) - set(inside)
+    assert len(others) > 400
+    assert {str(path.relative_to(ROOT)): found for path in others if (found := words_of(path) & named)} == {}
+
+
+CART = """\
+\"\"\"The cart: a velocity chosen anew in every step, and a gentle turn between two.\"\"\"
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import ClassVar
+
+from missionc.base.units import Dimension
+from missionc.ir.dynamics.kind import Dynamics, Limit
+
+
+@dataclass(frozen=True, slots=True)
+class Cart(Dynamics):
+    word: ClassVar[str] = "cart"
+    limits: ClassVar[tuple[Limit, ...]] = (Limit("steering", Dimension.TURN, "the steering rate"),)
+    faces_ahead: ClassVar[bool] = True
+
+    speed: float
+    steering: float
+
+    @classmethod
+    def of(cls, slowest: float, fastest: float, *limits: float) -> Cart:
+        return cls(fastest, *limits)
+
+    @property
+    def top_speed(self) -> float:
+        return self.speed
+
+    @property
+    def top_turn(self) -> float:
+        return self.steering
+
+    def at_most(self, speed: float, acceleration: float) -> Cart:
+        return replace(self, speed=min(self.speed, speed))
+"""
+
+DELIVERY = """\
+mission delivery
+time step 1 s, horizon 20 s
+world (0, 0) to (10, 8)
+region shop = box (7, 5) to (9, 7)
+team van[1] { radius 0.2 m  dynamics cart(speed <= 1 m/s, steering <= 60 deg/s)  start at (1, 1) }
+require deliver: eventually[0, 20 s] every van: shop
+"""
+
+
+def test_a_kind_of_dynamics_is_one_new_file_and_its_name_in_the_registration(tmp_path: Path) -> None:
+    shutil.copytree(ROOT / "missionc", tmp_path / "missionc", ignore=shutil.ignore_patterns("__pycache__"))
+    for name in ("grammars", "docs"):
+        (tmp_path / name).symlink_to(ROOT / name)
+    (tmp_path / "missionc/ir/dynamics/cart.py").write_text(CART, encoding="utf-8")
+    registration = tmp_path / "missionc/ir/dynamics/__init__.py"
+    text = registration.read_text(encoding="utf-8")
+    first = "from missionc.ir.dynamics.double_integrator"
+    text = text.replace(first, f"from missionc.ir.dynamics.cart import Cart\n{first}")
+    registration.write_text(text.replace("Unicycle)", "Unicycle, Cart)"), encoding="utf-8")
+    (tmp_path / "delivery.mission").write_text(DELIVERY, encoding="utf-8")
+    compiling = [sys.executable, "-m", "missionc", "compile", "delivery.mission", "--backend", "smt", "-o", "plan"]
+    environment = {**os.environ, "PYTHONPATH": str(tmp_path)}
+    run = subprocess.run(compiling, cwd=tmp_path, env=environment, capture_output=True, text=True)
+    assert run.returncode == 0, run.stdout + run.stderr
+    certificate = (tmp_path / "plan/certificate.json").read_text(encoding="utf-8")
+    assert '"turn"' in certificate
+    showing = [sys.executable, "-m", "missionc", "compile", "delivery.mission", "--emit", "ir"]
+    shown = subprocess.run(showing, cwd=tmp_path, env=environment, capture_output=True, text=True, check=True)
+    assert "cart speed <= 1 m/s steering <= 1.04719" in shown.stdout

@@ -15,6 +15,7 @@ from missionc.base.limits import Limits
 from missionc.base.source import Source
 from missionc.explain import convention_examples
 from missionc.explain.traps import traps_of
+from missionc.ir.dynamics import DYNAMICS
 from missionc.language.operators import OPERATORS
 from missionc.language.predicates import PREDICATES
 from missionc.language.walk_formulas import bottom_up, goals
@@ -120,7 +121,7 @@ def test_every_formation_graph_and_kind_of_dynamics_is_used() -> None:
     missions = [mission_of(path) for path in FILES]
     assert {formation.kind for each in missions for formation in each.formations} == set(FORMATIONS)
     assert {type(graph) for each in missions for graph in each.graphs} == set(get_args(ir.Graph))
-    assert {type(agent.dynamics) for each in missions for agent in each.agents} == set(get_args(ir.Dynamics))
+    assert {type(agent.dynamics) for each in missions for agent in each.agents} == set(DYNAMICS)
 
 
 def test_every_shape_is_used_and_obstacles_move_in_both_ways() -> None:

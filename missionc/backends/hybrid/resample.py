@@ -8,7 +8,8 @@ import numpy as np
 
 from missionc.base.trace import Array, Trace
 from missionc.base.units import Seconds, Steps
-from missionc.ir import DoubleIntegrator, Mission, Objective
+from missionc.ir import Mission, Objective
+from missionc.world.dynamics import States, motion_of
 
 
 def on_clock(mission: Mission, ticks: int) -> Mission:
@@ -25,10 +26,7 @@ def positions(mission: Mission, motion: Trace) -> Array:
     since = (time - tick * motion.step)[:, None]
     found = np.zeros((len(mission.agents), len(time), mission.dimension))
     for agent in mission.agents:
-        here, ahead = motion.position[agent.index, tick], motion.position[agent.index, tick + 1]
-        velocity, bend = (ahead - here) / motion.step, np.zeros_like(here)
-        if isinstance(agent.dynamics, DoubleIntegrator):
-            velocity = motion.velocity[agent.index, tick]
-            bend = (motion.velocity[agent.index, tick + 1] - velocity) / motion.step
+        states = States(motion.position[agent.index], motion.velocity[agent.index])
+        here, velocity, bend = motion_of(agent.dynamics, states.take(tick), states.take(tick + 1), motion.step)
         found[agent.index] = here + velocity * since + bend * since**2 / 2
     return found

@@ -7,7 +7,7 @@ import numpy as np
 from missionc.backends.smt.encode.lower_motion import Motion
 from missionc.backends.smt.roadmap.roadmap import Indices
 from missionc.base.trace import Array, Trace
-from missionc.ir import DoubleIntegrator, Mission
+from missionc.ir import Mission
 
 STILL = 1e-9
 """Metres: who moves less within a step keeps facing where it faced."""
@@ -22,7 +22,7 @@ def lift(states: Indices, motion: Motion, mission: Mission) -> Trace:
         velocity[:, :-1] = way / mission.step
         velocity[:, -1] = velocity[:, -2]
     for agent in mission.agents:
-        if isinstance(agent.dynamics, DoubleIntegrator):
+        if agent.dynamics.has_momentum:
             velocity[agent.index] = motion.roadmap(agent.index).velocity[states[agent.index]]
     return Trace(mission.step, position, velocity, _headings(states, way, motion))
 

@@ -9,8 +9,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from missionc.base.trace import Array
-from missionc.ir import Agent, DoubleIntegrator, Mission, Still
-from missionc.ir.agents import top_speed
+from missionc.ir import Agent, Mission, Still
 from missionc.output.report.flight_tracks import Flights
 from missionc.output.report.pack import pack, thousandths
 from missionc.output.report.sample_tracks import Placed, Sampled
@@ -41,7 +40,7 @@ def charts(mission: Mission, moving: Flights, certificate: Certificate) -> list[
         found.append(_chart("clearance", "m", nearest, [("mission", "", mission.clearance)], low=True))
     teams = _teams(mission)
     planned, flown = "dynamics", "vehicle"
-    dynamics = _limits(teams, planned, lambda agent: top_speed(agent.dynamics))
+    dynamics = _limits(teams, planned, lambda agent: agent.dynamics.top_speed)
     sideways = _limits(teams, flown, lambda agent: agent.vehicle.speed)
     upwards = _limits(teams, flown, lambda agent: agent.vehicle.vertical_speed)
     plane = mission.dimension == 2
@@ -115,7 +114,7 @@ def _limits(teams: Teams, by: str, of: Callable[[Agent], float]) -> list[Limit]:
 
 
 def _push(agent: Agent) -> float:
-    return agent.dynamics.acceleration if isinstance(agent.dynamics, DoubleIntegrator) else math.inf
+    return agent.dynamics.top_acceleration
 
 
 def _velocity(each: Sampled) -> Array:

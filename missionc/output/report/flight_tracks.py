@@ -14,7 +14,7 @@ from missionc.curves.crazyflie_csv import (
     read,
 )
 from missionc.curves.piecewise_polynomials import Curves, motion
-from missionc.ir import DoubleIntegrator, Mission
+from missionc.ir import Mission
 from missionc.output.report.sample_tracks import Placed, Sampled
 from missionc.output.report.simulated_tracks import Simulated, simulated
 
@@ -52,7 +52,7 @@ def flights(mission: Mission, trace: Trace, files: Mapping[str, str], simulation
     """
     numbers = trace.position.size
     rate = next((rate for rate in RATES if rate * numbers <= MOST_NUMBERS), 1)
-    bends = any(isinstance(agent.dynamics, DoubleIntegrator) for agent in mission.agents)
+    bends = any(agent.dynamics.has_momentum for agent in mission.agents)
     planned = _sampled(motion(mission, trace), mission, rate if bends else 1)
     pieces = [read(files.get(agent.name, "")) for agent in mission.agents]
     whole = [own for own in pieces if isinstance(own, Pieces)]

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import math
-from typing import assert_never
 
 import numpy as np
 
 from missionc.base.trace import Array, Trace
-from missionc.ir import Agent, DoubleIntegrator, Mission, SingleIntegrator, Unicycle
+from missionc.ir import Agent, Mission
 from missionc.verify.certificate import Check, judged
 from missionc.verify.tolerances import MOTION
 
@@ -29,27 +28,29 @@ def check_dynamics(mission: Mission, trace: Trace) -> list[Check]:
     findings: list[Check] = []
     for agent in mission.agents:
         position, velocity = trace.position[agent.index], trace.velocity[agent.index]
-        match agent.dynamics:
-            case SingleIntegrator(speed):
-                findings.append(_straight(agent, position, velocity, trace.step))
-                findings.append(_speed(agent, _speeds(position, trace.step), 0.0, speed, trace.step))
-            case Unicycle(slowest, fastest, turn):
-                findings.append(_straight(agent, position, velocity, trace.step))
-                findings.append(_speed(agent, _speeds(position, trace.step), slowest, fastest, trace.step))
-                findings.append(_facing(agent, position, trace.heading[agent.index], trace.step))
-                if math.isfinite(turn):
-                    findings.append(_turn(agent, trace.heading[agent.index], turn, trace.step))
-            case DoubleIntegrator(speed, acceleration):
-                findings.append(_parabolic(agent, position, velocity, trace.step))
-                findings.append(_speed(agent, np.linalg.norm(velocity, axis=-1), 0.0, speed, trace.step))
-                findings.append(_acceleration(agent, velocity, acceleration, trace.step))
-            case _:
-                assert_never(agent.dynamics)
+        dynamics, step = agent.dynamics, trace.step
+        motion, speeds = (_parabolic, _along) if dynamics.has_momentum else (_straight, _speeds)
+        findings.append(motion(agent, position, velocity, step))
+        flown = speeds(position, velocity, step)
+        findings.append(_speed(agent, flown, dynamics.lowest_speed, dynamics.top_speed, step))
+        if dynamics.faces_ahead:
+            findings.append(_facing(agent, position, trace.heading[agent.index], step))
+        if math.isfinite(dynamics.top_turn):
+            findings.append(_turn(agent, trace.heading[agent.index], dynamics.top_turn, step))
+        if math.isfinite(dynamics.top_acceleration):
+            findings.append(_acceleration(agent, velocity, dynamics.top_acceleration, step))
     return findings
 
 
-def _speeds(position: Array, step: float) -> Array:
+def _speeds(position: Array, velocity: Array, step: float) -> Array:
+    """In each step."""
     speeds: Array = np.linalg.norm(np.diff(position, axis=0), axis=-1) / step
+    return speeds
+
+
+def _along(position: Array, velocity: Array, step: float) -> Array:
+    """At each step: within one of constant acceleration none is larger."""
+    speeds: Array = np.linalg.norm(velocity, axis=-1)
     return speeds
 
 

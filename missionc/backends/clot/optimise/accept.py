@@ -9,11 +9,11 @@ import numpy as np
 
 from missionc.backends.api import Attempt, Fault
 from missionc.base.trace import Array, Trace
-from missionc.ir import Anywhere, DoubleIntegrator, Mission, Unicycle
+from missionc.ir import Anywhere, Mission
 from missionc.kernel.nodes import Kernel
 from missionc.monitoring.monitor import monitor
 from missionc.world.clearance import Motions, clear_motions, clear_of_movers, standing_solids
-from missionc.world.dynamics import check_step
+from missionc.world.dynamics import States, check_step, motion_of
 from missionc.world.relative_motion import closest_approach
 from missionc.world.signed_distance import signed_distance
 
@@ -53,24 +53,24 @@ def _dynamics(mission: Mission, trace: Trace) -> list[Fault]:
             Fault("its speed or acceleration", (agent.name,), int(step), float(margin[step]))
             for step in np.flatnonzero(margin < -ROUNDING)
         )
-        if isinstance(agent.dynamics, Unicycle) and np.isfinite(agent.dynamics.turn):
+        if np.isfinite(agent.dynamics.top_turn):
             heading = trace.heading[agent.index]
             turned = np.abs((np.diff(heading) + np.pi) % (2 * np.pi) - np.pi)
-            most = agent.dynamics.turn * mission.step + ROUNDING
+            most = agent.dynamics.top_turn * mission.step + ROUNDING
             found.extend(Fault("its turning rate", (agent.name,), int(step)) for step in np.flatnonzero(turned > most))
     return found
 
 
 def _motion(mission: Mission, trace: Trace) -> tuple[Array, Array, Array]:
     """Position, velocity and acceleration at the start of every step: (agents, steps, dim) each."""
-    position = trace.position
-    velocity = np.diff(position, axis=1) / mission.step
-    acceleration = np.zeros_like(velocity)
+    position, velocity, acceleration = (np.zeros_like(trace.position[:, :-1]) for _ in range(3))
     for agent in mission.agents:
-        if isinstance(agent.dynamics, DoubleIntegrator):
-            velocity[agent.index] = trace.velocity[agent.index, :-1]
-            acceleration[agent.index] = np.diff(trace.velocity[agent.index], axis=0) / mission.step
-    return position[:, :-1], velocity, acceleration
+        own = States(trace.position[agent.index], trace.velocity[agent.index])
+        start, end = own.take(slice(-1)), own.take(slice(1, None))
+        position[agent.index], velocity[agent.index], acceleration[agent.index] = motion_of(
+            agent.dynamics, start, end, mission.step
+        )
+    return position, velocity, acceleration
 
 
 def _bodies(mission: Mission, trace: Trace) -> list[Fault]:

@@ -22,7 +22,7 @@ from missionc.base.trace import (
     Flags,
     Trace,
 )
-from missionc.ir import DoubleIntegrator, Exactly, Mission
+from missionc.ir import Exactly, Mission
 
 Indices = NDArray[np.int64]
 
@@ -153,7 +153,7 @@ class Splines:
 def splines(mission: Mission, steps: int | None = None) -> Splines:
     """The motions of a mission's agents; of a single configuration where ``steps`` is 0."""
     count = mission.steps if steps is None else steps
-    smooth = np.array([isinstance(agent.dynamics, DoubleIntegrator) for agent in mission.agents]) & (count > 0)
+    smooth = np.array([agent.dynamics.has_momentum for agent in mission.agents]) & (count > 0)
     points = np.arange(count + SPARE)
     fixed = np.zeros((len(mission.agents), count + SPARE), dtype=np.bool_)
     for agent in mission.agents:

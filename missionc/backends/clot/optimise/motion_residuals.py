@@ -27,7 +27,6 @@ from missionc.base.trace import Array
 from missionc.ir import (
     Anywhere,
     Mission,
-    top_speed,
 )
 from missionc.ir import Box as BoxShape
 from missionc.world.signed_distance import signed_distance
@@ -116,7 +115,7 @@ class Costs:
         if made.steps == 0:
             return
         agent, moment = self._grid(made.steps)
-        fastest = np.array([top_speed(one.dynamics) for one in self.mission.agents])[agent]
+        fastest = np.array([one.dynamics.top_speed for one in self.mission.agents])[agent]
         most = torch.from_numpy(fastest * (1 - self.spare.limits) * step)
         yield Group(
             "speed",
@@ -128,7 +127,7 @@ class Costs:
         second = made.smooth[agent]
         if second.any():
             agent, moment = agent[second], moment[second]
-            strongest = np.array([getattr(one.dynamics, "acceleration", 0.0) for one in self.mission.agents])[agent]
+            strongest = np.array([one.dynamics.top_acceleration for one in self.mission.agents])[agent]
             limit = torch.from_numpy(strongest * (1 - self.spare.limits) * step**2)
             yield Group(
                 "acceleration",
@@ -208,7 +207,7 @@ class Costs:
 
 def _samples(mission: Mission, made: Splines, start: int) -> Samples:
     agents = np.arange(len(mission.agents))
-    fastest = max(top_speed(agent.dynamics) for agent in mission.agents)
+    fastest = max(agent.dynamics.top_speed for agent in mission.agents)
     count = int(np.clip(np.ceil(fastest * made.step / GAP), FEWEST, MOST))
     parts = np.arange(made.steps * count + 1) if made.steps else np.zeros(1, dtype=np.int64)
     moment, part = parts // count, (parts % count) / count

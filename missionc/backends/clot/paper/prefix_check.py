@@ -6,6 +6,8 @@ Source:
 
 from __future__ import annotations
 
+import math
+
 import torch
 from torch import Tensor
 
@@ -18,7 +20,6 @@ from missionc.backends.clot.cost_graph.motion_batch import (
 from missionc.backends.clot.cost_graph.robustness import Robustness
 from missionc.backends.clot.optimise.free_distance import Surroundings
 from missionc.backends.clot.torch_device import places
-from missionc.ir import DoubleIntegrator, top_speed
 
 
 def prefix_margin(
@@ -58,10 +59,10 @@ def prefix_margin(
     )
     moved = candidates.diff(dim=1)
     far = torch.linalg.vector_norm(moved, dim=-1).amax(dim=1)
-    margin = torch.minimum(margin, top_speed(one.dynamics) * step - far)
-    if isinstance(one.dynamics, DoubleIntegrator):
+    margin = torch.minimum(margin, one.dynamics.top_speed * step - far)
+    if math.isfinite(one.dynamics.top_acceleration):
         bend = torch.linalg.vector_norm(moved.diff(dim=1), dim=-1).amax(dim=1)
-        margin = torch.minimum(margin, one.dynamics.acceleration * step * step - bend)
+        margin = torch.minimum(margin, one.dynamics.top_acceleration * step * step - bend)
     if others:
         need = one.radius + team.radius[places(others, candidates.device), 0] + mission.separation
         apart = _approach(candidates[:, None], planned).amin(dim=-1) - need

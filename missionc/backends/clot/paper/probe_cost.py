@@ -11,6 +11,7 @@ Source:
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 
 import torch
@@ -24,7 +25,7 @@ from missionc.backends.clot.paper.paper_rules import PaperRules
 from missionc.backends.clot.paper.sparsity_pattern import Readings, readings
 from missionc.backends.clot.torch_device import places as at
 from missionc.backends.clot.weights import ProbeWeights
-from missionc.ir import DoubleIntegrator, Mission, top_speed
+from missionc.ir import Mission
 
 NEAREST = 6
 """So many of the planned agents are looked at for separation, at each waypoint the nearest."""
@@ -113,7 +114,7 @@ class ProbeCost:
     def _motion(self, waypoints: Tensor, probes: Tensor) -> Tensor:
         """Speed, acceleration and bends; ends go on straight. Source: [clot] (2)."""
         dynamics, step = self.mission.agents[self.agent].dynamics, float(self.mission.step)
-        farthest = top_speed(dynamics) * step
+        farthest = dynamics.top_speed * step
         ahead = torch.cat([waypoints[:, 1:], waypoints[:, -1:]], dim=1)[:, :, None]
         behind = torch.cat([waypoints[:, :1], waypoints[:, :-1]], dim=1)[:, :, None]
         cost = torch.zeros_like(probes[..., 0])
@@ -123,8 +124,8 @@ class ProbeCost:
         ends = [2 * waypoints[:, :1] - waypoints[:, 1:2], waypoints, 2 * waypoints[:, -1:] - waypoints[:, -2:-1]]
         bends = torch.cat(ends, dim=1).diff(dim=1).diff(dim=1)
         moved = probes - waypoints[:, :, None]
-        if isinstance(dynamics, DoubleIntegrator):
-            most = 0.9 * dynamics.acceleration * step * step
+        if math.isfinite(dynamics.top_acceleration):
+            most = 0.9 * dynamics.top_acceleration * step * step
             for share, bend in ((-2.0, bends), (1.0, _shifted(bends, 1)), (1.0, _shifted(bends, -1))):
                 strong = torch.linalg.vector_norm(bend[:, :, None] + share * moved, dim=-1) - most
                 cost += self.weights.limits * strong.clamp_min(0.0)

@@ -47,7 +47,6 @@ from missionc.ir import (
     Predicate,
     Region,
     Touches,
-    top_speed,
 )
 from missionc.world.sampling import points_in
 from missionc.world.signed_distance import signed_distance
@@ -114,7 +113,7 @@ class Scheduler:
         self.deepest: dict[Region, Array] = {}
         self.opposed = opposed(outline)
         self.shaped: dict[tuple[tuple[Predicate, ...], bytes], Array] = {}
-        self.speed = np.array([top_speed(agent.dynamics) for agent in mission.agents]) * SHARE
+        self.speed = np.array([agent.dynamics.top_speed for agent in mission.agents]) * SHARE
         self.starts = np.array([self._place(agent.start) for agent in mission.agents])
         self.finishes = [None if agent.finish is None else self._place(agent.finish) for agent in mission.agents]
 

@@ -30,7 +30,6 @@ from missionc.backends.smt.roadmap.sample_nodes import Ground
 from missionc.backends.smt.roadmap.unique_rows import distinct
 from missionc.base.memory import reserve
 from missionc.base.trace import Array, Flags
-from missionc.ir import DoubleIntegrator
 from missionc.world.dynamics import States, can_wait, speeds, steer, turn_in_step
 
 Indices = NDArray[np.int64]
@@ -100,17 +99,15 @@ def _stride(ground: Ground) -> float:
     """A good way to go at a time, metres: half a step at top speed, and far enough to come to speed and to stop."""
     dynamics, world = ground.agents[0].dynamics, ground.mission.world
     stride = speeds(dynamics)[1] * ground.mission.step / 2
-    if isinstance(dynamics, DoubleIntegrator):
-        extent = float(np.min(np.subtract(world.high, world.low)[:2]))
-        stride = max(stride, min(dynamics.speed**2 / dynamics.acceleration, extent / 4))
-    return stride
+    extent = float(np.min(np.subtract(world.high, world.low)[:2]))
+    return max(stride, min(dynamics.top_speed**2 / dynamics.top_acceleration, extent / 4))
 
 
 def _search(ground: Ground, nodes: States, neighbours: int, side: int) -> list[Edges]:
     """Each node's edges to its nearest steerable neighbours."""
     tree, rows = cKDTree(nodes.position), np.arange(len(nodes))
     look = (
-        FIRST_LOOK * neighbours * (3 if isinstance(ground.agents[0].dynamics, DoubleIntegrator) else 1)
+        FIRST_LOOK * neighbours * (3 if ground.agents[0].dynamics.has_momentum else 1)
     )  # up to three nodes share a place
     found: list[Edges] = []
     while len(rows):
@@ -143,7 +140,7 @@ def _pick(
 
     usable = steps < FOREVER
     quick = usable.copy()
-    if not isinstance(ground.agents[0].dynamics, DoubleIntegrator):
+    if not ground.agents[0].dynamics.has_momentum:
         quick &= steps <= LONGER * steps[:, :1]
     striding = quick & (distance >= _stride(ground))
     half = (neighbours + 1) // 2

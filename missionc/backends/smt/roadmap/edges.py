@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from missionc.backends.smt.roadmap.sample_nodes import Ground
 from missionc.base.trace import Array, Flags
-from missionc.ir import DoubleIntegrator, Dynamics
+from missionc.ir import Dynamics
 from missionc.world.clearance import Motions, clear_motions, clear_of
 from missionc.world.dynamics import States, motion_of, path_between
 
@@ -68,7 +68,7 @@ def are_clear(ground: Ground, nodes: States, edges: Edges) -> Flags:
     """Which edges, (edges,), stay in the world and clear of the obstacles that stand still."""
     dynamics, step, world = ground.agents[0].dynamics, ground.mission.step, ground.mission.world
     clear = np.zeros(len(edges), dtype=bool)
-    straight = np.zeros(len(edges), dtype=bool) if isinstance(dynamics, DoubleIntegrator) else edges.bend == 0
+    straight = np.zeros(len(edges), dtype=bool) if dynamics.has_momentum else edges.bend == 0
     start, end = nodes.position[edges.source[straight]], nodes.position[edges.target[straight]]
     clear[straight] = clear_of(ground.obstacles, start, end, np.full(len(start), ground.margin))
     others = np.flatnonzero(~straight)

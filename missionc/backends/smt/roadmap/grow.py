@@ -13,7 +13,6 @@ from missionc.backends.smt.roadmap.connect import connect
 from missionc.backends.smt.roadmap.edges import Edges
 from missionc.backends.smt.roadmap.sample_nodes import Ground
 from missionc.base.trace import Array
-from missionc.ir import DoubleIntegrator
 from missionc.world.clearance import clear_of
 from missionc.world.dynamics import States, speeds
 from missionc.world.sampling import far_apart
@@ -66,15 +65,15 @@ def _with_momentum(ground: Ground, points: Array, generator: np.random.Generator
     """Nodes at rest, some also in motion, and for each the one at the same place that moves the other way."""
     dynamics, itself = ground.agents[0].dynamics, np.arange(len(points))
     rest = States(points, np.zeros_like(points))
-    if not isinstance(dynamics, DoubleIntegrator):
+    if not dynamics.has_momentum:
         return rest, itself
-    if dynamics.speed > STEPS_TO_SPEED * dynamics.acceleration * ground.mission.step:
+    if dynamics.top_speed > STEPS_TO_SPEED * dynamics.top_acceleration * ground.mission.step:
         return rest, itself
     places = points[::MOVING]
     angle = generator.integers(COMPASS, size=len(places)) * (2 * np.pi / COMPASS)
     velocity = np.zeros_like(places)
     velocity[:, 0], velocity[:, 1] = np.cos(angle), np.sin(angle)
-    velocity *= CRUISE * dynamics.speed
+    velocity *= CRUISE * dynamics.top_speed
     nodes = States(np.concatenate([points, places, places]), np.concatenate([rest.velocity, velocity, -velocity]))
     forth = len(points) + np.arange(len(places))
     return nodes, np.concatenate([itself, forth + len(places), forth])
@@ -84,8 +83,7 @@ def _stepping_stones(ground: Ground, point: Array, generator: np.random.Generato
     """Places one step from a lonely point, spread around it: (at most STONES, dim), metres."""
     dynamics, step = ground.agents[0].dynamics, ground.mission.step
     shortest, longest = (speed * step for speed in speeds(dynamics))
-    if isinstance(dynamics, DoubleIntegrator):
-        longest = min(longest, dynamics.acceleration * step * step)
+    longest = min(longest, dynamics.top_acceleration * step * step)
     direction = generator.standard_normal((STONES_TRIED, len(point)))
     direction /= np.linalg.norm(direction, axis=1, keepdims=True)
     places = point + direction * generator.uniform(shortest, longest, size=(STONES_TRIED, 1))

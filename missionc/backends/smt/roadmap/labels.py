@@ -14,7 +14,6 @@ from missionc.ir import (
     Connected,
     DistanceBetween,
     DistanceTo,
-    DoubleIntegrator,
     Feature,
     FormationEdge,
     InFormation,
@@ -51,7 +50,7 @@ class Labels:
         """Whether it depends on the motion that starts at a step, not on the state in that roadmap alone."""
         reads_speed = isinstance(predicate, Compare) and any(isinstance(each, Speed) for _, each in predicate.terms)
         first = self.roadmaps[number].agents[0]
-        return reads_speed and not isinstance(self.mission.agents[first].dynamics, DoubleIntegrator)
+        return reads_speed and not self.mission.agents[first].dynamics.has_momentum
 
     def places(self, predicate: Predicate) -> Flags:
         """At which places it holds: (places,)."""

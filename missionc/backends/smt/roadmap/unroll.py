@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from missionc.backends.smt.roadmap.edges import Edges, paths
 from missionc.backends.smt.roadmap.unique_rows import distinct
 from missionc.base.trace import Array, Flags
-from missionc.ir import DoubleIntegrator, Dynamics
+from missionc.ir import Dynamics
 from missionc.world.dynamics import States, can_wait, headings_along, turn_in_step
 
 Indices = NDArray[np.int64]
@@ -50,7 +50,7 @@ def unroll(dynamics: Dynamics, nodes: States, edges: Edges, step: float) -> Unro
     limit = turn_in_step(dynamics, step)
     if math.isfinite(limit):
         return _unroll_headings(dynamics, nodes, edges, step, limit)
-    symmetric = not isinstance(dynamics, DoubleIntegrator)
+    symmetric = not dynamics.has_momentum
     if symmetric:
         edges = edges.take(edges.source < edges.target)
     parts, moves = [nodes], [np.zeros((0, 2), dtype=np.int64)]

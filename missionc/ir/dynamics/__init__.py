@@ -1,0 +1,17 @@
+"""The kinds of dynamics, each in a file of its own. This tuple is the only registration."""
+
+from __future__ import annotations
+
+from types import MappingProxyType
+
+from missionc.ir.dynamics.double_integrator import DoubleIntegrator
+from missionc.ir.dynamics.kind import Dynamics, Limit
+from missionc.ir.dynamics.single_integrator import SingleIntegrator
+from missionc.ir.dynamics.unicycle import Unicycle
+
+DYNAMICS: tuple[type[Dynamics], ...] = (SingleIntegrator, DoubleIntegrator, Unicycle)
+
+by_word: MappingProxyType[str, type[Dynamics]] = MappingProxyType({kind.word: kind for kind in DYNAMICS})
+"""Each kind under its word."""
+
+__all__ = ["DYNAMICS", "DoubleIntegrator", "Dynamics", "Limit", "SingleIntegrator", "Unicycle", "by_word"]

@@ -1,0 +1,48 @@
+"""The unicycle: speed and heading are chosen anew in every step, and the motion is along the heading."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import ClassVar
+
+from missionc.base.units import Dimension
+from missionc.ir.dynamics.kind import Dynamics, Limit
+
+
+@dataclass(frozen=True, slots=True)
+class Unicycle(Dynamics):
+    """Straight along the heading at ``slowest`` .. ``fastest`` m/s within a step, turning in place between steps.
+
+    ``turn`` (rad/s) bounds the change of heading from one step to the next;
+    ``math.inf`` where the mission gives none. Waits only where ``slowest`` is 0.
+    [strel] Experiment Setup.
+    """
+
+    word: ClassVar[str] = "unicycle"
+    limits: ClassVar[tuple[Limit, ...]] = (Limit("turn", Dimension.TURN, "the turning rate", math.inf),)
+    may_be_restless: ClassVar[bool] = True
+    faces_ahead: ClassVar[bool] = True
+
+    slowest: float
+    fastest: float
+    turn: float
+
+    @classmethod
+    def of(cls, slowest: float, fastest: float, *limits: float) -> Unicycle:
+        return cls(slowest, fastest, *limits)
+
+    @property
+    def lowest_speed(self) -> float:
+        return self.slowest
+
+    @property
+    def top_speed(self) -> float:
+        return self.fastest
+
+    @property
+    def top_turn(self) -> float:
+        return self.turn
+
+    def at_most(self, speed: float, acceleration: float) -> Unicycle:
+        return replace(self, fastest=min(self.fastest, speed)) if self.slowest < speed else self
