@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import Protocol, TypeAlias
 
-from missionc.backends.api import Attempt, Budget, Options, Snapshot, forget, ignore
+from missionc.backends.api import Attempt, Budget, Snapshot, forget, ignore
 from missionc.backends.clot.cost_graph.cost_graph import CostGraph
 from missionc.backends.clot.run.child_processes import Say, children
 from missionc.backends.clot.run.run_state import (
@@ -23,6 +23,7 @@ from missionc.backends.clot.run.run_state import (
     from_snapshot,
     to_snapshot,
 )
+from missionc.backends.options import Options
 from missionc.backends.run_account import Account
 from missionc.base.signals import asked, hold
 from missionc.ir import Mission
