@@ -1,10 +1,14 @@
-"""The look-ahead of kernel formulas: how many steps must follow the one that each is asked at."""
+"""The look-ahead and the relevance of kernel formulas: the steps each needs, the agents and steps it matters at."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from typing import assert_never
 
+import numpy as np
+
+from missionc.base.trace import Flags
+from missionc.ir import Graph
 from missionc.kernel.nodes import (
     All,
     Any,
@@ -45,3 +49,87 @@ def steps_ahead(roots: Iterable[Node]) -> dict[Node, int]:
             case _:
                 assert_never(node)
     return known
+
+
+def relevance(formulas: Iterable[Node], agents: int, last: int) -> Iterator[tuple[Node, Flags]]:
+    """Every node of team formulas judged at step 0, and where it is asked, each node before those below it.
+
+    Args:
+        agents: how many the mission has.
+        last: the mission's last step; windows end there.
+
+    Returns:
+        Pairs of a node and flags, (agents, steps + 1): whether its truth at the
+        agent and the step can decide one of the formulas. Windows are nested as
+        the formulas nest them. A spatial operator may look at every agent of
+        its graph.
+
+    Source:
+        [clot] II-B, t ⊕ I in the recursive semantics.
+    """
+    roots = tuple(formulas)
+    asked: dict[Node, Flags] = {}
+
+    def ask(node: Node, where: Flags) -> None:
+        asked[node] = asked[node] | where if node in asked else where
+
+    at_start = np.zeros((agents, last + 1), dtype=np.bool_)
+    at_start[:, 0] = True
+    for root in roots:
+        ask(root, at_start)
+    for node in reversed(postorder(roots)):
+        where = asked.pop(node)
+        yield node, where
+        match node:
+            case Atom() | Is() | Apart():
+                pass
+            case Not() | All() | Any() | AtLeast():
+                for part in children(node):
+                    ask(part, where)
+            case Throughout(body, low, high) | Sometime(body, low, high):
+                ask(body, _ahead(where, low, high))
+            case Until(hold, end, low, high):
+                ask(hold, _before(where, high))
+                ask(end, _ahead(where, low, high))
+            case At(agent, body):
+                ask(body, _at(where, range(agents), (agent,)))
+            case Nearby(graph, body):
+                ask(body, _of(where, graph))
+            case Reach(graph, through, end) | Route(graph, through, end):
+                # A route without links ends where it begins, also outside the graph.
+                ask(through, _of(where, graph))
+                ask(end, _of(where, graph) | where)
+            case _:
+                assert_never(node)
+
+
+def _ahead(where: Flags, low: int, high: int | None) -> Flags:
+    """The steps from ``low`` to ``high`` ahead of these."""
+    steps = where.shape[1]
+    high = steps - 1 if high is None else high
+    before = np.zeros((len(where), steps + 1), dtype=np.int64)
+    np.cumsum(where, axis=1, out=before[:, 1:])
+    step = np.arange(steps)
+    latest, earliest = np.maximum(step - low + 1, 0), np.maximum(step - high, 0)
+    ahead: Flags = before[:, latest] > before[:, np.minimum(earliest, latest)]
+    return ahead
+
+
+def _before(where: Flags, high: int | None) -> Flags:
+    """The steps from these up to, not at, the last of a window."""
+    ahead = _ahead(where, 0, None if high is None else high - 1)
+    if high is None:
+        ahead[:, -1] = False
+    return ahead
+
+
+def _of(where: Flags, graph: Graph) -> Flags:
+    """At every agent of the graph, at the steps at which one of them is asked."""
+    return _at(where, graph.agents, graph.agents)
+
+
+def _at(where: Flags, asked: Iterable[int], agents: Iterable[int]) -> Flags:
+    """At ``agents``, at the steps at which one of ``asked`` is."""
+    moved = np.zeros_like(where)
+    moved[list(agents)] = where[list(asked)].any(axis=0)
+    return moved

@@ -25,7 +25,8 @@ from missionc.base.trace import (
     Trace,
 )
 from missionc.ir import Mission
-from missionc.kernel.nodes import All, Any, At, AtLeast, Nearby, Node, Not, Reach, Route, Sometime, Throughout, Until
+from missionc.kernel.analysis import relevance
+from missionc.kernel.nodes import All, Any, At, AtLeast, Node, Not, Sometime, Throughout, Until
 from missionc.kernel.walk import children, postorder
 from missionc.monitoring.evaluate import Evaluation
 from missionc.monitoring.logic import ROBUSTNESS, TRUTH, Logic, Values
@@ -152,48 +153,7 @@ def _until(node: Until, values: Mapping[Node, Values], steps: int, logic: Logic)
 
 def asked_where(roots: Iterable[Node], known: Collection[Node], trace: Trace) -> dict[Node, Flags]:
     """At which agents and steps the verdicts of the roots, at step 0, look at each of the known formulas."""
-    roots = tuple(roots)
-    shape = trace.position.shape[:2]
-    at_first = np.zeros(shape, dtype=np.bool_)
-    at_first[:, 0] = True
-    open_: dict[Node, Flags] = dict.fromkeys(roots, at_first)
-    nowhere = np.zeros(shape, dtype=np.bool_)
-    found: dict[Node, Flags] = dict.fromkeys(known, nowhere)
-
-    def ask(node: Node, where: Flags) -> None:
-        open_[node] = open_[node] | where if node in open_ else where
-
-    for node in reversed(postorder(roots)):
-        here = open_.pop(node)
-        if node in known:
-            found[node] = here
-        match node:
-            case Throughout(body, low, high) | Sometime(body, low, high):
-                ask(body, _ahead(here, low, high))
-            case Until(hold, end, low, high):
-                ask(end, _ahead(here, low, high))
-                ask(hold, _ahead(here, 0, None if high is None else high - 1))
-            case At(agent, body):
-                there = np.zeros(shape, dtype=np.bool_)
-                there[agent] = here.any(axis=0)
-                ask(body, there)
-            case Nearby(graph) | Reach(graph) | Route(graph):
-                members = list(graph.agents)
-                there = here.copy()
-                there[members] = here[members].any(axis=0)
-                for child in children(node):
-                    ask(child, there)
-            case _:
-                for child in children(node):
-                    ask(child, here)
+    agents, steps = trace.position.shape[:2]
+    found: dict[Node, Flags] = dict.fromkeys(known, np.zeros((agents, steps), dtype=np.bool_))
+    found.update((node, where) for node, where in relevance(roots, agents, steps - 1) if node in known)
     return found
-
-
-def _ahead(asked: Flags, low: int, high: int | None) -> Flags:
-    """The steps from ``low`` to ``high`` ahead of those that are asked: (agents, steps) -> (agents, steps)."""
-    agents, steps = asked.shape
-    count = np.concatenate([np.zeros((agents, 1), dtype=np.int64), np.cumsum(asked, axis=1)], axis=1)
-    step = np.arange(steps)
-    first = np.zeros(steps, dtype=np.int64) if high is None else np.maximum(step - high, 0)
-    last = np.maximum(step - low + 1, 0)
-    return np.asarray(count[:, last] > count[:, np.minimum(first, last)])

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from missionc import ir
-from missionc.backends.clot.cost_graph.relevance import occasions
 from missionc.backends.clot.paper.planning_sequence import (
     Couplings,
     Edge,
@@ -22,6 +21,7 @@ from missionc.backends.clot.paper.planning_sequence import (
 from missionc.base.source import Source
 from missionc.base.trace import Array
 from missionc.base.units import Metres
+from missionc.kernel.analysis import relevance
 from missionc.kernel.nodes import All, At, Atom, Goal, Is, Kernel, Nearby, Node, Not, Reach, Sometime, Throughout, Until
 from missionc.pipeline.driver import check
 from tests.support.check_findings import text
@@ -240,7 +240,7 @@ def test_the_connected_predicate_couples_its_agents_alone() -> None:
 def test_a_shared_part_is_asked_wherever_it_is_used() -> None:
     shared = Is(frozenset({0}))
     both = All((At(1, Throughout(shared, 0, 1)), At(2, Throughout(shared, 3, 9))))
-    where = dict(occasions([both], agents=3, last=4))[shared]
+    where = dict(relevance([both], agents=3, last=4))[shared]
     assert where.astype(int).tolist() == [[0] * 5, [1, 1, 0, 0, 0], [0, 0, 0, 1, 1]]
 
 

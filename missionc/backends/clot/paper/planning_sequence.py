@@ -14,7 +14,6 @@ from typing import TypeAlias, assert_never
 
 import numpy as np
 
-from missionc.backends.clot.cost_graph.relevance import occasions
 from missionc.base.trace import Array, Flags
 from missionc.ir import (
     Compare,
@@ -28,6 +27,7 @@ from missionc.ir import (
     Predicate,
     Touches,
 )
+from missionc.kernel.analysis import relevance
 from missionc.kernel.nodes import Apart, Atom, Kernel, Nearby, Reach, Route
 from missionc.language.margins.links import all_links
 
@@ -184,7 +184,7 @@ def couplings(mission: Mission, kernel: Kernel, positions: Array) -> Couplings:
             linked[key] = communication(graph, positions, members)
         return linked[key]
 
-    for node, where in occasions((goal.formula for goal in kernel.requirements), agents, steps - 1):
+    for node, where in relevance((goal.formula for goal in kernel.requirements), agents, steps - 1):
         match node:
             case Atom(Connected(graph, members)):
                 found = [(communicating(graph, members), _any_agent(where))]

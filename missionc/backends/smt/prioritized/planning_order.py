@@ -15,10 +15,9 @@ from missionc.backends.smt.prioritized.requirement_parts import (
     Agents,
     Part,
     named_by,
-    own_state,
-    states_of,
 )
 from missionc.backends.smt.roadmap.labels import Labels
+from missionc.backends.smt.roadmap.own_state import own_state, states_of
 from missionc.base.trace import Flags
 from missionc.kernel.nodes import All, Any, At, AtLeast, Atom, Is, Node, Not, Reach, Sometime, Until
 from missionc.kernel.walk import children, postorder

@@ -9,11 +9,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from functools import reduce
 
 import numpy as np
 
 from missionc.backends.smt.roadmap.labels import Labels, others
+from missionc.backends.smt.roadmap.own_state import own_state, states_of
 from missionc.base.trace import Flags
 from missionc.ir import InFormation
 from missionc.kernel.nodes import (
@@ -196,38 +196,3 @@ def _among(node: Node, positive: bool, made: dict[tuple[Node, bool], Node | None
             return AtLeast(count, left, node.span) if 0 < count <= len(left) else None
         case _:
             return None
-
-
-def own_state(node: Node, labels: Labels) -> bool:
-    """Whether an agent's own state decides it."""
-    match node:
-        case Atom(predicate):
-            return labels.of_places(predicate)
-        case Is():
-            return True
-        case Not(body):
-            return own_state(body, labels)
-        case All(parts) | Any(parts):
-            return all(own_state(part, labels) for part in parts)
-        case _:
-            return False
-
-
-def states_of(node: Node, agent: int, number: int, labels: Labels) -> Flags:
-    """In which states, (states,), an agent's own state makes it true."""
-    shape = len(labels.roadmaps[number].position)
-    match node:
-        case Atom(predicate):
-            return labels.states(predicate, number)
-        case Is(members):
-            return np.full(shape, agent in members)
-        case Not(body):
-            return ~states_of(body, agent, number, labels)
-        case All(parts):
-            everywhere = np.ones(shape, dtype=np.bool_)
-            return reduce(np.logical_and, (states_of(part, agent, number, labels) for part in parts), everywhere)
-        case Any(parts):
-            nowhere = np.zeros(shape, dtype=np.bool_)
-            return reduce(np.logical_or, (states_of(part, agent, number, labels) for part in parts), nowhere)
-        case _:
-            raise AssertionError(node)

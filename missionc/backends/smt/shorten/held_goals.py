@@ -15,6 +15,7 @@ from missionc.backends.smt.roadmap.labels import (
     about_team,
     others,
 )
+from missionc.backends.smt.roadmap.own_state import own_states, states_of
 from missionc.base.trace import Flags
 from missionc.ir import Graph, Mission, Predicate
 from missionc.kernel.nodes import (
@@ -34,7 +35,7 @@ from missionc.kernel.nodes import (
     Throughout,
     Until,
 )
-from missionc.kernel.walk import children, postorder
+from missionc.kernel.walk import postorder
 
 
 @dataclass(slots=True)
@@ -52,7 +53,7 @@ class Goals:
     labels: Labels
     order: list[Node] = field(init=False)
     instant: set[Node] = field(default_factory=set)
-    own: set[Node] = field(default_factory=set)
+    own: set[Node] = field(init=False)
     ahead: dict[Node, int] = field(default_factory=dict)
     work: int = 0
     """Pairs of agents looked at so far, which is what most of the time goes into."""
@@ -62,12 +63,11 @@ class Goals:
 
     def __post_init__(self) -> None:
         self.order = postorder(self.formulas)
+        self.own = own_states(self.order, self.labels)
         for node in self.order:
             self.ahead[node] = self._looks(node)
             if self.ahead[node] == 0 and not isinstance(node, Route | Apart):
                 self.instant.add(node)
-                if self._by_itself(node):
-                    self.own.add(node)
 
     def read_by(self, node: Node) -> tuple[tuple[Predicate, ...], tuple[Graph, ...]]:
         """The predicates and the graphs that a formula reads."""
@@ -81,7 +81,8 @@ class Goals:
     def states(self, node: Node, agent: int) -> Flags:
         """In which states of its roadmap, (states,), the agent's own state makes such a node true."""
         if (node, agent) not in self._states:
-            self._states[node, agent] = self._own_states(node, agent)
+            number = int(self.motion.roadmap_of[agent])
+            self._states[node, agent] = states_of(node, agent, number, self.labels)
         return self._states[node, agent]
 
     def concerned(self, agent: int) -> dict[Node, Flags]:
@@ -115,30 +116,6 @@ class Goals:
                 return max(1, held, last if high is None else high + ahead[end])
             case _:
                 assert_never(node)
-
-    def _by_itself(self, node: Node) -> bool:
-        match node:
-            case Atom(predicate):
-                return self.labels.of_places(predicate)
-            case Is():
-                return True
-            case Not() | All() | Any():
-                return all(part in self.own for part in children(node))
-            case _:
-                return False
-
-    def _own_states(self, node: Node, agent: int) -> Flags:
-        match node:
-            case Atom(predicate):
-                return self.labels.states(predicate, int(self.motion.roadmap_of[agent]))
-            case Is(members):
-                return np.full(len(self.motion.roadmap(agent).position), agent in members)
-            case Not(body):
-                return ~self.states(body, agent)
-            case _:
-                neutral = np.full(len(self.motion.roadmap(agent).position), isinstance(node, All))
-                choose = np.logical_and if isinstance(node, All) else np.logical_or
-                return reduce(choose, (self.states(part, agent) for part in children(node)), neutral)
 
     def _matters(self, node: Node, agent: int, known: dict[Node, Flags]) -> Flags:
         agents = len(self.mission.agents)
