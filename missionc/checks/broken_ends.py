@@ -23,18 +23,18 @@ from missionc.ir.wording import (
 )
 from missionc.kernel.nodes import (
     All,
+    Always,
     Any,
     At,
     AtLeast,
     Atom,
+    Eventually,
     Goal,
     Kernel,
-    Nearby,
+    Neighbour,
     Node,
     Not,
     Reach,
-    Sometime,
-    Throughout,
     Until,
 )
 from missionc.monitoring.end_columns import FIRST
@@ -102,7 +102,7 @@ def _below(intervals: Intervals, place: Culprit) -> Iterator[Culprit]:
             yield Culprit(body, other, column, upper)
         case All(parts) | Any(parts) | AtLeast(_, parts):
             yield from (Culprit(part, agent, column, upper) for part in parts)
-        case Throughout(body, low, high) | Sometime(body, low, high):
+        case Always(body, low, high) | Eventually(body, low, high):
             known, _ = intervals.columns(low, high, column)
             yield from (Culprit(body, agent, step, upper) for step in known)
         case Until(hold, end, low, high):
@@ -182,7 +182,7 @@ def _because(
             if whom is None:
                 return (culprit.agent,), []
             return (culprit.agent, whom), [apart(culprit.agent, whom)]
-        case Nearby(graph) | Reach(graph):
+        case Neighbour(graph) | Reach(graph):
             bounds = intervals.links(graph)
             links = np.triu((bounds.most if culprit.upper else bounds.least)[culprit.column], 1)
             found = np.argwhere((np.abs(links) == amount) & (links != 0))

@@ -24,19 +24,19 @@ from missionc.ir import Apply, Formula, Mission, Preference, Requirement, Window
 from missionc.ir.wording import seconds
 from missionc.kernel.nodes import (
     All,
+    Always,
     Any,
-    Apart,
     At,
     AtLeast,
     Atom,
+    Eventually,
     Is,
-    Nearby,
+    Neighbour,
     Node,
     Not,
+    PathLength,
     Reach,
     Route,
-    Sometime,
-    Throughout,
     Until,
 )
 from missionc.language.walk_formulas import (
@@ -128,15 +128,15 @@ def _needed(node: Node, below: Mapping[Node, float]) -> float:
     if node in below:
         return below[node]
     match node:
-        case Atom() | Is() | Apart():
+        case Atom() | Is() | PathLength():
             return 0
-        case Not(body) | Nearby(_, body) | At(_, body):
+        case Not(body) | Neighbour(_, body) | At(_, body):
             return _needed(body, below)
         case All(parts) | Any(parts) | AtLeast(_, parts):
             return max((_needed(part, below) for part in parts), default=0)
         case Reach(_, through, end) | Route(_, through, end):
             return max(_needed(through, below), _needed(end, below))
-        case Throughout(body, low, high) | Sometime(body, low, high):
+        case Always(body, low, high) | Eventually(body, low, high):
             return _under_window(_needed(body, below), low, high, 0)
         case Until(hold, end, low, high):
             held = _under_window(_needed(hold, below), low, high, 1) if high != 0 else 0

@@ -44,7 +44,7 @@ from missionc.ir import (
     Touches,
     Truth,
 )
-from missionc.kernel.nodes import All, Any, Node, Not, Sometime, Throughout, Until
+from missionc.kernel.nodes import All, Always, Any, Eventually, Node, Not, Until
 from missionc.language.walk_formulas import (
     bits_of,
     formulas,
@@ -213,9 +213,9 @@ def _of_node(known: Certain, node: Node, operands: Mapping[Node, Sure]) -> Sure:
             return _of_all(known, [_of_node(known, part, operands) for part in parts])
         case Any(parts):
             return _of_all(known, [_of_node(known, part, operands).opposite for part in parts]).opposite
-        case Throughout(body, low, high):
+        case Always(body, low, high):
             return _of_window(known, _of_node(known, body, operands), low, high)
-        case Sometime(body, low, high):
+        case Eventually(body, low, high):
             return _of_window(known, _of_node(known, body, operands).opposite, low, high).opposite
         case Until(hold, end, low, high):
             held, ended = _of_node(known, hold, operands), _of_node(known, end, operands)

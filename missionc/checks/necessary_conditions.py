@@ -16,19 +16,19 @@ from missionc.checks.route_conditions import needed_here
 from missionc.ir import Apply, AtLeastOf, Belongs, Formula, Holds, Mission, OfAgent, Truth
 from missionc.kernel.nodes import (
     All,
+    Always,
     Any,
-    Apart,
     At,
     AtLeast,
     Atom,
+    Eventually,
     Is,
-    Nearby,
+    Neighbour,
     Node,
     Not,
+    PathLength,
     Reach,
     Route,
-    Sometime,
-    Throughout,
     Until,
 )
 from missionc.language.walk_formulas import (
@@ -209,8 +209,8 @@ def _of_node(node: Node, operands: Mapping[Node, Formula], visit: Visit, last: i
             if isinstance(node, All) is positive or len(parts) == 1:
                 for part in parts:
                     yield from under(part, positive, when)
-        case Throughout(body, low, high) | Sometime(body, low, high):
-            if isinstance(node, Throughout) is positive:
+        case Always(body, low, high) | Eventually(body, low, high):
+            if isinstance(node, Always) is positive:
                 for then in when.throughout(low, high, last):
                     yield from under(body, positive, then)
             else:
@@ -223,7 +223,7 @@ def _of_node(node: Node, operands: Mapping[Node, Formula], visit: Visit, last: i
                         yield from under(hold, True, then)
             elif low == 0:
                 yield from under(end, False, when)
-        case Atom() | Is() | AtLeast() | Nearby() | Reach() | Route() | Apart() | At():
+        case Atom() | Is() | AtLeast() | Neighbour() | Reach() | Route() | PathLength() | At():
             return
         case _:
             assert_never(node)

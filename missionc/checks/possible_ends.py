@@ -37,19 +37,19 @@ from missionc.ir import (
 from missionc.ir import Place as Given
 from missionc.kernel.nodes import (
     All,
+    Always,
     Any,
-    Apart,
     At,
     AtLeast,
     Atom,
+    Eventually,
     Is,
-    Nearby,
+    Neighbour,
     Node,
     Not,
+    PathLength,
     Reach,
     Route,
-    Sometime,
-    Throughout,
     Until,
 )
 from missionc.kernel.walk import children, more_than, postorder
@@ -184,17 +184,17 @@ def _may(ends: Ends, node: Node, below: list[May]) -> May:
             return _each(
                 lambda at: _of_all(ends, below[0].true[at], agent), lambda at: _of_all(ends, below[0].false[at], agent)
             )
-        case Sometime(_, low, high):
+        case Eventually(_, low, high):
             return _sometime(ends, below[0], low, high)
-        case Throughout(_, low, high):
+        case Always(_, low, high):
             return _sometime(ends, below[0].opposite, low, high).opposite
         case Until(_, _, low, high):
             return _until(ends, below[0], below[1], low, high)
-        case Nearby(graph):
+        case Neighbour(graph):
             return _nearby(ends, graph, below[0])
         case Reach(graph, _, _, hops):
             return _reach(ends, graph, below[0], below[1], hops)
-        case Route(graph) | Apart(graph):
+        case Route(graph) | PathLength(graph):
             return _in_metres(ends, graph)
         case _:
             assert_never(node)

@@ -11,19 +11,19 @@ from missionc.base.trace import Flags
 from missionc.ir import Graph
 from missionc.kernel.nodes import (
     All,
+    Always,
     Any,
-    Apart,
     At,
     AtLeast,
     Atom,
+    Eventually,
     Is,
-    Nearby,
+    Neighbour,
     Node,
     Not,
+    PathLength,
     Reach,
     Route,
-    Sometime,
-    Throughout,
     Until,
 )
 from missionc.kernel.walk import children, postorder
@@ -38,13 +38,25 @@ def steps_ahead(roots: Iterable[Node]) -> dict[Node, int]:
     known: dict[Node, int] = {}
     for node in postorder(roots):
         match node:
-            case Throughout(body, low, high) | Sometime(body, low, high):
+            case Always(body, low, high) | Eventually(body, low, high):
                 known[node] = low if high is None else high + known[body]
             case Until(hold, end, low, high):
                 ends = low if high is None else high + known[end]
                 held = high - 1 + known[hold] if high else 0
                 known[node] = max(ends, held)
-            case Atom() | Is() | Not() | All() | Any() | AtLeast() | Nearby() | Reach() | Route() | Apart() | At():
+            case (
+                Atom()
+                | Is()
+                | Not()
+                | All()
+                | Any()
+                | AtLeast()
+                | Neighbour()
+                | Reach()
+                | Route()
+                | PathLength()
+                | At()
+            ):
                 known[node] = max((known[child] for child in children(node)), default=0)
             case _:
                 assert_never(node)
@@ -81,19 +93,19 @@ def relevance(formulas: Iterable[Node], agents: int, last: int) -> Iterator[tupl
         where = asked.pop(node)
         yield node, where
         match node:
-            case Atom() | Is() | Apart():
+            case Atom() | Is() | PathLength():
                 pass
             case Not() | All() | Any() | AtLeast():
                 for part in children(node):
                     ask(part, where)
-            case Throughout(body, low, high) | Sometime(body, low, high):
+            case Always(body, low, high) | Eventually(body, low, high):
                 ask(body, _ahead(where, low, high))
             case Until(hold, end, low, high):
                 ask(hold, _before(where, high))
                 ask(end, _ahead(where, low, high))
             case At(agent, body):
                 ask(body, _at(where, range(agents), (agent,)))
-            case Nearby(graph, body):
+            case Neighbour(graph, body):
                 ask(body, _of(where, graph))
             case Reach(graph, through, end) | Route(graph, through, end):
                 # A route without links ends where it begins, also outside the graph.

@@ -64,7 +64,7 @@ class AtLeast:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Throughout:
+class Always:
     """At every step from ``low`` to ``high`` ahead; ``high`` None is the mission's last step."""
 
     body: Node
@@ -74,7 +74,7 @@ class Throughout:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Sometime:
+class Eventually:
     """At some step from ``low`` to ``high`` ahead; ``high`` None is the mission's last step."""
 
     body: Node
@@ -95,7 +95,7 @@ class Until:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Nearby:
+class Neighbour:
     """Now, at some agent linked to this one."""
 
     graph: Graph
@@ -109,7 +109,7 @@ class Reach:
 
     ``through`` holds at every agent of the route but the last. An agent outside
     the graph has no links. Lower bounds are spelt out by the operators, in
-    ``Is`` and ``Nearby``.
+    ``Is`` and ``Neighbour``.
     """
 
     graph: Graph
@@ -132,7 +132,7 @@ class Route:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Apart:
+class PathLength:
     """The shortest way from here to that agent, in metres along the links, is within the bounds."""
 
     graph: Graph
@@ -152,7 +152,7 @@ class At:
 
 
 Node: TypeAlias = (
-    "Atom | Is | Not | All | Any | AtLeast | Throughout | Sometime | Until | Nearby | Reach | Route | Apart | At"
+    "Atom | Is | Not | All | Any | AtLeast | Always | Eventually | Until | Neighbour | Reach | Route | PathLength | At"
 )
 
 

@@ -27,20 +27,20 @@ from missionc.ir import (
 )
 from missionc.kernel.nodes import (
     All,
+    Always,
     Any,
-    Apart,
     At,
     AtLeast,
     Atom,
+    Eventually,
     Is,
     Kernel,
-    Nearby,
+    Neighbour,
     Node,
     Not,
+    PathLength,
     Reach,
     Route,
-    Sometime,
-    Throughout,
     Until,
 )
 from missionc.kernel.walk import children, postorder
@@ -95,20 +95,20 @@ class Words:
                 return f"any({', '.join(below)})" if below else "false"
             case AtLeast(count):
                 return f"at-least {count} ({', '.join(below)})"
-            case Throughout(_, low, high):
-                return f"throughout {window(low, high)} {below[0]}"
-            case Sometime(_, low, high):
-                return f"sometime {window(low, high)} {below[0]}"
+            case Always(_, low, high):
+                return f"always {window(low, high)} {below[0]}"
+            case Eventually(_, low, high):
+                return f"eventually {window(low, high)} {below[0]}"
             case Until(_, _, low, high):
                 return f"{below[0]} until {window(low, high)} {below[1]}"
-            case Nearby(graph):
-                return f"nearby on {self.graph(graph)} {below[0]}"
+            case Neighbour(graph):
+                return f"neighbour on {self.graph(graph)} {below[0]}"
             case Reach(graph, _, _, hops):
                 return f"{below[0]} reach {hops} hops on {self.graph(graph)} {below[1]}"
             case Route(graph, _, _, low, high):
                 return f"{below[0]} route {metres(low, high)} on {self.graph(graph)} {below[1]}"
-            case Apart(graph, agent, low, high):
-                return f"apart from {self.agent(agent)} {metres(low, high)} on {self.graph(graph)}"
+            case PathLength(graph, agent, low, high):
+                return f"path to {self.agent(agent)} {metres(low, high)} on {self.graph(graph)}"
             case At(agent):
                 return f"at {self.agent(agent)} {below[0]}"
             case _:

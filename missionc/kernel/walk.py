@@ -7,19 +7,19 @@ from typing import assert_never
 
 from missionc.kernel.nodes import (
     All,
+    Always,
     Any,
-    Apart,
     At,
     AtLeast,
     Atom,
+    Eventually,
     Is,
-    Nearby,
+    Neighbour,
     Node,
     Not,
+    PathLength,
     Reach,
     Route,
-    Sometime,
-    Throughout,
     Until,
 )
 
@@ -27,9 +27,9 @@ from missionc.kernel.nodes import (
 def children(node: Node) -> tuple[Node, ...]:
     """The nodes directly below, in order."""
     match node:
-        case Atom() | Is() | Apart():
+        case Atom() | Is() | PathLength():
             return ()
-        case Not(body) | Throughout(body) | Sometime(body) | At(_, body) | Nearby(_, body):
+        case Not(body) | Always(body) | Eventually(body) | At(_, body) | Neighbour(_, body):
             return (body,)
         case All(parts) | Any(parts) | AtLeast(_, parts):
             return parts

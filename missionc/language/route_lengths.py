@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from missionc.base.source import Span
 from missionc.ir import Length
-from missionc.kernel.nodes import All, Apart, Is, Node, Not, Reach
+from missionc.kernel.nodes import All, Is, Node, Not, PathLength, Reach
 from missionc.syntax.ast import Metric
 
 
@@ -29,7 +29,7 @@ def always_true(span: Span) -> Node:
 def distance_to(length: Length, agent: int, span: Span) -> Node:
     """The shortest way from here to ``agent``, over any agents, is within the bounds."""
     if not measured_in_hops(length):
-        return Apart(length.graph, agent, length.low, length.high, span)
+        return PathLength(length.graph, agent, length.low, length.high, span)
     low, high = whole_hops(length)
     near = _within(length, agent, high, span)
     return near if low == 0 else All((near, Not(_within(length, agent, low - 1, span), span)), span)

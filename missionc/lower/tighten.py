@@ -55,21 +55,21 @@ from missionc.ir import (
 )
 from missionc.kernel.nodes import (
     All,
+    Always,
     Any,
-    Apart,
     At,
     AtLeast,
     Atom,
+    Eventually,
     Goal,
     Is,
     Kernel,
-    Nearby,
+    Neighbour,
     Node,
     Not,
+    PathLength,
     Reach,
     Route,
-    Sometime,
-    Throughout,
     Until,
 )
 from missionc.kernel.walk import postorder
@@ -180,15 +180,15 @@ class _Tighter:
                 return replace(node, body=below[body][1 - side])
             case All(parts) | Any(parts) | AtLeast(_, parts):
                 return replace(node, parts=tuple(below[part][side] for part in parts))
-            case Throughout(body) | Sometime(body) | At(_, body):
+            case Always(body) | Eventually(body) | At(_, body):
                 return replace(node, body=below[body][side])
             case Until(hold, end):
                 return replace(node, hold=below[hold][side], end=below[end][side])
-            case Nearby(graph, body):
+            case Neighbour(graph, body):
                 return replace(node, graph=self.graph(graph, sign), body=below[body][side])
             case Reach(graph, through, end) | Route(graph, through, end):
                 return replace(node, graph=self.graph(graph, sign), through=below[through][side], end=below[end][side])
-            case Is() | Apart():
+            case Is() | PathLength():
                 # A shortest way gets longer or shorter with the links: there is no side to be on.
                 return node
             case _:

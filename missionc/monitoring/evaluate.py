@@ -14,19 +14,19 @@ from missionc.base.trace import Array, Trace
 from missionc.ir import Graph, Mission, Predicate
 from missionc.kernel.nodes import (
     All,
+    Always,
     Any,
-    Apart,
     At,
     AtLeast,
     Atom,
+    Eventually,
     Is,
-    Nearby,
+    Neighbour,
     Node,
     Not,
+    PathLength,
     Reach,
     Route,
-    Sometime,
-    Throughout,
     Until,
 )
 from missionc.kernel.walk import children, postorder
@@ -91,21 +91,21 @@ class Evaluation:
                 return _combined(np.maximum, below, logic.bottom)
             case AtLeast(count):
                 return _largest(count, below, logic)
-            case Throughout(_, low, high):
+            case Always(_, low, high):
                 return temporal_windows.sliding(np.minimum, self._spread(below[0]), low, high, logic.bottom)
-            case Sometime(_, low, high):
+            case Eventually(_, low, high):
                 return temporal_windows.sliding(np.maximum, self._spread(below[0]), low, high, logic.bottom)
             case Until(_, _, low, high):
                 return temporal_windows.until(self._spread(below[0]), self._spread(below[1]), low, high, logic.bottom)
             case At(agent):
                 return below[0] if len(below[0]) == 1 else below[0][agent : agent + 1]
-            case Nearby(graph):
+            case Neighbour(graph):
                 return self._nearby(graph, below[0])
             case Reach(graph, _, _, hops):
                 return self._reach(graph, below[0], below[1], hops)
             case Route():
                 return self._route(node, below[0], below[1])
-            case Apart():
+            case PathLength():
                 return self._apart(node)
             case _:
                 assert_never(node)
@@ -159,7 +159,7 @@ class Evaluation:
             return self._along(graph, (through, end), self._nowhere(), longer)
         return self._along(graph, (through, end), end, shorter)
 
-    def _apart(self, node: Apart) -> Values:
+    def _apart(self, node: PathLength) -> Values:
         """No longer than the upper bound, and not shorter than the lower one."""
         graph, logic = node.graph, self.logic
         target = np.array([[logic.top if index == node.agent else logic.bottom] for index in self._agents()])

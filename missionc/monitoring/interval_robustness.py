@@ -34,15 +34,15 @@ from missionc.ir import (
     Speed,
 )
 from missionc.kernel.nodes import (
-    Apart,
+    Always,
     Atom,
-    Nearby,
+    Eventually,
+    Neighbour,
     Node,
     Not,
+    PathLength,
     Reach,
     Route,
-    Sometime,
-    Throughout,
     Until,
 )
 from missionc.kernel.walk import children, more_than, postorder
@@ -125,13 +125,13 @@ class Intervals:
                 return self.predicates[predicate]
             case Not():
                 return _denied(below[0])
-            case Sometime(_, low, high):
+            case Eventually(_, low, high):
                 return self._sometime(below[0], low, high)
-            case Throughout(_, low, high):
+            case Always(_, low, high):
                 return _denied(self._sometime(_denied(below[0]), low, high))
             case Until(_, _, low, high):
                 return self._until(below[0], below[1], low, high)
-            case Nearby(graph) | Reach(graph) | Route(graph) | Apart(graph):
+            case Neighbour(graph) | Reach(graph) | Route(graph) | PathLength(graph):
                 return self._spatial(node, graph, below)
             case _:
                 return self._monotone(node, below)
@@ -202,9 +202,9 @@ class Intervals:
         least[:, LAST] = np.where(high is None, at_some.least[:, LAST], -np.inf)
         return Interval(least, most)
 
-    def _spatial(self, node: Nearby | Reach | Route | Apart, graph: Graph, below: list[Interval]) -> Interval:
+    def _spatial(self, node: Neighbour | Reach | Route | PathLength, graph: Graph, below: list[Interval]) -> Interval:
         shape = self.reach.shape
-        tried = isinstance(node, Route | Apart)
+        tried = isinstance(node, Route | PathLength)
         if len(graph.agents) > (MOST_ROUTES if tried else MOST_MEMBERS):
             return Interval(np.full(shape, -np.inf), np.full(shape, np.inf))
         self.links(graph)

@@ -26,7 +26,7 @@ from missionc.base.trace import (
 )
 from missionc.ir import Mission
 from missionc.kernel.analysis import relevance
-from missionc.kernel.nodes import All, Any, At, AtLeast, Node, Not, Sometime, Throughout, Until
+from missionc.kernel.nodes import All, Always, Any, At, AtLeast, Eventually, Node, Not, Until
 from missionc.kernel.walk import children, postorder
 from missionc.monitoring.evaluate import Evaluation
 from missionc.monitoring.logic import ROBUSTNESS, TRUTH, Logic, Values
@@ -77,7 +77,7 @@ def table(nodes: Iterable[Node], goals: Iterable[Node], mission: Mission, trace:
 
 
 def _temporal(node: Node) -> bool:
-    return isinstance(node, Throughout | Sometime | Until)
+    return isinstance(node, Always | Eventually | Until)
 
 
 def _same_moment(node: Node) -> bool:
@@ -110,9 +110,9 @@ def _unfolded(
     found: dict[Node, tuple[Values, Values]] = {}
     for node in verdict:
         match node:
-            case Throughout(body, low, high):
+            case Always(body, low, high):
                 most, least = _running(np.minimum, values[body], low, high, steps, logic.top, logic.bottom)
-            case Sometime(body, low, high):
+            case Eventually(body, low, high):
                 least, most = _running(np.maximum, values[body], low, high, steps, logic.bottom, logic.top)
             case Until():
                 least, most = _until(node, values, steps, logic)

@@ -10,19 +10,19 @@ from missionc.base.trace import Flags, Trace
 from missionc.ir import Compare, DistanceBetween, InFormation, Mission
 from missionc.kernel.nodes import (
     All,
+    Always,
     Any,
-    Apart,
     At,
     AtLeast,
     Atom,
+    Eventually,
     Is,
-    Nearby,
+    Neighbour,
     Node,
     Not,
+    PathLength,
     Reach,
     Route,
-    Sometime,
-    Throughout,
     Until,
 )
 from missionc.kernel.walk import postorder
@@ -91,7 +91,7 @@ class _Search:
         match node:
             case Atom():
                 return Decision(step, self._agents_of(node, agent, step))
-            case Is() | Nearby() | Reach() | Route() | Apart():
+            case Is() | Neighbour() | Reach() | Route() | PathLength():
                 return Decision(step, frozenset((agent,)))
             case Not(body):
                 return (yield body, agent, step)
@@ -103,9 +103,9 @@ class _Search:
                 return (yield from self._by_count(parts, agent, step, verdict, 1))
             case AtLeast(count, parts):
                 return (yield from self._by_count(parts, agent, step, verdict, count))
-            case Throughout(body, low, high):
+            case Always(body, low, high):
                 return (yield self._in_window(body, agent, step + low, self._end(step, high), verdict, not verdict))
-            case Sometime(body, low, high):
+            case Eventually(body, low, high):
                 return (yield self._in_window(body, agent, step + low, self._end(step, high), verdict, verdict))
             case Until():
                 return (yield self._of_until(node, agent, step, verdict))

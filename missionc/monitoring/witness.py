@@ -21,7 +21,7 @@ from missionc.base.trace import (
     Trace,
 )
 from missionc.ir import Compare, DistanceBetween, DistanceTo, Graph, InFormation, Mission, Predicate
-from missionc.kernel.nodes import All, Any, Apart, At, AtLeast, Atom, Nearby, Node, Not, Reach, Route
+from missionc.kernel.nodes import All, Any, At, AtLeast, Atom, Neighbour, Node, Not, PathLength, Reach, Route
 from missionc.kernel.walk import children, postorder
 from missionc.language.margins.links import all_links, pieces
 from missionc.monitoring.evaluate import Evaluation
@@ -176,14 +176,14 @@ class _Search:
                 if isinstance(predicate, InFormation):
                     self.formations.append(predicate.formation.name)
                     self.light(mask.any(axis=1, keepdims=True) & np.ones_like(mask), (), predicate.formation.agents)
-            case Nearby(graph, body):
+            case Neighbour(graph, body):
                 self.light(mask)
                 found = self.known.links(graph) & self.known.truth(body).T[:, None, :]
                 self.walk(np.where(found.any(axis=2), found.argmax(axis=2), -1), mask & truth, 1)
             case Reach() | Route():
                 self.light(mask)
                 self.walk(self.known.next_hops(node), mask & truth, self.known.shape[0])
-            case Apart(_, agent):
+            case PathLength(_, agent):
                 self.light(mask, (agent,))
             case _ if children(node):
                 self.hand_down(node, mask)

@@ -15,7 +15,7 @@ from missionc.base.trace import Flags, Trace
 from missionc.base.units import Seconds, Steps
 from missionc.curves.piecewise_polynomials import motion
 from missionc.kernel.analysis import steps_ahead
-from missionc.kernel.nodes import All, Any, Node, Not, Sometime, Throughout, Until
+from missionc.kernel.nodes import All, Always, Any, Eventually, Node, Not, Until
 from missionc.kernel.walk import children, postorder
 from missionc.language.operator import Bounds, Operator
 from missionc.language.operators import OPERATORS, by_name
@@ -173,12 +173,12 @@ def stretched(root: Node) -> Node:
     for node in postorder((root,)):
         below = [new[child] for child in children(node)]
         match node:
-            case Throughout(_, low, high) | Sometime(_, low, high):
+            case Always(_, low, high) | Eventually(_, low, high):
                 far = None if high is None else high * FINER
                 new[node] = type(node)(below[0], low * FINER, far)
             case Until(hold, _, low, high):
                 further = ahead[hold] * FINER
-                beyond = Not(Sometime(All(()), further, further))
+                beyond = Not(Eventually(All(()), further, further))
                 far = None if high is None else high * FINER
                 new[node] = Until(Any((below[0], beyond)), below[1], low * FINER, far)
             case _:

@@ -22,7 +22,21 @@ from missionc.base.source import Source
 from missionc.base.trace import Array
 from missionc.base.units import Metres
 from missionc.kernel.analysis import relevance
-from missionc.kernel.nodes import All, At, Atom, Goal, Is, Kernel, Nearby, Node, Not, Reach, Sometime, Throughout, Until
+from missionc.kernel.nodes import (
+    All,
+    Always,
+    At,
+    Atom,
+    Eventually,
+    Goal,
+    Is,
+    Kernel,
+    Neighbour,
+    Node,
+    Not,
+    Reach,
+    Until,
+)
 from missionc.pipeline.driver import check
 from tests.support.check_findings import text
 from tests.support.legal_plans import (
@@ -197,8 +211,8 @@ def test_linked_agents_communicate_and_the_nearest_join_the_rest() -> None:
 
 def test_couplings_last_as_long_as_their_formula_can_matter() -> None:
     pair = apart(0, 1)
-    assert required(Sometime(Throughout(pair, 1, 2), 2, 4)) == [(0, 2, set()), (3, 6, {(0, 1)}), (7, 10, set())]
-    assert required(Throughout(pair, 8, None)) == [(0, 7, set()), (8, 10, {(0, 1)})]
+    assert required(Eventually(Always(pair, 1, 2), 2, 4)) == [(0, 2, set()), (3, 6, {(0, 1)}), (7, 10, set())]
+    assert required(Always(pair, 8, None)) == [(0, 7, set()), (8, 10, {(0, 1)})]
     assert required(Until(pair, apart(1, 2), 4, 6)) == [
         (0, 3, {(0, 1)}),
         (4, 5, {(0, 1), (1, 2)}),
@@ -209,7 +223,7 @@ def test_couplings_last_as_long_as_their_formula_can_matter() -> None:
 
 def test_distances_couple_the_agent_that_is_asked_and_the_one_it_is_measured_to() -> None:
     near = Atom(ir.Compare(((1.0, ir.DistanceTo(2)),), 0.0, False))
-    assert required(All((At(0, near), At(3, Throughout(near, 5, 6)), At(2, near)))) == [
+    assert required(All((At(0, near), At(3, Always(near, 5, 6)), At(2, near)))) == [
         (0, 0, {(0, 2)}),
         (1, 4, set()),
         (5, 6, {(2, 3)}),
@@ -220,7 +234,7 @@ def test_distances_couple_the_agent_that_is_asked_and_the_one_it_is_measured_to(
 def test_a_spatial_operator_couples_the_graph_and_asks_its_agents() -> None:
     graph = ir.Proximity("radio", Metres(1.5), (0, 1, 2), SPAN)
     near = Atom(ir.Compare(((1.0, ir.DistanceTo(3)),), 0.0, False))
-    asked = At(0, Nearby(graph, Not(near)))
+    asked = At(0, Neighbour(graph, Not(near)))
     assert required(asked, steps=1) == [(0, 0, {(0, 1), (1, 2), (0, 3), (1, 3), (2, 3)}), (1, 1, set())]
 
 
@@ -239,7 +253,7 @@ def test_the_connected_predicate_couples_its_agents_alone() -> None:
 
 def test_a_shared_part_is_asked_wherever_it_is_used() -> None:
     shared = Is(frozenset({0}))
-    both = All((At(1, Throughout(shared, 0, 1)), At(2, Throughout(shared, 3, 9))))
+    both = All((At(1, Always(shared, 0, 1)), At(2, Always(shared, 3, 9))))
     where = dict(relevance([both], agents=3, last=4))[shared]
     assert where.astype(int).tolist() == [[0] * 5, [1, 1, 0, 0, 0], [0, 0, 0, 1, 1]]
 

@@ -161,7 +161,7 @@ def test_the_kernel_is_shown_one_node_a_line_with_shared_nodes_named() -> None:
     mission = replace(mission_of(2, 6, *goals), preferences=(wish,))
     assert show(kernel_of(mission), mission) == (
         "%1 = not field reach 1 hops on radio base\n"
-        "%2 = throughout [0..end] %1\n"
+        "%2 = always [0..end] %1\n"
         "%3 = at drone[0] %2\n"
         "%4 = at drone[1] %2\n"
         "%5 = all(%3, %4)\n"

@@ -17,7 +17,7 @@ from missionc.base.units import Seconds
 from missionc.diagnostics.code import IMPOSSIBLE
 from missionc.ir import Mission, Objective
 from missionc.kernel.analysis import steps_ahead
-from missionc.kernel.nodes import At, Goal, Is, Kernel, Throughout, Until
+from missionc.kernel.nodes import Always, At, Goal, Is, Kernel, Until
 from missionc.kernel.walk import children
 from missionc.pipeline import driver
 from missionc.pipeline.results import Compiled, Verified
@@ -144,12 +144,12 @@ def test_windows_never_look_beyond_the_last_tick() -> None:
 
 def test_what_is_held_until_then_is_asked_one_step_less_far() -> None:
     base, field = Is(frozenset((0,))), Is(frozenset((1,)))
-    formula = Until(Throughout(base, 0, 9), field, 0, 8)
+    formula = Until(Always(base, 0, 9), field, 0, 8)
     kernel = Kernel((Goal("hold", At(0, formula), SPAN),), ())
     (goal,) = discrete(kernel, 16, 4).kernel.requirements
     (until,) = children(goal.formula)
     assert isinstance(until, Until)
-    assert isinstance(until.hold, Throughout)
+    assert isinstance(until.hold, Always)
     assert (until.hold.high, until.high) == (3, 2), "no narrower, since both end with the fourth tick"
 
 

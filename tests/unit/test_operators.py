@@ -8,7 +8,7 @@ import pytest
 
 from missionc import ir
 from missionc.base.units import Metres, Steps
-from missionc.kernel.nodes import All, Any, Apart, Is, Node, Not, Reach, Route, Until
+from missionc.kernel.nodes import All, Any, Is, Node, Not, PathLength, Reach, Route, Until
 from missionc.kernel.walk import postorder
 from missionc.language.operator import Bounds, TooLarge, Use
 from missionc.language.operators import OPERATORS, by_name
@@ -113,7 +113,9 @@ def test_metres_are_routes_and_distances() -> None:
     route = grown("reach", F, G, bounds=metres(0.0, 5.0))
     assert isinstance(route, Route)
     assert (route.low, route.high) == (0.0, 5.0)
-    distances = [node for node in postorder([grown("escape", F, bounds=metres(2.0, 5.0))]) if isinstance(node, Apart)]
+    distances = [
+        node for node in postorder([grown("escape", F, bounds=metres(2.0, 5.0))]) if isinstance(node, PathLength)
+    ]
     assert {(node.agent, node.low, node.high) for node in distances} == {(agent, 2.0, 5.0) for agent in range(5)}
 
 

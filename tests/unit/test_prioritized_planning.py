@@ -11,7 +11,7 @@ from missionc.backends.smt.prioritized import prioritized_planning
 from missionc.backends.smt.prioritized.prioritized_planning import Turns
 from missionc.backends.smt.prioritized.requirement_parts import among, asks_of
 from missionc.base.source import Source
-from missionc.kernel.nodes import All, Any, At, AtLeast, Is, Node, Not, Sometime
+from missionc.kernel.nodes import All, Any, At, AtLeast, Eventually, Is, Node, Not
 from missionc.pipeline.results import Verified
 
 FIELD = """
@@ -87,7 +87,7 @@ def test_the_same_seed_gives_the_same_plan_in_turns() -> None:
 
 
 def visit(agent: int) -> Node:
-    return At(agent, Sometime(Is(frozenset((agent,))), 0, None))
+    return At(agent, Eventually(Is(frozenset((agent,))), 0, None))
 
 
 def test_of_agents_who_are_there_less_is_asked_or_the_same_but_never_more() -> None:

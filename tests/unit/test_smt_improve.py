@@ -16,7 +16,7 @@ from missionc.backends.smt.shorten.improve import improve
 from missionc.base.source import Source
 from missionc.base.trace import Trace
 from missionc.ir import Compare, Coordinate, Objective, SingleIntegrator
-from missionc.kernel.nodes import All, At, Atom, Goal, Kernel, Node, Throughout
+from missionc.kernel.nodes import All, Always, At, Atom, Goal, Kernel, Node
 from missionc.pipeline.results import Verified
 from tests.support.legal_plans import SPAN, mission_of
 from tests.support.small_missions import SMALL
@@ -118,7 +118,7 @@ def test_where_there_is_no_room_for_more_clauses_the_plan_is_no_worse(
 def test_a_preference_for_which_there_is_no_room_for_clauses_is_not_kept_and_the_plan_stays() -> None:
     left = Atom(Compare(((-1.0, Coordinate(0)), (1.0, Coordinate(1))), -0.5, False))  # of all places only the third
     right = Atom(Compare(((1.0, Coordinate(0)), (1.0, Coordinate(1))), -1.5, False))  # only the fourth
-    through_each_other = All((At(0, left), At(1, right), At(0, Throughout(right, 1, 1)), At(1, Throughout(left, 1, 1))))
+    through_each_other = All((At(0, left), At(1, right), At(0, Always(right, 1, 1)), At(1, Always(left, 1, 1))))
     with found(Objective.NONE, through_each_other) as (first, better, search):
         search.clauses.limit = search.clauses.count
         assert moves(better()) <= moves(first)

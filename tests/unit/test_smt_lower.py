@@ -12,7 +12,7 @@ from missionc.backends.smt.sat.solve import Satisfiable, Unsatisfiable
 from missionc.base.limits import Limits
 from missionc.base.source import Source
 from missionc.base.units import Metres
-from missionc.kernel.nodes import All, AtLeast, Atom, Is, Node, Not, Reach, Sometime, Throughout, Until
+from missionc.kernel.nodes import All, Always, AtLeast, Atom, Eventually, Is, Node, Not, Reach, Until
 from missionc.kernel.nodes import Any as Either
 from missionc.lower.expand import expand
 from missionc.resolve.resolve_mission import resolve
@@ -98,18 +98,18 @@ def test_whoever_is_in_no_graph_reaches_itself_and_nobody_else() -> None:
 @pytest.mark.parametrize("there", range(4))
 def test_so_many_of_the_parts_hold_or_more_and_no_other_number(count: int, there: int) -> None:
     path = [0] * there + [1] * (3 - there)
-    parts = tuple(Sometime(at(0), step, step) for step in range(3))
+    parts = tuple(Eventually(at(0), step, step) for step in range(3))
     assert judged(AtLeast(count, parts), [path]) is (there >= count)
 
 
 @pytest.mark.parametrize(("path", "expected"), [([0, 0, 0, 0], True), ([0, 0, 1, 0], False)])
 def test_a_window_fails_at_its_one_bad_step(path: list[int], expected: bool) -> None:
-    assert judged(Throughout(at(0), 0, 3), [path]) is expected
-    assert judged(Sometime(at(1), 0, 3), [path]) is not expected
+    assert judged(Always(at(0), 0, 3), [path]) is expected
+    assert judged(Eventually(at(1), 0, 3), [path]) is not expected
 
 
 def test_past_the_last_step_neither_always_nor_eventually_holds() -> None:
-    for window in (Throughout(at(0), 2, 3), Sometime(at(0), 2, 3)):
+    for window in (Always(at(0), 2, 3), Eventually(at(0), 2, 3)):
         assert judged(window, [[0, 0, 0]]) is False
 
 
@@ -163,7 +163,7 @@ def test_a_route_of_two_hops_is_none_of_three_and_none_of_one() -> None:
 
 def test_a_conflict_of_two_formulas_is_none_of_either_alone() -> None:
     mission = mission_of([LINE[0]], 1, dynamics=FAST)
-    case = asked(mission, (roadmap_of((0,), LINE, 1),), Throughout(at(0), 0, 1), Sometime(at(1), 0, 1))
+    case = asked(mission, (roadmap_of((0,), LINE, 1),), Always(at(0), 0, 1), Eventually(at(1), 0, 1))
     one, other = case.lowered.goals
     with case.search() as search:
         assert isinstance(search.ask((one,)), Satisfiable)

@@ -19,7 +19,7 @@ from missionc.explain.traps import (
     table,
     traps_of,
 )
-from missionc.kernel.nodes import At, Is, Nearby
+from missionc.kernel.nodes import At, Is, Neighbour
 from missionc.lower.expand import expand
 from missionc.monitoring.monitor import monitor, truth
 from tests.support.random_runs import SPAN
@@ -81,7 +81,7 @@ def test_the_links_shown_are_those_of_the_graph(trap: Trap) -> None:
         f"a[{one}]-a[{other}]"
         for one in team
         for other in team
-        if one < other and truth(Nearby(graph, Is(frozenset((other,)), SPAN), SPAN), made, trace)[one, 0]
+        if one < other and truth(Neighbour(graph, Is(frozenset((other,)), SPAN), SPAN), made, trace)[one, 0]
     ]
     assert linked(trap.example) == pairs
 

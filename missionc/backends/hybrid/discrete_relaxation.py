@@ -19,21 +19,21 @@ from missionc.ir import InFormation
 from missionc.kernel.analysis import steps_ahead
 from missionc.kernel.nodes import (
     All,
+    Always,
     Any,
-    Apart,
     At,
     AtLeast,
     Atom,
+    Eventually,
     Goal,
     Is,
     Kernel,
-    Nearby,
+    Neighbour,
     Node,
     Not,
+    PathLength,
     Reach,
     Route,
-    Sometime,
-    Throughout,
     Until,
 )
 from missionc.kernel.walk import children, postorder
@@ -94,7 +94,7 @@ def discrete(kernel: Kernel, steps: int, ticks: int) -> Discrete:
 
 def _measures(node: Node) -> bool:
     match node:
-        case Atom(InFormation()) | Route() | Apart():
+        case Atom(InFormation()) | Route() | PathLength():
             return True
         case _:
             return False
@@ -127,24 +127,24 @@ def _asked(node: Node, holds: bool, known: Known, clock: Clock) -> Node:
             left = count - sum(part is YES for part in each)
             open_ = tuple(part for part in each if part is not YES and part is not NO)
             return YES if left <= 0 else NO if left > len(open_) else AtLeast(left, open_, span)
-        case Throughout(body, low, high, span):
+        case Always(body, low, high, span):
             begin, end = clock.window(low, high, every=holds)
-            return _unless_settled(known[body, holds], lambda asked: Throughout(asked, begin, end, span))
-        case Sometime(body, low, high, span):
+            return _unless_settled(known[body, holds], lambda asked: Always(asked, begin, end, span))
+        case Eventually(body, low, high, span):
             begin, end = clock.window(low, high, every=not holds)
-            return _unless_settled(known[body, holds], lambda asked: Sometime(asked, begin, end, span))
+            return _unless_settled(known[body, holds], lambda asked: Eventually(asked, begin, end, span))
         case Until(hold, end_, low, high, span):
             begin, end = clock.window(low, high, every=not holds)
             return NO if known[end_, holds] is NO else Until(known[hold, holds], known[end_, holds], begin, end, span)
-        case Nearby(graph, body, span):
-            return NO if known[body, holds] is NO else Nearby(graph, known[body, holds], span)
+        case Neighbour(graph, body, span):
+            return NO if known[body, holds] is NO else Neighbour(graph, known[body, holds], span)
         case Reach(graph, through, end_, hops, span):
             return _unless_settled(
                 known[end_, holds], lambda asked: Reach(graph, known[through, holds], asked, hops, span)
             )
         case At(agent, body, span):
             return _unless_settled(known[body, holds], lambda asked: At(agent, asked, span))
-        case Route() | Apart():
+        case Route() | PathLength():
             raise AssertionError("measured")
         case _:
             assert_never(node)

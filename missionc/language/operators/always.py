@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from missionc.kernel.nodes import Node, Throughout
+from missionc.kernel.nodes import Always, Node
 from missionc.language.operator import Bounds, Fixity, Operator, Use
 
 
 def expand(use: Use) -> Node:
     (body,) = use.arguments
-    return Throughout(body, use.window.low, use.window.high, use.span)
+    return Always(body, use.window.low, use.window.high, use.span)
 
 
 OPERATOR = Operator(

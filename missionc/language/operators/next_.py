@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from missionc.kernel.nodes import Node, Sometime
+from missionc.kernel.nodes import Eventually, Node
 from missionc.language.operator import Bounds, Fixity, Operator, Use
 
 
 def expand(use: Use) -> Node:
     (body,) = use.arguments
-    return Sometime(body, 1, 1, use.span)
+    return Eventually(body, 1, 1, use.span)
 
 
 OPERATOR = Operator(

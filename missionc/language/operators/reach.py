@@ -18,7 +18,7 @@ from collections.abc import Iterator
 from functools import cache
 from math import comb, perm
 
-from missionc.kernel.nodes import All, Any, Is, Nearby, Node, Not, Reach, Route
+from missionc.kernel.nodes import All, Any, Is, Neighbour, Node, Not, Reach, Route
 from missionc.language.operator import Bounds, Fixity, Operator, TooLarge, Use
 from missionc.language.route_lengths import measured_in_hops, whole_hops
 
@@ -76,7 +76,7 @@ def _some_links(use: Use, through: Node, end: Node, low: int, high: int) -> Node
     def onward(agent: int, left: frozenset[int]) -> Node:
         behind = left | {agent}
         if len(behind) < low:
-            return All((here[agent], through, Nearby(graph, leaving(behind), span)), span)
+            return All((here[agent], through, Neighbour(graph, leaving(behind), span)), span)
         rest = Reach(graph, outside(through, left), outside(end, behind), high - len(left), span)
         return All((here[agent], rest), span)
 

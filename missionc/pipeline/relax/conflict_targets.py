@@ -15,19 +15,19 @@ from missionc.base.source import Span
 from missionc.ir import InFormation, Inside, Touches
 from missionc.kernel.nodes import (
     All,
+    Always,
     Any,
-    Apart,
     At,
     AtLeast,
     Atom,
+    Eventually,
     Is,
-    Nearby,
+    Neighbour,
     Node,
     Not,
+    PathLength,
     Reach,
     Route,
-    Sometime,
-    Throughout,
     Until,
 )
 from missionc.kernel.walk import children
@@ -85,18 +85,18 @@ def _note(found: Touched, node: Node, sign: int) -> None:
             _add(found.formations, formation.name, sign)
         case Atom():
             _add(found.comparisons, span, sign)
-        case Sometime() | Until():
+        case Eventually() | Until():
             _add(found.windows, span, sign)
-        case Throughout():
+        case Always():
             _add(found.windows, span, -sign)
         case AtLeast():
             _add(found.counts, span, -sign)
-        case Nearby(graph):
+        case Neighbour(graph):
             _add(found.graphs, graph.name, sign)
         case Reach(graph) | Route(graph):
             _add(found.graphs, graph.name, sign)
             _add(found.lengths, span, sign)
-        case Apart(graph):
+        case PathLength(graph):
             # A wider graph has shorter ways, and links where there were none: how that bears on a bound is open.
             _add(found.graphs, graph.name, 0)
             _add(found.lengths, span, sign)

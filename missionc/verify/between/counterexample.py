@@ -12,13 +12,13 @@ from dataclasses import dataclass
 from missionc.base.trace import Flags
 from missionc.kernel.nodes import (
     All,
+    Always,
     Any,
     At,
     AtLeast,
+    Eventually,
     Node,
     Not,
-    Sometime,
-    Throughout,
     Until,
 )
 from missionc.verify.between.interval_sets import Spans, common
@@ -137,9 +137,9 @@ class Search:
                 return self._parts(place, parts, one=value)
             case AtLeast(_, parts):
                 return self._parts(place, parts, one=False)
-            case Throughout(body, low, high):
+            case Always(body, low, high):
                 return self._in_window(place, body, low, high, one=not value)
-            case Sometime(body, low, high):
+            case Eventually(body, low, high):
                 return self._in_window(place, body, low, high, one=value)
             case Until():
                 return self._of_until(place, node)

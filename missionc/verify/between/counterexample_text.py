@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from missionc.ir import BeaconCover, Compare, DistanceBetween, Graph, InFormation
-from missionc.kernel.nodes import Apart, Atom, Nearby, Node, Reach, Route
+from missionc.kernel.nodes import Atom, Neighbour, Node, PathLength, Reach, Route
 from missionc.language.margins.links import link_margin
 from missionc.verify.between.counterexample import Culprit
 from missionc.verify.between.motion_clock import STEP, Motion
@@ -70,7 +70,7 @@ def _text(node: Node) -> str:
 def _because(culprit: Culprit, motion: Motion) -> str:
     """The links that this moment has and the steps around it have not, or the other way round."""
     match culprit.node:
-        case Nearby(graph) | Reach(graph) | Route(graph) | Apart(graph):
+        case Neighbour(graph) | Reach(graph) | Route(graph) | PathLength(graph):
             changed = _changed_links(graph, culprit, motion)
         case _:
             return ""

@@ -13,19 +13,19 @@ from missionc.ir import Graph, InFormation, Predicate
 from missionc.kernel.analysis import steps_ahead
 from missionc.kernel.nodes import (
     All,
+    Always,
     Any,
-    Apart,
     At,
     AtLeast,
     Atom,
+    Eventually,
     Is,
-    Nearby,
+    Neighbour,
     Node,
     Not,
+    PathLength,
     Reach,
     Route,
-    Sometime,
-    Throughout,
     Until,
 )
 from missionc.kernel.walk import children, postorder
@@ -94,15 +94,15 @@ class Evaluation:
                 return {agent: of_parts(1, [part[agent] for part in below], end) for agent in agents}
             case AtLeast(count):
                 return {agent: of_parts(count, [part[agent] for part in below], end) for agent in agents}
-            case Throughout(_, low, high):
+            case Always(_, low, high):
                 return {agent: throughout(below[0][agent], *_window(low, high), end) for agent in agents}
-            case Sometime(_, low, high):
+            case Eventually(_, low, high):
                 return {agent: sometime(below[0][agent], *_window(low, high), end) for agent in agents}
             case Until(_, _, low, high):
                 return {agent: until(below[0][agent], below[1][agent], *_window(low, high), end) for agent in agents}
             case At(other):
                 return dict.fromkeys(agents, below[0][other])
-            case Nearby(graph):
+            case Neighbour(graph):
                 outside = dict.fromkeys(agents, nowhere)
                 return outside | self._of_members(graph, links_over_time.nearby, below)
             case Reach(graph, _, _, hops):
@@ -110,7 +110,7 @@ class Evaluation:
             case Route(graph, _, _, low, high):
                 outside = below[1] if low <= 0 else dict.fromkeys(agents, nowhere)
                 return outside | self._of_members(graph, partial(links_over_time.route, low, high), below)
-            case Apart(graph, target, low, high):
+            case PathLength(graph, target, low, high):
                 itself = always if low <= 0 else nowhere
                 outside = {agent: itself if agent == target else nowhere for agent in agents}
                 ends = {agent: always if agent == target else nowhere for agent in graph.agents}
@@ -162,7 +162,7 @@ def _asked(root: Node, order: list[Node]) -> dict[Node, set[int]]:
         match node:
             case At(agent, body):
                 asked[body].add(agent)
-            case Nearby(graph, body):
+            case Neighbour(graph, body):
                 asked[body].update(graph.agents)
             case Reach(graph, through, end) | Route(graph, through, end):
                 asked[through].update(graph.agents)

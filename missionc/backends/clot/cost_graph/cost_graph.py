@@ -245,21 +245,21 @@ def _term(node: kernel.Node, holds: bool, known: dict[tuple[kernel.Node, bool], 
             return Least(terms) if isinstance(node, kernel.All) == holds else Greatest(terms)
         case kernel.AtLeast(count, parts):
             return _ranked(count if holds else len(parts) - count + 1, tuple(of(part) for part in parts))
-        case kernel.Throughout(body, low, high):
+        case kernel.Always(body, low, high):
             return LeastOver(of(body), low, high) if holds else GreatestOver(of(body), low, high)
-        case kernel.Sometime(body, low, high):
+        case kernel.Eventually(body, low, high):
             return GreatestOver(of(body), low, high) if holds else LeastOver(of(body), low, high)
         case kernel.Until(hold, end, low, high):
             return (Until if holds else Release)(of(hold), of(end), low, high)
         case kernel.At(agent, body):
             return Of(agent, of(body))
-        case kernel.Nearby(graph, body):
+        case kernel.Neighbour(graph, body):
             return SomeLinked(graph, of(body)) if holds else EveryLinked(graph, of(body))
         case kernel.Reach(graph, through, end, hops):
             return _unrolled(graph, of(through), of(end), min(hops, max(len(graph.agents) - 1, 0)), holds)
         case kernel.Route(graph, through, end, low, high):
             return Length(graph, of(through), of(end), low, high, holds)
-        case kernel.Apart(graph, agent, low, high):
+        case kernel.PathLength(graph, agent, low, high):
             return _apart(graph, agent, low, high, holds)
         case _:
             assert_never(node)

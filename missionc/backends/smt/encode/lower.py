@@ -49,19 +49,19 @@ from missionc.backends.smt.roadmap.roadmap import Indices
 from missionc.ir import Mission
 from missionc.kernel.nodes import (
     All,
+    Always,
     Any,
-    Apart,
     At,
     AtLeast,
     Atom,
+    Eventually,
     Goal,
     Is,
-    Nearby,
+    Neighbour,
     Node,
     Not,
+    PathLength,
     Reach,
-    Sometime,
-    Throughout,
     Until,
 )
 from missionc.kernel.nodes import Route as MetricRoute
@@ -154,9 +154,9 @@ class Formulas:
                 return about_team(predicate)
             case At():
                 return True
-            case Is() | Nearby() | Reach() | MetricRoute() | Apart():
+            case Is() | Neighbour() | Reach() | MetricRoute() | PathLength():
                 return False
-            case Not(body) | Throughout(body) | Sometime(body):
+            case Not(body) | Always(body) | Eventually(body):
                 return self.of_team(body)
             case All(parts) | Any(parts) | AtLeast(_, parts):
                 return all(map(self.of_team, parts))
@@ -184,17 +184,17 @@ class Formulas:
                 asked = [self.holds(part, positive, agents, steps) for part in parts]
                 matrix = np.stack(asked, axis=1) if asked else np.zeros((len(agents), 0), dtype=np.int32)
                 return self.clauses.at_least(count if positive else len(parts) - count + 1, matrix)
-            case Throughout(body, low, high):
+            case Always(body, low, high):
                 return self.windows.window(body, positive, positive, agents, steps, low, high)
-            case Sometime(body, low, high):
+            case Eventually(body, low, high):
                 return self.windows.window(body, positive, not positive, agents, steps, low, high)
             case Until():
                 return self.windows.until(node, positive, agents, steps)
             case Reach():
                 return self._reach(node, positive, agents, steps)
-            case MetricRoute() | Apart():
+            case MetricRoute() | PathLength():
                 raise Unexpressible("a route bounded in metres")
-            case Nearby() | Not() | At():
+            case Neighbour() | Not() | At():
                 raise AssertionError("these are seen to above")
             case _:
                 assert_never(node)

@@ -38,7 +38,7 @@ from missionc.backends.smt.encode.occupancy import (
 )
 from missionc.backends.smt.roadmap.labels import Labels
 from missionc.backends.smt.roadmap.roadmap import Indices
-from missionc.kernel.nodes import All, Any, AtLeast, Atom, Is, Nearby, Node, Not, Reach
+from missionc.kernel.nodes import All, Any, AtLeast, Atom, Is, Neighbour, Node, Not, Reach
 from missionc.kernel.walk import children
 
 
@@ -101,7 +101,7 @@ class Places:
             case AtLeast(count, parts):
                 number = count if some else len(parts) - count + 1
                 return both(present(agents), self._at_least(number, [ask(part, some, agents) for part in parts]))
-            case Nearby(graph, body):
+            case Neighbour(graph, body):
                 return both(
                     present(agents.intersection(graph.agents)),
                     lambda rows: self.routes.agent_beside(graph, body, some, steps[rows], places[rows]),
@@ -144,7 +144,7 @@ class Places:
             match node:
                 case Atom(predicate):
                     known = self.labels.of_places(predicate)
-                case Is() | Nearby():
+                case Is() | Neighbour():
                     known = True
                 case Not() | All() | Any() | AtLeast() | Reach():
                     known = all(map(self.decides, children(node)))
@@ -184,7 +184,7 @@ class Places:
             case AtLeast(count, parts):
                 number = count if positive else len(parts) - count + 1
                 return self._at_least(number, [ask(part, positive) for part in parts])(np.arange(len(steps)))
-            case Nearby(graph, body):
+            case Neighbour(graph, body):
                 if agent not in graph.agents:
                     return constant(False)
                 return self.routes.agent_beside(graph, body, positive, steps, places)
@@ -207,12 +207,12 @@ class Places:
             match node:
                 case Is(members):
                     own: tuple[Agents, ...] = (members,)
-                case Nearby(graph) | Reach(graph):
+                case Neighbour(graph) | Reach(graph):
                     own = (frozenset(graph.agents),)
                 case _:
                     own = ()
             # What is asked of linked agents is the same whoever asks.
-            below = () if isinstance(node, Nearby) else children(node)
+            below = () if isinstance(node, Neighbour) else children(node)
             self._told_apart[node] = tuple(dict.fromkeys(own + sum(map(self._apart, below), ())))
         return self._told_apart[node]
 

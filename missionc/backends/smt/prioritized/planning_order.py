@@ -19,7 +19,7 @@ from missionc.backends.smt.prioritized.requirement_parts import (
 from missionc.backends.smt.roadmap.labels import Labels
 from missionc.backends.smt.roadmap.own_state import own_state, states_of
 from missionc.base.trace import Flags
-from missionc.kernel.nodes import All, Any, At, AtLeast, Atom, Is, Node, Not, Reach, Sometime, Until
+from missionc.kernel.nodes import All, Any, At, AtLeast, Atom, Eventually, Is, Node, Not, Reach, Until
 from missionc.kernel.walk import children, postorder
 
 
@@ -96,7 +96,7 @@ class Order:
         number, latest = self.roadmap_of[agent], 0
         for node in postorder((body,)):
             match node:
-                case Sometime(place) | Until(_, place) if own_state(place, self.labels):
+                case Eventually(place) | Until(_, place) if own_state(place, self.labels):
                     there = self.ways[agent] & states_of(place, agent, number, self.labels)
                     met = np.flatnonzero(there.any(axis=1))
                     latest = max(latest, int(met[0]) if met.size else len(there))

@@ -18,20 +18,20 @@ from missionc.base.trace import Flags
 from missionc.ir import InFormation
 from missionc.kernel.nodes import (
     All,
+    Always,
     Any,
-    Apart,
     At,
     AtLeast,
     Atom,
+    Eventually,
     Is,
     Kernel,
-    Nearby,
+    Neighbour,
     Node,
     Not,
+    PathLength,
     Reach,
     Route,
-    Sometime,
-    Throughout,
     Until,
 )
 from missionc.kernel.walk import children, postorder
@@ -86,18 +86,18 @@ def asked_of(kernel: Kernel, labels: Labels, roadmap_of: dict[int, int]) -> Aske
         if (windows, node) not in bodies:
             body = node
             for window in reversed(windows):
-                body = Throughout(body, window.low, window.high, window.span)
+                body = Always(body, window.low, window.high, window.span)
             bodies[windows, node] = body
         formulas.append(bodies[windows, node] if agent is None else At(agent, bodies[windows, node], node.span))
     asks, grows = asks_of(formulas), _grows(formulas)
     return Asked(tuple(Part(formula, asks[formula], grows[formula, True]) for formula in formulas), never)
 
 
-def _conjuncts(kernel: Kernel) -> Iterator[tuple[int | None, tuple[Throughout, ...], Node]]:
+def _conjuncts(kernel: Kernel) -> Iterator[tuple[int | None, tuple[Always, ...], Node]]:
     """What must hold: of which agent or of the team, throughout which windows one in the other, and which formula."""
-    work: list[tuple[int | None, tuple[Throughout, ...], Node]]
+    work: list[tuple[int | None, tuple[Always, ...], Node]]
     work = [(None, (), goal.formula) for goal in reversed(kernel.requirements)]
-    seen: set[tuple[int | None, tuple[Throughout, ...], Node]] = set()
+    seen: set[tuple[int | None, tuple[Always, ...], Node]] = set()
     while work:
         what = work.pop()
         if what in seen:
@@ -107,7 +107,7 @@ def _conjuncts(kernel: Kernel) -> Iterator[tuple[int | None, tuple[Throughout, .
         match node:
             case All(parts):
                 work.extend((agent, windows, part) for part in reversed(parts))
-            case Throughout(body):
+            case Always(body):
                 work.append((agent, (*windows, node), body))
             case At(who, body):
                 work.append((who, windows, body))
@@ -146,9 +146,9 @@ def _grows(roots: Iterable[Node]) -> dict[tuple[Node, bool], bool]:
                     known = True
                 case Not(body):
                     known = grows[body, not positive]
-                case Nearby() | Reach():
+                case Neighbour() | Reach():
                     known = positive and all(grows[child, True] for child in children(node))
-                case Route() | Apart():
+                case Route() | PathLength():
                     known = False
                 case _:
                     known = all(grows[child, positive] for child in children(node))
@@ -178,7 +178,7 @@ def _among(node: Node, positive: bool, made: dict[tuple[Node, bool], Node | None
         case Not(body):
             inner = made[body, not positive]
             return None if inner is None else Not(inner, node.span)
-        case Throughout(body, low, high) | Sometime(body, low, high):
+        case Always(body, low, high) | Eventually(body, low, high):
             inner = made[body, positive]
             return None if inner is None else type(node)(inner, low, high, node.span)
         case Until(hold, end, low, high):

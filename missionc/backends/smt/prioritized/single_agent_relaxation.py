@@ -22,19 +22,19 @@ from missionc.backends.smt.roadmap.labels import Labels
 from missionc.base.trace import Flags
 from missionc.kernel.nodes import (
     All,
+    Always,
     Any,
-    Apart,
     At,
     AtLeast,
     Atom,
+    Eventually,
     Is,
-    Nearby,
+    Neighbour,
     Node,
     Not,
+    PathLength,
     Reach,
     Route,
-    Sometime,
-    Throughout,
     Until,
 )
 
@@ -94,19 +94,19 @@ class Outlook:
             case At(other, body):
                 held = self.may(body, positive, other, step) & self.ways[other][step]
                 return perhaps if held.any() else never
-            case Throughout(body, low, high):
+            case Always(body, low, high):
                 return self._window(body, positive, positive, low, high, agent, step)
-            case Sometime(body, low, high):
+            case Eventually(body, low, high):
                 return self._window(body, positive, not positive, low, high, agent, step)
             case Until():
                 return self._until(node, positive, agent, step)
-            case Nearby(graph) if positive and not self._others(graph.agents, agent):
+            case Neighbour(graph) if positive and not self._others(graph.agents, agent):
                 return never
             case Reach(graph, through, end):
                 if positive and self._others(graph.agents, agent):
                     return part(end) | part(through)
                 return part(end)
-            case Atom() | Nearby() | Route() | Apart():
+            case Atom() | Neighbour() | Route() | PathLength():
                 return perhaps
             case _:
                 assert_never(node)

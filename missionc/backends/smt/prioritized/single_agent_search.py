@@ -20,7 +20,7 @@ from missionc.backends.smt.refine.problem import LINKS
 from missionc.backends.smt.roadmap.roadmap import Indices
 from missionc.base.trace import Flags
 from missionc.ir import Mission
-from missionc.kernel.nodes import At, Node, Sometime, Throughout
+from missionc.kernel.nodes import Always, At, Eventually, Node
 
 ERRANDS = 3
 """So many places to visit at most; the work doubles with each."""
@@ -48,10 +48,10 @@ class Alone:
         ways, errands = self._ways[agent].copy(), []
         for formula in formulas:
             match formula:
-                case At(who, Throughout(body, low, high)) if who == agent and self._decides(body):
+                case At(who, Always(body, low, high)) if who == agent and self._decides(body):
                     window = slice(low, None if high is None else high + 1)
                     ways[window] &= self._holds(body, agent)[window]
-                case At(who, Sometime(body, low, high)) if who == agent and self._decides(body):
+                case At(who, Eventually(body, low, high)) if who == agent and self._decides(body):
                     errand = self._holds(body, agent)
                     errand[:low] = False
                     errand[len(errand) if high is None else high + 1 :] = False

@@ -18,7 +18,7 @@ import numpy as np
 from missionc.backends.smt.roadmap.roadmap import Indices
 from missionc.backends.smt.shorten.held_goals import Goals
 from missionc.base.trace import Array, Flags
-from missionc.kernel.nodes import All, Any, At, Node, Sometime, Throughout, Until
+from missionc.kernel.nodes import All, Always, Any, At, Eventually, Node, Until
 
 VISITS = 3
 """Of an agent; the phases are twice as many with each. What it must visit besides is not counted."""
@@ -106,10 +106,10 @@ def _of_agent(node: Node, agent: int, goals: Goals) -> Iterator[tuple[int, Duty]
     room = np.ones((last + 1, len(goals.motion.roadmap(agent).position)), dtype=np.bool_)
     visit, none = np.zeros_like(room), np.zeros((0, *room.shape), dtype=np.bool_)
     match node:
-        case Throughout(body, low, high) if body in goals.own:
+        case Always(body, low, high) if body in goals.own:
             room[low : None if high is None else high + 1] &= goals.states(body, agent)
             yield agent, Duty(room, none)
-        case Sometime(body, low, high) | Until(_, body, low, high) if body in goals.own:
+        case Eventually(body, low, high) | Until(_, body, low, high) if body in goals.own:
             visit[low : None if high is None else high + 1] = goals.states(body, agent)
             yield agent, Duty(room, visit[None])
         case _ if node in goals.own:

@@ -20,19 +20,19 @@ from missionc.base.trace import Flags
 from missionc.ir import Graph, Mission, Predicate
 from missionc.kernel.nodes import (
     All,
+    Always,
     Any,
-    Apart,
     At,
     AtLeast,
     Atom,
+    Eventually,
     Is,
-    Nearby,
+    Neighbour,
     Node,
     Not,
+    PathLength,
     Reach,
     Route,
-    Sometime,
-    Throughout,
     Until,
 )
 from missionc.kernel.walk import postorder
@@ -66,7 +66,7 @@ class Goals:
         self.own = own_states(self.order, self.labels)
         for node in self.order:
             self.ahead[node] = self._looks(node)
-            if self.ahead[node] == 0 and not isinstance(node, Route | Apart):
+            if self.ahead[node] == 0 and not isinstance(node, Route | PathLength):
                 self.instant.add(node)
 
     def read_by(self, node: Node) -> tuple[tuple[Predicate, ...], tuple[Graph, ...]]:
@@ -74,7 +74,7 @@ class Goals:
         if node not in self._read:
             below = postorder((node,))
             atoms = dict.fromkeys(each.predicate for each in below if isinstance(each, Atom))
-            graphs = dict.fromkeys(each.graph for each in below if isinstance(each, Nearby | Reach))
+            graphs = dict.fromkeys(each.graph for each in below if isinstance(each, Neighbour | Reach))
             self._read[node] = tuple(atoms), tuple(graphs)
         return self._read[node]
 
@@ -100,15 +100,15 @@ class Goals:
             case Atom(predicate):
                 numbers = range(len(self.motion.roadmaps))
                 return int(any(self.labels.of_moves(predicate, number) for number in numbers))
-            case Is() | Apart():
+            case Is() | PathLength():
                 return 0
-            case Not(body) | At(_, body) | Nearby(_, body):
+            case Not(body) | At(_, body) | Neighbour(_, body):
                 return ahead[body]
             case All(parts) | Any(parts) | AtLeast(_, parts):
                 return max((ahead[part] for part in parts), default=0)
             case Reach(_, through, end) | Route(_, through, end):
                 return max(ahead[through], ahead[end])
-            case Throughout(body, _, high) | Sometime(body, _, high):
+            case Always(body, _, high) | Eventually(body, _, high):
                 # A window counts even where it is of this step alone: it is seen to by itself.
                 return max(1, last if high is None else high + ahead[body])
             case Until(hold, end, _, high):
@@ -128,7 +128,7 @@ class Goals:
                 )
             case Is():
                 return nobody
-            case Not(body) | Throughout(body) | Sometime(body):
+            case Not(body) | Always(body) | Eventually(body):
                 return known[body]
             case All(parts) | Any(parts) | AtLeast(_, parts):
                 return reduce(np.logical_or, (known[part] for part in parts), nobody)
@@ -136,11 +136,11 @@ class Goals:
                 return known[hold] | known[end]
             case At(asked, body):
                 return np.full(agents, known[body][asked])
-            case Nearby(graph, body):
+            case Neighbour(graph, body):
                 return self._in_graph(graph.agents, agent, known[body])
             case Reach(graph, through, end) | Route(graph, through, end):
                 return known[end] | self._in_graph(graph.agents, agent, known[through] | known[end])
-            case Apart(graph):
+            case PathLength(graph):
                 return self._in_graph(graph.agents, agent, nobody)
             case _:
                 assert_never(node)

@@ -21,13 +21,13 @@ from missionc.backends.smt.shorten.held_goals import Goals
 from missionc.base.trace import Flags, Trace
 from missionc.kernel.nodes import (
     All,
+    Always,
     Any,
     At,
     AtLeast,
+    Eventually,
     Node,
     Not,
-    Sometime,
-    Throughout,
     Until,
 )
 from missionc.language.margins.predicate_margins import link_margin
@@ -94,7 +94,7 @@ class Found:
             case All(parts) | Any(parts) if positive == isinstance(node, All):
                 for part in self._cheap_first(parts):
                     self.need(part, positive, asked, step)
-            case Throughout(body, low, high) if positive and asked == self.agent and body in self.goals.own:
+            case Always(body, low, high) if positive and asked == self.agent and body in self.goals.own:
                 window = self._window(step, low, high)
                 self.room[window.start : window.stop] &= self.goals.states(body, asked)
             case _ if node in self.goals.instant:
@@ -104,9 +104,9 @@ class Found:
             case AtLeast(count, parts):
                 enough = count if positive else len(parts) - count + 1
                 self._some(enough, [(part, positive, asked, step) for part in parts])
-            case Throughout(body, low, high) | Sometime(body, low, high):
+            case Always(body, low, high) | Eventually(body, low, high):
                 each_step = [(body, positive, asked, moment) for moment in self._window(step, low, high)]
-                if positive == isinstance(node, Throughout):
+                if positive == isinstance(node, Always):
                     for each in each_step:
                         self.need(*each)
                 else:
