@@ -18,6 +18,7 @@ from missionc.base.limits import Limits, most
 from missionc.cli import stage_names
 from missionc.data.vehicles import profiles
 from missionc.diagnostics.suggest import nearest
+from missionc.output.export.form_names import NAMES
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 
@@ -169,10 +170,8 @@ def several_of(names: Callable[[], Iterable[str]]) -> Completer:
 
 
 def exports() -> Collection[str]:
-    """The forms of export there are; loaded where one is asked for, and nowhere else."""
-    from missionc.output.export.formats import FORMATS
-
-    return FORMATS
+    """The forms of export there are."""
+    return NAMES
 
 
 def pair(value: str) -> tuple[str, str]:

@@ -18,8 +18,6 @@ from dataclasses import replace
 from itertools import combinations
 from typing import TypeAlias, assert_never
 
-from shapely import Polygon as Outline
-
 from missionc.base.units import Metres
 from missionc.ir import (
     Altitude,
@@ -293,6 +291,8 @@ def _prism(band: Prism | None, by: float) -> Prism | None:
 
 def _outline(corners: tuple[tuple[float, float], ...], by: float) -> tuple[tuple[float, float], ...]:
     """Its corners, if what is left is in one piece without holes; else those of a polygon that moves less."""
+    from shapely import Polygon as Outline  # for polygons alone
+
     for part in (by, by / 2, by / 4):
         found = Outline(corners).buffer(part, join_style="mitre", mitre_limit=MITRE)
         if isinstance(found, Outline) and not found.is_empty and not found.interiors:

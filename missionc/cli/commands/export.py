@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
@@ -24,22 +25,22 @@ from missionc.cli.options import (
     read_limits,
 )
 from missionc.diagnostics.model import Diagnostic
-from missionc.output.export.formats import (
-    FORMATS,
-    Exported,
-    flight,
-)
 from missionc.output.folder.file_names import EXPORT, MANIFEST
 from missionc.output.folder.manifest import without_plan
 from missionc.output.folder.overlap import Output, overlapping
 from missionc.output.folder.write_file import beside
 from missionc.output.folder.write_folder import write_folder
-from missionc.replay.reverify import Replayed, replay
+
+if TYPE_CHECKING:
+    from missionc.output.export.export_form import Exported
+    from missionc.replay.reverify import Replayed
 
 
 def _list(context: click.Context, parameter: click.Parameter, asked: bool) -> None:
     if not asked or context.resilient_parsing:
         return
+    from missionc.output.export.formats import FORMATS
+
     width = max(map(len, FORMATS))
     for form in FORMATS.values():
         click.echo(f"{form.name:<{width}}  {form.says}")
@@ -59,6 +60,8 @@ def command(
     path: Path, names: tuple[str, ...], output: Path | None, force: bool, limits: tuple[tuple[str, str], ...], form: str
 ) -> Status:
     """Write a compiled folder's flight in other forms, once it has been verified again."""
+    from missionc.replay.reverify import replay
+
     replayed = replay(path, read_limits(limits))
     target = output or beside(named(path), "-export")
     findings = list(replayed.findings)
@@ -66,11 +69,11 @@ def command(
     notes: list[str] = []
     for name in dict.fromkeys(names):
         made = _made(replayed, name)
-        if isinstance(made, Exported):
+        if isinstance(made, Diagnostic):
+            findings.append(made)
+        elif made is not None:
             files.update({f"{name}/{file}": content for file, content in made.files.items()})
             notes += made.notes
-        elif made is not None:
-            findings.append(made)
     if not findings and replayed.reopened:
         files[MANIFEST] = without_plan(replayed.reopened.mission.name, EXPORT, files).encode()
         wrong = overlapping([Output("-o", target, True)], [path]) or write_folder(target, files.items(), force)
@@ -88,5 +91,7 @@ def _made(replayed: Replayed, name: str) -> Exported | Diagnostic | None:
     """One form; nothing of a folder that is not to be flown."""
     if replayed.reopened is None or not replayed.passed:
         return None
+    from missionc.output.export.formats import FORMATS, flight
+
     reopened = replayed.reopened
     return FORMATS[name].export(flight(reopened.mission, reopened.kernel, reopened.trace, reopened.flights))

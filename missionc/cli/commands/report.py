@@ -20,7 +20,6 @@ from missionc.cli.options import (
     read_limits,
 )
 from missionc.diagnostics.model import Diagnostic
-from missionc.replay.reverify import replay
 
 TITLE = "· missionc report</title>".encode()
 HEAD = 4096
@@ -46,6 +45,7 @@ def command(path: Path, output: Path | None, limits: tuple[tuple[str, str], ...]
         write_file,
     )
     from missionc.replay.render_report import redrawn
+    from missionc.replay.reverify import replay
 
     target = output or beside(named(path), ".html")
     replayed = replay(path, read_limits(limits))

@@ -18,7 +18,6 @@ from missionc.cli.options import (
     limits_and_form,
     read_limits,
 )
-from missionc.replay.reverify import replay
 
 
 @click.command("verify")
@@ -26,6 +25,8 @@ from missionc.replay.reverify import replay
 @limits_and_form
 def command(path: Path, limits: tuple[tuple[str, str], ...], form: str) -> Status:
     """Verify a compiled folder once more, from its files alone."""
+    from missionc.replay.reverify import replay
+
     replayed = replay(path, read_limits(limits))
     say(replayed.findings, summary.replayed_lines(replayed), form, summary.replayed_document(replayed))
     if replayed.certificate is None:
