@@ -9,7 +9,7 @@ place; what is not found may be possible all the same. Agents are the bits of a 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from functools import partial, reduce
 from itertools import islice
@@ -17,22 +17,16 @@ from operator import and_, or_
 from typing import TypeAlias, assert_never
 
 from missionc.checks.free_space import Ground
+from missionc.checks.place_margins import Joint, margin_at
 from missionc.ir import (
     Agent,
-    Altitude,
     Compare,
     Connected,
-    DistanceBetween,
-    DistanceTo,
     Exactly,
-    Feature,
     Graph,
     InFormation,
-    Inside,
     Mission,
     Predicate,
-    Speed,
-    Touches,
 )
 from missionc.ir import Place as Given
 from missionc.kernel.nodes import (
@@ -53,13 +47,12 @@ from missionc.kernel.nodes import (
     Until,
 )
 from missionc.kernel.walk import children, more_than, postorder
-from missionc.language.margins import compare, formation, inside, link, region, touches
+from missionc.language.margins import compare, link
 from missionc.language.walk_formulas import bits_of
 from missionc.monitoring.end_columns import FIRST, LAST, MOST_NODES, columns
 from missionc.world import plain_floats
 from missionc.world.area import SURE
-from missionc.world.plain_floats import Place, Places
-from missionc.world.signed_distance import distance_between
+from missionc.world.plain_floats import Place
 
 FEW = 32
 """Agents that are looked at one by one; of more, arrays are quicker."""
@@ -71,9 +64,7 @@ PLACES = 7
 """Of a region in which an agent may be."""
 
 Bits: TypeAlias = int
-
-Joint: TypeAlias = tuple[Place | None, ...]
-"""Where each agent is, or that it may be anywhere."""
+"""Agents, each a bit of it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -347,7 +338,7 @@ def _of_predicate(ends: Ends, predicate: Predicate) -> May:
             true[column], false[column] = _connected(ends, predicate, column)
             continue
         for agent in ends.mission.agents:
-            may, may_not = _tried(ends, column, partial(_margin, ends.mission, predicate, agent))
+            may, may_not = _tried(ends, column, partial(margin_at, ends.mission, predicate, agent))
             alike = ends.everyone if team else 1 << agent.index
             true[column] |= alike * may
             false[column] |= alike * may_not
@@ -377,63 +368,3 @@ def _together(predicate: Connected, middles: Joint, least: float) -> bool:
         left -= near
         waiting.extend(near)
     return not left
-
-
-def _margin(mission: Mission, predicate: Predicate, agent: Agent, joint: Joint) -> float | None:
-    """The margin of a predicate, not of a connected graph, at places; None where it hangs on one that is not given."""
-    if any(joint[needed] is None for needed in _needed(predicate, agent, mission.dimension)):
-        return None
-    nowhere = Place((0.0,) * mission.dimension)
-    places = Places(nowhere if place is None else place for place in joint)
-    here = places[agent.index]
-    match predicate:
-        case Inside(where, True):
-            return float(inside.margin(plain_floats, where, agent.radius, here))
-        case Inside(where):
-            return float(region.margin(plain_floats, where, here))
-        case Touches(where):
-            return float(touches.margin(plain_floats, where, agent.radius, here))
-        case InFormation(shape):
-            return float(formation.margin(plain_floats, shape, places))
-        case Compare(terms):
-            if any(isinstance(feature, Speed) for _, feature in terms):
-                return None
-
-            def value(feature: Feature) -> float:
-                match feature:
-                    case DistanceTo(int(target)):
-                        return float(distance_between(plain_floats, here, places[target]))
-                    case DistanceBetween(first, second):
-                        return float(distance_between(plain_floats, places[first], places[second]))
-                    case _:
-                        return float(compare.own_feature(plain_floats, feature, agent.altitude, here, None))
-
-            return float(compare.margin(predicate, mission.dimension, value))
-        case _:
-            raise ValueError("a graph is connected by all of its agents")
-
-
-def _needed(predicate: Predicate, agent: Agent, dimension: int) -> Iterator[int]:
-    """The agents whose places a predicate hangs on, asked of an agent."""
-    match predicate:
-        case InFormation(shape):
-            for edge in shape.edges:
-                yield from (edge.first, edge.second)
-        case Compare(terms):
-            for weight, feature in terms:
-                if weight:
-                    yield from _needed_by(feature, agent.index, dimension)
-        case _:
-            yield agent.index
-
-
-def _needed_by(feature: Feature, agent: int, dimension: int) -> tuple[int, ...]:
-    match feature:
-        case DistanceBetween(first, second):
-            return (first, second)
-        case DistanceTo(int(target)):
-            return (agent, target)
-        case Altitude() if dimension == 2:
-            return ()
-        case _:
-            return (agent,)
