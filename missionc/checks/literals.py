@@ -5,18 +5,15 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
-from typing import TypeAlias, assert_never
+from typing import TypeAlias
 
 from missionc.base.recent_cache import Recent
 from missionc.ir import (
     Beacon,
     Compare,
-    Connected,
     Coordinate,
-    DistanceBetween,
     DistanceTo,
     Feature,
-    InFormation,
     Inside,
     Predicate,
     Region,
@@ -51,19 +48,6 @@ MOST_RULES = 500
 """Literals whose places are worked out; of more, nothing is said."""
 
 Bound: TypeAlias = Area | Unbounded
-
-
-def about_team(predicate: Predicate) -> bool:
-    """Whether the predicate does not depend on the agent it is asked of."""
-    match predicate:
-        case Connected() | InFormation():
-            return True
-        case Compare(terms):
-            return all(isinstance(feature, DistanceBetween) for _, feature in terms)
-        case Inside() | Touches():
-            return False
-        case _:
-            assert_never(predicate)
 
 
 def comparison(literal: Literal) -> Compare | Unbounded:

@@ -16,7 +16,6 @@ from missionc.checks.free_space import Ground, Lies
 from missionc.checks.literals import (
     MOST_RULES,
     Literal,
-    about_team,
     comparison,
     nowhere,
 )
@@ -294,7 +293,7 @@ def _of_kind(known: Certain, predicate: Predicate, agent: Agent) -> tuple[bool, 
         slack = 1e-9 * max(1.0, abs(predicate.constant))
         holds = values.low > slack if predicate.strict else values.low >= 0
         fails = values.high < -slack
-        if holds or fails or about_team(predicate):
+        if holds or fails or predicate.about_team:
             return holds, fails
     if len(known.predicates) >= MOST_RULES:
         return False, False

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from typing import assert_never
 
 from missionc.base.source import Span
-from missionc.checks.literals import Literal, about_team
+from missionc.checks.literals import Literal
 from missionc.checks.route_conditions import needed_here
 from missionc.ir import Apply, AtLeastOf, Belongs, Formula, Holds, Mission, OfAgent, Truth
 from missionc.kernel.nodes import (
@@ -166,7 +166,7 @@ def _below(mission: Mission, visit: Visit, last: int | None, gathered: Gathered)
         case Truth() | Belongs():
             return
         case Holds(predicate, span):
-            whom = THE_TEAM if about_team(predicate) else who
+            whom = THE_TEAM if predicate.about_team else who
             gathered.facts.append(Fact(Literal(predicate, positive), whom, when, span))
         case Apply() if formula.operator.spatial:
             for operand, sign in needed_here(formula, positive):

@@ -20,11 +20,9 @@ from missionc.checks.free_space import Ground
 from missionc.checks.place_margins import Joint, margin_at
 from missionc.ir import (
     Agent,
-    Compare,
     Connected,
     Exactly,
     Graph,
-    InFormation,
     Mission,
     Predicate,
 )
@@ -47,7 +45,7 @@ from missionc.kernel.nodes import (
     Until,
 )
 from missionc.kernel.walk import children, more_than, postorder
-from missionc.language.margins import compare, link
+from missionc.language.margins import link
 from missionc.language.walk_formulas import bits_of
 from missionc.monitoring.end_columns import FIRST, LAST, MOST_NODES, columns
 from missionc.world import plain_floats
@@ -332,7 +330,7 @@ def _tried(ends: Ends, column: int, margin: Callable[[Joint], float | None]) -> 
 
 def _of_predicate(ends: Ends, predicate: Predicate) -> May:
     true, false = [0, 0], [0, 0]
-    team = isinstance(predicate, InFormation) or (isinstance(predicate, Compare) and compare.about_team(predicate))
+    team = predicate.about_team
     for column in (FIRST, LAST):
         if isinstance(predicate, Connected):
             true[column], false[column] = _connected(ends, predicate, column)

@@ -9,8 +9,28 @@ from missionc.ir.couplings import Formation, Graph
 from missionc.ir.places import Beacon, Region
 
 
+class PredicateFacts:
+    """What is asked of a predicate whichever it is; a kind says otherwise where it differs."""
+
+    __slots__ = ()
+
+    @property
+    def about_team(self) -> bool:
+        """Whether it has one truth at a step, whichever agent it is asked of."""
+        return False
+
+    @property
+    def reads_speed(self) -> bool:
+        return False
+
+    @property
+    def open_border(self) -> bool:
+        """Whether it is false where its margin is exactly 0."""
+        return False
+
+
 @dataclass(frozen=True, slots=True)
-class Inside:
+class Inside(PredicateFacts):
     """The agent's centre is in the region (``body`` False), or its whole body is."""
 
     region: Region
@@ -18,7 +38,7 @@ class Inside:
 
 
 @dataclass(frozen=True, slots=True)
-class Touches:
+class Touches(PredicateFacts):
     """Some part of the agent's body is in the region."""
 
     region: Region
@@ -56,25 +76,50 @@ Feature: TypeAlias = Coordinate | Speed | Altitude | DistanceTo | DistanceBetwee
 
 
 @dataclass(frozen=True, slots=True)
-class Compare:
+class Compare(PredicateFacts):
     """``constant + sum(weight * feature) >= 0``, or ``> 0`` where ``strict``."""
 
     terms: tuple[tuple[float, Feature], ...]
     constant: float
     strict: bool
 
+    @property
+    def about_team(self) -> bool:
+        """Whether it reads the distances of named pairs alone."""
+        return bool(self.terms) and all(isinstance(feature, DistanceBetween) for _, feature in self.terms)
+
+    @property
+    def reads_speed(self) -> bool:
+        return any(isinstance(feature, Speed) for _, feature in self.terms)
+
+    @property
+    def open_border(self) -> bool:
+        return self.strict
+
 
 @dataclass(frozen=True, slots=True)
-class Connected:
+class Connected(PredicateFacts):
     """The graph, over these of its agents, is connected."""
 
     graph: Graph
     agents: tuple[int, ...]
 
+    @property
+    def about_team(self) -> bool:
+        return True
+
+    @property
+    def open_border(self) -> bool:
+        return True
+
 
 @dataclass(frozen=True, slots=True)
-class InFormation:
+class InFormation(PredicateFacts):
     formation: Formation
+
+    @property
+    def about_team(self) -> bool:
+        return True
 
 
 Predicate: TypeAlias = Inside | Touches | Compare | Connected | InFormation

@@ -31,7 +31,6 @@ from missionc.ir import (
     Mission,
     Place,
     Predicate,
-    Speed,
 )
 from missionc.kernel.nodes import (
     Always,
@@ -46,7 +45,7 @@ from missionc.kernel.nodes import (
     Until,
 )
 from missionc.kernel.walk import children, more_than, postorder
-from missionc.language.margins.compare import about_team, scale
+from missionc.language.margins.compare import scale
 from missionc.language.margins.links import all_links
 from missionc.language.margins.predicate_margins import formation_margin, margin
 from missionc.monitoring.end_columns import FIRST, LAST, MOST_NODES, columns
@@ -145,7 +144,7 @@ class Intervals:
     def _of_predicate(self, predicate: Predicate) -> Interval:
         value = np.atleast_2d(margin(predicate, self.mission, self.least.trace))
         change = self._change(predicate)
-        border = _open if isinstance(predicate, Compare) and predicate.strict else _closed
+        border = _open if predicate.open_border else _closed
         return Interval(border(value - change), border(value + change))
 
     def _change(self, predicate: Predicate) -> Array:
@@ -156,12 +155,12 @@ class Intervals:
                 edges = [reach[edge.first] + reach[edge.second] for edge in formation.edges]
                 whole = np.sum(edges, axis=0) if formation.total else np.max(edges, axis=0, initial=0.0)
                 return np.broadcast_to(whole, (1, 2)).astype(np.float64)
-            case Compare(terms) if any(isinstance(feature, Speed) for _, feature in terms):
+            case Compare() if predicate.reads_speed:
                 return np.full((1, 2), np.inf)
             case Compare(terms):
                 parts = [abs(weight) * self._moved(feature) for weight, feature in terms if weight]
                 whole = np.sum(parts, axis=0) / scale(predicate, self.mission.dimension)
-                return np.broadcast_to(whole, (1, 2) if about_team(predicate) else reach.shape).astype(np.float64)
+                return np.broadcast_to(whole, (1, 2) if predicate.about_team else reach.shape).astype(np.float64)
             case _:
                 return reach
 

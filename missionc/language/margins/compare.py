@@ -76,8 +76,3 @@ def own_feature(
             return distance_between(xp, position, beacon.position)
         case _:
             raise ValueError(f"one agent's position does not decide {feature}")
-
-
-def about_team(predicate: Compare) -> bool:
-    """Whether the comparison reads named pairs of agents only, and so speaks of the team."""
-    return bool(predicate.terms) and all(isinstance(feature, DistanceBetween) for _, feature in predicate.terms)

@@ -83,8 +83,7 @@ def holds(predicate: Predicate, margins: Array) -> Array:
 
     Regions, tolerances and ``>=`` hold at their border; links and ``>`` do not.
     """
-    strict = isinstance(predicate, Connected) or (isinstance(predicate, Compare) and predicate.strict)
-    return margins > 0 if strict else margins >= 0
+    return margins > 0 if predicate.open_border else margins >= 0
 
 
 def of_states(
@@ -183,5 +182,5 @@ def _compare(predicate: Compare, mission: Mission, trace: Trace) -> Array:
             case _:
                 return compare.own_feature(np, feature, altitudes, position, velocity)
 
-    shape = position.shape[1:2] if compare.about_team(predicate) else position.shape[:2]
+    shape = position.shape[1:2] if predicate.about_team else position.shape[:2]
     return compare.margin(predicate, mission.dimension, value) + np.zeros(shape)

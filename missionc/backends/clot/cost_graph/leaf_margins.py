@@ -155,7 +155,7 @@ def _compare(predicate: Compare, team: Team, states: States) -> Tensor:
             case _:
                 return _tensor(compare.own_feature(torch, feature, team.altitude, position, velocity))
 
-    agents = slice(0, 1) if compare.about_team(predicate) else slice(None)
+    agents = slice(0, 1) if predicate.about_team else slice(None)
     return _tensor(compare.margin(predicate, team.mission.dimension, value)) + 0.0 * position[:, agents, :, 0]
 
 

@@ -154,7 +154,7 @@ class TaskCosts:
     def _compare(self, predicate: Compare, sign: float, agent: Indices, step: Indices) -> Group:
         """A comparison, whatever it reads: own position and velocity, and other agents' positions."""
         made = self.splines
-        if compare.about_team(predicate):
+        if predicate.about_team:
             step = np.unique(step)
             agent = np.zeros_like(step)
         arguments = [self._at(agent, step)]

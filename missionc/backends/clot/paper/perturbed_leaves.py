@@ -17,7 +17,7 @@ from missionc.backends.clot.cost_graph.motion_batch import (
     Team,
     velocities,
 )
-from missionc.backends.clot.paper.sparsity_pattern import Reading, reads_speed
+from missionc.backends.clot.paper.sparsity_pattern import Reading
 from missionc.backends.clot.torch_device import places
 from missionc.ir import Compare, Connected, DistanceBetween, DistanceTo, Feature, Graph, InFormation, Predicate
 from missionc.language.margins.predicate_margins import link_margin
@@ -41,7 +41,7 @@ def moved_margin(
     here = slice(reading.first, reading.first + reading.steps)
     batch, _, directions, dim = probes.shape
     others = position[:, reads, here, None].expand(-1, -1, -1, directions, -1)
-    speeds = _moved_velocities(position[:, agent], probes, team.mission.step) if reads_speed(predicate) else ()
+    speeds = _moved_velocities(position[:, agent], probes, team.mission.step) if predicate.reads_speed else ()
     values = []
     for offset in range(reading.low, reading.high + 1):
         moved = others

@@ -47,7 +47,6 @@ from missionc.ir import (
     Speed,
     Touches,
 )
-from missionc.language.margins.compare import about_team
 
 Rows: TypeAlias = tuple[int, ...] | None
 """Agents whose value changes; None where a value is the team's."""
@@ -147,10 +146,6 @@ def readings(goals: Iterable[Term], agent: int, agents: int, steps: int) -> Read
     return Readings(wanted, order, agent, needed, known)
 
 
-def reads_speed(predicate: Predicate) -> bool:
-    return isinstance(predicate, Compare) and any(isinstance(feature, Speed) for _, feature in predicate.terms)
-
-
 def _needed(goals: tuple[Term, ...], order: Sequence[Term], steps: int) -> dict[Term, tuple[int, int]]:
     """The steps at which each term's value is laid out.
 
@@ -183,9 +178,7 @@ def _of_team(term: Term, team: dict[Term, bool]) -> bool:
     """Whether the term has one value for all agents."""
     match term:
         case Margin(predicate):
-            return isinstance(predicate, Connected | InFormation) or (
-                isinstance(predicate, Compare) and about_team(predicate)
-            )
+            return predicate.about_team
         case Member() | SomeLinked() | EveryLinked() | Length():
             return False
         case Of():
@@ -255,12 +248,12 @@ def _of_leaf(predicate: Predicate, agent: int, agents: int, first: int, count: i
             found = _compared(predicate, agent)
             if found is None:
                 return None
-            everyone = None if about_team(predicate) else tuple(range(agents))
+            everyone = None if predicate.about_team else tuple(range(agents))
             rows = everyone if found == "others" else (agent,)
         case _:
             assert_never(predicate)
     height = 1 if rows is None else len(rows)
-    if not reads_speed(predicate):
+    if not predicate.reads_speed:
         return Reading(rows, first, 0, np.ones((height, count, 1), dtype=bool))
     # The speed at a step reads the next one too; at the last step, the one before.
     touched = np.zeros((height, count, 3), dtype=bool)

@@ -13,8 +13,7 @@ from missionc.backends.clot.cost_graph.cost_graph import (
     Term,
 )
 from missionc.backends.clot.schedule.tasks import Hold, Outline
-from missionc.ir import Compare, Connected, InFormation, Predicate
-from missionc.language.margins.compare import about_team
+from missionc.ir import Predicate
 
 Saying: TypeAlias = tuple[int, Predicate, bool]
 """Of an agent, or -1 of the team: a predicate, and whether it holds."""
@@ -89,14 +88,10 @@ def _sayings(agent: int, term: Term) -> Iterator[Saying]:
         agent, term = stack.pop()
         match term:
             case Margin(predicate, holds):
-                yield TEAM if _of_team(predicate) else agent, predicate, holds
+                yield TEAM if predicate.about_team else agent, predicate, holds
             case Least(parts):
                 stack.extend((agent, part) for part in parts)
             case Of(other, body):
                 stack.append((other, body))
             case _:
                 pass
-
-
-def _of_team(predicate: Predicate) -> bool:
-    return isinstance(predicate, Connected | InFormation) or (isinstance(predicate, Compare) and about_team(predicate))

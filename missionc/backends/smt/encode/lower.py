@@ -43,7 +43,6 @@ from missionc.backends.smt.encode.occupancy import Occupancy
 from missionc.backends.smt.roadmap.labels import (
     Labels,
     Unexpressible,
-    about_team,
 )
 from missionc.backends.smt.roadmap.roadmap import Indices
 from missionc.ir import Mission
@@ -151,7 +150,7 @@ class Formulas:
     def _same_for_all(self, node: Node) -> bool:
         match node:
             case Atom(predicate):
-                return about_team(predicate)
+                return predicate.about_team
             case At():
                 return True
             case Is() | Neighbour() | Reach() | MetricRoute() | PathLength():

@@ -19,7 +19,6 @@ from missionc.ir import (
     InFormation,
     Mission,
     Predicate,
-    Speed,
 )
 from missionc.language.margins.predicate_margins import (
     formation_margin,
@@ -48,9 +47,8 @@ class Labels:
 
     def of_moves(self, predicate: Predicate, number: int) -> bool:
         """Whether it depends on the motion that starts at a step, not on the state in that roadmap alone."""
-        reads_speed = isinstance(predicate, Compare) and any(isinstance(each, Speed) for _, each in predicate.terms)
         first = self.roadmaps[number].agents[0]
-        return reads_speed and not self.mission.agents[first].dynamics.has_momentum
+        return predicate.reads_speed and not self.mission.agents[first].dynamics.has_momentum
 
     def places(self, predicate: Predicate) -> Flags:
         """At which places it holds: (places,)."""
@@ -129,13 +127,6 @@ def others(predicate: Predicate, agent: int) -> frozenset[int]:
             case _:
                 pass
     return frozenset(read - {agent})
-
-
-def about_team(predicate: Predicate) -> bool:
-    """Whether its truth is the same whichever agent it is asked of."""
-    if isinstance(predicate, Compare):
-        return bool(predicate.terms) and all(isinstance(feature, DistanceBetween) for _, feature in predicate.terms)
-    return isinstance(predicate, InFormation | Connected)
 
 
 def simplified(predicate: Predicate, agent: int) -> Predicate:

@@ -12,7 +12,6 @@ import numpy as np
 from missionc.backends.smt.encode.lower_motion import Motion
 from missionc.backends.smt.roadmap.labels import (
     Labels,
-    about_team,
     others,
 )
 from missionc.backends.smt.roadmap.own_state import own_states, states_of
@@ -123,9 +122,7 @@ class Goals:
         match node:
             case Atom(predicate):
                 it = np.arange(agents) == agent
-                return (
-                    np.ones(agents, dtype=np.bool_) if about_team(predicate) or agent in others(predicate, -1) else it
-                )
+                return np.ones(agents, dtype=np.bool_) if predicate.about_team or agent in others(predicate, -1) else it
             case Is():
                 return nobody
             case Not(body) | Always(body) | Eventually(body):
