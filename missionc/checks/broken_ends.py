@@ -29,13 +29,17 @@ from missionc.kernel.nodes import (
     AtLeast,
     Atom,
     Eventually,
+    EveryNeighbour,
+    EveryReach,
     Goal,
     Kernel,
     Neighbour,
     Node,
     Not,
     Reach,
+    Release,
     Until,
+    says_opposite,
 )
 from missionc.monitoring.end_columns import FIRST
 from missionc.monitoring.interval_robustness import Interval, Intervals
@@ -105,7 +109,7 @@ def _below(intervals: Intervals, place: Culprit) -> Iterator[Culprit]:
         case Always(body, low, high) | Eventually(body, low, high):
             known, _ = intervals.columns(low, high, column)
             yield from (Culprit(body, agent, step, upper) for step in known)
-        case Until(hold, end, low, high):
+        case Until(hold, end, low, high) | Release(hold, end, low, high):
             if high != 0:
                 yield Culprit(hold, agent, column, upper)
             yield from (Culprit(end, agent, step, upper) for step in intervals.columns(low, high, column)[0])
@@ -131,7 +135,7 @@ def _finding(
     by = f", by {metres(amount)}" if ROUNDING < amount < np.inf else ""
     spread = any(intervals.reach[agent, culprit.column] > 0 for agent in agents)
     at_best = " at best, wherever in their regions they are" if spread and by else ""
-    verdict = "false" if culprit.upper else "true, which it must not be,"
+    verdict = "false" if culprit.upper is not says_opposite(culprit.node) else "true, which it must not be,"
     finishing = listed(names) + (f" {verb}es" if verb == "finish" else f" {verb}s") if len(names) == 1 else ""
     return Diagnostic(
         CONTRADICTION,
@@ -182,9 +186,10 @@ def _because(
             if whom is None:
                 return (culprit.agent,), []
             return (culprit.agent, whom), [apart(culprit.agent, whom)]
-        case Neighbour(graph) | Reach(graph):
+        case Neighbour(graph) | Reach(graph) | EveryNeighbour(graph) | EveryReach(graph):
             bounds = intervals.links(graph)
-            links = np.triu((bounds.most if culprit.upper else bounds.least)[culprit.column], 1)
+            most = culprit.upper is isinstance(culprit.node, Neighbour | Reach)
+            links = np.triu((bounds.most if most else bounds.least)[culprit.column], 1)
             found = np.argwhere((np.abs(links) == amount) & (links != 0))
             if len(found) == 0 or isinstance(graph, BeaconCover):
                 return (culprit.agent,), []

@@ -30,12 +30,16 @@ from missionc.kernel.nodes import (
     AtLeast,
     Atom,
     Eventually,
+    EveryNeighbour,
+    EveryReach,
+    EveryRoute,
     Is,
     Neighbour,
     Node,
     Not,
     PathLength,
     Reach,
+    Release,
     Route,
     Until,
 )
@@ -130,15 +134,15 @@ def _needed(node: Node, below: Mapping[Node, float]) -> float:
     match node:
         case Atom() | Is() | PathLength():
             return 0
-        case Not(body) | Neighbour(_, body) | At(_, body):
+        case Not(body) | Neighbour(_, body) | EveryNeighbour(_, body) | At(_, body):
             return _needed(body, below)
         case All(parts) | Any(parts) | AtLeast(_, parts):
             return max((_needed(part, below) for part in parts), default=0)
-        case Reach(_, through, end) | Route(_, through, end):
-            return max(_needed(through, below), _needed(end, below))
+        case Reach() | EveryReach() | Route() | EveryRoute():
+            return max(_needed(node.through, below), _needed(node.end, below))
         case Always(body, low, high) | Eventually(body, low, high):
             return _under_window(_needed(body, below), low, high, 0)
-        case Until(hold, end, low, high):
+        case Until(hold, end, low, high) | Release(hold, end, low, high):
             held = _under_window(_needed(hold, below), low, high, 1) if high != 0 else 0
             return max(held, _under_window(_needed(end, below), low, high, 0))
         case _:

@@ -43,7 +43,8 @@ from missionc.ir import (
     Touches,
     Truth,
 )
-from missionc.kernel.nodes import All, Always, Any, Eventually, Node, Not, Until
+from missionc.kernel.nodes import All, Always, Any, Eventually, Node, Not, Release, Until
+from missionc.kernel.normal_form import dual
 from missionc.language.walk_formulas import (
     bits_of,
     formulas,
@@ -222,6 +223,8 @@ def _of_node(known: Certain, node: Node, operands: Mapping[Node, Sure]) -> Sure:
             if low == 0:
                 return _made(known, key, ended.true, ended.false)
             return _made(known, key, held.true & ended.true, held.false | ended.false)
+        case Release():
+            return _of_node(known, dual(node, (Not(node.hold), Not(node.end))), operands).opposite
         case _:
             return Sure(_number(known, ("other", node)), 0, 0)
 

@@ -22,12 +22,16 @@ from missionc.kernel.nodes import (
     AtLeast,
     Atom,
     Eventually,
+    EveryNeighbour,
+    EveryReach,
+    EveryRoute,
     Is,
     Neighbour,
     Node,
     Not,
     PathLength,
     Reach,
+    Release,
     Route,
     Until,
 )
@@ -215,15 +219,17 @@ def _of_node(node: Node, operands: Mapping[Node, Formula], visit: Visit, last: i
                     yield from under(body, positive, then)
             else:
                 yield from under(body, positive, when.sometime(low, high, last))
-        case Until(hold, end, low, high):
-            if positive:
-                yield from under(end, True, when.sometime(low, high, last))
+        case Until(hold, end, low, high) | Release(hold, end, low, high):
+            if isinstance(node, Until) is positive:
+                yield from under(end, positive, when.sometime(low, high, last))
                 if low > 0:
                     for then in when.throughout(0, low - 1, last):
-                        yield from under(hold, True, then)
+                        yield from under(hold, positive, then)
             elif low == 0:
-                yield from under(end, False, when)
-        case Atom() | Is() | AtLeast() | Neighbour() | Reach() | Route() | PathLength() | At():
+                yield from under(end, positive, when)
+        case Atom() | Is() | AtLeast() | At() | PathLength():
+            return
+        case Neighbour() | EveryNeighbour() | Reach() | EveryReach() | Route() | EveryRoute():
             return
         case _:
             assert_never(node)

@@ -35,12 +35,16 @@ from missionc.kernel.nodes import (
     AtLeast,
     Atom,
     Eventually,
+    EveryNeighbour,
+    EveryReach,
+    EveryRoute,
     Is,
     Neighbour,
     Node,
     Not,
     PathLength,
     Reach,
+    Release,
     Route,
     Until,
 )
@@ -179,11 +183,17 @@ def _may(ends: Ends, node: Node, below: list[May]) -> May:
             return _sometime(ends, below[0].opposite, low, high).opposite
         case Until(_, _, low, high):
             return _until(ends, below[0], below[1], low, high)
+        case Release(_, _, low, high):
+            return _until(ends, below[0].opposite, below[1].opposite, low, high).opposite
         case Neighbour(graph):
             return _nearby(ends, graph, below[0])
+        case EveryNeighbour(graph):
+            return _nearby(ends, graph, below[0].opposite).opposite
         case Reach(graph, _, _, hops):
             return _reach(ends, graph, below[0], below[1], hops)
-        case Route(graph) | PathLength(graph):
+        case EveryReach(graph, _, _, hops):
+            return _reach(ends, graph, below[0].opposite, below[1].opposite, hops).opposite
+        case Route(graph) | EveryRoute(graph) | PathLength(graph):
             return _in_metres(ends, graph)
         case _:
             assert_never(node)

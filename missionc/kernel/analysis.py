@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from typing import assert_never
 
 import numpy as np
@@ -17,12 +17,16 @@ from missionc.kernel.nodes import (
     AtLeast,
     Atom,
     Eventually,
+    EveryNeighbour,
+    EveryReach,
+    EveryRoute,
     Is,
     Neighbour,
     Node,
     Not,
     PathLength,
     Reach,
+    Release,
     Route,
     Until,
 )
@@ -40,26 +44,12 @@ def steps_ahead(roots: Iterable[Node]) -> dict[Node, int]:
         match node:
             case Always(body, low, high) | Eventually(body, low, high):
                 known[node] = low if high is None else high + known[body]
-            case Until(hold, end, low, high):
+            case Until(hold, end, low, high) | Release(hold, end, low, high):
                 ends = low if high is None else high + known[end]
                 held = high - 1 + known[hold] if high else 0
                 known[node] = max(ends, held)
-            case (
-                Atom()
-                | Is()
-                | Not()
-                | All()
-                | Any()
-                | AtLeast()
-                | Neighbour()
-                | Reach()
-                | Route()
-                | PathLength()
-                | At()
-            ):
-                known[node] = max((known[child] for child in children(node)), default=0)
             case _:
-                assert_never(node)
+                known[node] = max((known[child] for child in children(node)), default=0)
     return known
 
 
@@ -79,17 +69,19 @@ def relevance(formulas: Iterable[Node], agents: int, last: int) -> Iterator[tupl
     Source:
         [clot] II-B, t ⊕ I in the recursive semantics.
     """
-    roots = tuple(formulas)
-    asked: dict[Node, Flags] = {}
+    at_start = np.zeros((agents, last + 1), dtype=np.bool_)
+    at_start[:, 0] = True
+    return relevance_below(dict.fromkeys(formulas, at_start))
+
+
+def relevance_below(begin: Mapping[Node, Flags]) -> Iterator[tuple[Node, Flags]]:
+    """``relevance`` of formulas that are asked at these agents and steps, (agents, steps + 1)."""
+    asked = dict(begin)
 
     def ask(node: Node, where: Flags) -> None:
         asked[node] = asked[node] | where if node in asked else where
 
-    at_start = np.zeros((agents, last + 1), dtype=np.bool_)
-    at_start[:, 0] = True
-    for root in roots:
-        ask(root, at_start)
-    for node in reversed(postorder(roots)):
+    for node in reversed(postorder(begin)):
         where = asked.pop(node)
         yield node, where
         match node:
@@ -100,17 +92,17 @@ def relevance(formulas: Iterable[Node], agents: int, last: int) -> Iterator[tupl
                     ask(part, where)
             case Always(body, low, high) | Eventually(body, low, high):
                 ask(body, _ahead(where, low, high))
-            case Until(hold, end, low, high):
+            case Until(hold, end, low, high) | Release(hold, end, low, high):
                 ask(hold, _before(where, high))
                 ask(end, _ahead(where, low, high))
             case At(agent, body):
-                ask(body, _at(where, range(agents), (agent,)))
-            case Neighbour(graph, body):
+                ask(body, _at(where, range(len(where)), (agent,)))
+            case Neighbour(graph, body) | EveryNeighbour(graph, body):
                 ask(body, _of(where, graph))
-            case Reach(graph, through, end) | Route(graph, through, end):
+            case Reach(graph) | EveryReach(graph) | Route(graph) | EveryRoute(graph):
                 # A route without links ends where it begins, also outside the graph.
-                ask(through, _of(where, graph))
-                ask(end, _of(where, graph) | where)
+                ask(node.through, _of(where, graph))
+                ask(node.end, _of(where, graph) | where)
             case _:
                 assert_never(node)
 

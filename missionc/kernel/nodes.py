@@ -4,6 +4,10 @@ Nodes compare by identity, so a shared subformula is one object and every
 lowering memoises on it. A formula about the team is one whose truth does not
 depend on the agent it is asked of. ``span`` is the words the node came from;
 one that several formulas share has none, and goes by the words of what asks for it.
+
+The kernel is in negation normal form: ``Not`` stands on leaves alone (``Atom``, ``Is``, ``PathLength``), and
+every other constructor has its dual beside it. One that came of negating what the author wrote is ``dual``: it
+says the opposite of its words.
 """
 
 from __future__ import annotations
@@ -34,6 +38,8 @@ class Is:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Not:
+    """The body, a leaf, fails. An operator may write it around any node: ``normal_form`` moves it down."""
+
     body: Node
     span: Span | None = None
 
@@ -44,6 +50,7 @@ class All:
 
     parts: tuple[Node, ...]
     span: Span | None = None
+    dual: bool = False
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -52,6 +59,7 @@ class Any:
 
     parts: tuple[Node, ...]
     span: Span | None = None
+    dual: bool = False
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -61,6 +69,7 @@ class AtLeast:
     count: int
     parts: tuple[Node, ...]
     span: Span | None = None
+    dual: bool = False
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -71,6 +80,7 @@ class Always:
     low: int
     high: int | None
     span: Span | None = None
+    dual: bool = False
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -81,6 +91,7 @@ class Eventually:
     low: int
     high: int | None
     span: Span | None = None
+    dual: bool = False
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -92,6 +103,19 @@ class Until:
     low: int
     high: int | None
     span: Span | None = None
+    dual: bool = False
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Release:
+    """The dual of ``Until``: at every step from ``low`` to ``high`` ahead ``end``, or ``hold`` at one before it."""
+
+    hold: Node
+    end: Node
+    low: int
+    high: int | None
+    span: Span | None = None
+    dual: bool = False
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -101,6 +125,17 @@ class Neighbour:
     graph: Graph
     body: Node
     span: Span | None = None
+    dual: bool = False
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class EveryNeighbour:
+    """The dual of ``Neighbour``: now, at every agent linked to this one."""
+
+    graph: Graph
+    body: Node
+    span: Span | None = None
+    dual: bool = False
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -117,6 +152,19 @@ class Reach:
     end: Node
     hops: int
     span: Span | None = None
+    dual: bool = False
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class EveryReach:
+    """The dual of ``Reach``: each such route has a ``through`` agent before its last, or ends at an ``end`` agent."""
+
+    graph: Graph
+    through: Node
+    end: Node
+    hops: int
+    span: Span | None = None
+    dual: bool = False
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -129,6 +177,20 @@ class Route:
     low: float
     high: float
     span: Span | None = None
+    dual: bool = False
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class EveryRoute:
+    """The dual of ``Route``, as ``EveryReach`` is that of ``Reach``."""
+
+    graph: Graph
+    through: Node
+    end: Node
+    low: float
+    high: float
+    span: Span | None = None
+    dual: bool = False
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -149,11 +211,18 @@ class At:
     agent: int
     body: Node
     span: Span | None = None
+    dual: bool = False
 
 
 Node: TypeAlias = (
-    "Atom | Is | Not | All | Any | AtLeast | Always | Eventually | Until | Neighbour | Reach | Route | PathLength | At"
+    "Atom | Is | Not | All | Any | AtLeast | Always | Eventually | Until | Release | Neighbour | EveryNeighbour "
+    "| Reach | EveryReach | Route | EveryRoute | PathLength | At"
 )
+
+
+def says_opposite(node: Node) -> bool:
+    """Whether the node says the opposite of its words."""
+    return not isinstance(node, Atom | Is | Not | PathLength) and node.dual
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -171,9 +240,10 @@ class Kernel:
     """The mission's goals in kernel form: requirements in order of the text, then preferences.
 
     ``meanings`` is what each formula as meant came to, for who speaks of the author's words; a kernel that was made
-    otherwise has none.
+    otherwise has none. ``opposites`` has, of those nodes, the ones whose negation a goal asks for, and that negation.
     """
 
     requirements: tuple[Goal, ...]
     preferences: tuple[Goal, ...]
     meanings: Mapping[Formula, Node] = field(default_factory=dict)
+    opposites: Mapping[Node, Node] = field(default_factory=dict)

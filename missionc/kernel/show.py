@@ -33,6 +33,9 @@ from missionc.kernel.nodes import (
     AtLeast,
     Atom,
     Eventually,
+    EveryNeighbour,
+    EveryReach,
+    EveryRoute,
     Is,
     Kernel,
     Neighbour,
@@ -40,6 +43,7 @@ from missionc.kernel.nodes import (
     Not,
     PathLength,
     Reach,
+    Release,
     Route,
     Until,
 )
@@ -68,7 +72,7 @@ def _inline(node: Node) -> bool:
         case Atom() | Is():
             return True
         case Not(body):
-            return isinstance(body, Atom | Is)
+            return _inline(body)
         case All(parts) | Any(parts):
             return not parts
         case _:
@@ -101,12 +105,20 @@ class Words:
                 return f"eventually {window(low, high)} {below[0]}"
             case Until(_, _, low, high):
                 return f"{below[0]} until {window(low, high)} {below[1]}"
+            case Release(_, _, low, high):
+                return f"{below[0]} release {window(low, high)} {below[1]}"
             case Neighbour(graph):
                 return f"neighbour on {self.graph(graph)} {below[0]}"
+            case EveryNeighbour(graph):
+                return f"every neighbour on {self.graph(graph)} {below[0]}"
             case Reach(graph, _, _, hops):
                 return f"{below[0]} reach {hops} hops on {self.graph(graph)} {below[1]}"
+            case EveryReach(graph, _, _, hops):
+                return f"{below[0]} every reach {hops} hops on {self.graph(graph)} {below[1]}"
             case Route(graph, _, _, low, high):
                 return f"{below[0]} route {metres(low, high)} on {self.graph(graph)} {below[1]}"
+            case EveryRoute(graph, _, _, low, high):
+                return f"{below[0]} every route {metres(low, high)} on {self.graph(graph)} {below[1]}"
             case PathLength(graph, agent, low, high):
                 return f"path to {self.agent(agent)} {metres(low, high)} on {self.graph(graph)}"
             case At(agent):

@@ -13,12 +13,16 @@ from missionc.kernel.nodes import (
     AtLeast,
     Atom,
     Eventually,
+    EveryNeighbour,
+    EveryReach,
+    EveryRoute,
     Is,
     Neighbour,
     Node,
     Not,
     PathLength,
     Reach,
+    Release,
     Route,
     Until,
 )
@@ -29,14 +33,14 @@ def children(node: Node) -> tuple[Node, ...]:
     match node:
         case Atom() | Is() | PathLength():
             return ()
-        case Not(body) | Always(body) | Eventually(body) | At(_, body) | Neighbour(_, body):
+        case Not(body) | Always(body) | Eventually(body) | At(_, body) | Neighbour(_, body) | EveryNeighbour(_, body):
             return (body,)
         case All(parts) | Any(parts) | AtLeast(_, parts):
             return parts
-        case Until(hold, end):
+        case Until(hold, end) | Release(hold, end):
             return (hold, end)
-        case Reach(_, through, end) | Route(_, through, end):
-            return (through, end)
+        case Reach() | EveryReach() | Route() | EveryRoute():
+            return (node.through, node.end)
         case _:
             assert_never(node)
 

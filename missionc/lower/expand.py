@@ -8,6 +8,7 @@ says MC207
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import chain
 from typing import assert_never
 
 from missionc import ir
@@ -15,7 +16,9 @@ from missionc.base.limits import Limits
 from missionc.base.source import Span
 from missionc.diagnostics.code import TOO_LARGE_TO_EXPAND
 from missionc.diagnostics.model import Diagnostic, Label
-from missionc.kernel.nodes import All, Any, At, AtLeast, Atom, Goal, Is, Kernel, Node, Reach
+from missionc.kernel.nodes import All, Any, At, AtLeast, Atom, Goal, Is, Kernel, Node, Not, Reach
+from missionc.kernel.normal_form import normal_forms
+from missionc.kernel.walk import children, postorder
 from missionc.language.operator import TooLarge, Use
 from missionc.language.operators import by_name
 from missionc.language.walk_formulas import formulas
@@ -28,12 +31,25 @@ def expand(mission: ir.Mission, limits: Limits | None = None) -> tuple[Kernel | 
         expansion.nodes[formula] = expansion.expanded(formula)
     if expansion.findings:
         return None, expansion.findings
-    nodes = expansion.nodes
+    return _normal(mission, expansion.nodes), []
+
+
+def _normal(mission: ir.Mission, written: dict[ir.Formula, Node]) -> Kernel:
+    """The kernel in negation normal form, of formulas as their operators wrote them."""
+    forms = normal_forms(written.values())
+    nodes = {formula: forms[node, True] for formula, node in written.items()}
+    goals = [
+        [Goal(goal.name, nodes[goal.formula], goal.formula.span, weight) for goal, weight in asked]
+        for asked in (
+            [(each, None) for each in mission.requirements],
+            [(each, each.weight) for each in mission.preferences],
+        )
+    ]
+    asked = set(postorder(goal.formula for goal in chain(*goals)))
+    opposites = {forms[node, True]: forms[node, False] for node in written.values() if (node, False) in forms}
     return Kernel(
-        tuple(Goal(goal.name, nodes[goal.formula], goal.formula.span) for goal in mission.requirements),
-        tuple(Goal(goal.name, nodes[goal.formula], goal.formula.span, goal.weight) for goal in mission.preferences),
-        nodes,
-    ), []
+        tuple(goals[0]), tuple(goals[1]), nodes, {node: other for node, other in opposites.items() if other in asked}
+    )
 
 
 class _Expansion:
@@ -74,7 +90,9 @@ class _Expansion:
         if isinstance(node, TooLarge):
             self.findings.append(_too_large(formula, node.nodes, self.room))
             return Any((), formula.span)
-        return node
+        # A negation of the whole is none of the author's: the words stay with what they say.
+        own = isinstance(node, Not) and children(node.body) and node.body.span == formula.span
+        return All((node,), formula.span) if own else node
 
     def connected(self, connected: ir.Connected, span: Span) -> Node:
         """The same nodes wherever it is asked, below one that has the words."""

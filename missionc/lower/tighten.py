@@ -16,7 +16,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from itertools import combinations
-from typing import TypeAlias, assert_never
+from typing import assert_never
 
 from missionc.base.units import Metres
 from missionc.ir import (
@@ -52,25 +52,20 @@ from missionc.ir import (
     Vehicle,
 )
 from missionc.kernel.nodes import (
-    All,
-    Always,
-    Any,
-    At,
-    AtLeast,
     Atom,
-    Eventually,
+    EveryNeighbour,
+    EveryReach,
+    EveryRoute,
     Goal,
-    Is,
     Kernel,
     Neighbour,
     Node,
     Not,
-    PathLength,
     Reach,
     Route,
-    Until,
 )
-from missionc.kernel.walk import postorder
+from missionc.kernel.normal_form import rebuilt
+from missionc.kernel.walk import children, postorder
 
 MITRE = 2.0
 """How far, in margins, the corner of a polygon may move when it grows."""
@@ -79,9 +74,6 @@ PEAK, START = 1.5, 4.6
 """Measured on straight starts from rest: of the plan's speed, and of its speed over a step's duration."""
 SPARE = 0.8
 """Of a vehicle's limits, for plans that come to speed by themselves: what rounding their corners takes is left."""
-
-Both: TypeAlias = tuple[Node, Node]
-"""A node that asks for more than another one, and a node that asks for less."""
 
 
 def missed(mission: Mission) -> Metres:
@@ -148,10 +140,10 @@ def tightened(mission: Mission, kernel: Kernel, margin: Metres) -> tuple[Mission
     if margin <= 0:
         return mission, kernel
     tighter = _Tighter(margin)
-    nodes: dict[Node, Both] = {}
+    nodes: dict[Node, Node] = {}
     for node in postorder(goal.formula for goal in kernel.requirements):
-        nodes[node] = tighter.both(node, nodes)
-    goals: tuple[Goal, ...] = tuple(replace(goal, formula=nodes[goal.formula][0]) for goal in kernel.requirements)
+        nodes[node] = tighter.node(node, tuple(nodes[child] for child in children(node)))
+    goals: tuple[Goal, ...] = tuple(replace(goal, formula=nodes[goal.formula]) for goal in kernel.requirements)
     regions = tuple(tighter.region(region, -1) for region in mission.regions)
     graphs = tuple(tighter.graph(graph, -1) for graph in mission.graphs)
     return replace(mission, regions=regions, graphs=graphs), replace(kernel, requirements=goals)
@@ -166,31 +158,20 @@ class _Tighter:
         self._graphs: dict[tuple[Graph, int], Graph] = {}
         self._formations: dict[tuple[Formation, int], Formation] = {}
 
-    def both(self, node: Node, below: dict[Node, Both]) -> Both:
-        return self._node(node, below, -1), self._node(node, below, 1)
-
-    def _node(self, node: Node, below: dict[Node, Both], sign: int) -> Node:
-        side = 0 if sign < 0 else 1
+    def node(self, node: Node, below: tuple[Node, ...]) -> Node:
+        """What asks for more, over nodes that do."""
         match node:
             case Atom(predicate):
-                return replace(node, predicate=self._predicate(predicate, sign))
-            case Not(body):
-                return replace(node, body=below[body][1 - side])
-            case All(parts) | Any(parts) | AtLeast(_, parts):
-                return replace(node, parts=tuple(below[part][side] for part in parts))
-            case Always(body) | Eventually(body) | At(_, body):
-                return replace(node, body=below[body][side])
-            case Until(hold, end):
-                return replace(node, hold=below[hold][side], end=below[end][side])
-            case Neighbour(graph, body):
-                return replace(node, graph=self.graph(graph, sign), body=below[body][side])
-            case Reach(graph, through, end) | Route(graph, through, end):
-                return replace(node, graph=self.graph(graph, sign), through=below[through][side], end=below[end][side])
-            case Is() | PathLength():
-                # A shortest way gets longer or shorter with the links: there is no side to be on.
-                return node
+                return replace(node, predicate=self._predicate(predicate, -1))
+            case Not(Atom(predicate) as leaf):
+                return replace(node, body=replace(leaf, predicate=self._predicate(predicate, 1)))
+            case Neighbour(graph) | Reach(graph) | Route(graph):
+                return rebuilt(replace(node, graph=self.graph(graph, -1)), below)
+            case EveryNeighbour(graph) | EveryReach(graph) | EveryRoute(graph):
+                return rebuilt(replace(node, graph=self.graph(graph, 1)), below)
             case _:
-                assert_never(node)
+                # A shortest way gets longer or shorter with the links: there is no side to be on.
+                return rebuilt(node, below)
 
     def _predicate(self, predicate: Predicate, sign: int) -> Predicate:
         match predicate:

@@ -20,15 +20,20 @@ from missionc.kernel.nodes import (
     AtLeast,
     Atom,
     Eventually,
+    EveryNeighbour,
+    EveryReach,
+    EveryRoute,
     Is,
     Neighbour,
     Node,
     Not,
     PathLength,
     Reach,
+    Release,
     Route,
     Until,
 )
+from missionc.kernel.normal_form import dual
 from missionc.kernel.walk import children, postorder
 from missionc.language.margins.links import all_links, pieces
 from missionc.language.margins.predicate_margins import margin
@@ -97,12 +102,17 @@ class Evaluation:
                 return temporal_windows.sliding(np.maximum, self._spread(below[0]), low, high, logic.bottom)
             case Until(_, _, low, high):
                 return temporal_windows.until(self._spread(below[0]), self._spread(below[1]), low, high, logic.bottom)
+            case Release(_, _, low, high):
+                return temporal_windows.release(logic, self._spread(below[0]), self._spread(below[1]), low, high)
             case At(agent):
                 return below[0] if len(below[0]) == 1 else below[0][agent : agent + 1]
             case Neighbour(graph):
                 return self._nearby(graph, below[0])
             case Reach(graph, _, _, hops):
                 return self._reach(graph, below[0], below[1], hops)
+            case EveryNeighbour() | EveryReach() | EveryRoute():
+                failing = tuple(logic.negate(value) for value in below)
+                return np.asarray(logic.negate(self.value(dual(node, children(node)), failing)))
             case Route():
                 return self._route(node, below[0], below[1])
             case PathLength():

@@ -36,14 +36,19 @@ from missionc.kernel.nodes import (
     Always,
     Atom,
     Eventually,
+    EveryNeighbour,
+    EveryReach,
+    EveryRoute,
     Neighbour,
     Node,
     Not,
     PathLength,
     Reach,
+    Release,
     Route,
     Until,
 )
+from missionc.kernel.normal_form import dual
 from missionc.kernel.walk import children, more_than, postorder
 from missionc.language.margins.compare import scale
 from missionc.language.margins.links import all_links
@@ -130,8 +135,12 @@ class Intervals:
                 return _denied(self._sometime(_denied(below[0]), low, high))
             case Until(_, _, low, high):
                 return self._until(below[0], below[1], low, high)
+            case Release(_, _, low, high):
+                return _denied(self._until(_denied(below[0]), _denied(below[1]), low, high))
             case Neighbour(graph) | Reach(graph) | Route(graph) | PathLength(graph):
                 return self._spatial(node, graph, below)
+            case EveryNeighbour() | EveryReach() | EveryRoute():
+                return _denied(self._interval(dual(node, children(node)), [_denied(each) for each in below]))
             case _:
                 return self._monotone(node, below)
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from missionc.monitoring.logic import Values
+from missionc.monitoring.logic import Logic, Values
 
 
 def sliding(choose: np.ufunc, values: Values, low: int, high: int | None, undefined: object) -> Values:
@@ -48,6 +48,14 @@ def until(hold: Values, end: Values, low: int, high: int | None, undefined: obje
         chosen = np.minimum(_over(np.minimum, hold, low)[..., :defined], chosen)
     result[..., :defined] = chosen
     return result
+
+
+def release(logic: Logic, free: Values, end: Values, low: int, high: int | None) -> Values:
+    """The dual of ``until``: ``end`` at every step of the window, or ``free`` at one before it."""
+    freed: Values = logic.negate(until(logic.negate(free), logic.negate(end), low, high, logic.bottom))
+    steps = freed.shape[-1]
+    freed[..., max(steps - (low if high is None else high), 0) :] = logic.bottom
+    return freed
 
 
 def _over(choose: np.ufunc, values: Values, width: int) -> Values:

@@ -25,8 +25,8 @@ from missionc.base.trace import (
     Trace,
 )
 from missionc.ir import Mission
-from missionc.kernel.analysis import relevance
-from missionc.kernel.nodes import All, Always, Any, At, AtLeast, Eventually, Node, Not, Until
+from missionc.kernel.analysis import relevance, relevance_below
+from missionc.kernel.nodes import All, Always, Any, At, AtLeast, Eventually, Node, Release, Until
 from missionc.kernel.walk import children, postorder
 from missionc.monitoring.evaluate import Evaluation
 from missionc.monitoring.logic import ROBUSTNESS, TRUTH, Logic, Values
@@ -51,17 +51,25 @@ class Row:
     unfolds: bool
 
 
-def table(nodes: Iterable[Node], goals: Iterable[Node], mission: Mission, trace: Trace) -> dict[Node, Row]:
-    """The rows of formulas; one that is not below a goal is asked nowhere, as an operand that its operator drops."""
+def table(
+    nodes: Iterable[Node], goals: Iterable[Node], mission: Mission, trace: Trace, opposites: Mapping[Node, Node]
+) -> dict[Node, Row]:
+    """The rows of formulas; one that is not below a goal is asked nowhere, as an operand that its operator drops.
+
+    Args:
+        opposites: of formulas whose negation is below a goal, that negation. Who asks for it asks for the formula.
+    """
     wanted, roots = tuple(dict.fromkeys(nodes)), tuple(goals)
     verdict = chain(roots)
     known = {*wanted, *roots, *(child for node in verdict for child in children(node))}
-    asked = asked_where(roots, known, trace)
+    asked = asked_where(roots, known, trace, opposites)
     found = []
     for logic in (TRUTH, ROBUSTNESS):
         evaluation = Evaluation(logic, mission, trace)
         values = evaluation.values(known)
-        found.append((values, _unfolded(evaluation, verdict, values)))
+        unfolded = _unfolded(evaluation, verdict, values)
+        known_by_opposite = {n: _denied(unfolded[o], logic) for n, o in opposites.items() if o in unfolded}
+        found.append((values, known_by_opposite | unfolded))
     (truths, verdicts), (margins, bounds) = found
     rows = {}
     for node in wanted:
@@ -77,12 +85,12 @@ def table(nodes: Iterable[Node], goals: Iterable[Node], mission: Mission, trace:
 
 
 def _temporal(node: Node) -> bool:
-    return isinstance(node, Always | Eventually | Until)
+    return isinstance(node, Always | Eventually | Until | Release)
 
 
 def _same_moment(node: Node) -> bool:
     """Whether the node asks its operands at the step it is asked at itself, each at one agent."""
-    return isinstance(node, Not | All | Any | AtLeast | At)
+    return isinstance(node, All | Any | AtLeast | At)
 
 
 def chain(roots: Iterable[Node]) -> list[Node]:
@@ -115,9 +123,10 @@ def _unfolded(
             case Eventually(body, low, high):
                 least, most = _running(np.maximum, values[body], low, high, steps, logic.bottom, logic.top)
             case Until():
-                least, most = _until(node, values, steps, logic)
-            case Not(body):
-                least, most = (logic.negate(each) for each in reversed(found[body]))
+                least, most = _until(node, values[node.hold], values[node.end], steps, logic)
+            case Release(hold, end):
+                failing = (logic.negate(values[hold]), logic.negate(values[end]))
+                least, most = _denied(_until(node, *failing, steps, logic), logic)
             case _:
                 below = [found.get(child) or (values[child][:, :1],) * 2 for child in children(node)]
                 least, most = (evaluation.value(node, tuple(pair[side] for pair in below)) for side in (0, 1))
@@ -140,8 +149,14 @@ def _running(
     return so_far, at_last
 
 
-def _until(node: Until, values: Mapping[Node, Values], steps: int, logic: Logic) -> tuple[Values, Values]:
-    hold, end = np.broadcast_arrays(values[node.hold], values[node.end], np.empty((1, steps)))[:2]
+def _denied(bounds: tuple[Values, Values], logic: Logic) -> tuple[Values, Values]:
+    """The least and the most of the negation."""
+    least, most = bounds
+    return logic.negate(most), logic.negate(least)
+
+
+def _until(node: Until | Release, hold: Values, end: Values, steps: int, logic: Logic) -> tuple[Values, Values]:
+    hold, end = np.broadcast_arrays(hold, end, np.empty((1, steps)))[:2]
     held = np.minimum.accumulate(hold, axis=1)
     before = np.concatenate([np.full((len(hold), 1), logic.top), held[:, :-1]], axis=1)
     freed, _ = _running(np.maximum, np.minimum(before, end), node.low, node.high, steps, logic.bottom, logic.top)
@@ -151,9 +166,20 @@ def _until(node: Until, values: Mapping[Node, Values], steps: int, logic: Logic)
     return freed, most
 
 
-def asked_where(roots: Iterable[Node], known: Collection[Node], trace: Trace) -> dict[Node, Flags]:
-    """At which agents and steps the verdicts of the roots, at step 0, look at each of the known formulas."""
+def asked_where(
+    roots: Iterable[Node], known: Collection[Node], trace: Trace, opposites: Mapping[Node, Node]
+) -> dict[Node, Flags]:
+    """At which agents and steps the verdicts of the roots, at step 0, look at each of the known formulas.
+
+    Args:
+        opposites: of formulas, a negation that the roots may have in their place.
+    """
     agents, steps = trace.position.shape[:2]
-    found: dict[Node, Flags] = dict.fromkeys(known, np.zeros((agents, steps), dtype=np.bool_))
-    found.update((node, where) for node, where in relevance(roots, agents, steps - 1) if node in known)
-    return found
+    nowhere = np.zeros((agents, steps), dtype=np.bool_)
+    wanted = {*known, *opposites.values()}
+    found = {node: where for node, where in relevance(roots, agents, steps - 1) if node in wanted}
+    begin = {node: found[opposite] for node, opposite in opposites.items() if opposite in found}
+    for node, where in relevance_below(begin):
+        if node in known:
+            found[node] = found.get(node, nowhere) | where
+    return {node: found.get(node, nowhere) for node in known}

@@ -16,12 +16,16 @@ from missionc.kernel.nodes import (
     AtLeast,
     Atom,
     Eventually,
+    EveryNeighbour,
+    EveryReach,
+    EveryRoute,
     Is,
     Neighbour,
     Node,
     Not,
     PathLength,
     Reach,
+    Release,
     Route,
     Until,
 )
@@ -91,7 +95,7 @@ class _Search:
         match node:
             case Atom():
                 return Decision(step, self._agents_of(node, agent, step))
-            case Is() | Neighbour() | Reach() | Route() | PathLength():
+            case Is() | Neighbour() | EveryNeighbour() | Reach() | EveryReach() | Route() | EveryRoute() | PathLength():
                 return Decision(step, frozenset((agent,)))
             case Not(body):
                 return (yield body, agent, step)
@@ -107,7 +111,7 @@ class _Search:
                 return (yield self._in_window(body, agent, step + low, self._end(step, high), verdict, not verdict))
             case Eventually(body, low, high):
                 return (yield self._in_window(body, agent, step + low, self._end(step, high), verdict, verdict))
-            case Until():
+            case Until() | Release():
                 return (yield self._of_until(node, agent, step, verdict))
             case _:
                 assert_never(node)
@@ -134,12 +138,12 @@ class _Search:
             return body, agent, high
         return body, agent, next(step for step in range(low, high + 1) if self.truth(body, agent, step) is verdict)
 
-    def _of_until(self, node: Until, agent: int, step: int, verdict: bool) -> Question:
+    def _of_until(self, node: Until | Release, agent: int, step: int, verdict: bool) -> Question:
         low, high = step + node.low, self._end(step, node.high)
-        if verdict:
-            return self._in_window(node.end, agent, low, high, True, True)
+        if verdict is isinstance(node, Until):
+            return self._in_window(node.end, agent, low, high, verdict, True)
         for now in range(step, high):
-            if not self.truth(node.hold, agent, now):
+            if self.truth(node.hold, agent, now) is verdict:
                 return node.hold, agent, now
         return node.end, agent, high
 

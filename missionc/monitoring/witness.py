@@ -21,7 +21,21 @@ from missionc.base.trace import (
     Trace,
 )
 from missionc.ir import Compare, DistanceBetween, DistanceTo, Graph, InFormation, Mission, Predicate
-from missionc.kernel.nodes import All, Any, At, AtLeast, Atom, Neighbour, Node, Not, PathLength, Reach, Route
+from missionc.kernel.nodes import (
+    All,
+    Any,
+    At,
+    AtLeast,
+    Atom,
+    EveryNeighbour,
+    EveryReach,
+    EveryRoute,
+    Neighbour,
+    Node,
+    PathLength,
+    Reach,
+    Route,
+)
 from missionc.kernel.walk import children, postorder
 from missionc.language.margins.links import all_links, pieces
 from missionc.monitoring.evaluate import Evaluation
@@ -52,17 +66,18 @@ class Witness:
 class Witnesses:
     """Of the formulas below some goals."""
 
-    def __init__(self, goals: Iterable[Node], mission: Mission, trace: Trace) -> None:
+    def __init__(self, goals: Iterable[Node], mission: Mission, trace: Trace, opposites: Mapping[Node, Node]) -> None:
+        """``opposites``: of formulas whose negation is below a goal, that negation."""
         self.mission, self.trace = mission, trace
         self.shape = trace.position.shape[:2]
         roots = tuple(goals)
-        self.order = postorder(roots)
+        self.order = postorder((*roots, *opposites))
         self.truths: Mapping[Node, Values] = {}
         self.asked: Mapping[Node, Flags] = {}
         agents, steps = self.shape
         if len(self.order) <= MOST_NODES and agents * agents * steps <= MOST_LINKS:
             self.truths = Evaluation(TRUTH, mission, trace).values(self.order)
-            self.asked = asked_where(roots, frozenset(self.order), trace)
+            self.asked = asked_where(roots, frozenset(self.order), trace, opposites)
         self.linked: dict[Graph, Flags] = {}
         self.onward: dict[Node, Values] = {}
 
@@ -95,14 +110,18 @@ class Witnesses:
             self.linked[graph] = whole
         return self.linked[graph]
 
-    def next_hops(self, node: Reach | Route) -> Values:
-        """Where the best route from each agent goes on: (steps + 1, agents), -1 where it ends or there is none."""
+    def next_hops(self, node: Reach | EveryReach | Route | EveryRoute) -> Values:
+        """Where the best route from each agent goes on: (steps + 1, agents), -1 where it ends or there is none.
+
+        Of the dual, the best of those that it forbids.
+        """
         if node not in self.onward:
-            through, end = self.truth(node.through).T, self.truth(node.end).T
+            sought = isinstance(node, Reach | Route)
+            through, end = (np.equal(self.truth(part).T, sought) for part in (node.through, node.end))
             links = self.links(node.graph) & through[:, :, None]
             position = self.trace.position.swapaxes(0, 1)
             lengths: Array = np.where(links, 1.0, np.inf)
-            if isinstance(node, Route):
+            if isinstance(node, Route | EveryRoute):
                 lengths = np.where(links, distance_between(np, position[:, :, None], position[:, None, :]), np.inf)
             best = np.where(end, 0.0, np.inf)
             while True:
@@ -127,22 +146,19 @@ class _Search:
 
     def follow(self, root: Node, unfolds: bool) -> None:
         looked_through = set(chain((root,))) if unfolds else set()
-        # Of what is looked through: where it stands for itself, and where for its opposite.
-        whole = np.ones(self.known.shape, dtype=np.bool_)
-        self.open[root] = np.stack([whole, np.zeros_like(whole)])
+        self.open[root] = np.ones((2, *self.known.shape), dtype=np.bool_)
         entered: set[Node] = set()
         for node in reversed(postorder((root,))):
             mask = self.open.pop(node, None)
             if mask is None:
                 continue
             if node in looked_through:
-                self.hand_down(node, mask[::-1] if isinstance(node, Not) else mask)
+                self.hand_down(node, mask)
                 entered.update(child for child in children(node) if child not in looked_through)
                 continue
             if node in entered or node is root:
                 truth = self.known.truth(node)
-                for_it, against = mask & self.known.asked[node]
-                mask = np.stack([(for_it & truth) | (against & ~truth), (for_it & ~truth) | (against & truth)])
+                mask = mask & self.known.asked[node] & np.stack([truth, ~truth])
             self.decide(node, mask)
 
     def hand_down(self, node: Node, mask: Flags) -> None:
@@ -162,13 +178,16 @@ class _Search:
     def decide(self, node: Node, mask: Flags) -> None:
         truth = self.known.truth(node)
         match node:
-            case Any(parts):
-                rest = mask & truth
+            case All(parts) | Any(parts) if isinstance(node, Any) is not node.dual:
+                # An *or* as it was written, whether or not it is denied: one of its true parts is enough.
+                true = isinstance(node, Any)
+                enough = truth == true
+                rest = mask & enough
                 for part in parts:
-                    decides = self.known.truth(part)
-                    self.ask(part, (rest & decides) | (mask & ~truth))
+                    decides = self.known.truth(part) == true
+                    self.ask(part, (rest & decides) | (mask & ~enough))
                     rest = rest & ~decides
-            case All(parts) | AtLeast(_, parts):
+            case All(parts) | Any(parts) | AtLeast(_, parts):
                 for part in parts:
                     self.ask(part, mask & (self.known.truth(part) == truth))
             case Atom(predicate):
@@ -176,13 +195,15 @@ class _Search:
                 if isinstance(predicate, InFormation):
                     self.formations.append(predicate.formation.name)
                     self.light(mask.any(axis=1, keepdims=True) & np.ones_like(mask), (), predicate.formation.agents)
-            case Neighbour(graph, body):
+            case Neighbour(graph, body) | EveryNeighbour(graph, body):
                 self.light(mask)
-                found = self.known.links(graph) & self.known.truth(body).T[:, None, :]
-                self.walk(np.where(found.any(axis=2), found.argmax(axis=2), -1), mask & truth, 1)
-            case Reach() | Route():
+                sought = isinstance(node, Neighbour)
+                found = self.known.links(graph) & (self.known.truth(body) == sought).T[:, None, :]
+                self.walk(np.where(found.any(axis=2), found.argmax(axis=2), -1), mask & (truth == sought), 1)
+            case Reach() | EveryReach() | Route() | EveryRoute():
                 self.light(mask)
-                self.walk(self.known.next_hops(node), mask & truth, self.known.shape[0])
+                sought = isinstance(node, Reach | Route)
+                self.walk(self.known.next_hops(node), mask & (truth == sought), self.known.shape[0])
             case PathLength(_, agent):
                 self.light(mask, (agent,))
             case _ if children(node):

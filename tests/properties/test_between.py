@@ -15,7 +15,7 @@ from missionc.base.trace import Flags, Trace
 from missionc.base.units import Seconds, Steps
 from missionc.curves.piecewise_polynomials import motion
 from missionc.kernel.analysis import steps_ahead
-from missionc.kernel.nodes import All, Always, Any, Eventually, Node, Not, Until
+from missionc.kernel.nodes import All, Always, Any, Eventually, Node, Not, Release, Until
 from missionc.kernel.walk import children, postorder
 from missionc.language.operator import Bounds, Operator
 from missionc.language.operators import OPERATORS, by_name
@@ -181,6 +181,11 @@ def stretched(root: Node) -> Node:
                 beyond = Not(Eventually(All(()), further, further))
                 far = None if high is None else high * FINER
                 new[node] = Until(Any((below[0], beyond)), below[1], low * FINER, far)
+            case Release(hold, _, low, high):
+                further = ahead[hold] * FINER
+                within = Eventually(All(()), further, further)
+                far = None if high is None else high * FINER
+                new[node] = Release(All((below[0], within)), below[1], low * FINER, far)
             case _:
                 new[node] = with_children(node, below)
     return new[root]

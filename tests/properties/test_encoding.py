@@ -29,7 +29,8 @@ from missionc.backends.smt.roadmap import roadmap_links
 from missionc.backends.smt.roadmap.labels import Labels, Unexpressible
 from missionc.backends.smt.roadmap.roadmap import Roadmap
 from missionc.backends.smt.sat.worker import SAT, CaDiCaL
-from missionc.kernel.nodes import Goal, Not
+from missionc.kernel.nodes import Goal
+from missionc.kernel.normal_form import negated
 from missionc.language.operator import Operator
 from missionc.language.operators import OPERATORS
 from missionc.lower.expand import expand
@@ -107,7 +108,7 @@ def asked(case: Case, cast: frozenset[int]) -> tuple[tuple[Goal, Goal], Motion, 
     node = kernel.requirements[0].formula
     clauses = Clauses(10_000_000)
     motion = lower_motion(case.roadmaps, all_ways(case.roadmaps, {}), cast, clauses)
-    goals = Goal("holds", node, SPAN), Goal("fails", Not(node), SPAN)
+    goals = Goal("holds", node, SPAN), Goal("fails", negated(node), SPAN)
     try:
         lowered = lower(goals, case.mission, motion, clauses, Occupancy(motion, clauses), case.most_links)
     except Unexpressible:

@@ -16,7 +16,8 @@ from missionc.backends.smt.lift import lift
 from missionc.backends.smt.roadmap.labels import Labels
 from missionc.backends.smt.shorten.held_goals import Goals
 from missionc.backends.smt.shorten.slack import Scene, leeway
-from missionc.kernel.nodes import Node, Not
+from missionc.kernel.nodes import Node
+from missionc.kernel.normal_form import negated
 from missionc.language.operator import Operator
 from missionc.language.operators import OPERATORS
 from missionc.lower.expand import expand
@@ -32,7 +33,7 @@ def keeps(case: Case, agent: int, seed: int) -> None:
     motion = lower_motion(case.roadmaps, all_ways(case.roadmaps, {}), frozenset(), Clauses(1_000_000))
     formula: Node = kernel.requirements[0].formula
     if not truth(formula, case.mission, lift(case.states, motion, case.mission))[0, 0]:
-        formula = Not(formula)
+        formula = negated(formula)
     goals = Goals((formula,), case.mission, motion, Labels(case.mission, case.roadmaps))
     scene = Scene.of(goals, case.states)
     assert scene.good

@@ -71,7 +71,7 @@ def test_rows_agree_with_the_monitor(case: Case) -> None:
         return
     mission, kernel = made
     nodes = list(dict.fromkeys(kernel.meanings.values()))
-    for node, row in table(nodes, [kernel.requirements[0].formula], mission, case.trace).items():
+    for node, row in table(nodes, [kernel.requirements[0].formula], mission, case.trace, kernel.opposites).items():
         flags, margins = truth(node, mission, case.trace), robustness(node, mission, case.trace)
         size = len(row.asked)
         if not row.unfolds:
@@ -99,7 +99,7 @@ def test_what_is_not_asked_cannot_be_seen_in_the_verdict(case: Case) -> None:
     mission, kernel = made
     (goal,) = kernel.requirements
     atoms = [node for formula, node in kernel.meanings.items() if isinstance(formula, ir.Holds)]
-    rows = table(atoms, [goal.formula], mission, case.trace)
+    rows = table(atoms, [goal.formula], mission, case.trace, kernel.opposites)
     last = max((int(row.asked.any(axis=0).nonzero()[0].max(initial=-1)) for row in rows.values()), default=-1)
     later = case.trace.position.copy()
     # Speeds at a step are of the motion that starts there.
@@ -124,8 +124,8 @@ def test_the_links_of_a_witness_are_links_of_a_graph(case: Case) -> None:
             there = np.ix_(np.arange(len(linked)), members, members)
             linked[there] |= all_links(graph, case.trace.position) > 0
     goal = kernel.requirements[0].formula
-    witnesses = Witnesses([goal], mission, case.trace)
-    rows = table(kernel.meanings.values(), [goal], mission, case.trace)
+    witnesses = Witnesses([goal], mission, case.trace, kernel.opposites)
+    rows = table(kernel.meanings.values(), [goal], mission, case.trace, kernel.opposites)
     for node, row in rows.items():
         seen = witnesses.of(node, row.unfolds)
         if seen is None:

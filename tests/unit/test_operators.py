@@ -8,7 +8,8 @@ import pytest
 
 from missionc import ir
 from missionc.base.units import Metres, Steps
-from missionc.kernel.nodes import All, Any, Is, Node, Not, PathLength, Reach, Route, Until
+from missionc.kernel.nodes import All, Any, Is, Node, Not, PathLength, Reach, Release, Route, Until
+from missionc.kernel.normal_form import negated
 from missionc.kernel.walk import postorder
 from missionc.language.operator import Bounds, TooLarge, Use
 from missionc.language.operators import OPERATORS, by_name
@@ -130,11 +131,10 @@ def test_an_escape_grows_with_the_agents() -> None:
 
 def test_a_release_is_the_dual_of_an_until() -> None:
     node = grown("release", F, G, bounds=ir.Window(Steps(1), None, SPAN))
-    assert isinstance(node, Not)
-    assert isinstance(until := node.body, Until)
-    assert isinstance(until.hold, Not)
-    assert isinstance(until.end, Not)
-    assert (until.hold.body, until.end.body, until.low, until.high) == (F, G, 1, None)
+    assert isinstance(node, Release)
+    assert (node.hold, node.end, node.low, node.high) == (F, G, 1, None)
+    assert isinstance(until := negated(node), Until)
+    assert [isinstance(each, Not) and each.body for each in (until.hold, until.end)] == [F, G]
 
 
 def test_surround_within_no_bounds_asks_for_no_distance() -> None:

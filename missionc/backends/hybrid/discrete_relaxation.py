@@ -4,16 +4,16 @@
     out  Discrete: a Kernel that every plan of the mission satisfies, up to the rounding of windows
 
 A formation, or a length in metres, is hardly ever met from node to node. It is taken to be
-as it should be, true where that makes the requirement hold and false where that does. What is left follows from
+as it should be, whichever way it is asked. What is left follows from
 the requirement, so that where it cannot hold on a roadmap the whole cannot either.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
 from math import ceil, floor
-from typing import TypeAlias, assert_never
+from typing import assert_never
 
 from missionc.ir import InFormation
 from missionc.kernel.analysis import steps_ahead
@@ -25,6 +25,9 @@ from missionc.kernel.nodes import (
     AtLeast,
     Atom,
     Eventually,
+    EveryNeighbour,
+    EveryReach,
+    EveryRoute,
     Goal,
     Is,
     Kernel,
@@ -33,17 +36,17 @@ from missionc.kernel.nodes import (
     Not,
     PathLength,
     Reach,
+    Release,
     Route,
     Until,
 )
+from missionc.kernel.normal_form import rebuilt
 from missionc.kernel.walk import children, postorder
 
 YES, NO = All(()), Any(())
 
 SLACK = 1e-9
 """Of a step: what rounding alone may make of a whole number of them."""
-
-Known: TypeAlias = dict[tuple[Node, bool], Node]
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,60 +97,59 @@ def discrete(kernel: Kernel, steps: int, ticks: int) -> Discrete:
 
 def _measures(node: Node) -> bool:
     match node:
-        case Atom(InFormation()) | Route() | PathLength():
+        case Atom(InFormation()) | Route() | EveryRoute() | PathLength():
             return True
+        case Not(body):
+            return _measures(body)
         case _:
             return False
 
 
 def _goals(kernel: Kernel, nodes: Iterable[Node], clock: Clock) -> list[Goal]:
-    known: Known = {}
+    known: dict[Node, Node] = {}
     for node in nodes:
-        for holds in (True, False):
-            known[node, holds] = _asked(node, holds, known, clock)
-    return [Goal(goal.name, known[goal.formula, True], goal.span) for goal in kernel.requirements]
+        known[node] = _asked(node, tuple(known[child] for child in children(node)), clock)
+    return [Goal(goal.name, known[goal.formula], goal.span) for goal in kernel.requirements]
 
 
-def _asked(node: Node, holds: bool, known: Known, clock: Clock) -> Node:
-    """What is asked for in place of a node that should hold, or should not."""
+def _asked(node: Node, below: tuple[Node, ...], clock: Clock) -> Node:
+    """What is asked for in place of a node, over what is in place of those below it."""
     match node:
         case _ if _measures(node):
-            return YES if holds else NO
-        case Atom() | Is():
+            return YES
+        case Atom() | Is() | Not():
             return node
-        case Not(body, span):
-            asked = known[body, not holds]
-            return NO if asked is YES else YES if asked is NO else Not(asked, span)
-        case All(parts):
-            return _joined(node, [known[part, holds] for part in parts], YES, NO)
-        case Any(parts):
-            return _joined(node, [known[part, holds] for part in parts], NO, YES)
-        case AtLeast(count, parts, span):
-            each = [known[part, holds] for part in parts]
-            left = count - sum(part is YES for part in each)
-            open_ = tuple(part for part in each if part is not YES and part is not NO)
-            return YES if left <= 0 else NO if left > len(open_) else AtLeast(left, open_, span)
-        case Always(body, low, high, span):
-            begin, end = clock.window(low, high, every=holds)
-            return _unless_settled(known[body, holds], lambda asked: Always(asked, begin, end, span))
-        case Eventually(body, low, high, span):
-            begin, end = clock.window(low, high, every=not holds)
-            return _unless_settled(known[body, holds], lambda asked: Eventually(asked, begin, end, span))
-        case Until(hold, end_, low, high, span):
-            begin, end = clock.window(low, high, every=not holds)
-            return NO if known[end_, holds] is NO else Until(known[hold, holds], known[end_, holds], begin, end, span)
-        case Neighbour(graph, body, span):
-            return NO if known[body, holds] is NO else Neighbour(graph, known[body, holds], span)
-        case Reach(graph, through, end_, hops, span):
-            return _unless_settled(
-                known[end_, holds], lambda asked: Reach(graph, known[through, holds], asked, hops, span)
-            )
-        case At(agent, body, span):
-            return _unless_settled(known[body, holds], lambda asked: At(agent, asked, span))
-        case Route() | PathLength():
+        case All():
+            return _joined(node, list(below), YES, NO)
+        case Any():
+            return _joined(node, list(below), NO, YES)
+        case AtLeast(count):
+            left = count - sum(part is YES for part in below)
+            open_ = tuple(part for part in below if part is not YES and part is not NO)
+            return YES if left <= 0 else NO if left > len(open_) else replace(node, count=left, parts=open_)
+        case Until(_, _, low, high) | Release(_, _, low, high):
+            settled = NO if isinstance(node, Until) else YES
+            return settled if below[1] is settled else _on_clock(rebuilt(node, below), low, high, clock)
+        case Neighbour() | EveryNeighbour():
+            settled = NO if isinstance(node, Neighbour) else YES
+            return settled if below[0] is settled else rebuilt(node, below)
+        case _ if below[-1] is YES or below[-1] is NO:
+            return below[-1]
+        case Always(_, low, high) | Eventually(_, low, high):
+            return _on_clock(rebuilt(node, below), low, high, clock)
+        case Reach() | EveryReach() | At():
+            return rebuilt(node, below)
+        case Route() | EveryRoute() | PathLength():
             raise AssertionError("measured")
         case _:
             assert_never(node)
+
+
+def _on_clock(node: Node, low: int, high: int | None, clock: Clock) -> Node:
+    """A window in ticks."""
+    assert isinstance(node, Always | Eventually | Until | Release)
+    begin, end = clock.window(low, high, every=isinstance(node, Always | Release))
+    return replace(node, low=begin, high=end)
 
 
 def _joined(node: All | Any, parts: list[Node], neutral: Node, decisive: Node) -> Node:
@@ -155,8 +157,4 @@ def _joined(node: All | Any, parts: list[Node], neutral: Node, decisive: Node) -
     if any(part is decisive for part in parts):
         return decisive
     kept = tuple(part for part in parts if part is not neutral)
-    return type(node)(kept, node.span) if kept else neutral
-
-
-def _unless_settled(body: Node, around: Callable[[Node], Node]) -> Node:
-    return body if body is YES or body is NO else around(body)
+    return replace(node, parts=kept) if kept else neutral

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from missionc.kernel.nodes import Node, Not, Until
+from missionc.kernel.nodes import Node, Release
 from missionc.language.operator import Bounds, Fixity, Operator, Use
 
 
@@ -11,8 +11,7 @@ def expand(use: Use) -> Node:
     window = use.window
     if window.high == 0:
         return held
-    broken = Until(Not(frees, use.span), Not(held, use.span), window.low, window.high, use.span)
-    return Not(broken, use.span)
+    return Release(frees, held, window.low, window.high, use.span)
 
 
 OPERATOR = Operator(

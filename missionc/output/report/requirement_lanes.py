@@ -29,8 +29,8 @@ def lanes(
     wanted = _tree(mission, kernel)
     nodes = list(dict.fromkeys(kernel.meanings[formula] for formula, _, _, _ in wanted))
     roots = [goal.formula for goal in kernel.requirements + kernel.preferences]
-    rows = table(nodes, roots, mission, trace)
-    witnesses = Witnesses(roots, mission, trace)
+    rows = table(nodes, roots, mission, trace, kernel.opposites)
+    witnesses = Witnesses(roots, mission, trace, kernel.opposites)
     lets = {formula: name for name, formula in mission.lets}
     number = {node: index for index, node in enumerate(nodes)}
     return (

@@ -61,7 +61,7 @@ def _asked(check: Check) -> bool:
 def _decisive(mission: Mission, kernel: Kernel, trace: Trace) -> dict[str, float]:
     """Of each requirement, the time at which its robustness comes about: seconds."""
     goals = [goal.formula for goal in kernel.requirements]
-    rows = table(goals, goals, mission, trace)
+    rows = table(goals, goals, mission, trace, {})
     times = {}
     for goal in kernel.requirements:
         row = rows[goal.formula]

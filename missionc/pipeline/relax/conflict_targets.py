@@ -21,12 +21,16 @@ from missionc.kernel.nodes import (
     AtLeast,
     Atom,
     Eventually,
+    EveryNeighbour,
+    EveryReach,
+    EveryRoute,
     Is,
     Neighbour,
     Node,
     Not,
     PathLength,
     Reach,
+    Release,
     Route,
     Until,
 )
@@ -87,12 +91,18 @@ def _note(found: Touched, node: Node, sign: int) -> None:
             _add(found.comparisons, span, sign)
         case Eventually() | Until():
             _add(found.windows, span, sign)
-        case Always():
+        case Always() | Release():
             _add(found.windows, span, -sign)
         case AtLeast():
-            _add(found.counts, span, -sign)
+            # That too few hold is that enough of the others fail: the number that is written goes the other way.
+            _add(found.counts, span, sign if node.dual else -sign)
         case Neighbour(graph):
             _add(found.graphs, graph.name, sign)
+        case EveryNeighbour(graph):
+            _add(found.graphs, graph.name, -sign)
+        case EveryReach(graph) | EveryRoute(graph):
+            _add(found.graphs, graph.name, -sign)
+            _add(found.lengths, span, -sign)
         case Reach(graph) | Route(graph):
             _add(found.graphs, graph.name, sign)
             _add(found.lengths, span, sign)

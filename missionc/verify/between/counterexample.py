@@ -10,17 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from missionc.base.trace import Flags
-from missionc.kernel.nodes import (
-    All,
-    Always,
-    Any,
-    At,
-    AtLeast,
-    Eventually,
-    Node,
-    Not,
-    Until,
-)
+from missionc.kernel.nodes import All, Always, Any, At, AtLeast, Eventually, Node, Not, Release, Until, says_opposite
 from missionc.verify.between.interval_sets import Spans, common
 from missionc.verify.between.motion_clock import STEP
 from missionc.verify.between.truth_over_time import Signals, last_asked
@@ -68,7 +58,7 @@ class _Place:
             self.tick if tick is None else tick,
             value,
             self.label if same else node,
-            self.says if same else value,
+            self.says if same else value is not says_opposite(node),
             same and (self.team or agent is not None),
         )
 
@@ -97,7 +87,7 @@ class Search:
     def culprits(self, root: Node) -> tuple[Culprit, ...]:
         """Why the formula fails, or may fail, at time 0."""
         found: list[Culprit] = []
-        waiting = [_Place(root, 0, 0, False, root, False)]
+        waiting = [_Place(root, 0, 0, False, root, says_opposite(root))]
         while waiting and len(found) < MOST_PARTS:
             place = waiting.pop()
             below = self._below(place)
@@ -141,7 +131,7 @@ class Search:
                 return self._in_window(place, body, low, high, one=not value)
             case Eventually(body, low, high):
                 return self._in_window(place, body, low, high, one=value)
-            case Until():
+            case Until() | Release():
                 return self._of_until(place, node)
             case _:
                 return []
@@ -163,13 +153,13 @@ class Search:
             moments.append(place.to(body, tick=first))
         return [moment for moment in moments if self.is_new(moment)][:1] or moments[:1]
 
-    def _of_until(self, place: _Place, node: Until) -> list[_Place]:
-        if place.value:
+    def _of_until(self, place: _Place, node: Until | Release) -> list[_Place]:
+        if place.value is isinstance(node, Until):
             return self._in_window(place, node.end, node.low, node.high, one=True)
         goals = self._in_window(place, node.end, node.low, node.high, one=False)
         last = min(self._window(place.tick, node.low, node.high)[1], last_asked(self.ahead[node.hold], self.end))
         asked = ((place.tick, last),) if place.tick <= last else ()
-        breaks = common(self.when(node.hold, place.agent, False), asked)
+        breaks = common(self.when(node.hold, place.agent, place.value), asked)
         if breaks and not (goals and breaks[0][0] >= goals[0].tick and self._is_so(goals[0])):
             return [place.to(node.hold, tick=breaks[0][0])]
         return goals

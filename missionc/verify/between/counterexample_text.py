@@ -5,7 +5,17 @@ from __future__ import annotations
 import numpy as np
 
 from missionc.ir import BeaconCover, Compare, DistanceBetween, Graph, InFormation
-from missionc.kernel.nodes import Atom, Neighbour, Node, PathLength, Reach, Route
+from missionc.kernel.nodes import (
+    Atom,
+    EveryNeighbour,
+    EveryReach,
+    EveryRoute,
+    Neighbour,
+    Node,
+    PathLength,
+    Reach,
+    Route,
+)
 from missionc.language.margins.links import link_margin
 from missionc.verify.between.counterexample import Culprit
 from missionc.verify.between.motion_clock import STEP, Motion
@@ -71,22 +81,28 @@ def _because(culprit: Culprit, motion: Motion) -> str:
     """The links that this moment has and the steps around it have not, or the other way round."""
     match culprit.node:
         case Neighbour(graph) | Reach(graph) | Route(graph) | PathLength(graph):
-            changed = _changed_links(graph, culprit, motion)
+            linked = culprit.value
+        case EveryNeighbour(graph) | EveryReach(graph) | EveryRoute(graph):
+            linked = not culprit.value
         case _:
             return ""
+    changed = _changed_links(graph, culprit, linked, motion)
     names = [agent.name for agent in motion.mission.agents]
     found = [f"{names[one]} and {names[other]} are {length:.3f} m apart" for one, other, length in changed[:MOST_LINKS]]
     reach = f"the radius of `{graph.name}` is {graph.radius:g} m"
     if isinstance(graph, BeaconCover):
         found = [
-            f"{names[one]} and {names[other]} share {'a' if culprit.value else 'no'} beacon"
+            f"{names[one]} and {names[other]} share {'a' if linked else 'no'} beacon"
             for one, other, _ in changed[:MOST_LINKS]
         ]
     return f": {', '.join(found)}, {reach}" if found else ""
 
 
-def _changed_links(graph: Graph, culprit: Culprit, motion: Motion) -> list[tuple[int, int, float]]:
-    """Pairs, those of the agent first, with their distance in the middle of the stretch."""
+def _changed_links(graph: Graph, culprit: Culprit, made: bool, motion: Motion) -> list[tuple[int, int, float]]:
+    """Pairs that are linked then alone, or, not ``made``, not linked then alone: those of the agent first.
+
+    With each, its distance in the middle of the stretch.
+    """
     low, high = stretch(culprit)
     ticks = np.array([(low + high) // 2, culprit.tick // STEP * STEP, -(-culprit.tick // STEP) * STEP])
     members = np.array(graph.agents)
@@ -98,6 +114,6 @@ def _changed_links(graph: Graph, culprit: Culprit, motion: Motion) -> list[tuple
     )
     linked = np.asarray(link_margin(graph, here, there)) > 0
     lengths = np.asarray(distance_between(np, here, there))[:, 0]
-    new = (linked[:, 0] == culprit.value) & ((linked[:, 1] != culprit.value) | (linked[:, 2] != culprit.value))
+    new = (linked[:, 0] == made) & ((linked[:, 1] != made) | (linked[:, 2] != made))
     pairs = [(int(first[pair]), int(second[pair]), float(lengths[pair])) for pair in np.flatnonzero(new)]
     return sorted(pairs, key=lambda pair: culprit.agent not in pair[:2])

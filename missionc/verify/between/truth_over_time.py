@@ -19,15 +19,20 @@ from missionc.kernel.nodes import (
     AtLeast,
     Atom,
     Eventually,
+    EveryNeighbour,
+    EveryReach,
+    EveryRoute,
     Is,
     Neighbour,
     Node,
     Not,
     PathLength,
     Reach,
+    Release,
     Route,
     Until,
 )
+from missionc.kernel.normal_form import dual
 from missionc.kernel.walk import children, postorder
 from missionc.verify.between import links_over_time
 from missionc.verify.between.atoms import atom_signals
@@ -65,11 +70,14 @@ class Evaluation:
         known: dict[Node, Signals] = {}
         for node in order:
             below = [known[child] for child in children(node)]
-            if isinstance(node, Until):
-                last = last_asked(ahead[node.hold], self.motion.end)
-                hold, goal = below
-                below = [{agent: asked_until(last, each, self.motion.end) for agent, each in hold.items()}, goal]
-            known[node] = self._signals(node, sorted(asked[node]), below)
+            agents = sorted(asked[node])
+            match node:
+                case Release() | EveryNeighbour() | EveryReach() | EveryRoute():
+                    denied = [{agent: each.denied for agent, each in part.items()} for part in below]
+                    found = self._signals(dual(node, children(node)), agents, denied, ahead)
+                    known[node] = {agent: signal.denied for agent, signal in found.items()}
+                case _:
+                    known[node] = self._signals(node, agents, below, ahead)
         return known
 
     def links(self, graph: Graph) -> Links:
@@ -78,7 +86,7 @@ class Evaluation:
             self.graphs[graph] = links_over_time.links_of(graph, self.motion)
         return self.graphs[graph]
 
-    def _signals(self, node: Node, agents: list[int], below: list[Signals]) -> Signals:
+    def _signals(self, node: Node, agents: list[int], below: list[Signals], ahead: dict[Node, int]) -> Signals:
         end = self.motion.end
         always, nowhere = Signal(((0, end),), ()), Signal((), ((0, end),))
         match node:
@@ -98,8 +106,10 @@ class Evaluation:
                 return {agent: throughout(below[0][agent], *_window(low, high), end) for agent in agents}
             case Eventually(_, low, high):
                 return {agent: sometime(below[0][agent], *_window(low, high), end) for agent in agents}
-            case Until(_, _, low, high):
-                return {agent: until(below[0][agent], below[1][agent], *_window(low, high), end) for agent in agents}
+            case Until(hold, _, low, high):
+                last = last_asked(ahead[hold], end)
+                held = {agent: asked_until(last, below[0][agent], end) for agent in agents}
+                return {agent: until(held[agent], below[1][agent], *_window(low, high), end) for agent in agents}
             case At(other):
                 return dict.fromkeys(agents, below[0][other])
             case Neighbour(graph):
@@ -121,6 +131,8 @@ class Evaluation:
                 below_low = math.nextafter(low, 0.0)
                 nearer = self._of_members(graph, partial(links_over_time.route, 0.0, below_low), [anyone, ends])
                 return outside | {agent: of_parts(2, [near[agent], nearer[agent].denied], end) for agent in near}
+            case Release() | EveryNeighbour() | EveryReach() | EveryRoute():
+                raise AssertionError("judged as what their duals are not")
             case _:
                 assert_never(node)
 
@@ -162,11 +174,11 @@ def _asked(root: Node, order: list[Node]) -> dict[Node, set[int]]:
         match node:
             case At(agent, body):
                 asked[body].add(agent)
-            case Neighbour(graph, body):
+            case Neighbour(graph, body) | EveryNeighbour(graph, body):
                 asked[body].update(graph.agents)
-            case Reach(graph, through, end) | Route(graph, through, end):
-                asked[through].update(graph.agents)
-                asked[end].update(graph.agents, asked[node])
+            case Reach(graph) | EveryReach(graph) | Route(graph) | EveryRoute(graph):
+                asked[node.through].update(graph.agents)
+                asked[node.end].update(graph.agents, asked[node])
             case _:
                 for child in children(node):
                     asked[child] |= asked[node]

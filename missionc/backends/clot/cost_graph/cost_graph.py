@@ -1,4 +1,4 @@
-"""The kernel as a graph of terms that a planner can push on: negations at the leaves, routes unrolled into links.
+"""The kernel as a graph of terms that a planner can push on, its routes unrolled into links.
 
     in   Kernel
     out  CostGraph
@@ -202,81 +202,86 @@ def postorder(roots: Iterable[Term]) -> tuple[Term, ...]:
 def build(formulas: kernel.Kernel) -> CostGraph:
     """The cost graph of a mission's requirements and preferences."""
     goals = formulas.requirements + formulas.preferences
-    known = _terms([goal.formula for goal in goals])
-    wanted = [Wanted(goal.name, known[goal.formula, True], goal.weight) for goal in goals]
+    known: dict[kernel.Node, Term] = {}
+    for node in kernel_postorder(goal.formula for goal in goals):
+        known[node] = _term(node, tuple(known[child] for child in kernel_children(node)))
+    wanted = [Wanted(goal.name, known[goal.formula], goal.weight) for goal in goals]
     count = len(formulas.requirements)
     return CostGraph(tuple(wanted[:count]), tuple(wanted[count:]), postorder(each.term for each in wanted))
 
 
-def _terms(roots: list[kernel.Node]) -> dict[tuple[kernel.Node, bool], Term]:
-    """The term of each formula below the roots, in the polarities that are needed of it."""
-    needed: dict[kernel.Node, set[bool]] = {root: {True} for root in roots}
-    order = kernel_postorder(roots)
-    for node in reversed(order):
-        for child in kernel_children(node):
-            signs = needed[node]
-            needed.setdefault(child, set()).update(
-                {not sign for sign in signs} if isinstance(node, kernel.Not) else signs
-            )
-    known: dict[tuple[kernel.Node, bool], Term] = {}
-    for node in order:
-        for sign in needed[node]:
-            known[node, sign] = _term(node, sign, known)
-    return known
-
-
-def _term(node: kernel.Node, holds: bool, known: dict[tuple[kernel.Node, bool], Term]) -> Term:
-    def of(child: kernel.Node) -> Term:
-        return known[child, holds]
-
+def _term(node: kernel.Node, parts: tuple[Term, ...]) -> Term:
+    """The term of a formula, of those of the formulas below it."""
     match node:
         case kernel.Atom(predicate, span):
-            return Margin(predicate, holds, span)
+            return Margin(predicate, True, span)
         case kernel.Is(agents):
-            return Member(agents, holds)
+            return Member(agents, True)
         case kernel.Not(body):
-            return known[body, not holds]
-        case kernel.All() if (connected := _connected(node)) is not None:
-            return Margin(connected, holds, node.span)
-        case kernel.All(parts) | kernel.Any(parts):
-            terms = tuple(of(part) for part in parts)
-            if len(terms) == 1:
-                return terms[0]
-            return Least(terms) if isinstance(node, kernel.All) == holds else Greatest(terms)
-        case kernel.AtLeast(count, parts):
-            return _ranked(count if holds else len(parts) - count + 1, tuple(of(part) for part in parts))
-        case kernel.Always(body, low, high):
-            return LeastOver(of(body), low, high) if holds else GreatestOver(of(body), low, high)
-        case kernel.Eventually(body, low, high):
-            return GreatestOver(of(body), low, high) if holds else LeastOver(of(body), low, high)
-        case kernel.Until(hold, end, low, high):
-            return (Until if holds else Release)(of(hold), of(end), low, high)
-        case kernel.At(agent, body):
-            return Of(agent, of(body))
-        case kernel.Neighbour(graph, body):
-            return SomeLinked(graph, of(body)) if holds else EveryLinked(graph, of(body))
-        case kernel.Reach(graph, through, end, hops):
-            return _unrolled(graph, of(through), of(end), min(hops, max(len(graph.agents) - 1, 0)), holds)
-        case kernel.Route(graph, through, end, low, high):
-            return Length(graph, of(through), of(end), low, high, holds)
-        case kernel.PathLength(graph, agent, low, high):
-            return _apart(graph, agent, low, high, holds)
+            return _denied(body)
+        case kernel.All() | kernel.Any() if (connected := _connected(node)) is not None:
+            return Margin(connected, isinstance(node, kernel.All), node.span)
+        case kernel.All() | kernel.Any():
+            if len(parts) == 1:
+                return parts[0]
+            return Least(parts) if isinstance(node, kernel.All) else Greatest(parts)
+        case kernel.AtLeast(count):
+            return _ranked(count, parts)
+        case kernel.Always(_, low, high):
+            return LeastOver(parts[0], low, high)
+        case kernel.Eventually(_, low, high):
+            return GreatestOver(parts[0], low, high)
+        case kernel.Until(_, _, low, high):
+            return Until(parts[0], parts[1], low, high)
+        case kernel.Release(_, _, low, high):
+            return Release(parts[0], parts[1], low, high)
+        case kernel.At(agent):
+            return Of(agent, parts[0])
+        case kernel.Neighbour(graph):
+            return SomeLinked(graph, parts[0])
+        case kernel.EveryNeighbour(graph):
+            return EveryLinked(graph, parts[0])
+        case kernel.Reach(graph, _, _, hops) | kernel.EveryReach(graph, _, _, hops):
+            most = min(hops, max(len(graph.agents) - 1, 0))
+            return _unrolled(graph, parts[0], parts[1], most, isinstance(node, kernel.Reach))
+        case kernel.Route(graph, _, _, low_m, high_m) | kernel.EveryRoute(graph, _, _, low_m, high_m):
+            return Length(graph, parts[0], parts[1], low_m, high_m, isinstance(node, kernel.Route))
+        case kernel.PathLength(graph, agent, low_m, high_m):
+            return _apart(graph, agent, low_m, high_m, True)
         case _:
             assert_never(node)
 
 
-def _connected(node: kernel.All) -> Connected | None:
+def _denied(leaf: kernel.Node) -> Term:
+    match leaf:
+        case kernel.Atom(predicate, span):
+            return Margin(predicate, False, span)
+        case kernel.Is(agents):
+            return Member(agents, False)
+        case kernel.PathLength(graph, agent, low, high):
+            return _apart(graph, agent, low, high, False)
+        case _:
+            raise AssertionError("not in negation normal form")
+
+
+def _connected(node: kernel.All | kernel.Any) -> Connected | None:
     """The predicate that a conjunction of routes amounts to: every member of a graph reaches one and the same of them.
 
     As one term it has a spanning tree to push on, and its value takes one pass instead of one for each link of a route.
+    A disjunction of the duals of such routes denies it.
     """
     ends: set[int] = set()
     starts: set[int] = set()
     graph: Graph | None = None
     for part in node.parts:
         match part:
-            case kernel.At(start, kernel.Reach(links, kernel.All(()), kernel.Is(agents), hops)) if (
-                len(agents) == 1 and hops >= len(links.agents) - 1 and graph in (None, links)
+            case kernel.At(start, kernel.Reach(links, kernel.All(()), kernel.Is(agents), hops)) | kernel.At(
+                start, kernel.EveryReach(links, kernel.Any(()), kernel.Not(kernel.Is(agents)), hops)
+            ) if (
+                len(agents) == 1
+                and hops >= len(links.agents) - 1
+                and graph in (None, links)
+                and isinstance(part.body, kernel.Reach) is isinstance(node, kernel.All)
             ):
                 graph = links
                 starts.add(start)

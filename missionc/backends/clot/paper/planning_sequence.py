@@ -28,7 +28,17 @@ from missionc.ir import (
     Touches,
 )
 from missionc.kernel.analysis import relevance
-from missionc.kernel.nodes import Atom, Kernel, Neighbour, PathLength, Reach, Route
+from missionc.kernel.nodes import (
+    Atom,
+    EveryNeighbour,
+    EveryReach,
+    EveryRoute,
+    Kernel,
+    Neighbour,
+    PathLength,
+    Reach,
+    Route,
+)
 from missionc.language.margins.links import all_links
 
 Edge: TypeAlias = tuple[int, int]
@@ -190,7 +200,15 @@ def couplings(mission: Mission, kernel: Kernel, positions: Array) -> Couplings:
                 found = [(communicating(graph, members), _any_agent(where))]
             case Atom(predicate):
                 found = list(_coupled_by(predicate, where))
-            case Neighbour(graph) | Reach(graph) | Route(graph) | PathLength(graph):
+            case (
+                Neighbour(graph)
+                | EveryNeighbour(graph)
+                | Reach(graph)
+                | EveryReach(graph)
+                | Route(graph)
+                | EveryRoute(graph)
+                | PathLength(graph)
+            ):
                 found = [(communicating(graph, graph.agents), _any_agent(where[list(graph.agents)]))]
             case _:
                 continue

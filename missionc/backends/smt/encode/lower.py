@@ -4,8 +4,8 @@
     out  Lowered: for each goal the literal that asks for it
 
 A cell is an agent at a step; all cells a node is asked of are worked on
-together, and none twice. Literals imply what they stand for (``clauses``), so
-that a node and its negation are lowered apart.
+together, and none twice. Literals imply what they stand for (``clauses``): the
+kernel is in negation normal form, so that nothing else is ever asked of them.
 
 Source:
     [strel] Symbolic Encoding of STREL Specifications.
@@ -54,6 +54,9 @@ from missionc.kernel.nodes import (
     AtLeast,
     Atom,
     Eventually,
+    EveryNeighbour,
+    EveryReach,
+    EveryRoute,
     Goal,
     Is,
     Neighbour,
@@ -61,9 +64,11 @@ from missionc.kernel.nodes import (
     Not,
     PathLength,
     Reach,
+    Release,
     Until,
 )
 from missionc.kernel.nodes import Route as MetricRoute
+from missionc.kernel.walk import children
 
 DEEP = 20_000
 """Frames: formulas nest some hundreds deep, and each level takes a few."""
@@ -99,7 +104,7 @@ def lower(
     origin = np.zeros(1, dtype=np.int64)
     asked = clauses.fresh(len(goals))
     with deep():
-        found = [formulas.holds(goal.formula, True, origin, origin) for goal in goals]
+        found = [formulas.holds(goal.formula, origin, origin) for goal in goals]
     held = np.concatenate([*found, np.zeros(0, dtype=np.int32)])
     clauses.add(-asked, held)
     return Lowered(tuple(asked.tolist()), bool((held == FALSE).any()), formulas.places.routes.shortened)
@@ -116,29 +121,27 @@ class Formulas:
         self.atoms = Atoms(labels, motion, clauses)
         self.places = Places(labels, occupancy, self, most_links)
         self.windows = Windows(self, motion.steps, clauses)
-        self._tables: dict[tuple[Node, bool], Literals] = {}
+        self._tables: dict[Node, Literals] = {}
         self._of_team: dict[Node, bool] = {}
 
-    def holds(self, node: Node, positive: bool, agents: Indices, steps: Indices) -> Literals:
-        """For each cell a literal that implies that the formula holds of it; not ``positive``: that it fails."""
+    def holds(self, node: Node, agents: Indices, steps: Indices) -> Literals:
+        """For each cell a literal that implies that the formula holds of it."""
         match node:
-            case Not(body):
-                return self.holds(body, not positive, agents, steps)
             case At(agent, body):
-                return self.holds(body, positive, np.full_like(agents, agent), steps)
+                return self.holds(body, np.full_like(agents, agent), steps)
             case _ if self.of_team(node):
                 agents = np.zeros_like(agents)
             case _:
                 pass
         shape = (self.motion.agents, self.motion.steps + 1)
-        if (node, positive) not in self._tables:
-            self._tables[node, positive] = np.full(shape, NOTHING, dtype=np.int32)
-        table = self._tables[node, positive]
+        if node not in self._tables:
+            self._tables[node] = np.full(shape, NOTHING, dtype=np.int32)
+        table = self._tables[node]
         missing = table[agents, steps] == NOTHING
         if missing.any():
             cells = np.unique(agents[missing] * shape[1] + steps[missing])
             agent_of, step_of = np.divmod(cells, shape[1])
-            table[agent_of, step_of] = self._define(node, positive, agent_of, step_of)
+            table[agent_of, step_of] = self._define(node, agent_of, step_of)
         return table[agents, steps]
 
     def of_team(self, node: Node) -> bool:
@@ -153,55 +156,53 @@ class Formulas:
                 return predicate.about_team
             case At():
                 return True
-            case Is() | Neighbour() | Reach() | MetricRoute() | PathLength():
+            case Is() | PathLength() | Neighbour() | EveryNeighbour():
                 return False
-            case Not(body) | Always(body) | Eventually(body):
-                return self.of_team(body)
-            case All(parts) | Any(parts) | AtLeast(_, parts):
-                return all(map(self.of_team, parts))
-            case Until(hold, end):
-                return self.of_team(hold) and self.of_team(end)
+            case Reach() | EveryReach() | MetricRoute() | EveryRoute():
+                return False
             case _:
-                assert_never(node)
+                return all(map(self.of_team, children(node)))
 
-    def _define(self, node: Node, positive: bool, agents: Indices, steps: Indices) -> Literals:
+    def _define(self, node: Node, agents: Indices, steps: Indices) -> Literals:
         if not self.of_team(node) and self.places.decides(node):
-            return self._by_place(
-                lambda agent, *cells: self.places.standing(node, positive, agent, *cells), agents, steps
-            )
+            return self._by_place(lambda agent, *cells: self.places.standing(node, agent, *cells), agents, steps)
         match node:
             case Atom(predicate):
-                return self.atoms.holds(predicate, positive, agents, steps)
+                return self.atoms.holds(predicate, True, agents, steps)
+            case Not(Atom(predicate)):
+                return self.atoms.holds(predicate, False, agents, steps)
             case Is(members):
-                return np.where(np.isin(agents, list(members)) == positive, TRUE, FALSE).astype(np.int32)
+                return np.where(np.isin(agents, list(members)), TRUE, FALSE).astype(np.int32)
+            case Not(Is(members)):
+                return np.where(np.isin(agents, list(members)), FALSE, TRUE).astype(np.int32)
             case All(parts) | Any(parts):
-                self._together(parts, positive, agents, steps)
-                asks = [self._ask(part, positive, agents, steps) for part in cheap_first(parts)]
-                return join(self.clauses, positive == isinstance(node, All), len(agents), asks)
+                self._together(parts, agents, steps)
+                asks = [self._ask(part, agents, steps) for part in cheap_first(parts)]
+                return join(self.clauses, isinstance(node, All), len(agents), asks)
             case AtLeast(count, parts):
-                self._together(parts, positive, agents, steps)
-                asked = [self.holds(part, positive, agents, steps) for part in parts]
+                self._together(parts, agents, steps)
+                asked = [self.holds(part, agents, steps) for part in parts]
                 matrix = np.stack(asked, axis=1) if asked else np.zeros((len(agents), 0), dtype=np.int32)
-                return self.clauses.at_least(count if positive else len(parts) - count + 1, matrix)
+                return self.clauses.at_least(count, matrix)
             case Always(body, low, high):
-                return self.windows.window(body, positive, positive, agents, steps, low, high)
+                return self.windows.window(body, True, agents, steps, low, high)
             case Eventually(body, low, high):
-                return self.windows.window(body, positive, not positive, agents, steps, low, high)
-            case Until():
-                return self.windows.until(node, positive, agents, steps)
-            case Reach():
-                return self._reach(node, positive, agents, steps)
-            case MetricRoute() | PathLength():
+                return self.windows.window(body, False, agents, steps, low, high)
+            case Until() | Release():
+                return self.windows.until(node, agents, steps)
+            case Reach() | EveryReach():
+                return self._reach(node, agents, steps)
+            case MetricRoute() | EveryRoute() | PathLength() | Not(PathLength()):
                 raise Unexpressible("a route bounded in metres")
-            case Neighbour() | Not() | At():
+            case Neighbour() | EveryNeighbour() | Not() | At():
                 raise AssertionError("these are seen to above")
             case _:
                 assert_never(node)
 
-    def _ask(self, node: Node, positive: bool, agents: Indices, steps: Indices) -> Ask:
-        return lambda rows: self.holds(node, positive, agents[rows], steps[rows])
+    def _ask(self, node: Node, agents: Indices, steps: Indices) -> Ask:
+        return lambda rows: self.holds(node, agents[rows], steps[rows])
 
-    def _together(self, parts: tuple[Node, ...], positive: bool, agents: Indices, steps: Indices) -> None:
+    def _together(self, parts: tuple[Node, ...], agents: Indices, steps: Indices) -> None:
         """Asks a formula of all the agents at once where the parts ask it of one after the other."""
         asked: dict[Node, list[int]] = defaultdict(list)
         for part in parts:
@@ -210,24 +211,24 @@ class Formulas:
         moments = np.unique(steps)
         for body, members in asked.items():
             if len(members) > 1:
-                self.holds(body, positive, np.repeat(members, len(moments)), np.tile(moments, len(members)))
+                self.holds(body, np.repeat(members, len(moments)), np.tile(moments, len(members)))
 
-    def _reach(self, node: Reach, positive: bool, agents: Indices, steps: Indices) -> Literals:
-        """A route whose ends the places do not decide: whoever starts it is asked by name."""
+    def _reach(self, node: Reach | EveryReach, agents: Indices, steps: Indices) -> Literals:
+        """Routes whose ends the places do not decide: whoever starts them is asked by name."""
         graph, links = node.graph, min(node.hops, len(node.graph.agents) - 1) - 1
-        route = Route(graph, node.through, node.end)
-        result = self.holds(node.end, positive, agents, steps)
+        route, some = Route(graph, node.through, node.end), isinstance(node, Reach)
+        result = self.holds(node.end, agents, steps)
         rows = np.flatnonzero(np.isin(agents, graph.agents)) if links >= 0 else np.zeros(0, dtype=np.int64)
         agents, steps = agents[rows], steps[rows]
 
         def onward(rows: Indices) -> Literals:
             def beside(_: int, *cells: Indices) -> Literals:
-                return self.places.routes.route_beside(route, links, positive, *cells)
+                return self.places.routes.route_beside(route, links, some, *cells)
 
             return self._by_place(beside, agents[rows], steps[rows])
 
-        here, start = self._ask(node.end, positive, agents, steps), self._ask(node.through, positive, agents, steps)
-        result[rows] = choose(self.clauses, positive, len(rows), here, start, onward)
+        here, start = self._ask(node.end, agents, steps), self._ask(node.through, agents, steps)
+        result[rows] = choose(self.clauses, some, len(rows), here, start, onward)
         return result
 
     def _by_place(self, ask: Callable[..., Literals], agents: Indices, steps: Indices) -> Literals:

@@ -36,9 +36,9 @@ def join(clauses: Clauses, every: bool, count: int, asks: Iterable[Ask]) -> Lite
     return clauses.all_of(matrix) if every else clauses.any_of(matrix)
 
 
-def choose(clauses: Clauses, positive: bool, count: int, here: Ask, start: Ask, onward: Ask) -> Literals:
-    """``here``, or ``start`` and ``onward``; not ``positive``: the negations, ``here`` and one of the others."""
-    decided = TRUE if positive else FALSE
+def choose(clauses: Clauses, some: bool, count: int, here: Ask, start: Ask, onward: Ask) -> Literals:
+    """``here``, or ``start`` and ``onward``, of some route; of every one ``here``, and ``start`` or ``onward``."""
+    decided = TRUE if some else FALSE
     first = here(np.arange(count))
     second = np.full(count, -decided, dtype=np.int32)
     third = second.copy()
@@ -46,6 +46,6 @@ def choose(clauses: Clauses, positive: bool, count: int, here: Ask, start: Ask, 
     second[rows] = start(rows)
     rows = rows[(second[rows] != -decided) & (second[rows] != first[rows])]
     third[rows] = onward(rows)
-    if positive:
+    if some:
         return clauses.either(first, second, third)
     return clauses.all_of(first, clauses.any_of(second, third))

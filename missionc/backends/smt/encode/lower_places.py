@@ -4,10 +4,10 @@ No two agents are ever in one place. So "some linked agent" may be asked of the
 places linked to this one, whoever is there, and what it costs does not depend
 on how many agents there are. Literals imply what they stand for:
 
-    among     some of these agents is there of whom the formula holds; or none is
-    standing  if this agent is there, the formula holds of it; or fails
+    among     some of these agents is there of whom the formula holds; or it holds of each of them that is
+    standing  if this agent is there, the formula holds of it
 
-With one agent at most in a place, both run through *and*, *or* and *not*.
+With one agent at most in a place, both run through *and* and *or*.
 
 Source:
     [strel] Symbolic Encoding of STREL Specifications, without its list of routes.
@@ -38,14 +38,14 @@ from missionc.backends.smt.encode.occupancy import (
 )
 from missionc.backends.smt.roadmap.labels import Labels
 from missionc.backends.smt.roadmap.roadmap import Indices
-from missionc.kernel.nodes import All, Any, AtLeast, Atom, Is, Neighbour, Node, Not, Reach
+from missionc.kernel.nodes import All, Any, AtLeast, Atom, EveryNeighbour, EveryReach, Is, Neighbour, Node, Not, Reach
 from missionc.kernel.walk import children
 
 
 class OfAgents(Protocol):
     """The other half of the lowering: formulas about an agent, by its index."""
 
-    def holds(self, node: Node, positive: bool, agents: Indices, steps: Indices) -> Literals: ...
+    def holds(self, node: Node, agents: Indices, steps: Indices) -> Literals: ...
 
     def of_team(self, node: Node) -> bool: ...
 
@@ -64,12 +64,12 @@ class Places:
     # ----------------------------------------------- of whoever is there
 
     def among(self, node: Node, some: bool, agents: Agents, steps: Indices, places: Indices) -> Literals:
-        """Some of these agents is there of whom the formula holds; not ``some``: none is."""
+        """Some of these agents is there of whom the formula holds; not ``some``: it holds of each of them that is."""
 
         def define(steps: Indices, places: Indices) -> Literals:
             return self._among(node, some, agents, steps, places)
 
-        if isinstance(node, Atom | Is):  # nothing to gain from a table
+        if not children(node) or isinstance(node, Not):  # nothing to gain from a table
             return define(steps, places)
         return self._tables.look_up((node, some, agents), steps, places, define)
 
@@ -85,28 +85,32 @@ class Places:
             return join(self.clauses, some, len(steps), asks)
 
         match node:
-            case Atom(predicate) if self.labels.of_places(predicate):
-                holds = np.where(self.labels.places(predicate)[places] == some, TRUE, FALSE)
+            case Atom(predicate) | Not(Atom(predicate)) if self.labels.of_places(predicate):
+                holds = self._labelled(node, places)
                 return both(lambda rows: holds[rows], present(agents))
-            case Is(members):
-                return present(agents & members)(np.arange(len(steps)))
-            case Not(body):
-                return both(present(agents), ask(body, not some, agents))
-            case All(parts):
-                fewer, rest = _narrowed(parts, agents)
+            case Is(members) | Not(Is(members)):
+                left = agents & members if isinstance(node, Is) is some else agents - members
+                return present(left)(np.arange(len(steps)))
+            case All((only,)) | Any((only,)):
+                return self.among(only, some, agents, steps, places)
+            case All(parts) | Any(parts) if isinstance(node, All) is some:
+                fewer, rest = _narrowed(node, parts, agents)
                 return both(present(fewer), *(ask(part, some, fewer) for part in cheap_first(rest)))
-            case Any(parts):
+            case All(parts) | Any(parts):
                 asks = [ask(part, some, agents) for part in cheap_first(parts)]
                 return join(self.clauses, not some, len(steps), asks)
             case AtLeast(count, parts):
-                number = count if some else len(parts) - count + 1
-                return both(present(agents), self._at_least(number, [ask(part, some, agents) for part in parts]))
-            case Neighbour(graph, body):
+                return both(present(agents), self._at_least(count, [ask(part, some, agents) for part in parts]))
+            case Neighbour() | Reach() if not some:
+                return both(present(agents), ask(node, True, agents))
+            case EveryNeighbour() | EveryReach() if some:
+                return both(present(agents), ask(node, False, agents))
+            case Neighbour(graph, body) | EveryNeighbour(graph, body):
                 return both(
                     present(agents.intersection(graph.agents)),
                     lambda rows: self.routes.agent_beside(graph, body, some, steps[rows], places[rows]),
                 )
-            case Reach(graph, through, end, hops):
+            case Reach(graph, through, end, hops) | EveryReach(graph, through, end, hops):
                 links, route = min(hops, len(graph.agents) - 1) - 1, Route(graph, through, end)
                 here = ask(end, some, agents)
                 start = ask(through, some, agents.intersection(graph.agents))
@@ -118,23 +122,27 @@ class Places:
 
                 return choose(self.clauses, some, len(steps), here, start, onward)
             case _ if self.of_agents.of_team(node):
-                return both(present(agents), self._of_team(node, some, steps))
+                return both(present(agents), self._of_team(node, steps))
             case _:
-                return both(
-                    present(agents), lambda rows: self._of_whoever(node, some, agents, steps[rows], places[rows])
-                )
+                return both(present(agents), lambda rows: self._of_whoever(node, agents, steps[rows], places[rows]))
 
-    def _of_whoever(self, node: Node, positive: bool, agents: Agents, steps: Indices, places: Indices) -> Literals:
-        """If one of these agents is there the formula holds of it; not ``positive``: it fails."""
+    def _of_whoever(self, node: Node, agents: Agents, steps: Indices, places: Indices) -> Literals:
+        """If one of these agents is there the formula holds of it."""
         names = self.clauses.fresh(len(steps))
         for agent in sorted(agents):
             of_agent = self.motion.places_of(agent)
             inside = np.flatnonzero((places >= of_agent.start) & (places < of_agent.stop))
             there = self.motion.states[agent][steps[inside], places[inside] - of_agent.start]
             inside, there = inside[there != FALSE], there[there != FALSE]
-            literals = self.of_agents.holds(node, positive, np.full_like(inside, agent), steps[inside])
+            literals = self.of_agents.holds(node, np.full_like(inside, agent), steps[inside])
             self.clauses.add(-names[inside], -there, literals)
         return names
+
+    def _labelled(self, node: Atom | Not, places: Indices) -> Literals:
+        """Whether a predicate, or that it fails, holds at places: constants."""
+        leaf, positive = (node.body, False) if isinstance(node, Not) else (node, True)
+        assert isinstance(leaf, Atom)
+        return np.where(self.labels.places(leaf.predicate)[places] == positive, TRUE, FALSE).astype(np.int32)
 
     # ------------------------------------------- of an agent known by name
 
@@ -144,62 +152,61 @@ class Places:
             match node:
                 case Atom(predicate):
                     known = self.labels.of_places(predicate)
-                case Is() | Neighbour():
+                case Is() | Neighbour() | EveryNeighbour():
                     known = True
-                case Not() | All() | Any() | AtLeast() | Reach():
+                case Not() | All() | Any() | AtLeast() | Reach() | EveryReach():
                     known = all(map(self.decides, children(node)))
                 case _:
                     known = False
             self._decides[node] = known or self.of_agents.of_team(node)
         return self._decides[node]
 
-    def standing(self, node: Node, positive: bool, agent: int, steps: Indices, places: Indices) -> Literals:
-        """If the agent is there the formula, which ``decides``, holds of it; not ``positive``: it fails."""
+    def standing(self, node: Node, agent: int, steps: Indices, places: Indices) -> Literals:
+        """If the agent is there the formula, which ``decides``, holds of it."""
 
         def define(steps: Indices, places: Indices) -> Literals:
-            return self._standing(node, positive, agent, steps, places)
+            return self._standing(node, agent, steps, places)
 
-        if isinstance(node, Atom | Is | Not):
+        if not children(node) or isinstance(node, Not):
             return define(steps, places)
         alike = tuple(agent in members for members in self._apart(node))
-        return self._tables.look_up(("standing", node, positive, alike), steps, places, define)
+        return self._tables.look_up(("standing", node, alike), steps, places, define)
 
-    def _standing(self, node: Node, positive: bool, agent: int, steps: Indices, places: Indices) -> Literals:
-        def ask(node: Node, positive: bool) -> Ask:
-            return lambda rows: self.standing(node, positive, agent, steps[rows], places[rows])
+    def _standing(self, node: Node, agent: int, steps: Indices, places: Indices) -> Literals:
+        def ask(node: Node) -> Ask:
+            return lambda rows: self.standing(node, agent, steps[rows], places[rows])
 
         def constant(truth: bool) -> Literals:
-            return np.full(len(steps), TRUE if truth == positive else FALSE, dtype=np.int32)
+            return np.full(len(steps), TRUE if truth else FALSE, dtype=np.int32)
 
         match node:
-            case Atom(predicate) if self.labels.of_places(predicate):
-                return np.where(self.labels.places(predicate)[places] == positive, TRUE, FALSE).astype(np.int32)
+            case Atom(predicate) | Not(Atom(predicate)) if self.labels.of_places(predicate):
+                return self._labelled(node, places)
             case Is(members):
                 return constant(agent in members)
-            case Not(body):
-                return self.standing(body, not positive, agent, steps, places)
+            case Not(Is(members)):
+                return constant(agent not in members)
             case All(parts) | Any(parts):
-                every = positive == isinstance(node, All)
-                return join(self.clauses, every, len(steps), [ask(part, positive) for part in cheap_first(parts)])
+                return join(self.clauses, isinstance(node, All), len(steps), map(ask, cheap_first(parts)))
             case AtLeast(count, parts):
-                number = count if positive else len(parts) - count + 1
-                return self._at_least(number, [ask(part, positive) for part in parts])(np.arange(len(steps)))
-            case Neighbour(graph, body):
+                return self._at_least(count, [ask(part) for part in parts])(np.arange(len(steps)))
+            case Neighbour(graph, body) | EveryNeighbour(graph, body):
+                some = isinstance(node, Neighbour)
                 if agent not in graph.agents:
-                    return constant(False)
-                return self.routes.agent_beside(graph, body, positive, steps, places)
-            case Reach(graph, through, end, hops):
-                links, route = min(hops, len(graph.agents) - 1) - 1, Route(graph, through, end)
+                    return constant(not some)
+                return self.routes.agent_beside(graph, body, some, steps, places)
+            case Reach(graph, through, end, hops) | EveryReach(graph, through, end, hops):
+                links, some = min(hops, len(graph.agents) - 1) - 1, isinstance(node, Reach)
+                route = Route(graph, through, end)
                 if agent not in graph.agents or links < 0:
-                    return self.standing(end, positive, agent, steps, places)
+                    return self.standing(end, agent, steps, places)
 
                 def onward(rows: Indices) -> Literals:
-                    return self.routes.route_beside(route, links, positive, steps[rows], places[rows])
+                    return self.routes.route_beside(route, links, some, steps[rows], places[rows])
 
-                here, start = ask(end, positive), ask(through, positive)
-                return choose(self.clauses, positive, len(steps), here, start, onward)
+                return choose(self.clauses, some, len(steps), ask(end), ask(through), onward)
             case _:
-                return self._of_team(node, positive, steps)(np.arange(len(steps)))
+                return self._of_team(node, steps)(np.arange(len(steps)))
 
     def _apart(self, node: Node) -> tuple[Agents, ...]:
         """The sets that tell agents apart: agents in the same of them may share literals."""
@@ -207,19 +214,19 @@ class Places:
             match node:
                 case Is(members):
                     own: tuple[Agents, ...] = (members,)
-                case Neighbour(graph) | Reach(graph):
+                case Neighbour(graph) | EveryNeighbour(graph) | Reach(graph) | EveryReach(graph):
                     own = (frozenset(graph.agents),)
                 case _:
                     own = ()
             # What is asked of linked agents is the same whoever asks.
-            below = () if isinstance(node, Neighbour) else children(node)
+            below = () if isinstance(node, Neighbour | EveryNeighbour) else children(node)
             self._told_apart[node] = tuple(dict.fromkeys(own + sum(map(self._apart, below), ())))
         return self._told_apart[node]
 
     # ---------------------------------------------------------------- asks
 
-    def _of_team(self, node: Node, positive: bool, steps: Indices) -> Ask:
-        return lambda rows: self.of_agents.holds(node, positive, np.zeros_like(rows), steps[rows])
+    def _of_team(self, node: Node, steps: Indices) -> Ask:
+        return lambda rows: self.of_agents.holds(node, np.zeros_like(rows), steps[rows])
 
     def _at_least(self, count: int, asks: list[Ask]) -> Ask:
         def ask(rows: Indices) -> Literals:
@@ -230,17 +237,19 @@ class Places:
         return ask
 
 
-def _narrowed(parts: tuple[Node, ...], agents: Agents) -> tuple[Agents, list[Node]]:
-    """Who of the agents the parts leave by name, and the parts that say more than names."""
+def _narrowed(node: All | Any, parts: tuple[Node, ...], agents: Agents) -> tuple[Agents, list[Node]]:
+    """Who of the agents the parts leave by name, and the parts that say more than names.
+
+    An *and* leaves those of whom all the names are true, an *or* those of whom none is.
+    """
+    kind = type(node)
     rest: list[Node] = []
     for part in parts:
         match part:
-            case Is(members):
-                agents &= members
-            case Not(Is(members)):
-                agents -= members
-            case All(inner):
-                agents, more = _narrowed(inner, agents)
+            case Is(members) | Not(Is(members)):
+                agents = agents & members if isinstance(part, Is) is (kind is All) else agents - members
+            case All(inner) | Any(inner) if isinstance(part, kind):
+                agents, more = _narrowed(node, inner, agents)
                 rest += more
             case _:
                 rest.append(part)

@@ -40,7 +40,7 @@ class Route:
 
 
 class OfPlaces(Protocol):
-    """Some of the agents is there of whom the formula holds; or none."""
+    """Some of the agents is there of whom the formula holds; or it holds of each of them that is."""
 
     def among(self, node: Node, some: bool, agents: Agents, steps: Indices, places: Indices) -> Literals: ...
 
@@ -62,7 +62,7 @@ class Routes:
         self._isolated: dict[Route, Literals] = {}
 
     def agent_beside(self, graph: Graph, body: Node, some: bool, steps: Indices, places: Indices) -> Literals:
-        """At some linked place is an agent of the graph of whom the formula holds; or at none."""
+        """At some linked place is an agent of the graph of whom the formula holds; or it holds of every one there."""
         members = frozenset(graph.agents)
 
         def ask(*cells: Indices) -> Literals:
@@ -71,7 +71,7 @@ class Routes:
         return self._over_links((body, some), graph, some, ask, steps, places)
 
     def route_beside(self, route: Route, links: int, some: bool, steps: Indices, places: Indices) -> Literals:
-        """A route of at most so many links starts at some linked place; or at none."""
+        """A route of at most so many links starts at some linked place; or all that start there are as asked."""
         if not some and links >= len(route.members) - 2:
             return self._over_links(
                 (route, "cut off"), route.graph, some, lambda *cells: self._cut_off(route, *cells), steps, places
@@ -89,7 +89,7 @@ class Routes:
         )
 
     def _route(self, route: Route, links: int, some: bool, steps: Indices, places: Indices) -> Literals:
-        """Some agent of the graph is there at which a route of at most so many links starts; or none."""
+        """A route of at most so many links starts at an agent of the graph there; or all that do are as asked."""
 
         def define(steps: Indices, places: Indices) -> Literals:
             def start_at(node: Node, rows: Indices) -> Literals:
@@ -109,9 +109,9 @@ class Routes:
         return self._tables.look_up(("route", route, links, some), steps, places, define)
 
     def _cut_off(self, route: Route, steps: Indices, places: Indices) -> Literals:
-        """No route of any length starts at an agent of the graph there.
+        """All routes that start at an agent of the graph there are as asked, of whatever length.
 
-        Such places are a set without an end that no step of a route leaves: to
+        Such places are a set that no step of a route leaves unasked: to
         say so takes no layers. Each place is about those beside it, so all of a
         step are named together.
         """

@@ -15,14 +15,14 @@ from missionc.backends.smt.encode.clauses import (
     Literals,
 )
 from missionc.backends.smt.roadmap.roadmap import Indices
-from missionc.kernel.nodes import Node, Until
+from missionc.kernel.nodes import Node, Release, Until
 
 SHARED = 4
 """Windows share halves, quarters and so on where that saves so many times the literals."""
 
 
 class OfAgents(Protocol):
-    def holds(self, node: Node, positive: bool, agents: Indices, steps: Indices) -> Literals: ...
+    def holds(self, node: Node, agents: Indices, steps: Indices) -> Literals: ...
 
 
 Body = Callable[[Indices, Indices], Literals]
@@ -33,77 +33,74 @@ class Windows:
 
     def __init__(self, of_agents: OfAgents, last: int, clauses: Clauses) -> None:
         self.of_agents, self.last, self.clauses = of_agents, last, clauses
-        self._spans: dict[tuple[Node, bool, bool, int], dict[int, int]] = {}
+        self._spans: dict[tuple[Node, bool, int], dict[int, int]] = {}
 
-    def window(
-        self, body: Node, positive: bool, every: bool, agents: Indices, steps: Indices, low: int, high: int | None
-    ) -> Literals:
-        """The body (its negation, where not ``positive``) at every step of the window ahead, or at some."""
+    def window(self, body: Node, every: bool, agents: Indices, steps: Indices, low: int, high: int | None) -> Literals:
+        """The body at every step of the window ahead, or at some."""
         first = steps + low
         final = np.full_like(steps, self.last) if high is None else steps + high
-        result = np.full(len(steps), FALSE if positive else TRUE, dtype=np.int32)
+        result = np.full(len(steps), FALSE, dtype=np.int32)
         there = (first <= final) & (final <= self.last)
-        result[there] = self._between(body, positive, every, agents[there], first[there], final[there])
+        result[there] = self._between(body, every, agents[there], first[there], final[there])
         return result
 
-    def until(self, node: Until, positive: bool, agents: Indices, steps: Indices) -> Literals:
-        """``hold`` up to some step of the window, where ``end``; or not, where not ``positive``.
+    def until(self, node: Until | Release, agents: Indices, steps: Indices) -> Literals:
+        """``hold`` up to some step of the window, where ``end``; or the dual of that.
 
         An end within the window and a chain of ``hold`` to some end, its first
         one, say the same together; and chains are shared by all cells.
         """
+        some = isinstance(node, Until)
         first = steps + node.low
         final = np.full_like(steps, self.last) if node.high is None else steps + node.high
-        result = np.full(len(steps), FALSE if positive else TRUE, dtype=np.int32)
+        result = np.full(len(steps), FALSE, dtype=np.int32)
         there = np.flatnonzero((first <= final) & (final <= self.last))
         agents, steps, first, final = agents[there], steps[there], first[there], final[there]
         if not there.size:
             return result
         furthest = int(final.max())
-        parts = [self._chain(node, positive, agents, first, furthest)]
+        parts = [self._chain(node, agents, first, furthest)]
         bounded = final < furthest
         if bounded.any():
-            inside = np.full(len(there), TRUE if positive else FALSE, dtype=np.int32)
+            inside = np.full(len(there), TRUE if some else FALSE, dtype=np.int32)
             window = agents[bounded], first[bounded], final[bounded]
-            inside[bounded] = self._between(node.end, positive, not positive, *window)
+            inside[bounded] = self._between(node.end, not some, *window)
             parts.append(inside)
         if node.low > 0:
-            parts.append(self._between(node.hold, positive, positive, agents, steps, first - 1))
-        result[there] = (self.clauses.all_of if positive else self.clauses.any_of)(*parts)
+            parts.append(self._between(node.hold, some, agents, steps, first - 1))
+        result[there] = (self.clauses.all_of if some else self.clauses.any_of)(*parts)
         return result
 
-    def _chain(self, node: Until, positive: bool, agents: Indices, first: Indices, furthest: int) -> Literals:
-        """From each cell, ``hold`` up to some ``end`` at ``furthest`` or before; none such, where not ``positive``."""
+    def _chain(self, node: Until | Release, agents: Indices, first: Indices, furthest: int) -> Literals:
+        """From each cell, ``hold`` up to some ``end`` at ``furthest`` or before; or the dual of that."""
         who = np.unique(agents)
         earliest = np.array([first[agents == agent].min() for agent in who])
         chains = np.full((len(who), furthest + 1), NOTHING, dtype=np.int32)
-        self._ahead(node.end, positive, who, earliest, furthest)
-        self._ahead(node.hold, positive, who, earliest, furthest - 1)
+        self._ahead(node.end, who, earliest, furthest)
+        self._ahead(node.hold, who, earliest, furthest - 1)
         for step in range(furthest, int(earliest.min()) - 1, -1):
             rows = np.flatnonzero(earliest <= step)
             moment = np.full(len(rows), step)
-            end = self.of_agents.holds(node.end, positive, who[rows], moment)
+            end = self.of_agents.holds(node.end, who[rows], moment)
             if step == furthest:
                 chains[rows, step] = end
                 continue
-            hold = self.of_agents.holds(node.hold, positive, who[rows], moment)
+            hold = self.of_agents.holds(node.hold, who[rows], moment)
             onward = chains[rows, step + 1]
-            if positive:
+            if isinstance(node, Until):
                 chains[rows, step] = self.clauses.either(end, hold, onward)
             else:
                 chains[rows, step] = self.clauses.all_of(end, self.clauses.any_of(hold, onward))
         return chains[np.searchsorted(who, agents), first]
 
-    def _ahead(self, body: Node, positive: bool, agents: Indices, first: Indices, final: int) -> None:
+    def _ahead(self, body: Node, agents: Indices, first: Indices, final: int) -> None:
         """Asks of all steps at once what will be asked step by step."""
         sizes = np.maximum(final - first + 1, 0)
         owner = np.repeat(np.arange(len(sizes)), sizes)
         step = first[owner] + np.arange(len(owner)) - np.repeat(np.cumsum(sizes) - sizes, sizes)
-        self.of_agents.holds(body, positive, agents[owner], step)
+        self.of_agents.holds(body, agents[owner], step)
 
-    def _between(
-        self, body: Node, positive: bool, every: bool, agents: Indices, first: Indices, final: Indices
-    ) -> Literals:
+    def _between(self, body: Node, every: bool, agents: Indices, first: Indices, final: Indices) -> Literals:
         """At every step from ``first`` to ``final``, or at some; all are within the mission."""
         sizes = final - first + 1
         if not sizes.size:
@@ -113,28 +110,28 @@ class Windows:
         if int(sizes.sum()) <= SHARED * max(levels, 1) * covered:
             owner = np.repeat(np.arange(len(sizes)), sizes)
             step = first[owner] + np.arange(len(owner)) - np.repeat(np.cumsum(sizes) - sizes, sizes)
-            literals = self.of_agents.holds(body, positive, agents[owner], step)
+            literals = self.of_agents.holds(body, agents[owner], step)
             return (self.clauses.all_of_ragged if every else self.clauses.any_of_ragged)(literals, sizes)
         result = np.empty(len(sizes), dtype=np.int32)
         join = self.clauses.all_of if every else self.clauses.any_of
         for level in np.unique(np.frexp(sizes)[1] - 1).tolist():
             rows = np.flatnonzero(np.frexp(sizes)[1] - 1 == level)
-            left = self._span(body, positive, every, level, agents[rows], first[rows])
-            right = self._span(body, positive, every, level, agents[rows], final[rows] - 2**level + 1)
+            left = self._span(body, every, level, agents[rows], first[rows])
+            right = self._span(body, every, level, agents[rows], final[rows] - 2**level + 1)
             result[rows] = join(left, right)
         return result
 
-    def _span(self, body: Node, positive: bool, every: bool, level: int, agents: Indices, first: Indices) -> Literals:
+    def _span(self, body: Node, every: bool, level: int, agents: Indices, first: Indices) -> Literals:
         """Over 2 to the ``level`` steps from each ``first`` on."""
         if level == 0:
-            return self.of_agents.holds(body, positive, agents, first)
-        known = self._spans.setdefault((body, positive, every, level), {})
+            return self.of_agents.holds(body, agents, first)
+        known = self._spans.setdefault((body, every, level), {})
         keys = agents * (self.last + 1) + first
         missing = np.array([key for key in np.unique(keys).tolist() if key not in known], dtype=np.int64)
         if missing.size:
             who, step = np.divmod(missing, self.last + 1)
-            left = self._span(body, positive, every, level - 1, who, step)
-            right = self._span(body, positive, every, level - 1, who, step + 2 ** (level - 1))
+            left = self._span(body, every, level - 1, who, step)
+            right = self._span(body, every, level - 1, who, step + 2 ** (level - 1))
             join = self.clauses.all_of if every else self.clauses.any_of
             known.update(zip(missing.tolist(), join(left, right).tolist(), strict=True))
         return np.array([known[key] for key in keys.tolist()], dtype=np.int32)

@@ -19,7 +19,7 @@ from missionc.backends.smt.prioritized.requirement_parts import (
 from missionc.backends.smt.roadmap.labels import Labels
 from missionc.backends.smt.roadmap.own_state import own_state, states_of
 from missionc.base.trace import Flags
-from missionc.kernel.nodes import All, Any, At, AtLeast, Atom, Eventually, Is, Node, Not, Reach, Until
+from missionc.kernel.nodes import Any, At, AtLeast, Atom, Eventually, EveryReach, Is, Node, Not, Reach, Until
 from missionc.kernel.walk import children, postorder
 
 
@@ -67,29 +67,24 @@ class Order:
 
     def need(self, formula: Node) -> Need:
         """The cheapest choice of agents for it."""
-        needs: dict[tuple[Node, bool], Need] = {}
+        needs: dict[Node, Need] = {}
         for node in postorder((formula,)):
-            for positive in (True, False):
-                needs[node, positive] = self._need(node, positive, needs)
-        return needs[formula, True]
+            needs[node] = self._need(node, needs)
+        return needs[formula]
 
-    def _need(self, node: Node, positive: bool, needs: dict[tuple[Node, bool], Need]) -> Need:
+    def _need(self, node: Node, needs: dict[Node, Need]) -> Need:
         match node:
             case At(agent, body):
-                inner = needs[body, positive]
+                inner = needs[body]
                 return Need(max(inner.steps, self.steps_to(agent, body)), inner.agents | {agent})
             case Atom():
                 return Need(0, named_by(node))
-            case Not(body):
-                return needs[body, not positive]
-            case All(parts) | Any(parts):
-                below = [needs[part, positive] for part in parts]
-                return _together(below if positive == isinstance(node, All) else _cheapest(below, 1))
+            case Any(parts):
+                return _together(_cheapest([needs[part] for part in parts], 1))
             case AtLeast(count, parts):
-                below = [needs[part, positive] for part in parts]
-                return _together(_cheapest(below, count if positive else len(parts) - count + 1))
+                return _together(_cheapest([needs[part] for part in parts], count))
             case _:
-                return _together([needs[child, positive] for child in children(node)])
+                return _together([needs[child] for child in children(node)])
 
     def steps_to(self, agent: int, body: Node) -> int:
         """The first step at which the agent can have been wherever it has to be at some time."""
@@ -118,7 +113,9 @@ def _hubs(formula: Node) -> set[int]:
     hubs: set[int] = set()
     for node in postorder((formula,)):
         match node:
-            case Reach(graph, _, Is(members)) if len(members) < len(graph.agents):
+            case Reach(graph, _, Is(members)) | EveryReach(graph, _, Not(Is(members))) if len(members) < len(
+                graph.agents
+            ):
                 hubs |= members
             case _:
                 pass

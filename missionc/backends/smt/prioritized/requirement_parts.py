@@ -24,16 +24,17 @@ from missionc.kernel.nodes import (
     AtLeast,
     Atom,
     Eventually,
-    Is,
+    EveryNeighbour,
+    EveryReach,
+    EveryRoute,
     Kernel,
-    Neighbour,
     Node,
-    Not,
     PathLength,
-    Reach,
+    Release,
     Route,
     Until,
 )
+from missionc.kernel.normal_form import rebuilt
 from missionc.kernel.walk import children, postorder
 
 Agents = frozenset[int]
@@ -90,7 +91,7 @@ def asked_of(kernel: Kernel, labels: Labels, roadmap_of: dict[int, int]) -> Aske
             bodies[windows, node] = body
         formulas.append(bodies[windows, node] if agent is None else At(agent, bodies[windows, node], node.span))
     asks, grows = asks_of(formulas), _grows(formulas)
-    return Asked(tuple(Part(formula, asks[formula], grows[formula, True]) for formula in formulas), never)
+    return Asked(tuple(Part(formula, asks[formula], grows[formula]) for formula in formulas), never)
 
 
 def _conjuncts(kernel: Kernel) -> Iterator[tuple[int | None, tuple[Always, ...], Node]]:
@@ -136,23 +137,15 @@ def named_by(node: Node) -> Agents:
             return NOBODY
 
 
-def _grows(roots: Iterable[Node]) -> dict[tuple[Node, bool], bool]:
-    """Whether agents that join can only make the formula true; or, with False, only make it false."""
-    grows: dict[tuple[Node, bool], bool] = {}
+def _grows(roots: Iterable[Node]) -> dict[Node, bool]:
+    """Whether agents that join can only make the formula true."""
+    grows: dict[Node, bool] = {}
     for node in postorder(roots):
-        for positive in (True, False):
-            match node:
-                case Atom() | Is():
-                    known = True
-                case Not(body):
-                    known = grows[body, not positive]
-                case Neighbour() | Reach():
-                    known = positive and all(grows[child, True] for child in children(node))
-                case Route() | PathLength():
-                    known = False
-                case _:
-                    known = all(grows[child, positive] for child in children(node))
-            grows[node, positive] = known
+        match node:
+            case EveryNeighbour() | EveryReach() | Route() | EveryRoute() | PathLength():
+                grows[node] = False
+            case _:
+                grows[node] = all(grows[child] for child in children(node))
     return grows
 
 
@@ -163,36 +156,25 @@ def among(formula: Node, asks: dict[Node, Agents], present: Agents) -> Node | No
     """
     if asks[formula] <= present:
         return formula
-    made: dict[tuple[Node, bool], Node | None] = {}
+    made: dict[Node, Node | None] = {}
     for node in postorder((formula,)):
-        for positive in (True, False):
-            made[node, positive] = node if asks[node] <= present else _among(node, positive, made, present)
-    return made[formula, True]
+        made[node] = node if asks[node] <= present else _among(node, made, present)
+    return made[formula]
 
 
-def _among(node: Node, positive: bool, made: dict[tuple[Node, bool], Node | None], present: Agents) -> Node | None:
+def _among(node: Node, made: dict[Node, Node | None], present: Agents) -> Node | None:
+    left = tuple(part for part in (made[child] for child in children(node)) if part is not None)
+    whole = len(left) == len(children(node))
     match node:
-        case At(agent, body):
-            inner = made[body, positive]
-            return At(agent, inner, node.span) if inner is not None and agent in present else None
-        case Not(body):
-            inner = made[body, not positive]
-            return None if inner is None else Not(inner, node.span)
-        case Always(body, low, high) | Eventually(body, low, high):
-            inner = made[body, positive]
-            return None if inner is None else type(node)(inner, low, high, node.span)
-        case Until(hold, end, low, high):
-            first, second = made[hold, positive], made[end, positive]
-            return None if first is None or second is None else Until(first, second, low, high, node.span)
-        case All(parts) | Any(parts):
-            left = tuple(part for part in (made[part, positive] for part in parts) if part is not None)
-            every = positive == isinstance(node, All)
-            if len(left) < (len(parts) if every else 1):
+        case At(agent):
+            return rebuilt(node, left) if whole and agent in present else None
+        case Always() | Eventually() | Until() | Release():
+            return rebuilt(node, left) if whole else None
+        case All() | Any():
+            if not (whole if isinstance(node, All) else left):
                 return None
-            return left[0] if len(left) == 1 else type(node)(left, node.span)
-        case AtLeast(count, parts):
-            left = tuple(part for part in (made[part, positive] for part in parts) if part is not None)
-            count = count if positive else count - (len(parts) - len(left))
-            return AtLeast(count, left, node.span) if 0 < count <= len(left) else None
+            return left[0] if len(left) == 1 else rebuilt(node, left)
+        case AtLeast(count):
+            return rebuilt(node, left) if 0 < count <= len(left) else None
         case _:
             return None

@@ -28,12 +28,16 @@ from missionc.kernel.nodes import (
     AtLeast,
     Atom,
     Eventually,
+    EveryNeighbour,
+    EveryReach,
+    EveryRoute,
     Is,
     Neighbour,
     Node,
     Not,
     PathLength,
     Reach,
+    Release,
     Route,
     Until,
 )
@@ -56,57 +60,57 @@ class Outlook:
     def __init__(self, labels: Labels, ways: tuple[Flags, ...], taking_part: frozenset[int]) -> None:
         self.labels, self.ways, self.taking_part = labels, ways, taking_part
         self.roadmap_of = {agent: number for number, each in enumerate(labels.roadmaps) for agent in each.agents}
-        self._known: dict[tuple[Node, bool, int, int], Flags] = {}
+        self._known: dict[tuple[Node, int, int], Flags] = {}
         self._swept = 0
 
     def hopeless(self, formulas: Iterable[Node]) -> bool:
         """Whether some formula, asked of step 0, holds in no joint motion of these agents. False says nothing."""
         with deep():
-            return not all((self.may(formula, True, 0, 0) & self.ways[0][0]).any() for formula in formulas)
+            return not all((self.may(formula, 0, 0) & self.ways[0][0]).any() for formula in formulas)
 
-    def may(self, node: Node, positive: bool, agent: int, step: int) -> Flags:
-        """In which states, (states,), the formula may hold of the agent at the step; not ``positive``: fail."""
-        key = (node, positive, agent, step)
+    def may(self, node: Node, agent: int, step: int) -> Flags:
+        """In which states, (states,), the formula may hold of the agent at the step."""
+        key = (node, agent, step)
         if key not in self._known:
-            self._known[key] = self._may(node, positive, agent, step)
+            self._known[key] = self._may(node, agent, step)
         return self._known[key]
 
-    def _may(self, node: Node, positive: bool, agent: int, step: int) -> Flags:
+    def _may(self, node: Node, agent: int, step: int) -> Flags:
         states, number = self.ways[agent].shape[1], self.roadmap_of[agent]
         perhaps, never = np.ones(states, dtype=np.bool_), np.zeros(states, dtype=np.bool_)
 
-        def part(body: Node, positive: bool = positive) -> Flags:
-            return self.may(body, positive, agent, step)
+        def part(body: Node) -> Flags:
+            return self.may(body, agent, step)
 
         match node:
             case Atom(predicate) if self.labels.of_places(predicate):
-                return np.asarray(self.labels.states(predicate, number) == positive)
+                return self.labels.states(predicate, number)
+            case Not(Atom(predicate)) if self.labels.of_places(predicate):
+                return ~self.labels.states(predicate, number)
             case Is(members):
-                return perhaps if (agent in members) == positive else never
-            case Not(body):
-                return part(body, not positive)
-            case All(parts) | Any(parts):
-                every = positive == isinstance(node, All)
-                return reduce(np.logical_and if every else np.logical_or, map(part, parts), perhaps if every else never)
+                return perhaps if agent in members else never
+            case Not(Is(members)):
+                return never if agent in members else perhaps
+            case All(parts):
+                return reduce(np.logical_and, map(part, parts), perhaps)
+            case Any(parts):
+                return reduce(np.logical_or, map(part, parts), never)
             case AtLeast(count, parts):
-                count = count if positive else len(parts) - count + 1
                 return np.asarray(sum((part(each).astype(np.int64) for each in parts), np.zeros(states)) >= count)
             case At(other, body):
-                held = self.may(body, positive, other, step) & self.ways[other][step]
+                held = self.may(body, other, step) & self.ways[other][step]
                 return perhaps if held.any() else never
-            case Always(body, low, high):
-                return self._window(body, positive, positive, low, high, agent, step)
-            case Eventually(body, low, high):
-                return self._window(body, positive, not positive, low, high, agent, step)
-            case Until():
-                return self._until(node, positive, agent, step)
-            case Neighbour(graph) if positive and not self._others(graph.agents, agent):
+            case Always() | Eventually():
+                return self._window(node, agent, step)
+            case Until() | Release():
+                return self._until(node, agent, step)
+            case Neighbour(graph) if not self._others(graph.agents, agent):
                 return never
-            case Reach(graph, through, end):
-                if positive and self._others(graph.agents, agent):
-                    return part(end) | part(through)
+            case Reach(graph, through, end) if self._others(graph.agents, agent):
+                return part(end) | part(through)
+            case Reach(_, _, end) | EveryReach(_, _, end):
                 return part(end)
-            case Atom() | Neighbour() | Route() | PathLength():
+            case Atom() | Not() | Neighbour() | EveryNeighbour() | Route() | EveryRoute() | PathLength():
                 return perhaps
             case _:
                 assert_never(node)
@@ -114,30 +118,30 @@ class Outlook:
     def _others(self, linked: tuple[int, ...], agent: int) -> bool:
         return agent in linked and bool(self.taking_part.intersection(linked) - {agent})
 
-    def _window(
-        self, body: Node, positive: bool, every: bool, low: int, high: int | None, agent: int, step: int
-    ) -> Flags:
-        """The body (its negation, where not ``positive``) at every step of the window ahead, or at some."""
+    def _window(self, node: Always | Eventually, agent: int, step: int) -> Flags:
+        """The body at every step of the window ahead, or at some."""
 
         def at(step: int, later: Flags) -> Flags:
-            now = self.may(body, positive, agent, step)
-            return now & later if every else now | later
+            now = self.may(node.body, agent, step)
+            return now & later if isinstance(node, Always) else now | later
 
-        return self._sweep(body, positive, low, high, agent, step, at, lambda step, later: later)
+        return self._sweep(node.body, node.low, node.high, agent, step, at, lambda step, later: later)
 
-    def _until(self, node: Until, positive: bool, agent: int, step: int) -> Flags:
+    def _until(self, node: Until | Release, agent: int, step: int) -> Flags:
+        some = isinstance(node, Until)
+
         def before(step: int, later: Flags) -> Flags:
-            hold = self.may(node.hold, positive, agent, step)
-            return hold & later if positive else hold | later
+            hold = self.may(node.hold, agent, step)
+            return hold & later if some else hold | later
 
         def at(step: int, later: Flags) -> Flags:
-            end = self.may(node.end, positive, agent, step)
-            return end | before(step, later) if positive else end & before(step, later)
+            end = self.may(node.end, agent, step)
+            return end | before(step, later) if some else end & before(step, later)
 
-        return self._sweep(node.end, positive, node.low, node.high, agent, step, at, before)
+        return self._sweep(node.end, node.low, node.high, agent, step, at, before)
 
     def _sweep(
-        self, last: Node, positive: bool, low: int, high: int | None, agent: int, step: int, at: Onward, before: Onward
+        self, last: Node, low: int, high: int | None, agent: int, step: int, at: Onward, before: Onward
     ) -> Flags:
         """Backwards through a window: ``last`` at its end, then what each step makes of the one after it.
 
@@ -147,12 +151,12 @@ class Outlook:
         ways, roadmap = self.ways[agent], self.labels.roadmaps[self.roadmap_of[agent]]
         first, final = step + low, len(ways) - 1 if high is None else step + high
         if first > final or final > len(ways) - 1:  # past the last step nothing holds
-            return np.full(ways.shape[1], not positive)
+            return np.zeros(ways.shape[1], dtype=np.bool_)
         self._swept += final - step
         if self._swept > STEPS:
             return np.ones(ways.shape[1], dtype=np.bool_)
         source, target = roadmap.moves.T
-        found = self.may(last, positive, agent, final)
+        found = self.may(last, agent, final)
         for now in range(final - 1, step - 1, -1):
             leads = roadmap.allowed[now] & (found & ways[now + 1])[target]
             later: Flags = np.bincount(source[leads], minlength=ways.shape[1]) > 0

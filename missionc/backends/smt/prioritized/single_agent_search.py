@@ -72,5 +72,5 @@ class Alone:
         holds = np.zeros_like(able)
         with deep():
             place = state + self._motion.places_of(agent).start
-            holds[step, state] = self._formulas.places.standing(body, True, agent, step, place) == TRUE
+            holds[step, state] = self._formulas.places.standing(body, agent, step, place) == TRUE
         return holds

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import reduce
-from typing import assert_never
 
 import numpy as np
 
@@ -18,23 +17,26 @@ from missionc.backends.smt.roadmap.own_state import own_states, states_of
 from missionc.base.trace import Flags
 from missionc.ir import Graph, Mission, Predicate
 from missionc.kernel.nodes import (
-    All,
     Always,
-    Any,
     At,
-    AtLeast,
     Atom,
     Eventually,
-    Is,
+    EveryNeighbour,
+    EveryReach,
+    EveryRoute,
     Neighbour,
     Node,
     Not,
     PathLength,
     Reach,
+    Release,
     Route,
     Until,
 )
-from missionc.kernel.walk import postorder
+from missionc.kernel.walk import children, postorder
+
+LINKED = Neighbour | EveryNeighbour | Reach | EveryReach
+"""What reads the links of a graph, and no lengths."""
 
 
 @dataclass(slots=True)
@@ -65,7 +67,7 @@ class Goals:
         self.own = own_states(self.order, self.labels)
         for node in self.order:
             self.ahead[node] = self._looks(node)
-            if self.ahead[node] == 0 and not isinstance(node, Route | PathLength):
+            if self.ahead[node] == 0 and not _measures(node):
                 self.instant.add(node)
 
     def read_by(self, node: Node) -> tuple[tuple[Predicate, ...], tuple[Graph, ...]]:
@@ -73,7 +75,7 @@ class Goals:
         if node not in self._read:
             below = postorder((node,))
             atoms = dict.fromkeys(each.predicate for each in below if isinstance(each, Atom))
-            graphs = dict.fromkeys(each.graph for each in below if isinstance(each, Neighbour | Reach))
+            graphs = dict.fromkeys(each.graph for each in below if isinstance(each, LINKED))
             self._read[node] = tuple(atoms), tuple(graphs)
         return self._read[node]
 
@@ -99,22 +101,14 @@ class Goals:
             case Atom(predicate):
                 numbers = range(len(self.motion.roadmaps))
                 return int(any(self.labels.of_moves(predicate, number) for number in numbers))
-            case Is() | PathLength():
-                return 0
-            case Not(body) | At(_, body) | Neighbour(_, body):
-                return ahead[body]
-            case All(parts) | Any(parts) | AtLeast(_, parts):
-                return max((ahead[part] for part in parts), default=0)
-            case Reach(_, through, end) | Route(_, through, end):
-                return max(ahead[through], ahead[end])
             case Always(body, _, high) | Eventually(body, _, high):
                 # A window counts even where it is of this step alone: it is seen to by itself.
                 return max(1, last if high is None else high + ahead[body])
-            case Until(hold, end, _, high):
+            case Until(hold, end, _, high) | Release(hold, end, _, high):
                 held = high - 1 + ahead[hold] if high else 0
                 return max(1, held, last if high is None else high + ahead[end])
             case _:
-                assert_never(node)
+                return max((ahead[part] for part in children(node)), default=0)
 
     def _matters(self, node: Node, agent: int, known: dict[Node, Flags]) -> Flags:
         agents = len(self.mission.agents)
@@ -123,26 +117,24 @@ class Goals:
             case Atom(predicate):
                 it = np.arange(agents) == agent
                 return np.ones(agents, dtype=np.bool_) if predicate.about_team or agent in others(predicate, -1) else it
-            case Is():
-                return nobody
-            case Not(body) | Always(body) | Eventually(body):
-                return known[body]
-            case All(parts) | Any(parts) | AtLeast(_, parts):
-                return reduce(np.logical_or, (known[part] for part in parts), nobody)
-            case Until(hold, end):
-                return known[hold] | known[end]
             case At(asked, body):
                 return np.full(agents, known[body][asked])
-            case Neighbour(graph, body):
+            case Neighbour(graph, body) | EveryNeighbour(graph, body):
                 return self._in_graph(graph.agents, agent, known[body])
-            case Reach(graph, through, end) | Route(graph, through, end):
-                return known[end] | self._in_graph(graph.agents, agent, known[through] | known[end])
+            case Reach(graph, _, end) | EveryReach(graph, _, end) | Route(graph, _, end) | EveryRoute(graph, _, end):
+                below = [known[part] for part in children(node)]
+                return known[end] | self._in_graph(graph.agents, agent, np.logical_or(*below))
             case PathLength(graph):
                 return self._in_graph(graph.agents, agent, nobody)
             case _:
-                assert_never(node)
+                return reduce(np.logical_or, (known[part] for part in children(node)), nobody)
 
     def _in_graph(self, members: Sequence[int], agent: int, below: Flags) -> Flags:
         result = np.zeros(len(self.mission.agents), dtype=np.bool_)
         result[list(members)] = agent in members or bool(below[list(members)].any())
         return result
+
+
+def _measures(node: Node) -> bool:
+    """Whether it is about lengths in metres, itself or what it denies."""
+    return isinstance(node.body if isinstance(node, Not) else node, Route | EveryRoute | PathLength)

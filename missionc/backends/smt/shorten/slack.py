@@ -19,17 +19,7 @@ from missionc.backends.smt.roadmap.roadmap import Indices
 from missionc.backends.smt.roadmap.unique_rows import distinct
 from missionc.backends.smt.shorten.held_goals import Goals
 from missionc.base.trace import Flags, Trace
-from missionc.kernel.nodes import (
-    All,
-    Always,
-    Any,
-    At,
-    AtLeast,
-    Eventually,
-    Node,
-    Not,
-    Until,
-)
+from missionc.kernel.nodes import All, Always, Any, At, AtLeast, Eventually, Node, Release, Until
 from missionc.language.margins.predicate_margins import link_margin
 from missionc.monitoring.monitor import truths
 
@@ -60,7 +50,7 @@ def leeway(goals: Goals, agent: int, scene: Scene) -> Flags:
     """
     found = Found(goals, agent, scene)
     for formula in goals.formulas:
-        found.need(formula, True, 0, 0)
+        found.need(formula, 0, 0)
     return found.room
 
 
@@ -73,76 +63,70 @@ class Found:
         self.motion, self.labels = goals.motion, goals.labels
         self.room = goals.motion.ways[agent].copy()
         self.concerned = goals.concerned(agent)
-        self.seen: set[tuple[Node, bool, int, int]] = set()
+        self.seen: set[tuple[Node, int, int]] = set()
         self.tried: dict[tuple[Node, int], tuple[Flags, Flags]] = {}
 
-    def holds(self, node: Node, positive: bool, asked: int, step: int) -> bool:
+    def holds(self, node: Node, asked: int, step: int) -> bool:
         """As things are."""
-        return bool(self.truths[node][asked, step]) == positive
+        return bool(self.truths[node][asked, step])
 
-    def need(self, node: Node, positive: bool, asked: int, step: int) -> None:
-        """Keeps what the node, which holds here (not ``positive``: fails), rests on."""
-        key = (node, positive, asked, step)
+    def need(self, node: Node, asked: int, step: int) -> None:
+        """Keeps what the node, which holds here, rests on."""
+        key = (node, asked, step)
         if key in self.seen or not self.concerned[node][asked]:
             return
         self.seen.add(key)
         match node:
-            case Not(body):
-                self.need(body, not positive, asked, step)
             case At(other, body):
-                self.need(body, positive, other, step)
-            case All(parts) | Any(parts) if positive == isinstance(node, All):
+                self.need(body, other, step)
+            case All(parts):
                 for part in self._cheap_first(parts):
-                    self.need(part, positive, asked, step)
-            case Always(body, low, high) if positive and asked == self.agent and body in self.goals.own:
+                    self.need(part, asked, step)
+            case Always(body, low, high) if asked == self.agent and body in self.goals.own:
                 window = self._window(step, low, high)
                 self.room[window.start : window.stop] &= self.goals.states(body, asked)
             case _ if node in self.goals.instant:
-                self.room[step] &= self.mask(node, positive, asked, step, self.room[step])
-            case All(parts) | Any(parts):
-                self._some(1, [(part, positive, asked, step) for part in parts])
+                self.room[step] &= self.mask(node, asked, step, self.room[step])
+            case Any(parts):
+                self._some(1, [(part, asked, step) for part in parts])
             case AtLeast(count, parts):
-                enough = count if positive else len(parts) - count + 1
-                self._some(enough, [(part, positive, asked, step) for part in parts])
-            case Always(body, low, high) | Eventually(body, low, high):
-                each_step = [(body, positive, asked, moment) for moment in self._window(step, low, high)]
-                if positive == isinstance(node, Always):
-                    for each in each_step:
-                        self.need(*each)
-                else:
-                    self._some(1, each_step)
+                self._some(count, [(part, asked, step) for part in parts])
+            case Always(body, low, high):
+                for moment in self._window(step, low, high):
+                    self.need(body, asked, moment)
+            case Eventually(body, low, high):
+                self._some(1, [(body, asked, moment) for moment in self._window(step, low, high)])
             case Until():
-                self._until(node, positive, asked, step)
+                self._until(node, asked, step)
+            case Release():
+                self._release(node, asked, step)
             case _:
                 # At the last step a speed is that of the motion which ended there.
                 last = self.motion.steps
                 for moment in range(max(0, min(step, last - 1)), min(step + self.goals.ahead[node], last) + 1):
                     self._stay(moment)
 
-    def mask(self, node: Node, positive: bool, asked: int, step: int, wanted: Flags) -> Flags:
+    def mask(self, node: Node, asked: int, step: int, wanted: Flags) -> Flags:
         """In which of the wanted states, (states,), an instant node holds; of other states it says nothing."""
         if not self.concerned[node][asked]:
-            return np.full(len(wanted), self.holds(node, positive, asked, step))
+            return np.full(len(wanted), self.holds(node, asked, step))
         match node:
             case _ if asked == self.agent and node in self.goals.own:
-                found = self.goals.states(node, asked)
-                return found if positive else ~found
-            case Not(body):
-                return self.mask(body, not positive, asked, step, wanted)
+                return self.goals.states(node, asked)
             case At(other, body):
-                return self.mask(body, positive, other, step, wanted)
+                return self.mask(body, other, step, wanted)
             case All(parts) | Any(parts):
-                every = positive == isinstance(node, All)
+                every = isinstance(node, All)
                 here = self.states[self.agent, step]
                 left, decided = wanted.copy(), np.zeros(len(wanted), dtype=np.bool_)
                 for part in self._cheap_first(parts):
                     if not left.any() or (decided[here] and not every and self._of_others(part)):
                         break
-                    decided |= left & (self.mask(part, positive, asked, step, left) != every)
+                    decided |= left & (self.mask(part, asked, step, left) != every)
                     left &= ~decided
                 return np.not_equal(decided, every)
             case _:
-                return np.equal(self._supposed(node, asked, step, wanted), positive)
+                return self._supposed(node, asked, step, wanted)
 
     def _supposed(self, node: Node, asked: int, step: int, wanted: Flags) -> Flags:
         """Whether it holds, (states,), with the agent in each of the wanted states at this step."""
@@ -178,28 +162,29 @@ class Found:
         first, kind = distinct(rows)
         return states[first], kind
 
-    def _some(self, count: int, options: Iterable[tuple[Node, bool, int, int]]) -> None:
+    def _some(self, count: int, options: Iterable[tuple[Node, int, int]]) -> None:
         """Keeps so many of the options that hold: first those that the agent has no part in, then as they come."""
         true = [option for option in options if self.holds(*option)]
-        concerning = [option for option in true if self.concerned[option[0]][option[2]]]
+        concerning = [option for option in true if self.concerned[option[0]][option[1]]]
         for option in concerning[: max(0, count - (len(true) - len(concerning)))]:
             self.need(*option)
 
-    def _until(self, node: Until, positive: bool, asked: int, step: int) -> None:
+    def _until(self, node: Until, asked: int, step: int) -> None:
         window = self._window(step, node.low, node.high)
-        if positive:
-            end = next(moment for moment in window if self.holds(node.end, True, asked, moment))
-            self.need(node.end, True, asked, end)
-            for moment in range(step, end):
-                self.need(node.hold, True, asked, moment)
-            return
-        broken = (moment for moment in range(step, window.stop - 1) if self.holds(node.hold, False, asked, moment))
-        stop = next(broken, window.stop)
+        end = next(moment for moment in window if self.holds(node.end, asked, moment))
+        self.need(node.end, asked, end)
+        for moment in range(step, end):
+            self.need(node.hold, asked, moment)
+
+    def _release(self, node: Release, asked: int, step: int) -> None:
+        window = self._window(step, node.low, node.high)
+        freed = (moment for moment in range(step, window.stop - 1) if self.holds(node.hold, asked, moment))
+        stop = next(freed, window.stop)
         if stop < window.stop:
-            self.need(node.hold, False, asked, stop)
+            self.need(node.hold, asked, stop)
         for moment in window:
             if moment <= stop:
-                self.need(node.end, False, asked, moment)
+                self.need(node.end, asked, moment)
 
     def _window(self, step: int, low: int, high: int | None) -> range:
         last = self.motion.steps
