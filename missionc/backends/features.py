@@ -5,8 +5,9 @@ Values only: nothing here loads a solver.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from enum import Enum
+
+from missionc.base.late_dataclass import dataclass
 
 
 class Feature(Enum):

@@ -7,9 +7,10 @@ line, the manifest and its verification are made of these.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from enum import Enum, auto
 from typing import Final, TypeAlias
+
+from missionc.base.late_dataclass import dataclass
 
 SOLVERS = ("z3", "cadical", "race")
 """What answers the smt backend's questions; the first is the default."""

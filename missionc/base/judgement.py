@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
+from missionc.base.late_dataclass import dataclass
 from missionc.base.units import Seconds
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from missionc.base.late_dataclass import dataclass
 
 MOST = 10**15
 """The largest value of a limit: a whole number that arithmetic in floating point still holds exactly."""

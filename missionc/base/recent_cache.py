@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Generic, TypeVar
+
+from missionc.base.late_dataclass import dataclass
 
 K = TypeVar("K")
 V = TypeVar("V")

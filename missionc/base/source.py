@@ -7,8 +7,10 @@ again: its spans count from where the passage begins, so that they move along wh
 from __future__ import annotations
 
 from bisect import bisect_right
-from dataclasses import dataclass, field
+from dataclasses import field
 from itertools import accumulate, islice
+
+from missionc.base.late_dataclass import dataclass
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, TypeAlias
 
 from missionc.base.judgement import Judgement, judgement_lines
+from missionc.base.late_dataclass import dataclass
 from missionc.base.notebook import (
     paths,
     picture,

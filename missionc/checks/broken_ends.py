@@ -7,10 +7,11 @@ for missions of which ``check_ends`` has not found without that nothing is broke
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
+from missionc.base.late_dataclass import dataclass
 from missionc.base.source import Span
 from missionc.checks.free_space import Ground
 from missionc.diagnostics.code import CONTRADICTION

@@ -10,8 +10,9 @@ impossible is left to the solver.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import field
 
+from missionc.base.late_dataclass import dataclass
 from missionc.checks.literals import (
     Literal,
     Places,

@@ -10,8 +10,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
+from missionc.base.late_dataclass import dataclass
 from missionc.base.source import Span
 from missionc.checks.free_space import Ground
 from missionc.checks.literals import Literal, Unbounded

@@ -13,9 +13,9 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 from typing import assert_never
 
+from missionc.base.late_dataclass import dataclass
 from missionc.base.source import Span
 from missionc.diagnostics.code import BEYOND_HORIZON, WINDOW_EMPTY
 from missionc.diagnostics.model import Diagnostic, Fix, Label

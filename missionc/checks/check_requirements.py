@@ -10,9 +10,9 @@ Nothing is said without a proof, so much that is impossible is left to the solve
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from itertools import islice
 
+from missionc.base.late_dataclass import dataclass
 from missionc.checks.check_contradictions import contradictions
 from missionc.checks.check_routes import check_routes
 from missionc.checks.free_space import Ground

@@ -11,8 +11,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass
 
+from missionc.base.late_dataclass import dataclass
 from missionc.base.source import Span
 from missionc.checks.free_space import Ground, Lies
 from missionc.diagnostics.code import AGENTS_OVERLAP, IN_OBSTACLE, NO_ROOM, OUTSIDE_WORLD

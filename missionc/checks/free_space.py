@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from enum import Enum
 
+from missionc.base.late_dataclass import dataclass
 from missionc.base.recent_cache import Recent
 from missionc.checks.literals import (
     Literal,

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import TypeAlias
 
+from missionc.base.late_dataclass import dataclass
 from missionc.base.recent_cache import Recent
 from missionc.ir import (
     Beacon,

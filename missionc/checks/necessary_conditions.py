@@ -7,9 +7,10 @@ in every plan that satisfies the formula.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import assert_never
 
+from missionc.base.late_dataclass import dataclass
 from missionc.base.source import Span
 from missionc.checks.literals import Literal
 from missionc.checks.route_conditions import needed_here

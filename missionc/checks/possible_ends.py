@@ -10,12 +10,13 @@ place; what is not found may be possible all the same. Agents are the bits of a 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import partial, reduce
 from itertools import islice
 from operator import and_, or_
 from typing import TypeAlias, assert_never
 
+from missionc.base.late_dataclass import dataclass
 from missionc.checks.free_space import Ground
 from missionc.checks.place_margins import Joint, margin_at
 from missionc.ir import (

@@ -6,8 +6,9 @@ Sets of agents are the bits of a number.
 from __future__ import annotations
 
 from collections.abc import Hashable
-from dataclasses import dataclass, field
+from dataclasses import field
 
+from missionc.base.late_dataclass import dataclass
 from missionc.ir import Agent, Formula, Predicate
 
 

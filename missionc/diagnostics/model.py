@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
+from missionc.base.late_dataclass import dataclass
 from missionc.base.notebook import printed, shown
 from missionc.base.source import Span
 from missionc.diagnostics.code import Code, Severity

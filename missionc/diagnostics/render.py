@@ -12,10 +12,10 @@ from __future__ import annotations
 
 import unicodedata
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from itertools import groupby
 from typing import Protocol
 
+from missionc.base.late_dataclass import dataclass
 from missionc.base.source import Source, Span
 from missionc.diagnostics.code import Code, Severity
 from missionc.diagnostics.sanitize import plain, plain_line

@@ -7,8 +7,9 @@ Source:
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from types import MappingProxyType
+
+from missionc.base.late_dataclass import dataclass
 
 FLAT = """
 region f = box (0, 0) to (2, 1)

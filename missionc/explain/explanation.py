@@ -8,11 +8,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
 from itertools import islice
 from textwrap import wrap
 
 from missionc.backends.offers import OFFERS
+from missionc.base.late_dataclass import dataclass
 from missionc.checks.check_horizons import steps_ahead
 from missionc.explain.convention_examples import Trap
 from missionc.explain.phrases import names

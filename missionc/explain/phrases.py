@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import assert_never
 
 from missionc import ir
+from missionc.base.late_dataclass import dataclass
 from missionc.ir.wording import seconds
 from missionc.resolve.show_ir_formula import number, show_predicate
 from missionc.syntax.ast import Metric

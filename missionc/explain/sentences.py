@@ -12,11 +12,12 @@ is more than a plain clause is numbered.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from string import Formatter
 from typing import assert_never
 
 from missionc import ir
+from missionc.base.late_dataclass import dataclass
 from missionc.explain.phrases import (
     COMPARED,
     Verb,

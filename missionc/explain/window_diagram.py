@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import assert_never
 
+from missionc.base.late_dataclass import dataclass
 from missionc.ir import Apply, Formula, Mission, Window
 from missionc.ir.wording import seconds
 from missionc.kernel.nodes import (

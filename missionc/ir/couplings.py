@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TypeAlias
 
+from missionc.base.late_dataclass import dataclass
 from missionc.base.source import Span
 from missionc.base.units import Metres
 from missionc.ir.shapes import Vector

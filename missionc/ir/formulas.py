@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from enum import Enum
 from typing import Protocol, TypeAlias
 
+from missionc.base.late_dataclass import dataclass
 from missionc.base.source import Span
 from missionc.base.units import Steps
 from missionc.ir.agents import AgentSet

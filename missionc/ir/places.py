@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
+from missionc.base.late_dataclass import dataclass
 from missionc.base.source import Span
 from missionc.base.units import Seconds
 from missionc.ir.shapes import Shape, Vector

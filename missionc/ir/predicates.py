@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TypeAlias
 
+from missionc.base.late_dataclass import dataclass
 from missionc.ir.couplings import Formation, Graph
 from missionc.ir.places import Beacon, Region
 

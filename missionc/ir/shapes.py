@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TypeAlias
+
+from missionc.base.late_dataclass import dataclass
 
 Vector: TypeAlias = tuple[float, ...]
 """Two or three coordinates in metres, as many as the world has."""

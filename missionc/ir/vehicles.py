@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import TypeAlias
 
+from missionc.base.late_dataclass import dataclass
 from missionc.base.units import Dimension
 
 

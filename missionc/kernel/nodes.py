@@ -13,9 +13,10 @@ says the opposite of its words.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import TypeAlias
 
+from missionc.base.late_dataclass import dataclass
 from missionc.base.source import Span
 from missionc.ir import Formula, Graph, Predicate
 

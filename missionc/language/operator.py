@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from enum import Enum
 
+from missionc.base.late_dataclass import dataclass
 from missionc.base.source import Span
 from missionc.ir import Graph, Length, Window
 from missionc.kernel.nodes import Node

@@ -6,8 +6,7 @@ the same name in ``margins``.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
+from missionc.base.late_dataclass import dataclass
 from missionc.ir import About
 
 

@@ -10,11 +10,11 @@ Tables of names only: nothing here loads a solver.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
 from typing import assert_never
 
 from missionc.backends.features import Feature
 from missionc.backends.offers import AUTO, OFFERS
+from missionc.base.late_dataclass import dataclass
 from missionc.base.source import Span
 from missionc.diagnostics.code import CANNOT_EXPRESS, NO_BACKEND
 from missionc.diagnostics.model import Diagnostic, Label

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 
 from missionc import ir
+from missionc.base.late_dataclass import dataclass
 from missionc.base.notebook import printed, shown
 from missionc.base.source import Source
 from missionc.base.units import Seconds

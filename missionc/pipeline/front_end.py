@@ -9,9 +9,10 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from pathlib import Path
 
+from missionc.base.late_dataclass import dataclass
 from missionc.base.limits import Limits
 from missionc.base.source import Source, Span
 from missionc.base.units import Seconds

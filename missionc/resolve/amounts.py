@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TypeAlias
 
 from missionc import ir
+from missionc.base.late_dataclass import dataclass
 
 Powers: TypeAlias = tuple[int, int, int, int]
 """The exponents of length, time, angle and steps."""

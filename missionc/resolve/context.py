@@ -10,10 +10,11 @@ stand-in ever leaves ``resolve``.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import TypeVar
 
 from missionc import ir
+from missionc.base.late_dataclass import dataclass
 from missionc.base.limits import Limits
 from missionc.base.source import Span
 from missionc.diagnostics.code import Code

@@ -5,9 +5,10 @@ So whoever looks at one version after the other, as an editor does, knows by ide
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any, Protocol, TypeVar
 
+from missionc.base.late_dataclass import dataclass
 from missionc.resolve.typed import Typed
 from missionc.syntax.references import Mentions
 

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from enum import Enum
 
+from missionc.base.late_dataclass import dataclass
 from missionc.base.source import Span
 from missionc.diagnostics import code
 from missionc.diagnostics.model import Diagnostic, Fix, Label

@@ -6,10 +6,10 @@ says MC013 MC014 MC105 MC206 MC207 MC209 MC210 MC303 MC513
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import TypeVar, assert_never
 
 from missionc import ir
+from missionc.base.late_dataclass import dataclass
 from missionc.base.source import Span
 from missionc.base.units import Dimension, Metres
 from missionc.diagnostics import code

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from missionc import ir
+from missionc.base.late_dataclass import dataclass
 from missionc.base.source import Span
 from missionc.ir import About
 

@@ -7,8 +7,8 @@ A function gets the span of its text and the parts the grammar keeps: nodes,
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
+from missionc.base.late_dataclass import dataclass
 from missionc.base.source import Span
 from missionc.diagnostics.code import SYNTAX
 from missionc.diagnostics.model import Diagnostic, Label

@@ -12,9 +12,10 @@ other.
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import field
 from itertools import groupby
 
+from missionc.base.late_dataclass import dataclass
 from missionc.base.limits import Limits
 from missionc.base.source import Source
 from missionc.syntax import ast

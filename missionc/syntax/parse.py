@@ -12,9 +12,10 @@ that were read before, and are ``kept``, are not read again.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import TypeAlias, cast
 
+from missionc.base.late_dataclass import dataclass
 from missionc.base.limits import DEEPEST, Limits
 from missionc.base.source import (
     Passage,

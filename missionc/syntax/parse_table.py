@@ -10,10 +10,10 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator
-from dataclasses import dataclass
 from functools import cache
 from typing import TYPE_CHECKING
 
+from missionc.base.late_dataclass import dataclass
 from missionc.base.resources import folder
 
 if TYPE_CHECKING:

@@ -9,8 +9,9 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import field
 
+from missionc.base.late_dataclass import dataclass
 from missionc.base.source import Passage, Source
 from missionc.syntax import ast
 from missionc.syntax.tokens import DECLARATIONS

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
+from missionc.base.late_dataclass import dataclass
 from missionc.base.source import Span
 from missionc.syntax import ast
 

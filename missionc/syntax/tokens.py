@@ -10,10 +10,10 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable
-from dataclasses import dataclass
 from itertools import islice
 from typing import NamedTuple
 
+from missionc.base.late_dataclass import dataclass
 from missionc.base.limits import Limits
 from missionc.base.source import (
     Passage,

@@ -12,13 +12,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from itertools import pairwise
 from typing import assert_never
 
 import numpy as np
 import shapely
 
+from missionc.base.late_dataclass import dataclass
 from missionc.base.trace import Array, Flags
 from missionc.ir import Ball, Box, Difference, Disc, Intersection, Mission, Path, Polygon, Prism, Shape, Still, Union
 from missionc.world import displacement

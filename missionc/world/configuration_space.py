@@ -11,10 +11,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import cache
 from typing import TYPE_CHECKING
 
+from missionc.base.late_dataclass import dataclass
 from missionc.base.recent_cache import Recent
 from missionc.ir import Ball, Box, Shape, Vector, World
 from missionc.world.area import (

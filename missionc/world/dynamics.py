@@ -7,11 +7,11 @@ Source:
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from missionc.base.late_dataclass import dataclass
 from missionc.base.trace import Array, Flags
 from missionc.ir import Dynamics
 

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
+from missionc.base.late_dataclass import dataclass
 from missionc.base.trace import Array
 from missionc.ir import Mission
 

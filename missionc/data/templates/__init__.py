@@ -7,9 +7,10 @@ A template is a whole mission. Its first line says what it is about, after
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
+
+from missionc.base.late_dataclass import dataclass
 
 DEFAULT = "relay"
 

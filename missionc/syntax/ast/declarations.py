@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TypeAlias
 
+from missionc.base.late_dataclass import dataclass
 from missionc.base.source import Span
 from missionc.syntax.ast.agents import Setting, TeamItem
 from missionc.syntax.ast.formulas import Formula

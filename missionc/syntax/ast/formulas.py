@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from enum import Enum
 from typing import TypeAlias
 
+from missionc.base.late_dataclass import dataclass
 from missionc.base.source import Span
 from missionc.syntax.ast.quantities import Member, Name, Quantity
 

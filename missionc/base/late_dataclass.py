@@ -1,0 +1,189 @@
+"""``dataclass`` of the standard library, its methods made when they are first needed instead of at import.
+
+The standard library writes a text for each method of each class and compiles it;
+of the two hundred classes that a check loads that took as long as everything
+else together, and most have few instances or none. Here ``__init__`` and the
+table of fields are left to it once they are asked for, or there are some
+instances. Comparing, hashing, showing and keeping an instance as it is are the
+same few functions for all classes. To a type checker it *is* the standard library's.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Sequence
+from functools import partial
+from inspect import get_annotations
+from operator import attrgetter
+from reprlib import recursive_repr
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from dataclasses import dataclass as dataclass
+else:
+
+    def dataclass(*, frozen=False, slots, eq=True, match_args=True, weakref_slot=False):
+        """As the standard library's, for classes with slots that inherit no fields."""
+        return lambda cls: _made(cls, frozen, eq, match_args, ("__weakref__",) if weakref_slot else ())
+
+
+LATE = ("__init__", "__dataclass_fields__", "__dataclass_params__")
+"""What the standard library makes, at the first use of any of it."""
+
+FEW = 25
+"""Instances that are filled field by field; from then on it pays to have the standard library's ``__init__``."""
+
+KEPT = ("__annotations__", "__module__", "__post_init__")
+"""What it makes them of, with the fields' defaults."""
+
+
+class _Late:
+    """What is in a class until that of its name is asked for."""
+
+    def __init__(self, name: str, make: Callable[[], None]) -> None:
+        self.name, self.make = name, make
+
+    def __get__(self, instance: object, owner: type) -> Any:
+        self.make()
+        return getattr(owner if instance is None else instance, self.name)
+
+
+class _Init(_Late):
+    """``__init__`` until there are a few instances, or somebody looks at it."""
+
+    def __init__(self, make: Callable[[], None], names: tuple[str, ...], defaults: dict[str, Any]) -> None:
+        super().__init__("__init__", make)
+        self.names, self.defaults, self.left = names, defaults, FEW
+
+    def __get__(self, instance: object, owner: type) -> Any:
+        if instance is None or not self.left:
+            return super().__get__(instance, owner)
+        self.left -= 1
+        return partial(self.fill, instance)
+
+    def fill(self, instance: object, /, *given: object, **named: object) -> None:
+        """Set every field; what is given wrongly is for the standard library to refuse."""
+        if len(given) == len(self.names) and not named:
+            for name, value in zip(self.names, given, strict=True):
+                object.__setattr__(instance, name, value)
+            return
+        values = {**dict(zip(self.names, given, strict=False)), **named}
+        lacking = [name for name in self.names if name not in values]
+        regular = len(values) == len(given) + len(named) and len(values) + len(lacking) == len(self.names)
+        if not regular or not all(name in self.defaults for name in lacking):
+            super().__get__(instance, type(instance))(*given, **named)
+            return
+        for name in lacking:
+            values[name] = _default(self.defaults[name])
+        for name, value in values.items():
+            object.__setattr__(instance, name, value)
+
+
+def _default(written: Any) -> object:
+    if not _is_field(written):
+        return written
+    return written.default_factory() if written.default is dataclasses.MISSING else written.default
+
+
+def _made(written: type, frozen: bool, eq: bool, match_args: bool, more_slots: tuple[str, ...]) -> type:
+    """The class once more, with slots and methods."""
+    names = tuple(get_annotations(written))
+    defaults = {name: written.__dict__[name] for name in names if name in written.__dict__}
+    cls = _with_slots(written, names, more_slots)
+
+    def make() -> None:
+        parts = {name: written.__dict__[name] for name in KEPT if name in written.__dict__}
+        parts |= {"__qualname__": cls.__qualname__, "__doc__": "With a text, none is made.", **defaults}
+        twin: type = dataclasses.dataclass(frozen=frozen, eq=False, repr=False, slots=True)(
+            type(cls.__name__, (), parts)
+        )
+        for name in LATE:
+            setattr(cls, name, twin.__dict__[name])
+
+    def those(which: str) -> tuple[str, ...]:
+        """The fields but for those of whom it is said that they are not to be compared, shown or given."""
+        return tuple(name for name in names if not _is_field(defaults.get(name)) or getattr(defaults[name], which))
+
+    methods: dict[str, Any] = {name: _Late(name, make) for name in LATE}
+    if those("init") == names and not hasattr(cls, "__post_init__"):
+        methods["__init__"] = _Init(make, names, {name: each for name, each in defaults.items() if _has_default(each)})
+    if match_args:
+        methods["__match_args__"] = those("init")
+    methods["__repr__"] = _shown(those("repr"))
+    if eq:
+        values = _values(those("compare"))
+        methods |= {"__eq__": _equal(values), "__hash__": _hashed(values) if frozen else None}
+    if frozen:
+        methods |= {"__setattr__": _unchanged, "__delattr__": _undeleted}
+        methods |= {"__getstate__": _state(names), "__setstate__": _from_state(names)}
+    for name, method in methods.items():
+        if cls.__dict__.get(name) is None:
+            setattr(cls, name, method)
+    return cls
+
+
+def _is_field(default: object) -> bool:
+    return isinstance(default, dataclasses.Field)
+
+
+def _has_default(written: Any) -> bool:
+    given = (written.default, written.default_factory) if _is_field(written) else (written,)
+    return any(each is not dataclasses.MISSING for each in given)
+
+
+def _with_slots(cls: type, names: tuple[str, ...], more: tuple[str, ...]) -> type:
+    without = {*names, "__dict__", "__weakref__"}
+    held = {name: value for name, value in cls.__dict__.items() if name not in without}
+    return type(cls)(cls.__name__, cls.__bases__, {**held, "__slots__": names + more, "__qualname__": cls.__qualname__})
+
+
+def _values(names: tuple[str, ...]) -> Callable[[object], tuple[object, ...]]:
+    """A function that gives the values of these fields, of an instance."""
+    if len(names) > 1:
+        return attrgetter(*names)
+    return lambda instance: tuple(getattr(instance, name) for name in names)
+
+
+def _equal(values: Callable[[object], tuple[object, ...]]) -> Callable[[object, object], Any]:
+    def equal(self: object, other: object) -> Any:
+        return values(self) == values(other) if other.__class__ is self.__class__ else NotImplemented
+
+    return equal
+
+
+def _hashed(values: Callable[[object], tuple[object, ...]]) -> Callable[[object], int]:
+    def hashed(self: object) -> int:
+        return hash(values(self))
+
+    return hashed
+
+
+def _shown(names: tuple[str, ...]) -> Callable[[object], str]:
+    @recursive_repr()
+    def shown(self: object) -> str:
+        return f"{self.__class__.__qualname__}({', '.join(f'{name}={getattr(self, name)!r}' for name in names)})"
+
+    return shown
+
+
+def _state(names: tuple[str, ...]) -> Callable[[object], list[object]]:
+    def state(self: object) -> list[object]:
+        return [getattr(self, name) for name in names]
+
+    return state
+
+
+def _from_state(names: tuple[str, ...]) -> Callable[[object, Sequence[object]], None]:
+    def restored(self: object, state: Sequence[object]) -> None:
+        for name, value in zip(names, state, strict=True):
+            object.__setattr__(self, name, value)
+
+    return restored
+
+
+def _unchanged(self: object, name: str, value: object) -> None:
+    raise dataclasses.FrozenInstanceError(f"cannot assign to field {name!r}")
+
+
+def _undeleted(self: object, name: str) -> None:
+    raise dataclasses.FrozenInstanceError(f"cannot delete field {name!r}")
