@@ -143,37 +143,38 @@ class _Search:
         self.links: list[Values] = []
         self.formations: list[str] = []
         self.open: dict[Node, Flags] = {}
+        self.entered: dict[Node, Flags] = {}
+        self.looked_through: set[Node] = set()
 
     def follow(self, root: Node, unfolds: bool) -> None:
-        looked_through = set(chain((root,))) if unfolds else set()
-        self.open[root] = np.ones((2, *self.known.shape), dtype=np.bool_)
-        entered: set[Node] = set()
+        self.looked_through = set(chain((root,))) if unfolds else set()
+        begin = self.open if root in self.looked_through else self.entered
+        begin[root] = np.ones((2, *self.known.shape), dtype=np.bool_)
         for node in reversed(postorder((root,))):
-            mask = self.open.pop(node, None)
-            if mask is None:
+            mask, entered = self.open.pop(node, None), self.entered.pop(node, None)
+            if mask is not None and node in self.looked_through:
+                self.hand_down(node, mask, self.entered)
                 continue
-            if node in looked_through:
-                self.hand_down(node, mask)
-                entered.update(child for child in children(node) if child not in looked_through)
-                continue
-            if node in entered or node is root:
+            if entered is not None:
                 truth = self.known.truth(node)
-                mask = mask & self.known.asked[node] & np.stack([truth, ~truth])
-            self.decide(node, mask)
+                entered = entered & self.known.asked[node] & np.stack([truth, ~truth])
+                mask = entered if mask is None else mask | entered
+            if mask is not None:
+                self.decide(node, mask)
 
-    def hand_down(self, node: Node, mask: Flags) -> None:
-        match node:
-            case At(agent, body):
-                there = np.zeros_like(mask)
-                there[:, agent] = mask.any(axis=1)
-                self.ask(body, there)
-            case _:
-                for child in children(node):
-                    self.ask(child, mask)
+    def hand_down(self, node: Node, mask: Flags, entered: dict[Node, Flags] | None = None) -> None:
+        """Where to look below a node; ``entered`` takes what lies below all that is looked through."""
+        there = mask
+        if isinstance(node, At):
+            there = np.zeros_like(mask)
+            there[:, node.agent] = mask.any(axis=1)
+        for child in children(node):
+            self.ask(child, there, self.open if entered is None or child in self.looked_through else entered)
 
-    def ask(self, node: Node, mask: Flags) -> None:
+    def ask(self, node: Node, mask: Flags, open_: dict[Node, Flags] | None = None) -> None:
+        open_ = self.open if open_ is None else open_
         if mask.any():
-            self.open[node] = self.open[node] | mask if node in self.open else mask
+            open_[node] = open_[node] | mask if node in open_ else mask
 
     def decide(self, node: Node, mask: Flags) -> None:
         truth = self.known.truth(node)
