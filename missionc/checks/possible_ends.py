@@ -332,11 +332,13 @@ def _in_metres(ends: Ends, graph: Graph) -> May:
 
 def _tried(ends: Ends, column: int, margin: Callable[[Joint], float | None]) -> tuple[bool, bool]:
     """Whether something may be true, and may be false; a margin is None where it hangs on a place that is not given."""
-    margins = [margin(joint) for joint in ends.tries[column]]
-    return (
-        any(each is None or each > SURE for each in margins),
-        any(each is None or each < -SURE for each in margins),
-    )
+    true = false = False
+    for joint in ends.tries[column]:
+        found = margin(joint)
+        true, false = true or found is None or found > SURE, false or found is None or found < -SURE
+        if true and false:
+            break
+    return true, false
 
 
 def _of_predicate(ends: Ends, predicate: Predicate) -> May:

@@ -10,16 +10,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from missionc import ir
+from missionc.checks.broken_ends import broken_ends
 from missionc.checks.check_ends import check_ends
 from missionc.checks.free_space import Ground
+from missionc.checks.possible_ends import possible
 from missionc.kernel.nodes import Node
 from missionc.kernel.walk import children, postorder
 from missionc.lower.expand import expand
-from missionc.monitoring.interval_robustness import (
-    FIRST,
-    LAST,
-    Intervals,
-)
+from missionc.monitoring.end_columns import FIRST, LAST
+from missionc.monitoring.interval_robustness import Intervals
 from missionc.monitoring.monitor import robustness
 from tests import reference
 from tests.support.random_runs import (
@@ -79,6 +78,19 @@ def test_what_a_run_is_worth_at_its_ends_is_in_the_interval(drawn: tuple[ir.Miss
         assert (values <= interval.most[:, column] + 1e-9).all()
     if check_ends(mission, kernel, ground):
         assert not bool(reference.truth(case.formula, replace_run(case), 0, 0))
+
+
+@settings(max_examples=EXAMPLES)
+@given(ended())
+def test_what_places_show_to_be_possible_is_possible_by_the_intervals(drawn: tuple[ir.Mission, Case]) -> None:
+    mission, _ = drawn
+    kernel, findings = expand(mission)
+    assert kernel is not None, findings
+    (goal,) = kernel.requirements
+    ground = Ground.of(mission)
+    if goal.formula in possible(mission, [goal.formula], ground):
+        assert Intervals(mission, ground.atlas).of([goal.formula])[goal.formula].most[0, FIRST] >= 0
+        assert broken_ends(mission, kernel, ground) == []
 
 
 def replace_run(case: Case) -> reference.Run:

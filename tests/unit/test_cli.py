@@ -12,7 +12,6 @@ import pytest
 
 from missionc.cli import exit_status
 from missionc.cli.app import main
-from missionc.pipeline import driver
 from missionc.version import __version__
 from tests.support.small_missions import (
     CONFLICT,
@@ -397,7 +396,7 @@ def test_a_defect_is_one_message_without_a_traceback(
         raise ZeroDivisionError("division by zero")
 
     monkeypatch.delenv("MISSIONC_TRACEBACK", raising=False)
-    monkeypatch.setattr(driver, "check", broken)
+    monkeypatch.setattr("missionc.cli.commands.check.check", broken)
     assert main(["check", "small.mission"]) == 70
     err = capsys.readouterr().err
     assert err.startswith("error[MC901]: a defect of the compiler: ZeroDivisionError at test_cli.py:")
@@ -411,7 +410,7 @@ def test_a_defect_shows_its_traceback_to_who_asks(folder: Path, monkeypatch: pyt
         raise ZeroDivisionError
 
     monkeypatch.setenv("MISSIONC_TRACEBACK", "1")
-    monkeypatch.setattr(driver, "check", broken)
+    monkeypatch.setattr("missionc.cli.commands.check.check", broken)
     with pytest.raises(ZeroDivisionError):
         main(["check", "small.mission"])
 

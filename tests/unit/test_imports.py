@@ -10,9 +10,25 @@ from pathlib import Path
 
 import pytest
 
+from missionc.cli.app import MODULES as COMMANDS
+
 ROOT = Path(__file__).resolve().parents[2]
 HEAVY = {"z3", "pysat", "torch", "networkx", "scipy", "matplotlib", "piqp", "jinja2", "mcap"}
 MODULES = sorted((ROOT / "missionc").rglob("*.py"))
+COVERED = """\
+mission covered
+time step 1 s, horizon 4 s
+world (0, 0) to (6, 6)
+region goal = disc at (3, 3) radius 0.5 m
+obstacle left = box (1, 1) to (3.2, 5)
+obstacle right = box (3, 1) to (5, 5)
+team robot[1] {
+  radius 0.1 m
+  dynamics single_integrator(speed <= 1 m/s)
+  start at (0.5, 0.5)
+}
+require there: some robot: eventually[0, 4 s] goal
+"""
 FORBIDDEN_MODULES = {"pickle", "marshal", "shelve", "yaml", "cflib", "dill", "cloudpickle", "joblib"}
 FORBIDDEN_CALLS = {"eval", "exec", "compile", "__import__"}
 
@@ -22,6 +38,55 @@ def loaded_by(code: str) -> set[str]:
     script = f"{code}\nimport sys\nprint('\\n'.join({{name.partition('.')[0] for name in sys.modules}}))"
     run = subprocess.run([sys.executable, "-c", script], cwd=ROOT, capture_output=True, text=True, check=True)
     return set(run.stdout.split())
+
+
+ARRAYS = {"numpy", "shapely", "scipy"}
+"""What takes longer to load than all else that a mission without many shapes and agents needs."""
+
+SAMPLES = ("wildfire", "clot_dynamic", "gallery/evacuation", "gallery/mountain_rescue", "gallery/pylon_inspection")
+"""Boxes, discs, balls, cylinders and paths, in planes and in volumes."""
+
+QUICK = (
+    *(["check", f"missions/{name}.mission"] for name in SAMPLES),
+    ["fmt", "--check", "missions/wildfire.mission"],
+    ["explain"],
+    ["explain", "MC301"],
+    ["explain", "missions/wildfire.mission"],
+    ["init", "--list"],
+    ["--version"],
+    ["--help"],
+    *([command, "--help"] for command in COMMANDS),
+)
+
+
+@pytest.mark.parametrize("words", QUICK, ids=" ".join)
+def test_what_needs_no_arrays_loads_none(words: list[str]) -> None:
+    assert loaded_by(f"from missionc.cli.app import main\nassert main({words}) == 0") & (ARRAYS | HEAVY) == set()
+
+
+def test_init_loads_no_arrays(tmp_path: Path) -> None:
+    words = ["init", str(tmp_path / "first")]
+    assert loaded_by(f"from missionc.cli.app import main\nassert main({words}) == 0") & (ARRAYS | HEAVY) == set()
+
+
+@pytest.mark.parametrize("words", ["ch", "check --vehicle c", "compile --backend ", "export build c", "explain MC30"])
+def test_completion_loads_no_arrays(words: str) -> None:
+    asked = {"COMP_WORDS": f"missionc {words}", "COMP_CWORD": str(len(words.split(" ")))}
+    code = (
+        f"import os\nos.environ |= {asked | {'_MISSIONC_COMPLETE': 'bash_complete'}}\n"
+        "from missionc.cli.app import commands\n"
+        "try:\n    commands.main(args=[], prog_name='missionc')\nexcept SystemExit:\n    pass"
+    )
+    loaded = loaded_by(code)
+    assert "missionc" in loaded
+    assert loaded & (ARRAYS | HEAVY) == set()
+
+
+def test_geometry_is_loaded_where_no_place_answers(tmp_path: Path) -> None:
+    mission = tmp_path / "covered.mission"
+    mission.write_text(COVERED, encoding="utf-8")
+    code = f"from missionc.cli.app import main\nassert main(['check', {str(mission)!r}]) == 1"
+    assert loaded_by(code) >= {"numpy", "shapely"}
 
 
 def test_check_loads_no_solver_and_no_large_library() -> None:
