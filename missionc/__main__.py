@@ -1,4 +1,4 @@
-"""Where the process begins: signals first, so that even the imports end well.
+"""Entry point of the process: signal handlers are installed first, so that even the imports end well.
 
 As little as can be is imported before: until then a signal meets the interpreter's own ways.
 """

@@ -1,3 +1,3 @@
-"""Which missionc this is; the one place that says so."""
+"""The version of missionc; the one place that has it."""
 
 __version__ = "0.1.0"

@@ -1,4 +1,4 @@
-"""What a backend is: the features it offers, and a function from a mission to an outcome.
+"""The interface of backends: the features that each offers, and a function from a mission to an outcome.
 
 ``Planned`` (still to be judged by ``verify``), ``Impossible`` (a proof that
 this abstraction holds no plan, and the requirements it rests on) and
@@ -122,7 +122,7 @@ class Report:
     files: tuple[tuple[str, bytes], ...] = ()
     notes: tuple[str, ...] = ()
     cut_short: CutShort | None = None
-    """Of a plan: that another run, with more time, may find another one."""
+    """The limit or signal that ended the search: another run, with more time, may find another plan."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -209,7 +209,7 @@ class Attempt:
         return f"{wrong[0].violation(step)}{more}" if wrong else "violates nothing"
 
     def worst_faults(self) -> tuple[Fault, ...]:
-        """Of each kind the one that is worst."""
+        """The worst fault of each kind."""
         worst: dict[str, Fault] = {}
         for fault in self.faults:
             if fault.what not in worst or fault.margin < worst[fault.what].margin:

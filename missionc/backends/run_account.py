@@ -1,4 +1,4 @@
-"""What a run has used and has to tell, collected while it goes on."""
+"""The account of a run: its seconds by stage, its sizes and its notes, collected while it goes on."""
 
 from __future__ import annotations
 

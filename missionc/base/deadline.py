@@ -1,4 +1,4 @@
-"""A deadline for whatever runs: past it the work is interrupted by an exception, wherever it is.
+"""Deadlines: work that runs past one is interrupted by an exception, wherever it is.
 
 A search looks at the clock itself and ends with the best that it has. Everything else (a loop of a lowering, a table,
 a fit) knows nothing of time; it is interrupted.

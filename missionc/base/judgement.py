@@ -1,4 +1,4 @@
-"""What the monitor found, as a value and in words."""
+"""The judgement of a monitor, as a value and in words."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How large a mission may be. Every limit has a message that names it and a flag that raises it."""
+"""Size limits of missions: each has a message that names it and a flag that raises it."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class Limits:
     """
 
     file_bytes: int = 1 << 16
-    """Of a mission with all it includes: 6 times one of 200 lines, and so little that any is checked in two seconds."""
+    """Bytes of a mission with all it includes: 6 times one of 200 lines, so few that any is checked in two seconds."""
     nesting: int = DEEPEST
     name_length: int = 128
     digits: int = 15
@@ -35,7 +35,7 @@ class Limits:
     trace_bytes: int = 1 << 28
     checkpoint_bytes: int = 1 << 28
     simulated_seconds: int = 20_000
-    """Of all agents in all flights together, that are flown once more to judge a simulation: a minute or two of it."""
+    """Seconds of all agents in all flights together, flown once more to judge a simulation: a minute or two of work."""
 
     def __post_init__(self) -> None:
         for name in self.__slots__:

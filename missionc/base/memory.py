@@ -1,4 +1,4 @@
-"""Memory of this process: how much it holds, and a limit on how much it may take.
+"""Memory of this process: the amount it holds, and a limit on the amount it may take.
 
 Only Linux tells and limits it; elsewhere 0 is held, and nothing is limited.
 """

@@ -1,4 +1,4 @@
-"""How values show themselves where they are the result of a cell: in Jupyter, and in IPython on a terminal.
+"""Notebook display of values that are the result of a cell: in Jupyter, and in IPython on a terminal.
 
 What a value says is its ``str``; a notebook shows that as it stands, or a report in a frame. Nothing here is loaded for
 it, and nothing of a notebook has to be installed.
@@ -21,7 +21,7 @@ COLOURS = ("#4e79a7", "#f28e2b", "#59a14f", "#e15759", "#b07aa1", "#9c755f", "#7
 
 
 class Printer(Protocol):
-    """Of IPython."""
+    """The pretty printer of IPython."""
 
     def text(self, words: str) -> None: ...
 

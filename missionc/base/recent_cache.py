@@ -1,4 +1,4 @@
-"""What was worked out lately, for whoever looks at one version of a text after the other."""
+"""A cache of recent results, for whoever looks at one version of a text after the other."""
 
 from __future__ import annotations
 

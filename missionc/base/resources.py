@@ -1,4 +1,4 @@
-"""Where the files that come with the compiler are: inside the installed package, or in the source tree beside it."""
+"""Resource files of the compiler: inside the installed package, or in the source tree beside it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Ctrl-C, SIGTERM and SIGHUP as one exception, so that every ``finally`` runs and the exit status is right.
+"""Signals: Ctrl-C, SIGTERM and SIGHUP as one exception, so that every ``finally`` runs and the exit status is right.
 
 Once there is a plan (``hold``), the first one no longer raises: ``asked`` tells of it, whoever is still at work on a
 better plan ends, and the plan that is there is verified and written.
@@ -33,7 +33,7 @@ class Stopped(BaseException):
 
 
 class _State:
-    """Of the process, as its signal handlers are."""
+    """The state of the process, as its signal handlers are the process's."""
 
     seen = False
     held = False

@@ -1,4 +1,4 @@
-"""Mission text and places in it. A span is two offsets; line and column are worked out when a message is shown.
+"""Source text of missions and spans in it; line and column are worked out when a message is shown.
 
 In an editor a text changes while most of its lines stay. What was read of a passage that stays is not read
 again: its spans count from where the passage begins, so that they move along when something is put in before it.

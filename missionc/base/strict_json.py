@@ -1,4 +1,4 @@
-"""JSON text into values, strictly: everything that two readers could understand differently is refused.
+"""A strict JSON reader: everything that two readers could understand differently is refused.
 
 No key comes twice in one record, no number is longer than a double or a 64-bit
 integer needs, no half of a surrogate pair stands alone, and nothing is nested

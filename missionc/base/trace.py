@@ -1,4 +1,4 @@
-"""Joint motion as arrays: what a backend returns, a trace file holds, the monitor judges and the emitters write."""
+"""Traces: joint motion as arrays, which a backend returns, a file holds, the monitor judges and the emitters write."""
 
 from __future__ import annotations
 

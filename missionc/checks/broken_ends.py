@@ -1,4 +1,4 @@
-"""Which requirements are surely false by where agents start, or finish, and which part of them at whose place.
+"""Requirements that starts or finishes surely break by interval robustness, and the part that breaks.
 
 The intervals of every formula are worked out with arrays, so this is loaded only
 for missions of which ``check_ends`` has not found without that nothing is broken.

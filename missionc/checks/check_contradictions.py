@@ -1,4 +1,4 @@
-"""Facts that exclude each other: of two requirements, of one, of a requirement and a start or finish.
+"""Contradictions of necessary facts: of two requirements, of one, of a requirement and a start or finish.
 
     says MC510
 

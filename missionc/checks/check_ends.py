@@ -1,4 +1,4 @@
-"""Requirements that the places where agents start, or finish, break by themselves.
+"""Check of requirements at the ends: those that starts or finishes break by themselves, by interval robustness.
 
     in   Mission, its Kernel, the Ground
     out  nothing but findings

@@ -1,4 +1,4 @@
-"""Goals that no agent can reach in the time at its top speed.
+"""Reachability of goals: those that no agent can reach in the time at its top speed.
 
     says MC509
 
@@ -101,7 +101,7 @@ def _requirements(mission: Mission, ground: Ground) -> list[Diagnostic]:
 
 
 def _late(ground: Ground, agents: Sequence[Agent], goal: Area, steps: int) -> list[Journey]:
-    """Of the agents that cannot be at a goal within so many steps: how far, at least, each starts from it."""
+    """The agents that cannot be at a goal within so many steps, with how far, at least, each starts from it."""
     mission = ground.mission
     if len(agents) <= MANY:
         agents = [agent for agent in agents if not _in_time(ground, agent, goal, _reach(mission, agent, steps))]

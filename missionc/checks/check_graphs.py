@@ -1,4 +1,4 @@
-"""Graphs and formations: enough agents, and formations whose agents would not touch.
+"""Check of graphs and formations: enough agents, and formations whose agents would not touch.
 
 says MC506 MC507 MC508
 """

@@ -1,4 +1,4 @@
-"""How far ahead each formula looks, and whether the mission lasts that long.
+"""Check of horizons: the look-ahead of each formula, and whether the mission lasts that long.
 
     in   Mission
     out  nothing but findings

@@ -1,4 +1,4 @@
-"""Requirements that contradict on their face, requirements that cannot be violated, routes that mean nothing.
+"""Check of requirements: contradictions on their face, tautologies, routes that mean nothing.
 
     in   Mission
     out  nothing but findings

@@ -1,4 +1,4 @@
-"""Routes that need more agents than there are, and routes of no length at all.
+"""Check of routes: those that need more agents than there are, and those of no length at all.
 
 says MC307 MC514 MC515
 """
@@ -43,7 +43,7 @@ def check_routes(mission: Mission, known: Certain) -> list[Diagnostic]:
 
 
 def _asked(mission: Mission) -> dict[Formula, int]:
-    """Of whom each formula may be asked: the bits of those agents."""
+    """The agents, as bits, that each formula may be asked of."""
     asked = dict.fromkeys(formulas(mission), 0)
     for formula in reversed(formulas(mission)):
         match formula:

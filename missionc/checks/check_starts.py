@@ -1,4 +1,4 @@
-"""Starts and finishes: in the world, clear of obstacles and of each other, in regions with room for all.
+"""Check of starts and finishes: in the world, clear of obstacles and of each other, in regions with room for all.
 
     says MC501 MC502 MC503 MC516
 

@@ -1,4 +1,4 @@
-"""Vehicles: room to fly in, places within it, and speeds that they reach.
+"""Check of vehicles: room to fly in, places within it, and speeds that they reach.
 
     says MC518 MC519 MC520
 

@@ -1,4 +1,4 @@
-"""Starts, goals, regions, graphs and formations: can this be meant in this world?
+"""Check of a mission against its world: starts, goals, regions, graphs, formations and vehicles.
 
     in   Mission
     out  nothing but findings

@@ -1,4 +1,4 @@
-"""Where agents can be: the world less the obstacles; and what follows from that alone."""
+"""Free space: outer bounds of where agents can be, the world less the obstacles, and deductions from that alone."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ class Ground:
 
     @staticmethod
     def of(mission: Mission, before: Ground | None = None) -> Ground:
-        """Of a mission whose world is not flat; ``before`` is that of an earlier version of it."""
+        """The free space of a mission whose world is not flat; ``before`` is that of an earlier version of it."""
         dimension = mission.dimension
         shapes = [region.shape for region in mission.regions]
         for obstacle in mission.obstacles:

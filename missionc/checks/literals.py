@@ -1,4 +1,4 @@
-"""Predicates and their negations: where they let an agent be, and which two exclude each other."""
+"""Literals, which are predicates and their negations: the places each allows, and the pairs that exclude each other."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which agents a formula is surely true of, and surely false of, at every step of every plan.
+"""Must analysis: the agents that a formula is surely true of, and surely false of, at every step of every plan.
 
 Constants are folded: a formula and its negation, a region that covers the
 world, a speed no agent has. Formulas with the same meaning on their face get

@@ -1,4 +1,4 @@
-"""What must be true of whom and when, for a formula to hold: its necessary facts.
+"""Necessary conditions of a formula: the facts about agents and steps that hold in every plan that satisfies it.
 
 Only what follows for certain is kept. So a fact may be missing, but each holds
 in every plan that satisfies the formula.

@@ -1,4 +1,4 @@
-"""Which formulas may be true, and may be false, at the first and the last step: shown by places that agents may be at.
+"""Witnesses that a formula may be true, or false, at the first and the last step: places that agents may be at.
 
 Each agent is put at some of the places where it may start or finish, and
 predicates and links are looked at there, in plain numbers; one whose place is
@@ -61,10 +61,10 @@ FEW = 32
 """Agents that are looked at one by one; of more, arrays are quicker."""
 
 TRIES = ((0, 0), (1, 0), (2, 1))
-"""Of which of its places an agent is put at: the number of the agent so many times, and so many more."""
+"""The place of its own that an agent is put at: the number of the agent so many times, and so many more."""
 
 PLACES = 7
-"""Of a region in which an agent may be."""
+"""Places that are tried in a region in which an agent may be."""
 
 Bits: TypeAlias = int
 """Agents, each a bit of it."""
@@ -84,7 +84,7 @@ class May:
 
 @dataclass(slots=True, eq=False)
 class Ends:
-    """Of a mission with few agents."""
+    """The two ends of a mission with few agents, and what was found of them."""
 
     mission: Mission
     everyone: Bits
@@ -137,7 +137,7 @@ def _choices(place: Given | None, ground: Ground) -> list[Place | None]:
 
 
 def _middles(places: list[Given | None], ground: Ground) -> Joint:
-    """Of each agent's place the middle of the box around it."""
+    """The middle of the box around each agent's place."""
     return tuple(_middle(place, ground) for place in places)
 
 
@@ -252,7 +252,7 @@ def _until(ends: Ends, hold: May, end: May, low: int, high: int | None) -> May:
 
 
 def _links(ends: Ends, graph: Graph, column: int) -> tuple[dict[int, Bits], dict[int, Bits]]:
-    """Of each of the graph's agents: those it may be linked to, and those it may not be."""
+    """For each of the graph's agents those it may be linked to, and those it may not be."""
     if (graph, column) not in ends.links:
         linked, apart = dict.fromkeys(graph.agents, 0), dict.fromkeys(graph.agents, 0)
         for one in graph.agents:

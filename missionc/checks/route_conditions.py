@@ -1,4 +1,4 @@
-"""What a spatial operator says of the agent it is asked of, and of the agents there are."""
+"""Conditions of spatial operators: on the agent that one is asked of, and on the agents there are."""
 
 from __future__ import annotations
 

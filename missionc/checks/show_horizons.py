@@ -1,4 +1,4 @@
-"""How far ahead each requirement looks, as text.
+"""Printer of horizons: the look-ahead of each requirement, as text.
 
 in   Mission
 out  text, the same for the same mission

@@ -1,4 +1,4 @@
-"""What a must-analysis knows of formulas: values that stay from one version of a mission to the next.
+"""Facts that a must-analysis found of formulas: values that stay from one version of a mission to the next.
 
 Sets of agents are the bits of a number.
 """

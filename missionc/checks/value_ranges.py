@@ -1,4 +1,4 @@
-"""Between which values the two sides of a comparison can differ, whatever the plan."""
+"""Value ranges of comparisons: interval bounds on the difference of their two sides, whatever the plan."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class Range:
 
 
 def of_comparison(ground: Ground, agent: Agent, said: Compare) -> Range:
-    """Of the expression that the comparison says is at least 0, for that agent and every other of its kind."""
+    """The range of the expression that the comparison says is at least 0, for that agent and all others of its kind."""
     total = Range(said.constant, said.constant)
     for weight, feature in said.terms:
         total += of_feature(ground, agent, feature).scaled(weight)
@@ -48,7 +48,7 @@ def of_comparison(ground: Ground, agent: Agent, said: Compare) -> Range:
 
 
 def of_feature(ground: Ground, agent: Agent, feature: Feature) -> Range:
-    """Of a state or a distance, in SI units, for that agent and every other of its kind."""
+    """The range of a state or a distance, in SI units, for that agent and every other of its kind."""
     mission = ground.mission
     low, high = mission.world.low, mission.world.high
     match feature:

@@ -1,1 +1,1 @@
-"""The command line: flags in, files and words out."""
+"""The command line: flags in, files and words out, an exit status at the end."""

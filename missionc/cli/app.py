@@ -1,4 +1,4 @@
-"""The commands: flags in, files and words out. Nothing about missions is decided here.
+"""The command-line application: its commands, and the flags that all share. Nothing about missions is decided here.
 
 Diagnostics go to standard error, results to standard output; with ``--format
 json`` standard output is one document that holds the diagnostics too.

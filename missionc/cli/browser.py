@@ -1,4 +1,4 @@
-"""A page in the user's browser, where there is one that can show it."""
+"""The user's browser: a page is opened in it, where there is one that can show it."""
 
 from __future__ import annotations
 

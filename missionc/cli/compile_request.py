@@ -1,4 +1,4 @@
-"""One compilation as a command asks for it: planned, judged, written, and said.
+"""One compilation request of a command: planned, verified, written, and reported.
 
 in   Order
 out  Answer

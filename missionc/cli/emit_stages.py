@@ -1,4 +1,4 @@
-"""Every stage of the pipeline as text, for ``--emit``."""
+"""Intermediate representations of the pipeline as text, for ``--emit``."""
 
 from __future__ import annotations
 

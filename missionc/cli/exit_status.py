@@ -1,4 +1,4 @@
-"""What every command ends with: an exit status, findings on standard error, results on standard output."""
+"""Exit statuses of commands; findings go to standard error, results to standard output."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What several commands take: the flags, and how their values are read."""
+"""Command-line options that several commands take: the flags, and the parsing of their values."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from missionc.output.export.form_names import NAMES
 Command = TypeVar("Command", bound=Callable[..., Any])
 
 Pairs = tuple[tuple[str, str], ...]
-"""Of flags that take NAME=VALUE, each as often as it was given."""
+"""The values of flags that take NAME=VALUE, each as often as it was given."""
 
 Completer = Callable[[click.Context, click.Parameter, str], list[CompletionItem]]
 

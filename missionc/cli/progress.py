@@ -1,4 +1,4 @@
-"""One line on a terminal that says what goes on: the time so far and the time left, the stage, and how far it is."""
+"""A progress line on a terminal: the time so far and the time left, the stage, and how far it is."""
 
 from __future__ import annotations
 

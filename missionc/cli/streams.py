@@ -1,4 +1,4 @@
-"""The standard streams as commands speak on them: what cannot be said is an error, never silence."""
+"""Standard streams, written by commands: a failed write is an error, never silence."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a command has to say: as lines for people, and as one document for programs."""
+"""Summaries of results: lines for people, and one JSON document for programs."""
 
 from __future__ import annotations
 
@@ -87,7 +87,7 @@ def monitored_lines(monitored: Monitored) -> list[str]:
 
 
 def margin_lines(certificate: Certificate) -> list[str]:
-    """Of every kind of check the one closest to failing; kinds that are met to rounding, as equalities are, last."""
+    """The check closest to failing, of every kind; kinds that are met to rounding, as equalities are, last."""
     least: dict[str, Check] = {}
     for check in certificate.checks:
         if check.name not in least or check.margin < least[check.name].margin:

@@ -1,4 +1,4 @@
-"""Curves in Bernstein form, in doubles, with every rounding counted.
+"""Polynomials in Bernstein form, in doubles, with every rounding error bounded.
 
 A polynomial over a piece of time is known by its control points: it stays in
 their hull, and so do its parts when the piece is halved. The points here are

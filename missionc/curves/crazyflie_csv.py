@@ -1,4 +1,4 @@
-"""The text of a Crazyflie's polynomials, as the firmware will hold it.
+"""Reader and writer of a Crazyflie's trajectory CSV, with its numbers as the firmware will hold them.
 
 The uav_trajectories format: a header, then one row for each piece: its
 duration, and eight coefficients each of x, y, z and yaw in ascending powers of

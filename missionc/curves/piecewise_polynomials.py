@@ -1,4 +1,4 @@
-"""Joint motion in continuous time: polynomials, piece by piece, all agents on one grid of times.
+"""Piecewise polynomials: joint motion in continuous time, all agents on one grid of times.
 
 The motion between two steps is a polynomial of degree one or two, what a
 Crazyflie flies is one of degree seven; everything that is proved about either

@@ -1,4 +1,4 @@
-"""Curves of degree 7 in pieces that join smoothly, by their Bernstein control points.
+"""Smooth splines: B-splines of degree 7 with four continuous derivatives, by their Bernstein control points.
 
 A B-spline with threefold inner knots has four continuous derivatives at every
 joint, however long the pieces are. Its coefficients are the free numbers; each

@@ -1,1 +1,1 @@
-"""What the compiler says: codes, values, renderers, explanations."""
+"""Diagnostics: codes, findings as values, renderers, explanations."""

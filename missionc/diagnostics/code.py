@@ -1,4 +1,4 @@
-"""Every code the compiler can say. A code is for ever; its page is ``docs/errors/MCnnn.md``."""
+"""Diagnostic codes: each is given out for ever, and has its page, ``docs/errors/MCnnn.md``."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a code says and why: its page, ``docs/errors/MCnnn.md``."""
+"""The documentation page of a diagnostic code, ``docs/errors/MCnnn.md``."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A finding as a value: what is wrong, where, why, and one way out. Rendering is elsewhere."""
+"""A diagnostic as a value: what is wrong, where, why, and one fix. Rendering is elsewhere."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Findings as text for people, and as values for programs.
+"""Renderers of diagnostics: text for people, and plain values for programs.
 
     in   Diagnostic
     out  text in the manner of rustc, or plain dictionaries

@@ -1,4 +1,4 @@
-"""Text from a mission, a file name or a flag, made harmless for whoever looks at it.
+"""Sanitizing of untrusted text from a mission, a file name or a flag: harmless for a terminal and its reader.
 
 A terminal acts on some characters instead of showing them: it moves its cursor, changes its title, or turns the order
 of a line around. They are written as Python writes them, ``\\x1b``. A document for programs has them as JSON does.

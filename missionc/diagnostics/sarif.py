@@ -1,4 +1,4 @@
-"""Findings as SARIF 2.1.0, for code hosts and editors that show what a check found beside the text.
+"""SARIF 2.1.0 renderer of diagnostics, for code hosts and editors that show findings beside the text.
 
     in   Diagnostic
     out  one log, as plain values

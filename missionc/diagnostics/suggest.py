@@ -1,4 +1,4 @@
-"""The name a writer most likely meant."""
+"""Spelling suggestions by edit distance: the name that a writer most likely meant."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Findings as they are given out: in the order of the text."""
+"""The order of diagnostics as they are given out: that of the text."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a mission says, said back: sentences, diagrams of its windows, and the traps it touches.
+"""Explanation: a mission said back in sentences, diagrams of its windows, and the traps it touches.
 
 in   Mission, as meant
 out  words and values; nothing is solved, nothing is found wrong

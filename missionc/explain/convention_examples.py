@@ -1,4 +1,6 @@
-"""Where conventions part: for each, a tiny run on which two readings differ. Tests evaluate both with the monitor.
+"""Conventions of temporal logic on which tools differ, each with a tiny trace on which two readings differ.
+
+Tests evaluate both readings with the monitor.
 
 Source:
     [strel] Table 1, its encoding and its prose; [clot] III-B; the published code of RTAMT 0.4.10,
@@ -30,7 +32,7 @@ class Example:
 
     declarations: str
     places: tuple[tuple[tuple[float, float], ...], ...]
-    """Of each agent, at each step, metres."""
+    """The places of each agent, at each step, metres."""
     agents: bool
     rows: tuple[tuple[str, str], ...]
     asked: str

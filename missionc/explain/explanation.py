@@ -1,4 +1,4 @@
-"""All that is said of a requirement, as a value, as text and as a document.
+"""The explanation of a requirement, as a value, as text and as a document.
 
 in   Mission, and the backend that was chosen for it
 out  Explained, lines, a JSON document
@@ -76,7 +76,7 @@ MOST_LETTERS = 100_000
 """In the sentences of one page; once there are more, what comes after is left out."""
 
 MOST_WINDOWS = 10_000
-"""Of one formula that are looked at."""
+"""Windows of one formula that are looked at."""
 
 
 def explained(mission: Mission, name: str | None = None) -> tuple[Explained, ...]:

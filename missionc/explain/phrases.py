@@ -1,4 +1,4 @@
-"""The words of sentences: verbs for predicates, nouns for agents, phrases for windows and lengths."""
+"""Phrases that sentences are made of: verbs for predicates, nouns for agents, adverbials for windows and lengths."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a formula means, in one plain sentence, and a few more where it would grow too long.
+"""Sentences in plain English for a formula: one, and a few more where it would grow too long.
 
     in   a formula and its mission
     out  Sentences

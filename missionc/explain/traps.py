@@ -1,4 +1,4 @@
-"""Which conventions a formula hangs on that others have otherwise, and how each is shown.
+"""Traps of a formula: conventions it hangs on that other tools have otherwise, and the example of each.
 
 in   a formula
 out  Traps of ``convention_examples``, in their order

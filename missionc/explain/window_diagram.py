@@ -1,4 +1,4 @@
-"""The windows of a formula on the mission's time axis, a line for each temporal operator.
+"""Timing diagrams of a formula's windows on the mission's time axis, a line for each temporal operator.
 
 in   a formula and its mission
 out  its windows, and a drawing of them

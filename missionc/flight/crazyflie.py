@@ -1,4 +1,4 @@
-"""A Crazyflie's polynomials for every agent, in the uav_trajectories format, verified as they are written.
+"""Trajectory generation for Crazyflies: polynomials for every agent, verified as they are written.
 
     in   Mission, the verified Trace
     out  the files, and the certificate of what is in them

@@ -1,4 +1,4 @@
-"""The smoothest polynomials through a plan: one convex quadratic program.
+"""Minimum-acceleration polynomials through a plan, by one convex quadratic program.
 
 They pass every step's position at its time, or near it, rest at both ends, and
 have the least integral of squared acceleration, with a little of the jerk's
@@ -37,7 +37,7 @@ from missionc.flight.quadratic_program import (
 SAFE = 1e-5
 """Metres kept back from every bound at least: more than rounding to float32 takes of a hall."""
 ROUNDED = 2.0**-21
-"""Of the largest coordinate, likewise: eight numbers of float32 are added up, and each is off by 2**-24 of itself."""
+"""The share of the largest coordinate, likewise: eight numbers of float32 are added, each off by 2**-24 of itself."""
 REST = 4
 """Coefficients at each end of the spline that are the place where it rests."""
 ROUNDING_OFF = 0.02

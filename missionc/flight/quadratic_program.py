@@ -1,4 +1,4 @@
-"""Convex quadratic programs over the numbers of splines, with bounds that may be exceeded where not all can be kept."""
+"""Convex quadratic programs over the numbers of splines, with soft bounds where not all can be kept."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from missionc.base.trace import Array
 from missionc.curves.piecewise_polynomials import Indices
 
 PENALTY = 1e5
-"""Of a metre beyond a bound, where not all bounds can be kept, in units of effort."""
+"""The penalty of a metre beyond a bound, where not all bounds can be kept, in units of effort."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,4 +1,4 @@
-"""What to say where a plan cannot be flown: no polynomials were found, or the vehicles would need more time.
+"""Diagnostics for plans that cannot be flown: no polynomials were found, or the vehicles would need more time.
 
 says MC703 MC711
 """

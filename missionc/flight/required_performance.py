@@ -1,4 +1,4 @@
-"""What a flight asks of vehicles that nobody named: said, since nothing else keeps a plain team to what can be flown.
+"""Required performance of a flight: a note where a team without a vehicle needs more than any profile allows.
 
 in   Mission, the certificate of its polynomials
 out  a note, where the flight is harder than any profile allows

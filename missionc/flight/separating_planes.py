@@ -1,4 +1,4 @@
-"""Where polynomials come too close, and the planes that keep them on their sides.
+"""Separating planes, where polynomials come too close: each curve is kept on its side.
 
 The verified motion of two agents within a step is straight, so at its closest
 approach there is a plane between them that it never crosses: if the control
@@ -37,7 +37,7 @@ LENIENT = 2e-6
 NARROWEST = 1e-3
 """Metres: a tube is not halved below this."""
 SMALLEST = 1 / 8
-"""Of a leg: a moving obstacle's planes are for no smaller part than this, or what its own turns leave."""
+"""The smallest part of a leg that a moving obstacle's planes are for, but for what its own turns leave."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,4 +1,4 @@
-"""What vehicles may do, as gauges of their flights' derivatives: where a flight exceeds them, and cuts that end it.
+"""Vehicle limits as gauges of a flight's derivatives: where they are exceeded, and cutting planes that end it.
 
 The gauge of a limit is 1 at the limit and twice as much for twice the
 derivative, so a flight that takes s times as long has the gauge over s**order.
@@ -31,11 +31,11 @@ from missionc.verify.flight.vehicle_claims import GRAVITY
 from missionc.verify.plan.conservative_advancement import least
 
 SHARE = 0.98
-"""Of a limit, what a fit may use: the rest is for rounding, and for what cuts leave over."""
+"""The share of a limit that a fit may use: the rest is for rounding, and for what cuts leave over."""
 PARTS = 4
 """A piece's control points are looked at in so many parts of it: nearer to the curve than those of the whole."""
 EXACT = 1e-3
-"""Of a limit: how exactly a peak beyond it is found."""
+"""The share of a limit to which a peak beyond it is found."""
 
 
 @dataclass(frozen=True, slots=True)

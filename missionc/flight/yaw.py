@@ -1,4 +1,4 @@
-"""Where an agent's nose points along its flight: yaw as one more coordinate, on the flight's own pieces.
+"""Yaw along a flight: one more coordinate, on the flight's own pieces, within a limit of its rate.
 
     in   where it is to point, the most it may turn in a second, its flight
     out  coefficients of every piece
@@ -36,7 +36,7 @@ from missionc.flight.vehicle_limits import SHARE, in_parts
 from missionc.ir import AlongPath, Fixed, Yaw
 
 SAMPLES = 16
-"""Of each piece, where the direction is looked at."""
+"""Samples of the direction in each piece."""
 HOVERING, DRIFTING = 0.05, 0.1
 """Who is slower goes nowhere: m/s, and of its own largest speed, since a stop is rounded off by a drift."""
 FAINT = 0.05

@@ -1,4 +1,4 @@
-"""The mission as meant: names are objects, units are SI, windows are whole steps.
+"""The intermediate representation: the mission as meant, names are objects, units are SI, windows are whole steps.
 
 Values only. Everything after ``resolve.resolve_mission`` reads this and never the tree
 as written. Agents are numbered through the whole mission, in the order of

@@ -1,4 +1,4 @@
-"""Who moves, how, from where and to where."""
+"""Agents: their dynamics, their starts and finishes, and sets of them."""
 
 from __future__ import annotations
 

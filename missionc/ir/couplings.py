@@ -1,4 +1,4 @@
-"""What relates agents to each other: graphs and formations."""
+"""Couplings between agents: graphs and formations."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Formulas over predicates: operators are objects, windows are whole steps."""
+"""Temporal and spatial formulas over predicates: operators are objects, windows are whole steps."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The mission itself."""
+"""The mission itself: world, agents, requirements, preferences, objective."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What there is in the world: its bounds, regions, obstacles and beacons."""
+"""Places in the world: its bounds, regions, obstacles and beacons."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What can be true of an agent, or of the team, at one step."""
+"""Predicates: atomic propositions about an agent, or about the team, at one step."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Regions of space as plain numbers; what they mean as sets of points is ``world.signed_distance``."""
+"""Shapes of regions as plain numbers; as sets of points they are in ``world.signed_distance``."""
 
 from __future__ import annotations
 

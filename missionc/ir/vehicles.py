@@ -1,4 +1,4 @@
-"""What an agent is flown by: the figures of its vehicle, and where its nose points."""
+"""Vehicles: the figures that limit an agent's flight, and the yaw it flies with."""
 
 from __future__ import annotations
 

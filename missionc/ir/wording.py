@@ -1,4 +1,4 @@
-"""How quantities and lists of names read in messages."""
+"""Wording of quantities and of lists of names in messages."""
 
 from __future__ import annotations
 

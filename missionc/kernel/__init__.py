@@ -1,1 +1,1 @@
-"""The middle language: what every operator comes down to."""
+"""The kernel: the core language that every operator comes down to."""

@@ -34,7 +34,7 @@ from missionc.kernel.walk import children, postorder
 
 
 def steps_ahead(roots: Iterable[Node]) -> dict[Node, int]:
-    """Of every node of formulas that a mission lasts long enough for; a window to the end counts up to where it begins.
+    """The look-ahead of every node, where the mission lasts long enough; a window to the end counts to where it begins.
 
     Source:
         [strel] Definition 5, with ``until``'s left side asked one step less far.

@@ -1,4 +1,4 @@
-"""The kernel as text, one node a line: what ``--emit kernel`` prints.
+"""Printer of the kernel: one node a line, as ``--emit kernel`` shows it.
 
 A node that is more than a leaf has a name, ``%1``, ``%2``, … in the order in
 which nodes need each other, so that what is shared is seen to be.

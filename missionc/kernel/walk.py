@@ -1,4 +1,4 @@
-"""Walks through a formula as the graph it is: a shared node is met once."""
+"""Graph traversal of formulas: a shared node is met once."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""What the language has: operators and predicates, each one file."""
+"""The language's vocabulary: operators and predicates, each one file."""

@@ -1,4 +1,4 @@
-"""What an operator is: a value that says its spelling, its bounds, its meaning, and an example."""
+"""The operator as data: a value with its spelling, its bounds, its kernel form, and an example."""
 
 from __future__ import annotations
 

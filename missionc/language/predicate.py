@@ -1,4 +1,4 @@
-"""What a predicate is: a value that says its name, whom it speaks of, its parameters, its meaning, and an example.
+"""The predicate as data: a value with its name, its subject, its parameters, its wording, and an example.
 
 Its margin, the signed distance to the border of its truth, is the module of
 the same name in ``margins``.

@@ -1,4 +1,4 @@
-"""Kernel formulas about the lengths of routes that more than one operator needs."""
+"""Route lengths in kernel formulas: what more than one spatial operator needs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Walking formulas without recursion: they are graphs, shared and as deep as the mission's chains of ``let``."""
+"""Graph traversal of formulas as meant, without recursion: shared, and as deep as chains of ``let``."""
 
 from __future__ import annotations
 

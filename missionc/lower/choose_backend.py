@@ -1,4 +1,4 @@
-"""Which backend can plan a mission: what the mission needs is within what the backend offers.
+"""Choice of a backend: the mission's features are within those that the backend offers.
 
     in   Mission, and a backend by name where the command line gives one
     out  Choice

@@ -1,4 +1,4 @@
-"""The mission's requirements and preferences in kernel form: every operator rewrites itself.
+"""Expansion of requirements and preferences to kernel form: every operator rewrites itself.
 
 in   Mission, as meant
 out  Kernel; a formula that is used twice is one node there too

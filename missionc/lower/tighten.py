@@ -1,4 +1,4 @@
-"""What a backend is asked to plan, so that a flight that misses its plan a little still does what the mission says.
+"""Tightening of a mission by a margin, so that a flight that misses its plan a little still satisfies it.
 
 in   Mission, Kernel, a margin in metres
 out  a Mission and a Kernel that ask for more: what is true of a plan of theirs, by the margin, is true of the mission's
@@ -73,7 +73,7 @@ MITRE = 2.0
 PEAK, START = 1.5, 4.6
 """Measured on straight starts from rest: of the plan's speed, and of its speed over a step's duration."""
 SPARE = 0.8
-"""Of a vehicle's limits, for plans that come to speed by themselves: what rounding their corners takes is left."""
+"""The share of a vehicle's limits for plans that come to speed by themselves: rounded corners take the rest."""
 
 
 def missed(mission: Mission) -> Metres:
@@ -196,7 +196,7 @@ class _Tighter:
         return self._regions[key]
 
     def graph(self, graph: Graph, sign: int) -> Graph:
-        """Of a proximity both ends may be missed, of a beacon only one."""
+        """The graph with its range moved: of a proximity both ends may be missed, of a beacon only one."""
         key = graph, sign
         if key not in self._graphs:
             ends = 2 if isinstance(graph, Proximity) else 1

@@ -1,4 +1,4 @@
-"""Checks of open texts: one at a time, beside the requests, and never of a version that is no longer there."""
+"""Background checks of open texts: one at a time, beside the requests, and never of a version that is gone."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What fits where the next word goes: keywords by the grammar, names of the right kind, units, settings.
+"""Completion: the keywords, names, units and settings that fit next, by the grammar.
 
 Kinds and settings are the language's own tables, so that a new one needs nothing here.
 """

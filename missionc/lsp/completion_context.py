@@ -1,4 +1,4 @@
-"""The place where the next word goes: what stands before it in its declaration, and what may follow.
+"""Completion context: the tokens before the cursor in its declaration, and those that may follow.
 
 The parser's own table says so. Words before the place that fit nowhere are passed over, so that
 a declaration that is wrong somewhere still knows where it is.

@@ -1,4 +1,4 @@
-"""The declarations of a text, for its table of contents."""
+"""Document symbols: the declarations of a text, for its table of contents."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The one layout, as edits of the lines that it changes."""
+"""Formatting: the one layout, as edits of the lines that it changes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where a name is declared, and everywhere it stands."""
+"""Go to definition, references and highlights of a name."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What stands at a place: a requirement said back, what a name is, or what a word means."""
+"""Hover text: a requirement said back, the declaration of a name, or the meaning of a word."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from missionc.syntax.passages import passages
 from missionc.syntax.tokens import Token, tokenise
 
 MOST_LINES = 12
-"""Of a declaration that are shown."""
+"""Lines of a declaration that are shown."""
 
 
 def hover(text: OpenText, position: types.Position) -> types.Hover | None:

@@ -1,4 +1,4 @@
-"""How far each requirement, and each named formula, looks ahead: shown behind it."""
+"""Inlay hints: the look-ahead of each requirement and each named formula, shown behind it."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from missionc.syntax import ast
 
 
 def hints(text: OpenText, wanted: types.Range) -> list[types.InlayHint]:
-    """Of what stands in a range and is written as it was when the mission was last understood."""
+    """The hints in a range, for what is written as it was when the mission was last understood."""
     mission = text.mission
     if mission is None:
         return []

@@ -1,4 +1,4 @@
-"""An open text, and what is known of it: its lines, what can be read of it, and what the last check found."""
+"""An open document: its lines, what can be read of it, and what the last check found."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ class OpenText:
         return self.found.mission if self.found and self.found.mission else self.memory.meant
 
     def uri_of(self, source: Source) -> str:
-        """Of this text, or of a file that it includes."""
+        """The URI of this text, or of a file that it includes."""
         if source.name == self.source.name:
             return self.uri
         return from_fs_path(str(Path(source.name).absolute())) or source.name

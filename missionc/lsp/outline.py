@@ -1,4 +1,4 @@
-"""What can be read of a text: its declarations, and of those that cannot be read the names in them.
+"""The symbol table of a text that may be incomplete: its declarations, and the names in those that cannot be read.
 
 One namespace holds all that is declared; a requirement's label names it for messages and stands apart.
 """

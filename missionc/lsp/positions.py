@@ -1,4 +1,4 @@
-"""Offsets in a text and the protocol's positions: lines, and units of the encoding that the client counts in."""
+"""Conversion between offsets in a text and the protocol's positions, in the client's encoding."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class Places:
         object.__setattr__(self, "ends", (*(before for before, _ in cuts), len(self.text)))
 
     def position(self, offset: int) -> types.Position:
-        """Of the character at an offset; what is amid a line end counts as before it."""
+        """The position of the character at an offset; what is amid a line end counts as before it."""
         line = bisect_right(self.starts, offset) - 1
         before = self.text[self.starts[line] : min(offset, self.ends[line])]
         return types.Position(line, self._units(before))

@@ -1,4 +1,4 @@
-"""Findings as the protocol's diagnostics.
+"""Published diagnostics: findings in the protocol's form.
 
 What is wrong in an included file is shown at an ``include`` of this one, with the place itself beside it.
 """

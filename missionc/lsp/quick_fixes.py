@@ -1,4 +1,4 @@
-"""Quick fixes: the edits that findings bring with them."""
+"""Quick fixes (code actions): the edits that findings bring with them."""
 
 from __future__ import annotations
 

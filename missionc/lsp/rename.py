@@ -1,4 +1,4 @@
-"""Another name for something, wherever it stands; refused where the text would then mean something else."""
+"""Rename: another name for something, wherever it stands; refused where the text would then mean something else."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The server: requests in, answers out, by the functions of the other modules.
+"""The protocol server: requests in, answers out, by the functions of the other modules.
 
 A text comes whole with every change: it is small, and nothing can go wrong between two counts of its lines.
 """

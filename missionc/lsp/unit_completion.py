@@ -1,4 +1,4 @@
-"""The units that fit after a number."""
+"""Completion of units after a number."""
 
 from __future__ import annotations
 

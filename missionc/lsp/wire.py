@@ -1,4 +1,4 @@
-"""Messages from a client, whatever it sends: one that is none is answered as the protocol says, or passed over."""
+"""The wire protocol: JSON-RPC messages from a client; malformed ones are answered as the protocol says, or skipped."""
 
 from __future__ import annotations
 

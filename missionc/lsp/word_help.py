@@ -1,4 +1,4 @@
-"""What the words of the language mean, in Markdown: from the operators, predicates, forms and figures themselves."""
+"""Help on the language's words, in Markdown: from the operators, predicates, forms and figures themselves."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""Monitoring: trace and kernel formula to truth and robustness."""
+"""Runtime monitoring: trace and kernel formula to truth and robustness."""

@@ -1,4 +1,4 @@
-"""The value of kernel formulas along a trace, in one of the two logics."""
+"""Evaluation of kernel formulas along a trace, in the logic of truth or of robustness."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Routes through a graph: what a formula is worth at their ends, for every agent and many steps at once.
+"""Best and shortest routes through a graph: the value of a formula at their ends, for every agent and many steps.
 
 Values are indexed (steps, members), links and lengths (steps, members, members),
 where the members are the graph's agents in their order. Both logics run

@@ -74,7 +74,7 @@ class Interval:
 
 
 class Intervals:
-    """Of formulas; ``position`` and ``reach`` say where agents are at the two steps: within so much of the place."""
+    """The robustness intervals of formulas; ``position`` and ``reach`` bound where agents are at the two steps."""
 
     def __init__(self, mission: Mission, atlas: Atlas) -> None:
         self.mission = mission
@@ -114,7 +114,7 @@ class Intervals:
         return Interval(self.least.links[graph], self.most.links[graph])
 
     def worst_edge(self, formation: Formation, column: int) -> FormationEdge:
-        """Of a formation that has edges, the one that is furthest from as it should be, in the middle of the places."""
+        """The edge of a formation that is furthest from as it should be, in the middle of the places."""
         if (formation, column) not in self.worst:
             place, edges = self.position[:, column], formation.edges
             margins = [float(formation_margin(formation, e, place[e.first], place[e.second])) for e in edges]
@@ -247,10 +247,10 @@ def _spread(value: Values) -> Array:
 
 
 def _open(margins: Array) -> Array:
-    """Of what is false at its border."""
+    """The bounds of margins, those at 0 moved below it: the predicate is false at its border."""
     return np.where(margins == 0, -BORDER, margins)
 
 
 def _closed(margins: Array) -> Array:
-    """Of what is true at its border."""
+    """The bounds of margins, those at 0 moved above it: the predicate is true at its border."""
     return np.where(margins == 0, BORDER, margins)

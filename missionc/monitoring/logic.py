@@ -1,4 +1,4 @@
-"""The two logics a formula is judged in: truth, and robustness. ``numpy.minimum`` is *and* in both."""
+"""The two logics of evaluation: truth, and robustness. ``numpy.minimum`` is *and* in both."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class Logic:
     of_predicate: Callable[[Predicate, Values], Values]
     of_link: Callable[[Values], Values]
     of_length: Callable[[Values], Values]
-    """Of what a route's length has left to a bound that it may reach."""
+    """The value of what a route's length has left to a bound that it may reach."""
 
 
 TRUTH = Logic(

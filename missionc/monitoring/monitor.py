@@ -1,4 +1,4 @@
-"""The monitor: is a trace as the mission says, by how much, and if not, since when and because of whom.
+"""Runtime monitoring of a trace: satisfaction, robustness, and the first violation of every requirement.
 
 It knows no backend and trusts none. The same values come from the kernel
 formula whoever made the trace.

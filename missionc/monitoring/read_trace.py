@@ -1,4 +1,4 @@
-"""A recorded or hand-made trace, from the text of a file.
+"""Reader of recorded or hand-made traces, from the text of a file.
 
     in   the text of a plan (JSON) or of a table (CSV with ``agent,t,x,y[,z]``), the Mission
     out  Trace: every agent's state at every step of the mission
@@ -258,7 +258,7 @@ def _at_steps(samples: list[_State], name: str, steps: Array, step: float) -> Ar
 
 
 def _velocities(mission: Mission, position: Array) -> Array:
-    """Of the motion that starts at each step; for the second order, of the two motions that meet there."""
+    """The velocity of the motion that starts at each step; for the second order, of the two motions that meet there."""
     velocity = np.diff(position, axis=1) / mission.step
     first_order = np.concatenate([velocity, velocity[:, -1:]], axis=1)
     second_order = np.gradient(position, mission.step, axis=1)

@@ -1,4 +1,4 @@
-"""Temporal operators along the last axis of an array, for truth values and for robustness alike.
+"""Sliding windows and *until* along the last axis of an array, for truth and for robustness alike.
 
 ``worst`` and ``best`` are ``numpy.minimum`` and ``numpy.maximum``: on truth values
 they are *and* and *or*. A window that runs past the last step is ``undefined``

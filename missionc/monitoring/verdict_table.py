@@ -1,4 +1,4 @@
-"""Every formula at every agent and step, and what a verdict at step 0 can still become as time goes on.
+"""The verdict table: every subformula at every agent and step, and the verdict of each goal as time goes on.
 
 in   formulas, the goals they belong to, Mission, Trace
 out  a Row for each of the formulas

@@ -1,4 +1,4 @@
-"""When and at whom a formula's verdict falls: the step that decides it, and the agents it is decided at."""
+"""Violations: the step that decides a false formula, and the agents it is decided at."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Who makes a formula true or false at each step, and along which links.
+"""Witnesses: the agents and links that make a formula true or false at each step.
 
 in   a formula, the truths of all formulas below it
 out  Witness
@@ -44,7 +44,7 @@ from missionc.monitoring.verdict_table import asked_where, chain
 from missionc.world.signed_distance import distance_between
 
 MOST_NODES, MOST_LINKS = 5000, 1 << 25
-"""Of formulas in kernel form, and of pairs of agents at all steps: with more there is no witness, which would take too
+"""Formulas in kernel form, and pairs of agents at all steps: with more there is no witness, which would take too
 much memory."""
 
 
@@ -64,7 +64,7 @@ class Witness:
 
 
 class Witnesses:
-    """Of the formulas below some goals."""
+    """The witnesses of the formulas below some goals."""
 
     def __init__(self, goals: Iterable[Node], mission: Mission, trace: Trace, opposites: Mapping[Node, Node]) -> None:
         """``opposites``: of formulas whose negation is below a goal, that negation."""

@@ -1,1 +1,1 @@
-"""Output: what comes of a plan as files, and the writing of them."""
+"""Output: the files of a verified plan, and the writing of them."""

@@ -1,4 +1,4 @@
-"""JSON that people can read too: records over several lines, their values on one."""
+"""JSON layout that people can read too: records over several lines, their values on one."""
 
 from __future__ import annotations
 

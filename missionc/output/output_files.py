@@ -1,4 +1,4 @@
-"""Plan to files: everything of the output folder, as bytes; nothing here writes but ``write_folder``.
+"""All files of the output folder as bytes, made from a verified plan; nothing here writes.
 
 in   Mission, its kernel, Plan, the Certificate of it, the names of exports
 out  Output: the files by name, and the certificate with what was verified on the polynomials too

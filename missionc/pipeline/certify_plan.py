@@ -1,4 +1,4 @@
-"""A backend's trace to a verified plan with its files, or why it is none: slowed, verified, fitted and written down.
+"""Certification of a backend's trace: slowed, verified, fitted and written down, or the reason why not.
 
 in   a checked mission, the trace of a backend and its report
 out  Verified, Unverified or Refused, with findings

@@ -1,4 +1,4 @@
-"""What ``check`` gives back."""
+"""The result of a check: the findings and each tree that was made."""
 
 from __future__ import annotations
 

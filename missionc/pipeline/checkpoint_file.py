@@ -1,4 +1,4 @@
-"""A run put aside as one file: an npz of plain arrays, one of which is a JSON text. Nothing in it is ever run.
+"""The checkpoint file: an npz of plain arrays, one of which is a JSON text. Nothing in it is ever run.
 
     in   Snapshot, and what it is of
     out  bytes; and back

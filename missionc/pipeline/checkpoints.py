@@ -1,4 +1,4 @@
-"""Checkpoints of a run: what identifies it, and the budget of a run that is kept or taken up again."""
+"""Checkpoints of a run: what identifies it, and the budget of a run that is kept or resumed."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The pipeline, top to bottom. Read this file first.
+"""The driver of the pipeline, top to bottom. Read this file first.
 
     check     text → findings, and the mission as meant (``front_end``)
     plan      … → a backend → a plan, verified → the files of it
@@ -76,7 +76,7 @@ DEFAULT_TIME_LIMIT = Seconds(600.0)
 DEFAULT_MEMORY_LIMIT = 8 << 30
 NO_EXPLANATION = Seconds(0.0)
 KEPT_BACK = 0.25
-"""Of a search that refuses nothing, and so may take all the time there is: for why it found no plan."""
+"""The share kept back from a search that refuses nothing, and so may take all the time: for why it found no plan."""
 
 __all__ = ["ANY_BACKEND", "DEFAULT_MEMORY_LIMIT", "DEFAULT_TIME_LIMIT", "check", "compile", "monitor", "plan"]
 

@@ -1,4 +1,4 @@
-"""What is said of a mission that got no plan to write: one message for each way to end without.
+"""Diagnostics for a mission without a plan: one message for each way to end without.
 
 says MC601 to MC607 MC710
 """

@@ -1,4 +1,4 @@
-"""What a backend is asked for: first a plan with room for a flight that misses it a little, then any plan.
+"""Planning with a robustness margin first, for flights that miss their plan a little; then without.
 
 in   a backend, Mission, Kernel, Options, Budget
 out  its Outcome; and what else to ask for where a plan holds at its steps alone
@@ -25,15 +25,15 @@ from missionc.lower.tighten import (
 )
 
 SHARE, LONGEST = 0.25, 20.0
-"""Of the time that is left, for a plan that has a margin: a share, and at most so many seconds."""
+"""A share of the time that is left, and at most so many seconds, for a plan that has a margin."""
 
 PARTS = (1.0, 0.5, 0.0)
-"""Of the margin: where all of it is too much, half of it is better than none."""
+"""Parts of the margin: where all of it is too much, half of it is better than none."""
 
 OTHERS = 7
 """Plans that are asked for after one that holds at its steps alone."""
 SEEDS_EACH = 2
-"""Of them with each margin."""
+"""Seeds with each margin."""
 LEAST = Metres(0.05)
 """The margin they begin with where no vehicle has one: that of a Crazyflie's profile."""
 

@@ -1,4 +1,4 @@
-"""Provenance of what is written: the mission's files, and what of the command line changes the plan."""
+"""Provenance of what is written: the mission's files, and the options that change the plan."""
 
 from __future__ import annotations
 

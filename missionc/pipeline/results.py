@@ -1,4 +1,4 @@
-"""What the pipeline gives back: values with names, no failure among them is a bare None.
+"""Results of the pipeline as values; no failure among them is a bare None.
 
 ``Compiled`` comes of ``compile``, ``Monitored`` of ``monitor``; ``Checked``, of ``check``, is in ``checked``.
 """
@@ -88,7 +88,7 @@ class Relaxation:
     says: str
     changes: tuple[Change, ...]
     size: float
-    """Of the change, relative to what it changes; infinite where something is left out."""
+    """The size of the change, relative to what it changes; infinite where something is left out."""
     smallest: bool
 
 
@@ -129,7 +129,7 @@ class Explained:
     """Why a mission has no plan, and what would help. ``relaxations`` have the smallest change first."""
 
     blame: Blame
-    """Of a mission that is not known to be infeasible, unknown."""
+    """Who is to blame; unknown of a mission that is not known to be infeasible."""
     trials: tuple[Trial, ...] = ()
     relaxations: tuple[Relaxation, ...] = ()
     near_miss: NearMiss | None = None
@@ -149,7 +149,7 @@ class Compiled:
     findings: tuple[Diagnostic, ...]
     seconds: tuple[tuple[str, Seconds], ...]
     explained: Explained | None = None
-    """Of a mission that is impossible, or has a best candidate at least, where that was asked for."""
+    """The explanation of a mission that is impossible, or has a best candidate at least, where that was asked for."""
     listing: tuple[tuple[str, bytes], ...] = ()
     """The manifest of the files that there are without a plan; nothing where there are none."""
 

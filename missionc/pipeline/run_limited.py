@@ -1,4 +1,4 @@
-"""A piece of work within the limits of a compilation: it ends with its result, or with the limit that came first.
+"""Work within the limits of a compilation: it ends with its result, or with the limit that came first.
 
 in   when to interrupt it, the work
 out  its result, or Ended

@@ -1,4 +1,4 @@
-"""A folder that ``compile`` wrote, read back: the mission as meant, the plan, and the polynomials that will be flown.
+"""Reader of an output folder: the mission as meant, the plan, and the polynomials that will be flown.
 
     in   the folder's path
     out  Reopened, or what stands in the way

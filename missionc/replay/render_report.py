@@ -1,4 +1,4 @@
-"""A folder's page drawn anew from its files; and what was flown in simulation, laid into the folder beside them.
+"""The report redrawn from a folder's files; and simulated flights, laid into the folder beside them.
 
 in   Replayed; or a folder and the text of a simulation
 out  the page's bytes; the folder with both, and with a manifest that lists them

@@ -1,4 +1,4 @@
-"""A compiled folder flown in simulation, from its files alone.
+"""Simulation of a compiled folder, from its files alone.
 
 in   the folder's path, how to fly
 out  Simulated

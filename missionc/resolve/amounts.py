@@ -11,7 +11,7 @@ Powers: TypeAlias = tuple[int, int, int, int]
 """The exponents of length, time, angle and steps."""
 
 PLAIN: Powers = (0, 0, 0, 0)
-"""Of a number without a unit."""
+"""The dimension of a number without a unit."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,4 +1,4 @@
-"""Whom a formula is about, one agent or the team, and what to say where the two are mixed up.
+"""Type checking of formulas: about one agent or about the team, and the messages where the two are mixed up.
 
 Each formula is first judged from its operands up (``joined``); a place that
 needs one of the two then looks down for the operands that are about the other

@@ -1,4 +1,4 @@
-"""What the parts of ``resolve`` share: the names, what has been made of them so far, and the findings.
+"""The context of resolution: names, what has been made of them so far, and findings.
 
 A thing that cannot be made is reported once and a stand-in takes its place, so
 that the rest is still looked at: NaN for a number (every comparison with it is
@@ -69,11 +69,11 @@ class Context:
     lets: dict[str, Typed] = field(default_factory=dict)
     everyone: tuple[int, ...] = ()
     vehicle: ir.Vehicle = ir.PLAIN
-    """Of teams that name none."""
+    """The vehicle of teams that name none."""
     before: Meanings = field(default_factory=Meanings)
-    """Of the version of the text before."""
+    """The meanings of the version of the text before."""
     meant: Meanings = field(default_factory=Meanings)
-    """Of this one, for the next."""
+    """The meanings of this version, for the next."""
     members: int = 0
     edges: int = 0
 

@@ -1,4 +1,4 @@
-"""Definitions that rest on one another, put in order.
+"""The order of definitions: each comes after those it rests on; cycles are reported.
 
 says MC107
 """

@@ -1,4 +1,4 @@
-"""A declaration taken out of the text."""
+"""Deletion of a declaration from the text, as a fix."""
 
 from __future__ import annotations
 

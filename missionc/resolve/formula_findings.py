@@ -1,4 +1,4 @@
-"""Findings about names in formulas: of no kind that a formula is, of nothing that takes brackets, not on a graph.
+"""Diagnostics about names in formulas: of no kind that a formula is, of nothing that takes brackets, not on a graph.
 
 says MC101 MC104
 """

@@ -1,4 +1,4 @@
-"""Places spread evenly: on a line, and in rows and columns."""
+"""Start grids: places spread evenly on a line, and in rows and columns."""
 
 from __future__ import annotations
 

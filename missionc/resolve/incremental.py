@@ -1,4 +1,4 @@
-"""What a text meant before it was changed: what means the same as then is the same object.
+"""Incremental resolution: what means the same as in the text before it was changed is the same object.
 
 So whoever looks at one version after the other, as an editor does, knows by identity what need not be looked at again.
 """
@@ -53,7 +53,7 @@ class Body:
 
 @dataclass(slots=True)
 class Meanings:
-    """Of one version of a mission: its things by kind and name; by what is written formulas, and what it mentions."""
+    """One version of a mission: its things by kind and name; by what is written formulas, and what it mentions."""
 
     things: dict[tuple[type, str], Any] = field(default_factory=dict)
     bodies: dict[Written, Body] = field(default_factory=dict)

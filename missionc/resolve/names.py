@@ -1,4 +1,4 @@
-"""What the mission declares, by name: found, or reported with the name that was probably meant."""
+"""The symbol table of a mission: names found, or reported with the one that was probably meant."""
 
 from __future__ import annotations
 

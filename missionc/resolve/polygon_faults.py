@@ -1,4 +1,4 @@
-"""What keeps a list of corners from being a polygon: too few, no area, a corner twice, sides that meet."""
+"""Validity of polygons: enough corners, some area, no corner twice, no sides that meet."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Teams and agents, numbered through the mission, with their starts and finishes; groups of them.
+"""Resolution of teams and agents, numbered through the mission, with their starts and finishes; groups of them.
 
 says MC013 MC014 MC105 MC206 MC207 MC209 MC210 MC303 MC513
 """

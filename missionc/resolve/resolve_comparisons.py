@@ -1,4 +1,4 @@
-"""Comparisons: both sides brought to one linear expression over states and distances.
+"""Resolution of comparisons: both sides brought to one linear expression over states and distances.
 
 says MC104 MC201 MC204 MC205 MC210
 """

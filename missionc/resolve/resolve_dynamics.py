@@ -1,4 +1,4 @@
-"""How an agent moves: the kind of dynamics and its bounds.
+"""Resolution of dynamics: the kind of an agent's motion and its bounds.
 
 says MC013 MC014 MC201 MC206 MC210
 """

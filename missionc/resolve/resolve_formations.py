@@ -1,4 +1,4 @@
-"""Formations: every kind spelt out as what each two agents keep, a distance or an offset.
+"""Resolution of formations: every kind spelt out as a distance or an offset that each two agents keep.
 
 says MC013 MC014 MC105 MC205 MC206 MC207 MC209 MC210
 """

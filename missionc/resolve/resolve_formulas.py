@@ -1,4 +1,4 @@
-"""Formulas: names become predicates, bounds become steps and hops, every ``let`` becomes one shared object.
+"""Resolution of formulas: names become predicates, bounds become steps and hops, every ``let`` one shared object.
 
 says MC005 MC101 MC104 MC201 MC203 MC204 MC207 MC208 MC209 MC210
 """

@@ -1,4 +1,4 @@
-"""Requirements and preferences by their labels, the objective, and how to solve.
+"""Resolution of requirements and preferences by their labels, of the objective, and of the ``solve`` settings.
 
 says MC102 MC206 MC209 MC210
 """

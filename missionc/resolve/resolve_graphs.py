@@ -1,4 +1,4 @@
-"""Graphs: who is linked to whom.
+"""Resolution of graphs: the agents and beacons in each, and the range of its links.
 
 says MC014 MC206 MC210
 """

@@ -1,4 +1,4 @@
-"""Bounds of a route: hops or metres, and the graph it runs on.
+"""Resolution of route bounds: hops or metres, and the graph that the route runs on.
 
 says MC201 MC208 MC209 MC210 MC303
 """

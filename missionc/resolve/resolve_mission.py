@@ -1,4 +1,4 @@
-"""Names found, parameters filled in, units turned into metres and steps, team and agent told apart.
+"""Resolution of a mission: names found, parameters filled in, units turned into steps and metres, formulas typed.
 
     in   Program, Limits, the values of parameters given on the command line
     out  Mission, or nothing where there are errors

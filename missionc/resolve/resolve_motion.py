@@ -1,4 +1,4 @@
-"""How an obstacle moves: offsets of its shape at times.
+"""Resolution of an obstacle's motion: offsets of its shape at times.
 
 says MC201 MC205 MC210 MC303
 """

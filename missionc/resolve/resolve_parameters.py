@@ -1,4 +1,4 @@
-"""Parameters: their values, or the ones the command line gives instead.
+"""Resolution of parameters: their values, or the ones the command line gives instead.
 
 says MC106 MC201 and whatever is wrong with a value
 """

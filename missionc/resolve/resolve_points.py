@@ -1,4 +1,4 @@
-"""The world, and the points in it: metres, as many coordinates as the world has.
+"""Resolution of the world and of the points in it: metres, as many coordinates as the world has.
 
 says MC205 MC512
 """

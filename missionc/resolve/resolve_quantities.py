@@ -1,4 +1,4 @@
-"""Quantities: names of parameters looked up, units worked out, every number in SI.
+"""Evaluation of quantities: names of parameters looked up, units worked out, every number in SI.
 
 One evaluator serves numbers and comparisons: an ``Amount`` is a linear
 expression over what can change (``x``, ``speed``, ``distance(base)``), and

@@ -1,4 +1,4 @@
-"""Settings after a word or in brackets: each known, each said once, each with the relation it takes.
+"""Resolution of settings after a word or in brackets: each known, each given once, each with the relation it takes.
 
 says MC013 MC014 MC206
 """

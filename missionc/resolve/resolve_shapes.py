@@ -1,4 +1,4 @@
-"""Shapes of regions and obstacles: numbers in metres, plane shapes with their heights in a volume.
+"""Resolution of shapes of regions and obstacles: numbers in metres, plane shapes with their heights in a volume.
 
 says MC104 MC205 MC207 MC210 MC303 MC512
 """

@@ -1,4 +1,4 @@
-"""Step, horizon and windows: seconds turned into whole steps.
+"""Resolution of step, horizon and windows: seconds turned into whole steps.
 
 says MC210 MC302 MC303 MC304 MC305 MC306
 """

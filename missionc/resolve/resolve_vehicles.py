@@ -1,4 +1,4 @@
-"""What a team is flown by: a profile by its name, with figures of the mission's own; and where its noses point.
+"""Resolution of vehicles: a profile by its name, with figures of the mission's own; and the yaw of a team.
 
 says MC201 MC206 MC209 MC210
 """

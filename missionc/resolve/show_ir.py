@@ -1,4 +1,4 @@
-"""The mission as meant, as text: one thing a line, windows in steps, agents by their numbers.
+"""Printer of the IR: one thing a line, windows in steps, agents by their numbers.
 
 in   Mission
 out  text, the same for the same mission

@@ -1,4 +1,4 @@
-"""Formulas as meant, in word form: windows in steps, agents by name, a ``let`` by its name."""
+"""Printer of formulas as meant, in word form: windows in steps, agents by name, a ``let`` by its name."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The figures of a vehicle as text, each with its SI unit."""
+"""Printer of a vehicle's figures, each with its SI unit."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Definitions that rest on one another, in an order in which each comes after what it rests on."""
+"""Topological order of definitions: each comes after what it rests on."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Names that nothing uses.
+"""Unused declarations: names that nothing refers to.
 
 A team, an agent or an obstacle acts by being there. A beacon is used by every
 graph of beacons, and the only graph by every route that leaves ``on`` out.

@@ -1,4 +1,4 @@
-"""Flights of written polynomials through the air: a simulated quadrotor, its controller, and what the flight comes to.
+"""Simulation of flights: written polynomials flown by a simulated quadrotor with its controller, and judged.
 
     in   Mission, its kernel, each agent's polynomials, what disturbs the flights
     out  Simulated: of every flight the tracking error, the requirements on the flown path, the room between bodies

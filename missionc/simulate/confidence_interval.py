@@ -1,4 +1,4 @@
-"""How often something holds, and between which bounds the true share lies."""
+"""Confidence intervals of a fraction: a count of successes, and the bounds of the true share."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The controller on board: position by PID and feed-forward, attitude on SO(3), body rates from flatness.
+"""The flight controller: position by PID and feed-forward, attitude on SO(3), body rates from flatness.
 
 Source:
     Mellinger and Kumar, "Minimum Snap Trajectory Generation and Control for Quadrotors" (2011), section IV, as

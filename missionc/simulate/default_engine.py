@@ -1,4 +1,4 @@
-"""The default engine: every agent of several flights, moved together through the air.
+"""The default simulation engine: every agent of several flights, moved together through the air.
 
     in   Pieces of each agent, what was drawn for each flight
     out  Flown
@@ -23,7 +23,7 @@ from missionc.simulate.firmware_setpoints import SETPOINTS_PER_SECOND, setpoints
 from missionc.simulate.quadrotor import Vehicle
 
 COMMANDS = 5
-"""Of the controller for each setpoint."""
+"""Commands of the controller for each setpoint."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

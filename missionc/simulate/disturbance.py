@@ -1,4 +1,4 @@
-"""What keeps a flight from being the planned one: wind, a wrong mass, a start beside the start, a late clock.
+"""Disturbances of a flight: wind, a wrong mass, a start beside the start, a late clock.
 
 Every flight draws from a generator of its own, made of the seed and the
 flight's number: the same whichever flights are flown with it.

@@ -1,4 +1,4 @@
-"""What a Crazyflie's firmware makes of its polynomials: setpoints, in float32 as on board.
+"""Setpoints as a Crazyflie's firmware makes them of its polynomials, in float32 as on board.
 
 Source:
     crazyflie-firmware, src/modules/src/pptraj.c: ``piecewise_eval`` and ``poly4d_eval``.

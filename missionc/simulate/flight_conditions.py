@@ -1,4 +1,4 @@
-"""What decides a flight, as a record: written beside what was flown, and read back so that it can be flown again.
+"""The conditions of a simulated flight as a record, from which it can be flown again.
 
 in   Trial, the mission's length; or such a record
 out  the record; or Trial
@@ -36,7 +36,7 @@ BROUGHT = {
     "rotorpy": ("rotorpy.vehicles.crazyflie_params", "rotorpy.controllers.quadrotor_control.SE3Control", 1),
     "crazyflow": ("Drone.cf2x_L250, Dynamics.first_principles", "Control.state, hovering before the start", COMMANDS),
 }
-"""Of the other engines: what flies, what controls it, and how often for each setpoint."""
+"""The other engines: what flies, what controls it, and how often for each setpoint."""
 
 
 def conditions(trial: Trial, seconds: float) -> dict[str, object]:
@@ -56,7 +56,7 @@ def conditions(trial: Trial, seconds: float) -> dict[str, object]:
 
 
 def versions(engine: str) -> dict[str, str]:
-    """Of this package, and of the engine's where it is another one; ``unknown`` where that does not say its own."""
+    """The version of this package, and that of another engine; ``unknown`` where that does not say its own."""
     try:
         own = {engine: version(engine)} if engine in OTHERS else {}
     except PackageNotFoundError:

@@ -1,4 +1,4 @@
-"""What one flight comes to: how far from where it should be, what the monitor says of it, how near bodies came.
+"""Evaluation of one simulated flight: tracking error, requirements on the flown path, room between bodies.
 
     in   Mission, its kernel, where everybody should have been and was
     out  Flight
@@ -26,7 +26,7 @@ from missionc.verify.plan.agent_separation import check_separation
 from missionc.verify.plan.obstacle_clearance import check_obstacles
 
 USUAL = 0.95
-"""Of the time; what is flown worse is rare."""
+"""The share of the time that counts as usual; what is flown worse is rare."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,4 +1,4 @@
-"""A quadrotor: a rigid body that four rotors lift and turn, in moving air.
+"""Quadrotor dynamics: a rigid body that four rotors lift and turn, in moving air.
 
 State, (17, bodies): position (m), velocity (m/s), attitude (unit quaternion
 w, x, y, z, body to world), body rates (rad/s), thrust of each motor (N). World

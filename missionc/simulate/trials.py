@@ -1,4 +1,4 @@
-"""Flights one by one judged, many at a time flown.
+"""Monte Carlo trials: flights judged one by one, flown many at a time.
 
     in   Mission, its kernel, each agent's Pieces, how to fly
     out  Trials
@@ -39,9 +39,9 @@ from missionc.simulate.judge_flight import (
 from missionc.verify.certificate import Check
 
 MOST_BYTES = 1 << 28
-"""Of the paths of flights that are in the air together."""
+"""Bytes for the paths of flights that are in the air together."""
 NUMBERS = 40
-"""Of one agent at one sample: what it is told, the wind, where it is and was, some of it twice."""
+"""Numbers for one agent at one sample: what it is told, the wind, where it is and was, some of it twice."""
 TRACKING = 0.05
 """Metres an agent may be off where its vehicle says nothing: what a Crazyflie's profile says."""
 
@@ -90,7 +90,7 @@ class Trials:
         return all(error.most <= most for error, most in zip(flight.error, self.allowed, strict=True))
 
     def error(self, agent: int) -> Error:
-        """Of all flights: the average mean, the worst of what is usual, the most and when."""
+        """The tracking error over all flights: the average mean, the worst of what is usual, the most and when."""
         each = [flight.error[agent] for flight in self.flights]
         worst = max(each, key=lambda error: error.most)
         mean = sum(error.mean for error in each) / len(each)
@@ -104,7 +104,7 @@ class Trials:
         )
 
     def fractions(self) -> dict[str, Fraction]:
-        """Of each requirement, then of everybody's tracking, then of room for the bodies: how often it was kept."""
+        """The fraction of flights that kept each requirement, then everybody's tracking, then room for the bodies."""
         names = [each.name for each in self.flights[0].requirements]
         held = {
             name: [flight.requirements[index].satisfied for flight in self.flights] for index, name in enumerate(names)

@@ -1,1 +1,1 @@
-"""From text to a tree, as written: nothing is looked up here."""
+"""Syntax: text to the abstract syntax tree; no name is looked up here."""

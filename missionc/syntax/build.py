@@ -1,4 +1,4 @@
-"""From the grammar's rules to the tree: one function for each rule, by its name in ``grammars/mission.lark``.
+"""Tree construction from grammar rules: one function for each rule, by its name in ``grammars/mission.lark``.
 
 A function gets the span of its text and the parts the grammar keeps: nodes,
 ``ast.Name`` for a name, tokens for other words and signs.

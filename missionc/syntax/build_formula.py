@@ -1,4 +1,4 @@
-"""From the grammar's rules to the tree: the rules of formulas, as in ``build.py``.
+"""Tree construction from the grammar rules of formulas, as in ``build.py``.
 
 In a formula, words alone do not tell a number from a formula: ``(x`` may go on
 as ``(x and y)`` or as ``(x + 1) <= 2``. So these functions look again.

@@ -1,4 +1,4 @@
-"""What could have stood in a place, in words instead of token names."""
+"""Expected tokens of a parser state, in words instead of token names."""
 
 from __future__ import annotations
 

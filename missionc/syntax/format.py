@@ -1,4 +1,4 @@
-"""The one layout of a mission: white space and line ends change, words and comments do not.
+"""The formatter, for the one layout of a mission: white space and line ends change, words and comments do not.
 
 in   Source of a mission without errors of syntax, its Program
 out  its text

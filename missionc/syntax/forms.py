@@ -1,4 +1,4 @@
-"""How each declaration and operator is written: one example of each, for messages."""
+"""The forms of declarations and operators: one written example of each, for messages."""
 
 from __future__ import annotations
 

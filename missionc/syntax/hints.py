@@ -1,4 +1,4 @@
-"""Where reading stopped: what was expected there, and for the frequent slips, what was probably meant."""
+"""Syntax error messages: what was expected where reading stopped, and for the frequent slips, what was meant."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""From text to the tree as written, the included files' declarations spliced in.
+"""The parser: text to the tree as written, the included files' declarations spliced in.
 
     in   Source
     out  Program

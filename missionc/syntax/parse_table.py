@@ -1,4 +1,4 @@
-"""The grammar as a table: which token may stand in which state, and what it does there.
+"""The LALR parse table of the grammar: the action of each state on each token.
 
 Building the table with Lark takes half of what a whole ``check`` may take, so
 it is built beforehand and kept as plain JSON beside the grammar:

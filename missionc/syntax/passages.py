@@ -1,4 +1,4 @@
-"""The text cut into passages, each of which can be read without the others; and what unchanged ones said before.
+"""Incremental reading: the text cut into passages, each of which can be read without the others.
 
 A passage begins where a line does, with a word that declares something: there
 every declaration before it ends, whatever is wrong with it, and so does what a

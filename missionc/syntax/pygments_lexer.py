@@ -1,4 +1,4 @@
-"""Missions in colour, wherever Pygments is: a ``mission`` fence in Markdown, ``pygmentize -l mission``, a notebook.
+"""Pygments lexer of missions: a ``mission`` fence in Markdown, ``pygmentize -l mission``, a notebook.
 
 The tokens are the compiler's own (``tokens``), so that there is no second table of words. Pygments finds the
 class by the entry point in ``pyproject.toml``; nothing of missionc imports this module, and it needs Pygments.

@@ -1,4 +1,4 @@
-"""Files into text, carefully: a mission may come from anyone.
+"""Reading of untrusted files into text: a mission may come from anyone.
 
     in   a path, a limit
     out  Source

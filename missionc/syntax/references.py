@@ -1,4 +1,4 @@
-"""The nodes of a tree as written, and the names in it that refer to something declared elsewhere."""
+"""References in a tree as written: its nodes, and the names in it that are declared elsewhere."""
 
 from __future__ import annotations
 

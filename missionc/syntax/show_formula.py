@@ -1,4 +1,4 @@
-"""Formulas and quantities as text, with no bracket that is not needed."""
+"""Printer of formulas and quantities as written, with no bracket that is not needed."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The tree as canonical text: one declaration a line, operators by their words, no bracket that is not needed.
+"""Printer of the tree as canonical text: one declaration a line, operators by their words, no needless bracket.
 
 ``parse(show(program))`` is the same tree but for its spans.
 """

@@ -1,4 +1,4 @@
-"""Slips with signs and brackets. Each function gives the finding, or nothing where it is not that slip."""
+"""Diagnosis of syntax errors with signs and brackets: each function gives the finding of one slip, or nothing."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A place in the text where reading stopped, and what a finding there is made of."""
+"""The place of a syntax error, and what a finding there is made of."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The words of the language, and how text falls apart into them.
+"""The tokenizer: the words of the language, and the tokens that text falls apart into.
 
 in   Source
 out  its tokens, the last of them END

@@ -1,4 +1,4 @@
-"""What was verified: every check with its margin, and figures that judge nothing."""
+"""The certificate: every verified check with its margin, and figures that judge nothing."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class Figure:
 
 
 class Verdict(Enum):
-    """Of a requirement that is true at the steps, at every moment between them."""
+    """The verdict on a requirement that is true at the steps, at every moment between them."""
 
     HOLDS = "holds throughout"
     FAILS = "fails between"

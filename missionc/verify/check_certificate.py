@@ -1,4 +1,4 @@
-"""The certificate that somebody wrote, held against the one that its folder's files come to.
+"""Comparison of a written certificate with the one that is computed from its folder's files.
 
     in   its JSON, and the Certificate that was computed from the files
     out  Checks, each failed one with its reason
@@ -41,7 +41,7 @@ KEYS = (
     "boxes",
     "warnings",
 )
-"""Of the document, in its order."""
+"""Keys of the document, in its order."""
 
 Anywhere: TypeAlias = tuple[set[str], float]
 """Whose and when a margin may be tight: agents, and the last second."""

@@ -1,4 +1,4 @@
-"""A document that was read compared with the one that was computed: the first place where they differ.
+"""Comparison of a document that was read with the one that was computed: the first place where they differ.
 
 Both are values as JSON holds them. Texts, truths and whole numbers are the same
 or not; numbers with a fraction may differ by rounding, as machines do.

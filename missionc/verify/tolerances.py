@@ -1,4 +1,4 @@
-"""How exactly each thing is checked. Every check of the certificate repeats its own."""
+"""Numerical tolerances of the checks. Every check of the certificate repeats its own."""
 
 MOTION = 1e-6
 """Metres, m/s, m/s² or rad: agreement of states with the dynamics, and of places with what was asked exactly."""

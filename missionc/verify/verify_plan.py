@@ -1,4 +1,4 @@
-"""Plan and mission to certificate, trusting no backend.
+"""Verification of a plan against its mission, trusting no backend.
 
     in   Mission, its kernel, the Trace of a backend
     out  Certificate: every check with its margin

@@ -1,0 +1,1 @@
+"""Geometry and dynamics of the world: signed distances, clearance, free space, motion within a step."""

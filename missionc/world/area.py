@@ -30,7 +30,7 @@ MANY = 64
 """Places, or parts of an area, that plain numbers look at; of more, arrays are quicker."""
 
 FRACTIONS = (1 / 2, 1 / 6, 5 / 6, 1 / 50, 49 / 50)
-"""Of a box's sides: where places are looked for that may be witnesses."""
+"""Shares of a box's sides: where places are looked for that may be witnesses."""
 
 UNKNOWN = -math.inf
 
@@ -72,7 +72,7 @@ def unknown(place: Vector) -> float:
 
 
 def depth_in(shape: Shape) -> Measure:
-    """Of the places of a shape, and any more."""
+    """A set that has the places of a shape, and any more."""
     outside = measured_outside(shape)
 
     def depth(place: Vector) -> float:
@@ -83,7 +83,7 @@ def depth_in(shape: Shape) -> Measure:
 
 
 def away_from(shape: Shape) -> Measure:
-    """Of the places of a shape, or any fewer."""
+    """A set that has the places of a shape, or any fewer."""
 
     def away(place: Vector) -> float:
         return _if_positive(signed_distance(plain_floats, shape, Place(place)))

@@ -1,4 +1,4 @@
-"""Whether bodies stay clear of obstacles, standing and moving.
+"""Clearance of bodies to obstacles, standing and moving.
 
 A body is the disc (in a volume the ball) of its radius around the agent's
 centre; it is clear where its distance to every obstacle is at least the
@@ -36,7 +36,7 @@ BLOCK = 1 << 17
 """Segments that are measured at once."""
 
 CORNERS = 64
-"""Of the polygon that stands for a disc cut by another shape."""
+"""Corners of the polygon that stands for a disc cut by another shape."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -1,4 +1,4 @@
-"""Sets of places an agent's centre may or may not be in, between an inner and an outer bound.
+"""Configuration space: sets of places an agent's centre may or may not be in, between an inner and an outer bound.
 
 An *outer* set holds at least the points meant, an *inner* one at most, so that
 whoever says "impossible" from disjoint outer sets, or from an outer set within

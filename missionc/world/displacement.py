@@ -1,4 +1,4 @@
-"""Where a moving obstacle is at a time, and shapes elsewhere than they were written; in plain numbers."""
+"""Displacement of moving obstacles at a time, and shapes elsewhere than they were written; in plain numbers."""
 
 from __future__ import annotations
 

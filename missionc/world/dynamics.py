@@ -1,4 +1,4 @@
-"""What an agent can do within one step, and how it gets from one state to another in whole steps.
+"""Dynamics of agents within one step, and steering from one state to another in whole steps.
 
 Source:
     [strel] Algorithm 1, STEER, and Experiment Setup; [clot] II-A.

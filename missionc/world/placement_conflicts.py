@@ -1,4 +1,4 @@
-"""Many given places at once: which are too near to an obstacle, and which two to each other."""
+"""Placement conflicts of many given places at once: those too near to an obstacle, and pairs too near to each other."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How near two moving agents come to each other within one step, exactly."""
+"""Closest approach of two moving agents within one step, exactly."""
 
 from __future__ import annotations
 

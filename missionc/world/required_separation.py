@@ -1,4 +1,4 @@
-"""How far apart agents have to be, of many pairs at once."""
+"""Required separation of agents, for many pairs at once."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Points spread evenly over boxes and shapes, the same for the same generator."""
+"""Even sampling of boxes and shapes, the same for the same generator."""
 
 from __future__ import annotations
 

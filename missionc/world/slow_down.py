@@ -1,4 +1,4 @@
-"""A plan flown slower: the same ways in more steps of the same length.
+"""Time scaling of a plan: the same paths in more steps of the same length.
 
 in   the Mission with a later horizon, the Trace of a plan up to an earlier one
 out  Trace, through the whole mission; nothing about it is judged here
@@ -16,7 +16,7 @@ from missionc.ir import Mission
 STILL = 1e-9
 """Metres or m/s: who moves by less turns nowhere."""
 ON_STEP = 1e-9
-"""Of a step: so near to one of the plan's is on it."""
+"""The share of a step within which a moment counts as on one of the plan's."""
 
 
 def slowed(mission: Mission, trace: Trace) -> Trace:

@@ -1,4 +1,4 @@
-"""The transport backend, top to bottom: cost graph → schedule → key frames → sketch → polish → a trace.
+"""The trajectory optimiser, top to bottom: cost graph → schedule → key frames → sketch → polish → a trace.
 
     in   Mission, its kernel
     out  Planned or NotFound
@@ -119,7 +119,7 @@ class Run:
     """Whether something was told to end because time was up."""
     best: Candidate | None = None
     furthest: Searched | None = None
-    """Of the searches that found no joint motion the one that came furthest."""
+    """The search that came furthest of those that found no joint motion."""
     beside: dict[str, str] = field(default_factory=dict)
     """What whoever uses this run wants to be kept beside its state."""
     first: int = 0

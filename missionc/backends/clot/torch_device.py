@@ -1,4 +1,4 @@
-"""Where the batches of Algorithm 1 are worked on, and on how many threads: torch's settings, for a while."""
+"""Devices and threads of torch: where the batches of Algorithm 1 are computed."""
 
 from __future__ import annotations
 

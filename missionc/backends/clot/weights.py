@@ -1,4 +1,4 @@
-"""What each cost weighs, and how much more than nothing each margin is asked to be. The one place for both.
+"""Weights of the costs, and the slack that each margin is asked to have. The one place for both.
 
 Costs add up over agents and steps. Shortfalls of margins are in metres (of speed and
 acceleration, in the metres they move within a step), and count squared. Each figure says

@@ -1,1 +1,1 @@
-"""Planning of missions that need both: Z3 on roadmaps for what is counted, transport for what is measured."""
+"""Hybrid planning: SAT on roadmaps for what is counted, trajectory optimisation for what is measured."""

@@ -1,4 +1,4 @@
-"""The hybrid backend, top to bottom: what is discrete by Z3 on a roadmap → witness → polish of everything → a trace.
+"""The hybrid backend, top to bottom: Z3 on a roadmap for the discrete part → witness → polish → a trace.
 
     in   Mission, its kernel
     out  Planned or NotFound
@@ -43,7 +43,7 @@ TICKS = 30
 """A mission of more steps is asked of the roadmap on a coarser clock, of so many."""
 
 SHARE = 0.4
-"""Of the time that is left, so much may go into one plan of Z3's."""
+"""The share of the time that is left which may go into one plan of Z3's."""
 
 
 @dataclass(slots=True)

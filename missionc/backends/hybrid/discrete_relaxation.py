@@ -1,4 +1,4 @@
-"""What of a mission a roadmap can be asked for: its requirements without what is measured, on the roadmap's clock.
+"""Discrete relaxation of a mission for a roadmap: its requirements without what is measured, on a coarser clock.
 
     in   Kernel
     out  Discrete: a Kernel that every plan of the mission satisfies, up to the rounding of windows
@@ -46,7 +46,7 @@ from missionc.kernel.walk import children, postorder
 YES, NO = All(()), Any(())
 
 SLACK = 1e-9
-"""Of a step: what rounding alone may make of a whole number of them."""
+"""The share of a step that rounding alone may make of a whole number of them."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,4 +1,4 @@
-"""A mission on a coarser clock, and a motion on that clock read on the mission's own."""
+"""Resampling: a mission on a coarser clock, and a motion on that clock read on the mission's own."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""Planning on roadmaps with a SAT solver behind Z3's or CaDiCaL's door. [strel]"""
+"""SAT-based planning on roadmaps: flat clauses for Z3's finite-domain solver or CaDiCaL; prioritized planning first."""

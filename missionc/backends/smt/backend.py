@@ -1,4 +1,4 @@
-"""The SMT backend, top to bottom: roadmaps → clauses → solver and collisions, in rounds → a trace.
+"""The SAT-based planner, top to bottom: roadmaps → clauses → solver and collisions, in rounds → a trace.
 
     in   Mission, its kernel
     out  Planned, Impossible or NotFound
@@ -65,7 +65,7 @@ FINER, ROADMAPS = 1.7, 3
 """A roadmap after one without a plan has so many times its nodes; so many roadmaps are tried."""
 
 TURNS_SHARE = 0.5
-"""Of the time that is left, so much may go into plans made in turns, should their other limits not end them."""
+"""The share of the time left that may go into prioritized planning, should its other limits not end it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,7 +122,7 @@ class Run:
     tried: list[int] = field(default_factory=list)
     """The nodes of each roadmap tried."""
     refused: list[int] = field(default_factory=list)
-    """Of those, the ones that were shown to hold no plan."""
+    """The nodes of each roadmap that was shown to hold no plan."""
     conflicting: set[str] = field(default_factory=set)
     """Requirements that one or the other of these refusals rests on: on each of the roadmaps they conflict."""
 

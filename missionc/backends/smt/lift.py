@@ -1,4 +1,4 @@
-"""A joint motion on roadmaps as a trace."""
+"""Lifting of a joint motion on roadmaps to a trace."""
 
 from __future__ import annotations
 

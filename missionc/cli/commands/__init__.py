@@ -1,1 +1,1 @@
-"""One module for each command that has nothing to do with planning; each holds a ``command``."""
+"""Commands of ``missionc``, a module for each, with its ``command``."""

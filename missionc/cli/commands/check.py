@@ -1,4 +1,4 @@
-"""``missionc check FILE…``: every problem of missions; nothing is solved."""
+"""``missionc check FILE…``: static checks of missions, every problem of them; nothing is solved."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``missionc explain``: what a code means, or what a mission says."""
+"""``missionc explain``: the page of a diagnostic code, or a mission said back."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``missionc fmt FILE…``: missions in their one layout."""
+"""``missionc fmt FILE…``: the formatter, missions in their one layout."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``missionc init [NAME]``: a mission to begin with.
+"""``missionc init [NAME]``: a new mission from a template.
 
 says MC007 MC701 MC702
 """

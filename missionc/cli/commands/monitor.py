@@ -1,4 +1,4 @@
-"""``missionc monitor FILE TRACE``: is what was flown what the mission says?"""
+"""``missionc monitor FILE TRACE``: a recorded trace judged by the mission's formulas."""
 
 from __future__ import annotations
 

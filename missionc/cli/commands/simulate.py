@@ -1,4 +1,4 @@
-"""``missionc simulate FOLDER``: what the written polynomials come to in the air."""
+"""``missionc simulate FOLDER``: the written polynomials flown by a simulated quadrotor."""
 
 from __future__ import annotations
 

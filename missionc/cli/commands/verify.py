@@ -1,4 +1,4 @@
-"""``missionc verify FOLDER``: whether what lies in a folder may be flown."""
+"""``missionc verify FOLDER``: verification of a compiled folder, before it is flown."""
 
 from __future__ import annotations
 

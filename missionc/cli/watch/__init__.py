@@ -1,4 +1,4 @@
-"""Missions that are checked and planned again on every save.
+"""Watch mode: missions that are checked and planned again on every save.
 
 saves      which files have changed, and come to rest
 missions   missions with what they include, checked again

@@ -1,4 +1,4 @@
-"""Files that are looked at again and again, ten times a second: a mission has a few, and every system can do that.
+"""File polling: changes of a few files, looked for ten times a second, which works on every system.
 
 What counts is what lies under a name, so it does not matter how an editor saves: in place, by
 another file renamed into its place, or by deleting it first.
@@ -21,7 +21,7 @@ ABSENCE = 1.0
 """Seconds for which a file may be gone while an editor puts another into its place."""
 
 Mark: TypeAlias = tuple[int, ...]
-"""Of a file's content: another one after every save, empty where there is no file."""
+"""The mark of a file's content: another one after every save, empty where there is no file."""
 
 
 class Saves:

@@ -1,4 +1,4 @@
-"""A report that follows its mission: a page on this machine alone, with the report in a frame and a banner above it.
+"""A local web server for a live report: the report in a frame, a banner above it, and server-sent events.
 
 The report in the frame is the file as it was written, byte for byte. The page around it listens to
 one stream of events (server-sent events) and loads the frame anew when there is another report.

@@ -1,4 +1,4 @@
-"""``compile --watch``: on every save the mission is checked and planned anew, and the open report follows."""
+"""The loop of ``compile --watch``: on every save a check and a new plan, and the open report follows."""
 
 from __future__ import annotations
 

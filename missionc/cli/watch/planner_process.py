@@ -1,4 +1,4 @@
-"""Compilations in a process of their own, one after the other: the newest order counts, and the one before is stopped.
+"""A planner process for one compilation after the other: the newest request counts, the one before is stopped.
 
 A process is ready before it is needed: loading what plans takes about a second, in which nobody
 should have to wait. It leaves Ctrl-C on the terminal to its parent, and ends with it.

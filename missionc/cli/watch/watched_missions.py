@@ -1,4 +1,4 @@
-"""Missions that are checked again when one of their files is saved, those they include among them."""
+"""Watched missions: checked again when one of their files is saved, those they include among them."""
 
 from __future__ import annotations
 

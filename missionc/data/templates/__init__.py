@@ -1,4 +1,4 @@
-"""The missions that ``missionc init`` begins with: one file each, in this folder.
+"""Mission templates that ``missionc init`` begins with: one file each, in this folder.
 
 A template is a whole mission. Its first line says what it is about, after
 ``# Template `NAME`: ``, and its comments what a newcomer changes.

@@ -1,4 +1,4 @@
-"""The profiles that come with the compiler: one TOML file each, in this folder.
+"""Vehicle profiles that come with the compiler: one TOML file each, in this folder.
 
 A file holds figures of ``ir.FIGURES`` by their names, each as a text with its
 unit, ``speed = "1 m/s"``, a band as ``"0.3..2 m"``. ``like = "NAME"`` takes the

@@ -1,4 +1,4 @@
-"""Inequalities over an agent's state and distances, in metres.
+"""Margins of comparisons: inequalities over an agent's state and distances, in metres.
 
 The value is divided by how fast it can change when the agent moves: the norm of
 the coordinates' weights, plus the size of each distance's weight. Where only

@@ -1,4 +1,4 @@
-"""``connected(graph)``: a route between any two of the agents, over these agents."""
+"""Margin of ``connected(graph)``: a route between any two of the agents, over these agents; algebraic connectivity."""
 
 from __future__ import annotations
 

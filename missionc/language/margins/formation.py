@@ -1,4 +1,4 @@
-"""A formation: each edge's error within the tolerance, or their sum where the tolerance is a total."""
+"""Margin of a formation: each edge's error within the tolerance, or their sum where the tolerance is a total."""
 
 from __future__ import annotations
 

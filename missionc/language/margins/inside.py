@@ -1,4 +1,4 @@
-"""``inside(region)``: the agent's whole body is in it."""
+"""Margin of ``inside(region)``: the agent's whole body is in it."""
 
 from __future__ import annotations
 

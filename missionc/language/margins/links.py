@@ -1,4 +1,4 @@
-"""A graph's links: their margin, positive where two agents are linked."""
+"""Margins of a graph's links: positive where two agents are linked."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How far each predicate is from changing its truth, one module for each: positive means true.
+"""Margins of all predicates: the signed distance of each to the border of its truth, positive where true.
 
 All in metres, but for comparisons of speed alone (m/s). At exactly 0 the sign
 says nothing; ``holds`` knows on which side the border is.

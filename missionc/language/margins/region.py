@@ -1,4 +1,4 @@
-"""A region's name: the agent's centre is in it."""
+"""Margin of a region's name: the agent's centre is in it."""
 
 from __future__ import annotations
 

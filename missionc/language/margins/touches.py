@@ -1,4 +1,4 @@
-"""``touches(region)``: some part of the agent's body is in it."""
+"""Margin of ``touches(region)``: some part of the agent's body is in it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``f and g``."""
+"""Conjunction, ``f and g``."""
 
 from __future__ import annotations
 

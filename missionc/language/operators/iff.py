@@ -1,4 +1,4 @@
-"""``f iff g``: both or neither."""
+"""Equivalence, ``f iff g``: both or neither."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``f implies g``: ``g`` wherever ``f``."""
+"""Implication, ``f implies g``: ``g`` wherever ``f``."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``not f``."""
+"""Negation, ``not f``."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``f or g``."""
+"""Disjunction, ``f or g``."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The certificate as JSON: what was verified, on what, with which margins."""
+"""The certificate as JSON: every verified check, on which motion, with its margin."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A motion that breaks a requirement, as JSON, ``missionc.near_miss/2``: no plan, but a trace that can be judged."""
+"""A near miss as JSON, ``missionc.near_miss/2``: a trace that breaks a requirement, to be judged and not flown."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``simulation.json``: what decided flights in simulation, what they came to, and where everybody was in the first."""
+"""The simulation as JSON, ``simulation.json``: its conditions, its results, and the flown path of the first flight."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from missionc.simulate.flight_conditions import conditions
 from missionc.simulate.trials import Trials
 
 EACH = 4
-"""Of the samples, every fourth is kept."""
+"""Every fourth of the samples is kept."""
 DIGITS = 4
 """After the point: tenths of millimetres."""
 

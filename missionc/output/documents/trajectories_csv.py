@@ -1,4 +1,4 @@
-"""Every agent's state at every step as a table, SI units; a plane mission flies at its altitude."""
+"""The trajectory table, CSV: every agent's state at every step, SI units; a plane mission flies at its altitude."""
 
 from __future__ import annotations
 

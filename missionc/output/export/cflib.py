@@ -1,4 +1,4 @@
-"""For cflib, without ROS: the trajectories as they lie in a Crazyflie's memory, and a script that flies them.
+"""Export for cflib, without ROS: trajectories as they lie in a Crazyflie's memory, and a script that flies them.
 
 Raw where they fit; else compressed, judged again as they are then, and only
 where nothing that flies comes closer to anything than the mission allows.

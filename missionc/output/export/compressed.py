@@ -1,4 +1,4 @@
-"""The firmware's compressed trajectories: whole millimetres and milliseconds, rounded here and never truncated.
+"""Compressed trajectories of the Crazyflie firmware: whole millimetres and milliseconds, rounded here, never truncated.
 
 A start point (x, y, z in mm, yaw in 0.1°), then the pieces: two bits for each
 axis' degree, milliseconds, and the Bernstein control points but the first,

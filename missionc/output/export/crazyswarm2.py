@@ -1,4 +1,4 @@
-"""For Crazyswarm2: the polynomials, its ``crazyflies.yaml``, a script that flies them all at once, and how to use them.
+"""Export for Crazyswarm2: the polynomials, its ``crazyflies.yaml``, a script that flies them all, and a readme.
 
 Source:
     IMRCLab/crazyswarm2: crazyflie_py (``Crazyflie``, ``CrazyflieServer``, ``uav_trajectory``), config/crazyflies.yaml.

@@ -1,4 +1,4 @@
-"""Curves of degree seven as cubics, for players that know no more: as many as it takes to stay within a millimetre.
+"""Cubic approximation of curves of degree seven, within a millimetre, for players that know no more.
 
 Each cubic has the place and the velocity of the curve at both of its ends, and
 these are at whole milliseconds. Their difference is a polynomial piece by

@@ -1,4 +1,4 @@
-"""What a form of export is: data that names itself and writes files."""
+"""An export format as data: a value that names itself and writes files."""
 
 from __future__ import annotations
 

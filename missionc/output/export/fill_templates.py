@@ -1,4 +1,4 @@
-"""Text from templates. Names come from missions, so nothing is put into a text but as a literal of its language.
+"""Template rendering for exports: names from missions are put into a text only as literals of its language.
 
 The environment is a sandbox, and its ``finalize`` takes nothing that did not
 pass a filter of quoting: a template that forgets one does not render.

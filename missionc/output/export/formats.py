@@ -1,4 +1,4 @@
-"""Verified flights in the forms that other programs fly, show or replay: one module for each.
+"""The table of export formats for verified flights: the only place where one is registered.
 
 in   Flight
 out  Exported: files by name; or why this form cannot hold the flight

@@ -1,4 +1,4 @@
-"""For Foxglove and every other reader of MCAP: each vehicle's poses, as JSON messages of Foxglove's own schemas.
+"""Export to MCAP, for Foxglove and other readers: each vehicle's poses, as JSON messages of Foxglove's schemas.
 
 Source:
     Foxglove, message schemas PoseInFrame and PosesInFrame; the MCAP specification.

@@ -1,4 +1,4 @@
-"""For PX4 by way of MAVSDK drone shows: a CSV table for each vehicle, in north, east and down.
+"""Export for PX4 by way of MAVSDK drone shows: a CSV table for each vehicle, in north, east and down.
 
 The mission's x is north, its y is west: as drone shows have it. Yaw is in
 degrees clockwise from north.

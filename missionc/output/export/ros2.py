@@ -1,4 +1,4 @@
-"""For ROS 2: one ``trajectory_msgs/MultiDOFJointTrajectory`` in YAML, with everybody's states.
+"""Export for ROS 2: one ``trajectory_msgs/MultiDOFJointTrajectory`` in YAML, with everybody's states.
 
 Source:
     ros2/common_interfaces, trajectory_msgs/msg/MultiDOFJointTrajectory.msg.

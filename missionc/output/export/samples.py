@@ -1,4 +1,4 @@
-"""A flight at regular times, for what knows no polynomials."""
+"""Samples of a flight at regular times, for exports that know no polynomials."""
 
 from __future__ import annotations
 

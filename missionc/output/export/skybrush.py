@@ -1,4 +1,4 @@
-"""For Skybrush: a ``.skyc`` show that its viewer opens, with every flight as cubic Bézier curves.
+"""Export for Skybrush: a ``.skyc`` show that its viewer opens, with every flight as cubic Bézier curves.
 
 Only the flight is in it, from the first points in the air to the last; Skybrush
 adds what comes before and after. Axes are the mission's: x north, y west, z up.

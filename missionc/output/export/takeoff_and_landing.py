@@ -1,4 +1,4 @@
-"""What is outside the polynomials: the vehicles rise to their first points and sink from their last.
+"""Take-off and landing, outside the polynomials: vehicles rise to their first points and sink from their last.
 
 Nobody verified that part, so it has to be plain: straight up and down, each in
 a column of its own.

@@ -1,4 +1,4 @@
-"""A Crazyflie's memory for trajectories, and the raw pieces in it.
+"""A Crazyflie's trajectory memory, and the raw polynomial pieces in it.
 
 Source:
     crazyflie-firmware, src/modules/src/crtp_commander_high_level.c and pptraj.c.

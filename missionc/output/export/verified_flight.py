@@ -1,4 +1,4 @@
-"""A verified flight, ready to be written in other forms."""
+"""A verified flight as a value, ready to be written in other formats."""
 
 from __future__ import annotations
 

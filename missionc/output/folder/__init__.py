@@ -1,1 +1,1 @@
-"""Writing of files and folders: staged beside what they replace, whole or not at all, and only over what is ours."""
+"""Atomic writing of files and folders: staged beside what they replace, whole or not at all, only over what is ours."""

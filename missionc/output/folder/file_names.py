@@ -1,4 +1,4 @@
-"""Names in the output folder: what writes it and what reads it back agree on them here."""
+"""File names in the output folder, shared by its writer and its reader."""
 
 from __future__ import annotations
 

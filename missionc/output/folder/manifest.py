@@ -1,4 +1,4 @@
-"""The manifest: what went in, what came out, and with what, so that the same bytes can be produced again.
+"""The manifest: inputs, outputs and versions of a compilation, so that the same bytes can be produced again.
 
 Every folder that is written has one: by it ``ownership`` tells what is the compiler's.
 """
@@ -90,7 +90,7 @@ def sha256(content: bytes) -> str:
 
 
 def versions() -> dict[str, str]:
-    """Of this package, and of those there are that may change a plan."""
+    """The version of this package, and of those installed that may change a plan."""
     found = {"missionc": __version__}
     for package in PACKAGES:
         try:

@@ -1,4 +1,4 @@
-"""Outputs that would fall on what a command reads, on each other, or on the folder that it runs in.
+"""Overlap of output paths: with what a command reads, with each other, with the folder that it runs in.
 
 in   the outputs by their flags, the paths that are read
 out  the refusal of the first that would, if any

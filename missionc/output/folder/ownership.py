@@ -151,7 +151,7 @@ def _kind(status: os.stat_result) -> str:
 
 
 def sha256_of(path: Path) -> str:
-    """Of a regular file as it is now; empty where something else stands there by now."""
+    """The SHA-256 of a regular file as it is now; empty where something else stands there by now."""
     handle = os.open(path, os.O_RDONLY | os.O_CLOEXEC | os.O_NOFOLLOW | os.O_NONBLOCK)
     with open(handle, "rb") as file:
         if not stat.S_ISREG(os.fstat(handle).st_mode):

@@ -1,4 +1,4 @@
-"""Staging: a locked folder beside what is written, in which that is put together and what it replaces is put aside.
+"""Staging folders: locked, beside the target, for the new content and for what it replaces.
 
 in   the path of a file or folder that is about to be written
 out  Staging: where to put the new one, and where the old one

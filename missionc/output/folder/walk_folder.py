@@ -1,4 +1,4 @@
-"""A folder's contents, walked and read without following a symbolic link.
+"""Folder traversal and reading of files without following a symbolic link.
 
     in   a folder's path, a name in it
     out  the status of everything in it by its relative name; the bytes of one file

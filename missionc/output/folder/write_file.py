@@ -1,4 +1,4 @@
-"""One file, replaced as a whole, with its mode and owner, and through the link that names it.
+"""Atomic replacement of one file, with its mode and owner, and through the link that names it.
 
     says MC702
 

@@ -1,4 +1,4 @@
-"""The output folder: it appears whole or not at all.
+"""Atomic writing of the output folder: it appears whole or not at all.
 
 Everything is put together beside its place and renamed into it. An existing
 folder is replaced only by force, or where it holds a nearest miss, and only

@@ -1,4 +1,4 @@
-"""Where the name of a shape stands: inside it, and beside the paths that run through it."""
+"""Label placement: the name of a shape inside it, and beside the paths that run through it."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ SHIFTS = (0.0, -1.0, 1.0, -2.0, 2.0, -3.0, 3.0, -4.0, 4.0)
 """Lines up from the middle of the shape, in the order in which they are tried."""
 
 PIECES = 24
-"""Of each segment of a path."""
+"""Pieces of each segment of a path."""
 
 
 def name_place(world: World, view: View, shape: Shape, name: str, letter: float, paths: Array) -> tuple[float, float]:

@@ -1,4 +1,4 @@
-"""Small sideways shifts, so that paths along the same segment lie beside each other as lines on a transit map do."""
+"""Lateral offsets, so that paths along the same segment lie beside each other as lines on a transit map do."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The map: world, regions, obstacles and every agent's path; for a volume a side view too.
+"""The map of a plan: world, regions, obstacles and every agent's path; for a volume a side view too.
 
 Matplotlib comes with the extra ``viz`` and is loaded here alone, when a map is
 asked for. Agents differ in colour, and in marks and dashes for those who see
@@ -55,7 +55,7 @@ NAME = 8.5
 LANE = 2.6
 """Points between two paths along the same segment."""
 PAD = 0.02
-"""Of the world's longest side, around it."""
+"""The share of the world's longest side that is left around it."""
 MARGIN = 0.6
 """Inches left of the map."""
 LONG_SIDE = 6.4

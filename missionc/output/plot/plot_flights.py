@@ -1,4 +1,4 @@
-"""Flights as files: the first one's path as a table, and a picture of all.
+"""Plots and tables of simulated flights: the first one's path as a table, and a picture of all.
 
 The picture has the map with planned and flown paths, the error over time, and
 how often each requirement was kept. Matplotlib comes with the extra ``viz``.

@@ -1,4 +1,4 @@
-"""Shapes as they look from above or from the side, on a matplotlib axes."""
+"""Projections of shapes, from above or from the side, on matplotlib axes."""
 
 from __future__ import annotations
 

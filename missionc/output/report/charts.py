@@ -1,4 +1,4 @@
-"""How near, how fast and how hard over time, each with what the mission and the vehicles allow."""
+"""Time charts of distances, speeds and accelerations, each with what the mission and the vehicles allow."""
 
 from __future__ import annotations
 
@@ -134,7 +134,7 @@ def _acceleration(each: Sampled) -> Array:
 
 
 def _largest(teams: Teams, moving: Flights, of: Callable[[Sampled], Array]) -> list[tuple[str, str, Array]]:
-    """Of each team and motion the largest norm of any agent's vector: (samples,)."""
+    """The largest norm of any agent's vector, for each team and motion: (samples,)."""
     return [
         (name, team, np.linalg.norm(of(each)[[agent.index for agent in agents]], axis=-1).max(axis=0))
         for team, agents in teams.items()

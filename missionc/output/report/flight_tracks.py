@@ -1,4 +1,4 @@
-"""The planned motion, the polynomials that are flown, what a simulator made of them: on even grids fine for the eye."""
+"""Tracks of a flight on even grids: the planned motion, the polynomials, and the simulated paths."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from missionc.output.report.sample_tracks import Placed, Sampled
 from missionc.output.report.simulated_tracks import Simulated, simulated
 
 MOST_NUMBERS = 60_000
-"""Of the positions of one motion: a finer grid than this allows is not taken."""
+"""Numbers in the positions of one motion: a finer grid than this allows is not taken."""
 RATES = (8, 5, 4, 2, 1)
 
 

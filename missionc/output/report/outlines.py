@@ -1,4 +1,4 @@
-"""Shapes as the page draws them: discs and balls as what they are, everything else as rings between two heights."""
+"""Outlines of shapes for the page: discs and balls as they are, everything else as rings between two heights."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Whole numbers as text, short where they change little: what the page's ``unpack`` reads.
+"""Delta and variable-length encoding of whole numbers as text: what the page's ``unpack`` reads.
 
 Differences of neighbours, zigzag so that small ones of either sign are small
 numbers, seven bits to a byte, least significant first; a run of zeros is a

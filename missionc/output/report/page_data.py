@@ -1,4 +1,4 @@
-"""What the page shows, as plain lists, numbers and texts; everything that has many numbers is packed.
+"""The report's data: plain lists, numbers and texts; everything that has many numbers is packed.
 
 in   Plotted
 out  a dict that JSON can hold, ``missionc.report/1``

@@ -1,4 +1,4 @@
-"""The page's parts put together: one text that refers to nothing outside itself.
+"""The report's HTML page from its parts: one text that refers to nothing outside itself.
 
 What an author wrote reaches the page as JSON in a block that no browser runs, every character
 that means something to HTML escaped; the page's own script is the only one that its policy

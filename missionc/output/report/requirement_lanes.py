@@ -1,4 +1,4 @@
-"""A lane for each requirement and each of its sub-formulas, as the author wrote them."""
+"""Verdict lanes: one for each requirement and each of its subformulas, as the author wrote them."""
 
 from __future__ import annotations
 

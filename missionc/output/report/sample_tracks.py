@@ -1,4 +1,4 @@
-"""Motions on even grids of time."""
+"""Sampling of motions on even grids of time."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A flight in simulation, as ``simulate`` left it in a folder, beside the polynomials that it was to fly.
+"""Tracks of a simulated flight, as ``simulate`` left them in a folder, beside the polynomials it was to fly.
 
     in   Mission, the text of ``simulation.json``, the flown Curves in space
     out  Simulated, or nothing where the text is not what this version writes about this mission
@@ -89,7 +89,7 @@ def _fewer(error: Array) -> Array:
 
 
 def _checks(found: Any) -> tuple[Check, ...]:
-    """Of the first flight each requirement, of all of them the worst tracking and the least room."""
+    """The checks: each requirement in the first flight; the worst tracking and the least room of all flights."""
     checks = []
     before = {each["name"]: each["robustness"] for each in found["planned"]}
     by = f"flown by {found['engine']}"

@@ -1,4 +1,4 @@
-"""The certificate in short: of every kind of check the tightest, with the time at which it is tight."""
+"""The tightest margin of every kind of check in the certificate, with its time."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def _asked(check: Check) -> bool:
 
 
 def _decisive(mission: Mission, kernel: Kernel, trace: Trace) -> dict[str, float]:
-    """Of each requirement, the time at which its robustness comes about: seconds."""
+    """The time at which the robustness of each requirement comes about: seconds."""
     goals = [goal.formula for goal in kernel.requirements]
     rows = table(goals, goals, mission, trace, {})
     times = {}

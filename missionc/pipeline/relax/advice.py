@@ -1,4 +1,4 @@
-"""What would make an impossible mission possible: as lines for people, and as values for programs."""
+"""Relaxation advice for an infeasible mission: lines for people, and values for programs."""
 
 from __future__ import annotations
 

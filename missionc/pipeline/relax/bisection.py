@@ -1,4 +1,4 @@
-"""Which change of one kind to try next: the first ones until one does, then ever smaller ones."""
+"""Bisection over changes of one kind: the first ones until one makes it feasible, then ever smaller ones."""
 
 from __future__ import annotations
 

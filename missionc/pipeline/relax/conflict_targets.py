@@ -1,4 +1,4 @@
-"""What the requirements in conflict speak of, and which way each of it has to move to ask for less.
+"""Parameters of conflicting requirements, and the direction in which each asks for less.
 
 in   kernel formulas
 out  Touched

@@ -1,4 +1,4 @@
-"""A change of a mission as a change of its text, or of a value given on the command line."""
+"""Edits: changes of a mission's text, or of a value given on the command line."""
 
 from __future__ import annotations
 

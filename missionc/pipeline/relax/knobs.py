@@ -1,4 +1,4 @@
-"""One number of a mission that can be moved, notch by notch, away from what is asked now."""
+"""Knobs: numbers of a mission that can be moved, notch by notch, away from what is asked now."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The nearest miss: of the motions at hand, the one that comes nearest to being a plan of the mission as written.
+"""The nearest miss: of the motions at hand, the one that violates the mission as written the least.
 
 in   Mission as written, its kernel, motions that are plans of relaxed missions, a search's best candidate
 out  NearMiss, where one of them breaks nothing but one requirement, or there is a candidate

@@ -1,4 +1,4 @@
-"""Changes of what the requirements in conflict ask: routes, counts, comparisons, or one of them left out."""
+"""Relaxations of formulas: bounds of routes, counts, comparisons, or a requirement left out."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Changes of when: a longer horizon, a window that ends later or asks for less time."""
+"""Relaxations of time: a longer horizon, a window that ends later or asks for less time."""
 
 from __future__ import annotations
 

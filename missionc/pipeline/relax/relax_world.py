@@ -1,4 +1,4 @@
-"""Changes of what the formulas are about: graphs, formations, regions, room between bodies, and how many there are."""
+"""Relaxations of the world: graphs, formations, regions, room between bodies, and the number of agents."""
 
 from __future__ import annotations
 

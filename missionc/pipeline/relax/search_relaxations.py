@@ -1,4 +1,4 @@
-"""Why a mission has no plan, from the refusal on: variants of it are solved until the time for that is over.
+"""Relaxation search for an infeasible mission: variants of it are solved until its time is over.
 
     in   Checked, the backend's Impossible, or a NotFound with its best candidate; a budget
     out  Explained
@@ -44,7 +44,7 @@ from missionc.pipeline.results import Blame, Explained, Relaxation, Trial
 from missionc.verify.verify_plan import verify
 
 FIRST, FINER, SHARE, SEARCHED = 0.05, 0.1, 0.25, 0.1
-"""Of all the time, so much goes into the first try of a knob at most; into a finer roadmap, which is the hardest; into
+"""Shares of all the time: for the first try of a knob at most; for a finer roadmap, which is the hardest; for
 any other try. A knob's later tries get twice as much each. Where none is ever refused and each would take what it gets,
 all get the last."""
 

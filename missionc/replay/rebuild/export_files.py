@@ -1,4 +1,4 @@
-"""Every export in a folder made once more of the verified polynomials, and compared file by file."""
+"""Rebuilt exports: each made once more of the verified polynomials, and compared file by file."""
 
 from __future__ import annotations
 

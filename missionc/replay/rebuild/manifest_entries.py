@@ -1,4 +1,4 @@
-"""The manifest's own entries: what follows from the folder is computed, the rest has to be something that can be true.
+"""Verification of the manifest's entries: what follows from the folder is computed, the rest has to be plausible.
 
 Nobody can compute from a folder which backend planned it, from which seed, with
 which versions, on which command, and what cut it short: that is provenance, and

@@ -1,4 +1,4 @@
-"""``plan.json`` rebuilt from the states that were read from it: nothing else may stand in it."""
+"""Rebuilt ``plan.json``, from the states that were read from it: nothing else may stand in it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The documents of a folder rebuilt from what was verified, and compared with those that lie in it.
+"""Rebuilt documents of a folder, from what was verified, compared with those that lie in it.
 
     in   Reopened, and the Certificate of its plan and its flight
     out  Checks: of each document, and of each entry of the manifest

@@ -1,4 +1,4 @@
-"""``report.html`` drawn anew from what was verified, and compared with the one that lies in the folder."""
+"""Rebuilt ``report.html``, from what was verified, compared with the one that lies in the folder."""
 
 from __future__ import annotations
 

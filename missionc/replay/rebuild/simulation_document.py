@@ -1,4 +1,4 @@
-"""``simulation.json`` flown once more, by the engine and through the air that it tells, and compared.
+"""Rebuilt ``simulation.json``: flown once more, by the engine and in the air that it names, and compared.
 
 Where that cannot be done here, nobody knows how the flights went: the check
 fails, and is told apart from one of a document that is wrong.

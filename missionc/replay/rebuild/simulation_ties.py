@@ -1,4 +1,4 @@
-"""When and whose the worst of simulated flights is, where several moments or agents are as bad.
+"""Ties in the worst figures of simulated flights, which rounding breaks: the document's choice is taken.
 
 Which of them is told is decided by rounding, as machines do: agents that stand
 are off by next to nothing all the time, and a symmetric flight has its least

@@ -1,4 +1,4 @@
-"""The check of one document: it says what the folder's files come to, or it does not and why."""
+"""The verdict on one document: it agrees with what the folder's files come to, or the reason why not."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ DOCUMENT, UNJUDGED = "document", "unjudged document"
 
 
 def verdict(name: str, reason: str | None) -> Check:
-    """Of a file or an entry of the manifest; ``reason`` is empty or absent where nothing is wrong with it."""
+    """The check of a file or an entry of the manifest; ``reason`` is empty or absent where nothing is wrong with it."""
     return Check(DOCUMENT, name, 0.0, "", 0.0, not reason, detail=reason or "it says what the folder's files come to")
 
 
 def unjudged(name: str, reason: str) -> Check:
-    """Of a file of which nobody can say here whether it is right."""
+    """The check of a file of which nobody can say here whether it is right."""
     return Check(UNJUDGED, name, 0.0, "", 0.0, False, detail=reason)

@@ -1,4 +1,4 @@
-"""Who flies: the simulation that is always there, or one that is installed on request.
+"""Simulation engines: the one that is always there, or one that is installed on request.
 
 Other engines bring their own vehicle and controller. What they are told is
 what a Crazyflie's firmware would tell its controller.

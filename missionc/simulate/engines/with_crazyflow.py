@@ -1,4 +1,4 @@
-"""crazyflow's Crazyflie 2.1+ from first principles, flown by the firmware's Mellinger controller.
+"""The crazyflow engine: a Crazyflie 2.1+ from first principles, flown by the firmware's Mellinger controller.
 
 Source:
     crazyflow 0.4.0, drone ``cf2x_L250``: 32.8 g, of which its controller believes in 29 g.

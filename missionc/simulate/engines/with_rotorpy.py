@@ -1,4 +1,4 @@
-"""rotorpy's Crazyflie: its rotors' aerodynamics and motors, its SE(3) controller.
+"""The rotorpy engine: its Crazyflie's rotor aerodynamics and motors, its SE(3) controller.
 
 Source:
     Folk, Paulos and Kumar, "RotorPy: A Python-based Multirotor Simulator with Aerodynamics for Education and

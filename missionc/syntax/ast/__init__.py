@@ -1,4 +1,4 @@
-"""The tree as written: every node has its span, every name is still a word.
+"""The abstract syntax tree, as written: every node has its span, every name is still a word.
 
 A mission is a list of declarations; a quantity keeps the unit it was written
 with; an operator keeps its canonical word (``always`` for ``G``).

@@ -1,4 +1,4 @@
-"""Dynamics, starts, finishes and other settings."""
+"""Syntax tree of agents: dynamics, starts, finishes and other settings."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Declarations, and the mission they make up."""
+"""Syntax tree of declarations, and of the mission they make up."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Formulas as written."""
+"""Syntax tree of formulas."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Names, numbers with their units, and arithmetic over them."""
+"""Syntax tree of quantities: names, numbers with their units, and arithmetic over them."""
 
 from __future__ import annotations
 

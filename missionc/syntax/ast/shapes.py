@@ -1,4 +1,4 @@
-"""Shapes, and how they move."""
+"""Syntax tree of shapes, and of their motion."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""When predicates and links hold along a motion: the sign of their margins, proved between the moments looked at.
+"""Sign of margins along a motion, proved between samples: the intervals in which predicates and links hold.
 
 A margin that changes by at most so much per second keeps the sign that it has
 in the middle of a stretch, if it is large enough there; else the stretch is
@@ -58,7 +58,7 @@ EVALUATIONS = 10_000_000
 ROUTES = "a kernel has routes in the place of `connected`"
 
 Margin: TypeAlias = Callable[[Indices, Indices, Array], Array]
-"""Of items, pieces and the seconds since they began: (count,) three times -> (count,)."""
+"""A margin as a function of items, pieces and the seconds since they began: (count,) three times -> (count,)."""
 
 
 def atom_signals(predicate: Predicate, agents: Indices, motion: Motion) -> list[Signal]:

@@ -1,4 +1,4 @@
-"""What is true between the steps: every requirement that holds at them, judged at every moment of a motion.
+"""Continuous-time verification: every requirement that holds at the steps, judged at every moment of a motion.
 
     in   Mission, its kernel, a Trace that was judged at the steps, the Curves that are flown
     out  Between, for each requirement that is true at the steps; of a folder's files, in a Certificate

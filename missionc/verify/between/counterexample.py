@@ -1,4 +1,4 @@
-"""What decides that a formula fails between the steps, or that nobody can say: when, at whom, which part.
+"""Counterexamples in continuous time: the moment, the agent and the subformula that decide a failure.
 
 The search goes from the formula down to a predicate or a route. Where it has a
 choice it goes after what differs from the steps around it, for that is what the

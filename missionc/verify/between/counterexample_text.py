@@ -1,4 +1,4 @@
-"""What fails between the steps, or is not decided, in words."""
+"""Counterexamples in words: what fails between the steps, or is not decided."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ MOST_LINKS = 2
 
 
 def sentence(name: str, culprits: tuple[Culprit, ...], certain: bool, motion: Motion) -> str:
-    """Of a requirement that is true at the steps."""
+    """The sentence about a requirement that is true at the steps."""
     first = culprits[0]
     parts = " and ".join(_part(culprit, certain, motion) for culprit in culprits)
     if certain:

@@ -1,4 +1,4 @@
-"""When something is so: closed intervals of time, and what the operators of time and of logic make of them.
+"""Sets of time intervals in which a formula holds, and the operators of time and of logic on them.
 
 Time is counted in whole ticks, so that nothing here rounds. Of every formula
 two sets are known: when it surely holds, and when it surely does not. Both are

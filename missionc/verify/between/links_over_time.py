@@ -1,4 +1,4 @@
-"""What graphs make of their links over time: neighbours and routes.
+"""Dynamic graphs over time: neighbours and routes, in stretches in which no link changes.
 
 Time is cut where a link or an operand may change, into moments and the
 stretches between them. Links and operands are constant in each, so that the
@@ -167,7 +167,7 @@ class _Found:
         self.rows.append((member.astype(np.int64), low[stretch], high[stretch]))
 
     def spans(self, members: range) -> list[Spans]:
-        """Of each member; stretches that meet are joined."""
+        """The spans of each member; stretches that meet are joined."""
         member, low, high = (np.concatenate(column) for column in zip(*self.rows, strict=True))
         order = np.lexsort((high, low, member))
         member, low, high = member[order], low[order], high[order]
@@ -216,7 +216,7 @@ def _none(links: Links, cell: Indices) -> tuple[Array, Array]:
 
 
 def _lengths(links: Links, low: Indices, high: Indices, motion: Motion) -> tuple[Array, Array]:
-    """Of all pairs in the middle of stretches, and by how much they change in them: (cells, members, members) twice."""
+    """The lengths of all pairs amid stretches, and their change in them: (cells, members, members) twice, metres."""
     middle = (low + high) // 2
     piece = motion.piece_at(middle)
     size = links.members.size

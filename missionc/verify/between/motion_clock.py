@@ -1,4 +1,4 @@
-"""The clock on which signals are timed, and joint motion on it."""
+"""The clock of signals, in whole ticks, and joint motion on it."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ STEP = 1 << 32
 """Ticks in a step of the mission: steps, and so windows, are whole ticks."""
 
 ROUNDING = 1e-11
-"""Of a margin, for each metre (m/s) of what a polynomial's terms add up to: more than floating point can make of it."""
+"""The rounding of a margin, for each metre (m/s) of the sum of a polynomial's terms: more than floating point makes."""
 
 FURTHER = 0.5 + 1e-9
 """How far a stretch reaches from its middle, in its own length and one tick; a little more, for rounding."""

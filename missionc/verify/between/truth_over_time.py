@@ -1,4 +1,4 @@
-"""When kernel formulas hold along a motion, at every moment: three-valued, and sound on both sides."""
+"""Three-valued truth of kernel formulas at every moment of a motion, sound on both sides."""
 
 from __future__ import annotations
 
@@ -137,7 +137,7 @@ class Evaluation:
                 assert_never(node)
 
     def _atom(self, predicate: Predicate, agents: list[int]) -> Signals:
-        """Of a predicate about the team, one signal for all."""
+        """The signals of a predicate about the team, one for all."""
         if isinstance(predicate, InFormation):
             key = (predicate, TEAM)
             if key not in self.atoms:
@@ -150,7 +150,7 @@ class Evaluation:
         return {agent: self.atoms[predicate, agent] for agent in agents}
 
     def _of_members(self, graph: Graph, judge: Callable[..., list[Signal]], below: Sequence[Signals]) -> Signals:
-        """Of the graph's agents, from what is below at each of them."""
+        """The signals of the graph's agents, from what is below at each of them."""
         operands = [[part[agent] for agent in graph.agents] for part in below]
         if not graph.agents:
             return {}
@@ -167,7 +167,7 @@ def _window(low: int, high: int | None) -> tuple[int, int | None]:
 
 
 def _asked(root: Node, order: list[Node]) -> dict[Node, set[int]]:
-    """Of which agents each formula is asked, where the root is asked of the first."""
+    """The agents that each formula is asked of, where the root is asked of the first."""
     asked: dict[Node, set[int]] = {node: set() for node in order}
     asked[root].add(0)
     for node in reversed(order):

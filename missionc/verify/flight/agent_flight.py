@@ -1,4 +1,4 @@
-"""Whether one agent's polynomials fly the verified plan.
+"""Continuity and fidelity of one agent's polynomials: joints, rest at both ends, and distance from the verified plan.
 
 A jump at a joint, or motion where there should be rest, is measured by how far
 a control point would have to move to explain it: one scale, metres, for every

@@ -1,4 +1,4 @@
-"""How far curves stay from a body, on a whole part of them.
+"""Lower bounds on the distance of curves from a body, on a whole part of them.
 
 Two bounds, of which the better one counts. The curve is no further from its
 middle than its control points: the distance there, less that, bounds the

@@ -1,4 +1,4 @@
-"""The flights of all agents together, with bounds on where they are and how fast."""
+"""The flights of all agents together, with bounds on their positions and speeds."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ from missionc.curves.bernstein_intervals import (
 from missionc.ir import Mission, Obstacle, Path, Still
 
 HALVINGS = 3
-"""Of a piece, before its control points bound the speed in it."""
+"""Halvings of a piece, before its control points bound the speed in it."""
 
 ALLOWANCE = 2.0**-40
-"""Of the numbers that go in: what the arithmetic of shapes and their motion may err; a thousand roundings are less."""
+"""The share of its input that the arithmetic of shapes and motion may err by; a thousand roundings are less."""
 
 
 @dataclass(frozen=True, eq=False)

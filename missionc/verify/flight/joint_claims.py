@@ -1,4 +1,4 @@
-"""What is claimed of all flights at every moment: the world, obstacles, each other, and each other's downwash.
+"""Claims about all flights at every moment: the world, obstacles, each other, and each other's downwash.
 
 A distance has two needs. *Asked* is what the mission wants between bodies.
 *Needed* is what nobody goes below: what bodies take, or the pair distance of

@@ -1,4 +1,4 @@
-"""A claim to a check, with the boxes that prove it."""
+"""Proof of a claim, as a check with its boxes."""
 
 from __future__ import annotations
 

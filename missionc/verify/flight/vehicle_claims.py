@@ -1,4 +1,4 @@
-"""What each vehicle's profile claims of its flight: every limit that is finite, at every moment.
+"""Claims of each vehicle's profile about its flight: every limit that is finite, at every moment.
 
 in   Mission, Flight
 out  claims, and the checks of what does not change along the flight

@@ -1,4 +1,4 @@
-"""Whether what the Crazyflies will fly is the verified plan: the written text is read back, nothing else is believed.
+"""Verification of the written polynomials: they fly the verified plan, in continuous time, as the firmware holds them.
 
     in   Mission, the verified Trace, the text of each agent's file
     out  Certificate, with the boxes that prove it

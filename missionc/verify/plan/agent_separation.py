@@ -1,4 +1,4 @@
-"""Whether every two bodies keep their separation, at every moment."""
+"""Separation of agents: every two bodies keep their distance, at every moment."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How well the graphs that must be connected are: λ₂, beside the robustness."""
+"""Algebraic connectivity (λ₂) of the graphs that must be connected, beside the robustness."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The least value of a margin along many motions at once, with a proof: conservative advancement.
+"""Conservative advancement: the least value of a margin along many motions at once, with a proof.
 
 A margin that changes by at most one metre per metre of motion cannot fall by
 more than (speed * time). So the value at the middle of an interval bounds the
@@ -28,7 +28,7 @@ EVALUATIONS = 20_000_000
 
 
 SHARE = 1e-3
-"""Of a margin: where bodies are far apart, nobody asks how far to the micrometre."""
+"""The share of a margin to which it is found: where bodies are far apart, nobody asks how far to the micrometre."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

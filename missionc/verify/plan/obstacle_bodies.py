@@ -1,4 +1,4 @@
-"""How far points are from an obstacle's body.
+"""Distance of points to an obstacle's body, exact for combined shapes too.
 
 Plain shapes and their unions have an exact distance already. An intersection
 or a difference is measured to its outline: what is left of its parts' borders,

@@ -1,4 +1,4 @@
-"""Whether every body keeps its clearance to every obstacle, at every moment."""
+"""Clearance of every body to every obstacle, at every moment."""
 
 from __future__ import annotations
 

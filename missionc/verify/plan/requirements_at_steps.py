@@ -1,4 +1,4 @@
-"""Whether the monitor finds every requirement satisfied."""
+"""Requirements at the steps of a plan: the monitor's truth and robustness, as checks."""
 
 from __future__ import annotations
 

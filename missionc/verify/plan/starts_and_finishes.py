@@ -1,4 +1,4 @@
-"""Whether agents start and finish where the mission says, and stay in its world."""
+"""Starts and finishes of a plan where the mission has them, and its states within the world."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Whether the states of a trace obey each agent's dynamics, step by step."""
+"""Dynamics of a trace, step by step: each agent's equations of motion and bounds."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The least margin of a claim, with a proof: parts of the flight that cover it, each with its bound.
+"""Branch and bound over parts of a flight: the least margin of a claim, with a proof.
 
 The control points of a curve bound a margin on a whole piece. Where that does
 not suffice the piece is halved, all items together, until the least bound is
@@ -26,10 +26,10 @@ MOST_PARTS = 1 << 20
 """After so many the bounds are taken as they stand: still bounds, only looser ones."""
 
 SHARE = 1e-3
-"""Of a margin: where bodies are far apart, or far too near, nobody asks how far to the micrometre."""
+"""The share of a margin to which it is found: far apart, or far too near, nobody asks how far to the micrometre."""
 
 FINEST = 2.0**-40
-"""Of a piece: what is not proved on so short a part will not be."""
+"""The shortest part of a piece: what is not proved on it will not be."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -1,4 +1,4 @@
-"""What is claimed of a flight throughout: a margin along curves, that can be bounded on any part of them."""
+"""Claims of a flight: margins along curves, that can be bounded on any part of them."""
 
 from __future__ import annotations
 

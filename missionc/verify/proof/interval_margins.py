@@ -1,4 +1,4 @@
-"""Margins that can be bounded on a part of a curve: distances kept, limits kept, bounds kept."""
+"""Interval bounds of margins on a part of a curve: distances kept, limits kept, bounds kept."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from missionc.curves.piecewise_polynomials import Indices
 from missionc.verify.proof.claims import Bounds, Judge
 
 FAR = 2.0
-"""Of a margin: nobody asks more precisely how far is far."""
+"""A margin beyond which nobody asks more precisely how far is far."""
 
 ANGLE = 1e-14
 """Rad: more than an arc tangent of doubles errs."""
@@ -100,5 +100,5 @@ def _length(vectors: Array, axis: int) -> Array:
 
 
 def _least(seen: Array) -> tuple[Array, Array]:
-    """Of the margins at both ends of a part, (parts, 2): the smaller one, and where."""
+    """The smaller of the margins at both ends of a part, (parts, 2), and where."""
     return seen.min(axis=-1), seen.argmin(axis=-1).astype(np.float64)

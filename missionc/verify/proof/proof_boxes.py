@@ -1,4 +1,4 @@
-"""The boxes of a proof: stretches of the flight, each with whom it is about and a lower bound of the margin on it.
+"""The boxes of a proof: stretches of the flight, each with its subject and a lower bound of the margin on it.
 
 Moments count pieces: 3.25 is a quarter into the fourth. A box ends where the
 next one of its subject begins, so that what is stated covers the flight if the

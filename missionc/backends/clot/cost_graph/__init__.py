@@ -1,1 +1,1 @@
-"""The cost graph: kernel formulas as terms with exact robustness that a planner can push on."""
+"""The cost graph: kernel formulas in negation normal form, as terms with exact robustness for an optimiser."""

@@ -1,4 +1,4 @@
-"""The margins of predicates and links of a batch of joint motions, in torch.
+"""Margins of predicates and links, the leaves of the cost graph, for a batch of joint motions, in torch.
 
 The formulas are those of ``missionc.language.margins.predicate_margins``, run on tensors; only the
 connected graph is written for batches here.

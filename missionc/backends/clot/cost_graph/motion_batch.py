@@ -1,4 +1,4 @@
-"""Batches of joint motions as tensors, and what of the mission the terms read as numbers."""
+"""Batches of joint motions as tensors, and the numbers of the mission that the terms read."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def team(mission: Mission, device: torch.device | None = None, dtype: torch.dtyp
 
 
 def velocities(position: Tensor, step: float) -> Tensor:
-    """Of first-order motion, constant within a step, the last one's kept: (..., steps, dim) -> the same, m/s."""
+    """First-order velocities, constant within a step, the last one's kept: (..., steps, dim) -> the same, m/s."""
     if position.shape[-2] < 2:
         return torch.zeros_like(position)
     moved = (position[..., 1:, :] - position[..., :-1, :]) / step

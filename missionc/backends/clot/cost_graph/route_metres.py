@@ -1,4 +1,4 @@
-"""Routes bounded in metres: judged exactly by the monitor's own search."""
+"""Robustness of routes bounded in metres, by the monitor's own search on the graph."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The cost graph as text, one term a line: what ``--emit cost-graph`` prints.
+"""Printer of the cost graph: one term a line, as ``--emit cost-graph`` shows it.
 
 The words are the kernel's (``missionc.kernel.show``), but where a formula says
 what must hold, a term says what number it has.

@@ -1,4 +1,4 @@
-"""The best spanning tree of each of many graphs, by Prim's algorithm on all of them at once (numpy)."""
+"""Maximum (and so widest) spanning trees of many graphs at once, by Prim's algorithm in numpy."""
 
 from __future__ import annotations
 

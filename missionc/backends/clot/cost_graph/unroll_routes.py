@@ -1,4 +1,4 @@
-"""What has to hold for a route of a bounded length to be, or for none to be: at one step, seen from one agent.
+"""Bounded routes unrolled into links: the terms that make one, or break all, at one step, seen from one agent.
 
 That a route is there rests on one route: its links, its agents and its length. That none
 is there rests on something of every route, and one thing may do for many.
@@ -27,7 +27,7 @@ ROUNDING = 1e-9
 """Metres: what sums in another order may differ by."""
 
 Members: TypeAlias = tuple[int, ...]
-"""Of a graph, by number."""
+"""Members of a graph, by number."""
 
 Piece: TypeAlias = tuple[Literal["link", "through", "end", "shorter", "longer"], Members]
 """What has to hold: of two members that they are linked, or not; of one what agents on the way satisfy, or those at the

@@ -1,4 +1,4 @@
-"""Whether a motion is a plan: every body, limit and requirement, between the steps too, before anyone is shown it.
+"""Acceptance test of a motion: bodies, limits and requirements, between the steps too, before it counts as a plan.
 
 The verifier asks the same once more, on its own; this is here so that the search goes on where it would say no.
 """
@@ -18,7 +18,7 @@ from missionc.world.relative_motion import closest_approach
 from missionc.world.signed_distance import signed_distance
 
 ROUNDING = 1e-9
-"""Of a limit: what rounding alone may exceed."""
+"""The share of a limit that rounding alone may exceed."""
 
 
 def attempt(mission: Mission, kernel: Kernel, trace: Trace) -> Attempt:

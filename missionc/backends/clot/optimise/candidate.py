@@ -1,4 +1,4 @@
-"""One candidate in numbers: what is amiss with it, how smooth it is, and how both change with its control points."""
+"""One candidate motion in numbers: its residuals, its smoothness, and the Jacobians of both by its control points."""
 
 from __future__ import annotations
 

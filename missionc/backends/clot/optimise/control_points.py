@@ -1,4 +1,4 @@
-"""Motions as control points, such that any control points obey the dynamics' equations.
+"""Uniform B-splines: motions as control points, such that any control points obey the dynamics' equations.
 
 First order: the control points are the positions at the steps, joined by straight lines.
 Second order: they are those of a uniform quadratic B-spline, whose acceleration is

@@ -1,4 +1,4 @@
-"""From a plan to a shorter or smoother one that is a plan all the way: sequential convex programming.
+"""Sequential convex programming: from a plan to a shorter or smoother one that is a plan all the way.
 
 Near a motion in which every margin holds, margins are nearly linear, and the smoothness is
 quadratic: the best motion nearby is a convex quadratic program. What its answer breaks, because a
@@ -29,7 +29,7 @@ REACH = 0.4
 """Metres a coordinate of a control point may move in one program; half as many where that led nowhere."""
 
 SHARES = 0.5, 0.25
-"""Of the way to an answer that still breaks something after all cuts."""
+"""Shares of the way to an answer that still breaks something after all cuts."""
 
 LEAST_REACH = 0.05
 
@@ -49,7 +49,7 @@ LEAST_SPARE = 1e-6
 """Metres, for margins that are to have nothing to spare."""
 
 PRECISION, PATIENCE = 1e-4, 40
-"""Of a program, and iterations of its solver: those that have an answer take about fifteen."""
+"""Precision of a program, and iterations of its solver: those that have an answer take about fifteen."""
 
 CONVEX = 1e-6
 """Added to the diagonal, so that a program has one answer."""

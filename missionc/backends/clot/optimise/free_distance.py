@@ -1,4 +1,4 @@
-"""Obstacles and the world's bounds around a batch of moving points: the room they leave, in torch."""
+"""Signed distance of a batch of moving points to obstacles and to the world's bounds, in torch."""
 
 from __future__ import annotations
 

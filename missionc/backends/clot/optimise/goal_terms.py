@@ -1,4 +1,4 @@
-"""What is asked of a candidate: terms that must hold at step 0, and what a witness decided."""
+"""Goals of a candidate: cost-graph terms that must hold at step 0, and the choices that a witness made for them."""
 
 from __future__ import annotations
 

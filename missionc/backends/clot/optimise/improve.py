@@ -1,4 +1,4 @@
-"""From a plan to a better one: preferences by weight, then what is to be least; if nothing is, some detours less.
+"""Anytime improvement of a plan: preferences by weight, then the objective; without one, some detours less.
 
 A preference is tried by a polish of the plan that there is, asked for more; what is to be least by
 a descent from it. What comes of it counts only where it is a plan as well, and a better one.
@@ -24,7 +24,7 @@ from missionc.kernel.nodes import Kernel
 from missionc.monitoring.monitor import monitor
 
 ITERATIONS = 40
-"""Of one try."""
+"""Iterations of one try."""
 
 TIDIED = 5_000
 """Numbers in the control points of a plan, times steps of descent, where nothing is asked to be least."""

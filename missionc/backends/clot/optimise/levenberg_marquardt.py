@@ -1,4 +1,4 @@
-"""From a candidate that is nearly right to one that is: all agents and steps at once, by Levenberg and Marquardt.
+"""Levenberg-Marquardt on all agents and steps at once: from a candidate that is nearly right to one that is.
 
 Every shortfall is a row of a sparse least-squares problem, every step solves it exactly. What
 has to hold is decided anew at each step by the motion itself, unless a witness decided it.

@@ -18,7 +18,7 @@ from missionc.backends.clot.optimise.motion_residuals import Costs
 from missionc.base.trace import Array, Trace
 
 ITERATIONS = 40
-"""Of one try."""
+"""Iterations of one try."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -1,4 +1,4 @@
-"""Everything a candidate is pushed on: bodies, limits and the margins that its goals rest on, as residual groups.
+"""Residual groups of a candidate: bodies, limits, and the margins that its goals rest on.
 
 Source:
     [clot] III-B, g_obs and g_int; III-C, the predicates; (3).
@@ -32,7 +32,7 @@ from missionc.ir import Box as BoxShape
 from missionc.world.signed_distance import signed_distance
 
 CLOSE = 0.4
-"""Of a metre: bodies further than this beyond what they need are no matter for now."""
+"""Metres: bodies further than this beyond what they need are no matter for now."""
 
 GAP = 0.1
 """Metres, at top speed, between the points at which obstacles are looked at: a corner that is cut lies between two."""

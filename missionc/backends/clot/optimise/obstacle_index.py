@@ -1,4 +1,4 @@
-"""A mission's obstacles around many points at once: which are near which points, and how far these are from them.
+"""Spatial index of obstacles: which of them are near many points at once, and the distances to these.
 
 Those that stand are looked up by the cell of the plane a point is in; those that move are all looked at. Either way the
 box around an obstacle decides, and distances are taken to what is left.

@@ -1,4 +1,4 @@
-"""What is amiss with one candidate, place by place: residuals in metres, each with its gradient.
+"""Residuals of one candidate, place by place, in metres, each with its gradient: rows of a sparse Jacobian.
 
 A residual is how much a margin lacks of what is asked of it; it reads one to four points
 of the motion and nothing else. So the derivative of each by its own points is a

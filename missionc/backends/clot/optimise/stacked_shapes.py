@@ -1,4 +1,4 @@
-"""Many shapes as a few tables: how far points are from the shape each is asked about, in one operation for all.
+"""Signed distances of points to many shapes, each to its own, in one operation: shapes stacked into a few tables.
 
 Every plain shape is a polygon of one corner or more, less a radius, between two heights; a ball is one corner and the
 way up to it as well. Combined shapes are folded level by level. The values are those of ``world.signed_distance``.
@@ -23,7 +23,7 @@ CHUNK = 1 << 16
 EVERYWHERE = Prism(-np.inf, np.inf)
 
 OPERATIONS = {Union: (1.0, 1.0), Intersection: (-1.0, -1.0), Difference: (-1.0, 1.0)}
-"""Of two distances, ``own * min(own * left, other * right)``: ``own`` and ``other``."""
+"""Signs of the fold of two distances, ``own * min(own * left, other * right)``: ``own`` and ``other``."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -49,7 +49,7 @@ class Lists:
     count: Tensor
 
     def of(self, which: Tensor) -> tuple[Tensor, Tensor, Tensor]:
-        """Of each of these shapes all rows: the place in ``which``, the place in its list, and the row."""
+        """All rows of these shapes: for each the place in ``which``, the place in its list, and the row."""
         count = self.count[which]
         place = torch.repeat_interleave(torch.arange(len(which), device=which.device), count)
         within = torch.arange(len(place), device=which.device) - (count.cumsum(0) - count)[place]

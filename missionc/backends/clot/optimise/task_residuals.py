@@ -1,4 +1,4 @@
-"""The margins and links that a candidate's goals rest on, as residual groups.
+"""Residual groups of a candidate's tasks: the margins and links in the active set.
 
 Source:
     [clot] III-C, the predicates.
@@ -288,7 +288,7 @@ def _kind(stretch: Stretch) -> tuple[int, bool]:
 
 
 def _length(points: tuple[Tensor, ...]) -> Tensor:
-    """Of the routes from point to point, (rows, dim) each -> (rows,)."""
+    """The length of routes from point to point, (rows, dim) each -> (rows,), metres."""
     return reduce(torch.add, [norm(after - here) for here, after in pairwise(points)])
 
 

@@ -1,4 +1,4 @@
-"""How the search plans one more agent, by Algorithm 1; and how all are planned at once, without a search.
+"""Expansion of a search node: one more agent planned by Algorithm 1; or all at once, without a search.
 
     in   a node of the search and an agent
     out  candidates of its motion, with their cost and whether they hold among those planned before

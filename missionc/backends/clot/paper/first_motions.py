@@ -1,4 +1,4 @@
-"""Where the candidates of one agent begin: drawn from the prior, or around its part of a sketch.
+"""Initial candidates of one agent: drawn from the Gaussian process prior, or around its part of a sketch.
 
 Source:
     [clot] Algorithm 1, line 1; IV-B.3 (I).
@@ -29,13 +29,13 @@ MIDWAY = 0.072
 """Half-way between two ends at rest, T steps apart, the prior deviates by so much times T^1.5 accelerations."""
 
 EARLY = 0.3
-"""Of the way between two key frames: how far an agent is ahead half-way, or behind; from a third on it turns back."""
+"""The share of the way between two key frames by which an agent is ahead half-way, or behind; beyond 1/3 it turns."""
 
 AT_ONCE = 1 << 13
 """Candidates that are drawn in one call, which no limit of time can interrupt."""
 
 LATE = 0.12
-"""Of the mission: how long after its parent, or before, an agent comes past the same place."""
+"""The share of the mission by which an agent comes past a place after its parent, or before."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

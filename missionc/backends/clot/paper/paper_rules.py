@@ -1,4 +1,4 @@
-"""The paper's own estimate of what a moved waypoint is worth, beside the exact one (``perturbed_robustness``).
+"""The paper's estimate of a moved waypoint's robustness by its rules, beside the exact ``perturbed_robustness``.
 
 A least hides all but the worst of its parts, so the paper replaces it above a
 moved waypoint: (I) a leaf has its value where the waypoint is moved; (II) a

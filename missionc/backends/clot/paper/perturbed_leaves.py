@@ -1,4 +1,4 @@
-"""The margins of leaves where one agent is moved at one step, for many places it is moved to.
+"""Margins of leaves under a perturbation: one agent moved at one step, to each of many places.
 
 A leaf reads one step, so the moved places of a step stand side by side as if
 they were steps of their own, and the formulas are those of ``leaf_margins``.

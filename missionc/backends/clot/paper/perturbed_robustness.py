@@ -1,4 +1,4 @@
-"""The exact robustness of goals when one waypoint of one agent is moved, for every waypoint and many directions.
+"""Exact robustness of goals under a perturbation of one waypoint, for every waypoint and many directions.
 
 Only values that read the moved waypoint are worked out again (``sparsity_pattern``). A
 temporal term is a chain of steps, each of which turns the value from the next

@@ -1,4 +1,4 @@
-"""In which order agents may be planned: the dependency graph of a mission, phase by phase.
+"""The dependency graph of agents, phase by phase: the orders in which they may be planned.
 
 A phase is a run of steps at which the same pairs of agents are coupled. Couplings come from
 the requirements alone: formations couple their edges, distances their two agents, ``connected``

@@ -1,4 +1,4 @@
-"""Where a waypoint is probed: the corners of a regular polytope, turned at random.
+"""Regular polytopes, turned at random: their corners are the directions in which a waypoint is probed.
 
 Source:
     [clot] Algorithm 1, line 4.

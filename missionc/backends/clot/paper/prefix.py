@@ -1,4 +1,4 @@
-"""Goals as far as they are about the agents that are planned: what the others will do counts as the best there is.
+"""Optimistic truncation of goals to the agents planned so far: the others count as the best there is.
 
 Negations are at the leaves, so a term is worth no less where every margin that reads an agent not
 planned yet holds without limit. A goal that fails all the same cannot be kept by planning the

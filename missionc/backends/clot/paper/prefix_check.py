@@ -1,4 +1,4 @@
-"""By how much candidates of one agent hold among those planned before it: every hard constraint, exactly.
+"""Feasibility of one agent's candidates among those planned before it: every hard constraint, exactly.
 
 Source:
     [clot] IV-D.1: only what satisfies all constraints by the standard semantics enters the tree.

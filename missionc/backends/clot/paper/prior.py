@@ -1,4 +1,4 @@
-"""Where candidate trajectories come from: a Gaussian process over waypoints, and the kernel that smooths their steps.
+"""A Gaussian process prior over waypoints, from which candidates are drawn, and the kernel that smooths their steps.
 
 Waypoints are positions at the mission's steps. Their second differences are
 white noise, so that likely trajectories turn and speed up gently; what is known

@@ -1,4 +1,4 @@
-"""Joint motions by Algorithm 2 over Algorithm 1: the search that a preset asks for, from the first to the last agent.
+"""The run of Algorithm 2 over Algorithm 1 that a preset asks for, from the first to the last agent.
 
 Source:
     [clot] Algorithm 2.

@@ -1,4 +1,4 @@
-"""A search put aside as plain arrays and a JSON text, and taken up again where it was. ``run_state`` has the run."""
+"""Checkpoints of the tree search: plain arrays and a JSON text, from which it goes on. ``run_state`` has the run."""
 
 from __future__ import annotations
 

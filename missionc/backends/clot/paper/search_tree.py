@@ -87,7 +87,7 @@ class Tree:
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """Of one motion, (steps + 1, dim); (0, 0) before there is one."""
+        """The shape of one motion, (steps + 1, dim); (0, 0) before there is one."""
         return self.motions[1][self.agent[1]].shape if len(self) > 1 else (0, 0)
 
     def leaves(self, agents: int) -> tuple[int, ...]:

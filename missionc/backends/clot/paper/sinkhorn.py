@@ -1,4 +1,4 @@
-"""How much of each waypoint goes which way: entropic transport from waypoints to directions.
+"""Entropic optimal transport (Sinkhorn): how much of each waypoint goes in which direction.
 
 CPU time of one thread for 48 waypoints, 4 directions and regulariser 0.08: of
 32 candidates 0.2 ms by softmax and 9 ms by Sinkhorn's iteration, of 800

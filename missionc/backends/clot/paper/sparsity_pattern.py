@@ -1,4 +1,4 @@
-"""Which values of a term change when one waypoint of one agent is moved: known before any motion is.
+"""The sparsity pattern of robustness: the values of a term that can change when one waypoint of one agent is moved.
 
 A leaf at a step reads the agents there (a speed also where they go next), a
 window reads the steps it spans. So the values of a term at a step can change
@@ -294,7 +294,7 @@ def _union(agents: int, team: bool, parts: list[Reading]) -> Rows:
 
 
 def _over(rows: Rows, first: int, count: int, parts: list[Reading]) -> Reading:
-    """Of a term that reads its own row of its parts."""
+    """The reading of a term that reads its own row of its parts."""
     low, high = min(part.low for part in parts), max(part.high for part in parts)
     touched = np.zeros((1 if rows is None else len(rows), count, high - low + 1), dtype=bool)
     for part in parts:
@@ -305,7 +305,7 @@ def _over(rows: Rows, first: int, count: int, parts: list[Reading]) -> Reading:
 def _of_links(
     graph: Graph, rows: tuple[int, ...], first: int, count: int, parts: list[Reading], agent: int
 ) -> Reading | None:
-    """Of a term that reads the links of a graph, and its parts at other agents: what touches one row touches all."""
+    """The reading of a term over links of a graph and its parts at other agents: what touches one row touches all."""
     parts = [part for part in parts if part.rows is None or set(part.rows) & set(rows)]
     linked = agent in graph.agents
     if not parts and not linked:

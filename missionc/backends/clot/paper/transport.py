@@ -1,4 +1,4 @@
-"""Moving batches of trajectories towards low cost, without gradients.
+"""Gradient-free optimisation by optimal transport: batches of trajectories are moved towards low cost.
 
 What the defaults rest on: one robot of 4 m/s among up to 14 discs on 10 x 6 m,
 48 steps of 0.1 s, 32 candidates sampled from the prior, 20 random scenes. A

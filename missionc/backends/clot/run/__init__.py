@@ -1,1 +1,1 @@
-"""A run of the transport backend: its settings, its state between attempts, and attempts in child processes."""
+"""A run of the trajectory optimiser: its settings, its state between attempts, and attempts in child processes."""

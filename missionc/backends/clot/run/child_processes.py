@@ -1,4 +1,4 @@
-"""Work spread over child processes, each of them a copy of this one as it was when they were started.
+"""A pool of forked child processes, each a copy of this one as it was when they were started.
 
 A copy costs milliseconds and knows all that was built by then, so that only pieces of work and
 answers go through pipes, which nobody else has. A child does one piece at a time, leaves Ctrl-C

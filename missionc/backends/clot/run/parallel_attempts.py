@@ -1,4 +1,4 @@
-"""Attempts of a run made at once, in child processes: what comes of them is what comes of one after the other.
+"""Parallel attempts of a run in child processes: the same outcome as of one after the other.
 
 A child has the run as it was when the child began, makes one attempt at a time and answers with the
 state of a run that knows nothing else. Answers are taken in by number; the first plan, by

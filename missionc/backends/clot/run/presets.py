@@ -1,4 +1,4 @@
-"""Named ways to plan, each of which leaves something out or puts something back, so that parts can be compared.
+"""Presets: named ways to plan, each of which leaves something out or puts something back, so that parts compare.
 
     sketch   schedule, key frames, one joint sketch, joint polish; every eighth attempt is a ``search``. The default.
     search   Algorithm 2 over Algorithm 1, seeded with the sketch and its schedule; joint polish at the end.

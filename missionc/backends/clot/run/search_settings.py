@@ -1,4 +1,4 @@
-"""How wide and how long the hybrid search looks; every figure of it in one value."""
+"""Settings of the hybrid search: its width, its depth and its length; every figure in one value."""
 
 from __future__ import annotations
 

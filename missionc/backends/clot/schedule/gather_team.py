@@ -1,4 +1,4 @@
-"""Where a team gets into formation, or together, from where it is: without moving its middle, and each agent little.
+"""Least-squares placement of a team in its formation, or together, its middle kept (majorization of stress).
 
 Each two agents that are tied want the other at a length or an offset. All move at once, so
 that these wishes are met in the sense of least squares, and then again from there.

@@ -1,4 +1,4 @@
-"""Ways round the obstacles that stand still, for a point with some room around it: shortest paths on a grid."""
+"""Geodesics round the obstacles that stand still: shortest paths on a grid, for a point with some room around it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Key frames: where everybody is at the steps that matter, one configuration at a time.
+"""Key frames: the positions of all agents at the steps that matter, one configuration at a time.
 
     in   Schedule
     out  the positions of all agents at some of the steps
@@ -31,7 +31,7 @@ from missionc.world.sampling import points_in
 from missionc.world.signed_distance import signed_distance
 
 ITERATIONS = 40
-"""Of one guess at one configuration."""
+"""Iterations of one guess at one configuration."""
 
 JITTER = 0.02
 """Metres by which a guess is shaken: what is exactly straight, or exactly on top of another, has no way out."""

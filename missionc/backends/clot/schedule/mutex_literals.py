@@ -1,4 +1,4 @@
-"""What holds deny of each other: of one agent and one predicate, both that it holds and that it does not."""
+"""Mutex literals of holds: of one agent and one predicate, both that it holds and that it does not."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from missionc.backends.clot.schedule.tasks import Hold, Outline
 from missionc.ir import Predicate
 
 Saying: TypeAlias = tuple[int, Predicate, bool]
-"""Of an agent, or -1 of the team: a predicate, and whether it holds."""
+"""A literal: an agent, or -1 for the team; a predicate; and whether it holds."""
 
 TEAM = -1
 

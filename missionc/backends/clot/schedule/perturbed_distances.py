@@ -1,4 +1,4 @@
-"""How one schedule sees the mission: a little wrong, for another one than before."""
+"""Random perturbation of travel times for restarts: each schedule takes ways and delays to be a little different."""
 
 from __future__ import annotations
 

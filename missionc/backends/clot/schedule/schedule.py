@@ -1,4 +1,4 @@
-"""When each event happens and which option of each task is taken: the quickest way round, as the crow flies.
+"""Task scheduling by cheapest insertion: the time of each event and the option of each task, ways as the crow flies.
 
 Every task's options are tried at every place of the order found so far, and the one with which
 all arrive soonest is kept. Where nobody is asked to be in a place, agents are under way to the
@@ -52,10 +52,10 @@ from missionc.world.sampling import points_in
 from missionc.world.signed_distance import signed_distance
 
 SHARE = 0.8
-"""Of an agent's top speed, that a sketch counts on."""
+"""The share of an agent's top speed that a sketch counts on."""
 
 ROUNDING = 1e-6
-"""Of a step."""
+"""The share of a step that a time may be over a whole number of steps and count as that number."""
 
 LATE = 1e3
 """What a second too late costs against a second on the way."""

@@ -1,4 +1,4 @@
-"""A first joint motion through the key frames: teams go together, round what stands in their way."""
+"""The sketch: a first joint motion through the key frames, teams together, along geodesics round what stands still."""
 
 from __future__ import annotations
 

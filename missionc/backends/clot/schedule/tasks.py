@@ -1,4 +1,4 @@
-"""The choices a mission leaves open, read off its cost graph: what must come to be at some time, and the ways it can.
+"""Tasks: the choices that a mission leaves open, read off its cost graph as holds, events and options.
 
     in   CostGraph
     out  Outline
@@ -41,7 +41,7 @@ from missionc.backends.clot.cost_graph.cost_graph import (
 )
 
 MOST_OPTIONS = 256
-"""Of one task. Where there are more, these are drawn from among them, the same ones each time."""
+"""Options of one task. Where there are more, these are drawn from among them, the same ones each time."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,4 +1,4 @@
-"""The one flat list of clauses that every solver reads.
+"""The clause list: one flat conjunctive normal form that every solver reads.
 
 Literals are whole numbers as in DIMACS: a variable, or its negative. Variable 1
 is true, so that a constant is a literal like any other; whatever adds clauses

@@ -1,4 +1,4 @@
-"""Clauses as text: DIMACS for solvers and proof checkers, SMT-LIB for those who read it."""
+"""Text forms of the clauses: DIMACS for solvers and proof checkers, SMT-LIB for those who read it."""
 
 from __future__ import annotations
 

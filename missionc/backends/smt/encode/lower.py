@@ -1,4 +1,4 @@
-"""The mission's formulas as clauses over where its agents are.
+"""The encoding of kernel formulas: clauses over the agents' states on their roadmaps.
 
     in   kernel, motion
     out  Lowered: for each goal the literal that asks for it

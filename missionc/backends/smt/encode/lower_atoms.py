@@ -1,4 +1,4 @@
-"""Predicates asked of an agent at a step, as literals over the states it may be in.
+"""The encoding of predicates: literals over the states that an agent may be in at a step.
 
 Of a state:   the agent is in one where it holds (or in none where it fails)
 Of a move:    it makes none during which it fails

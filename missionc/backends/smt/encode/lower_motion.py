@@ -1,4 +1,4 @@
-"""Where every agent may be at every step, and that it gets there along its roadmap.
+"""The encoding of motion along time-expanded roadmaps: a variable for each agent, step and state.
 
     in   roadmaps
     out  Motion: one variable for each agent, step and state it can be in
@@ -29,7 +29,7 @@ from missionc.base.memory import reserve
 from missionc.base.trace import Array, Flags
 
 MOVE_BYTES = 100
-"""Of memory that a move at a step takes on its way into clauses, about."""
+"""Bytes that a move at a step takes on its way into clauses, about."""
 
 PAIRWISE = 5
 """Up to so many literals, at most one of them is said pair by pair."""

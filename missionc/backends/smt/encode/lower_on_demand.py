@@ -1,4 +1,4 @@
-"""*And*, *or* and a choice of formulas that are lowered only where those before them leave the matter open.
+"""Lazy encoding of *and*, *or* and choices: a formula is lowered only where those before it leave the matter open.
 
 An ask gives literals for some of the cells at hand, by their positions.
 """

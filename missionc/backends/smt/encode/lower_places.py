@@ -1,4 +1,4 @@
-"""Formulas lifted from agents to places: what holds of whoever stands there.
+"""The lifted encoding: formulas asked of places instead of agents, so that the size does not depend on their number.
 
 No two agents are ever in one place. So "some linked agent" may be asked of the
 places linked to this one, whoever is there, and what it costs does not depend

@@ -1,4 +1,4 @@
-"""What is linked to a place, and which routes start beside it."""
+"""The encoding of routes: the places linked to a place, and the routes that start beside it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Temporal operators as literals: windows of steps, and until."""
+"""The encoding of temporal operators: literals for windows of steps, and for until."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which agents may be at which places, and the literals that say that some are or that none is."""
+"""Occupancy literals: some agent is, or none is, in each place of a set."""
 
 from __future__ import annotations
 

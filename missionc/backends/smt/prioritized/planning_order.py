@@ -1,4 +1,4 @@
-"""Whom the requirements need, who of them must be planned together, and in which order.
+"""The planning order: which agents the requirements need, grouped by who must be planned together.
 
 All of it is read off the mission and its roadmaps: who has furthest to go comes first.
 """

@@ -1,4 +1,4 @@
-"""A plan made in turns: a few agents at a time, around those whose motion is settled.
+"""Prioritized planning in groups: a few agents at a time, around the reserved trajectories of those before them.
 
     in   roadmaps, the requirements in parts
     out  a joint motion in which every requirement holds, or nothing
@@ -95,7 +95,7 @@ class Turns:
     kept: set[Part] = field(default_factory=set)
     """What holds of the settled, whoever joins them."""
     largest: Problem | None = None
-    """Of those that had an answer."""
+    """The largest problem that had an answer."""
     rounds: int = 0
     taken: int = 0
     failures: int = 0

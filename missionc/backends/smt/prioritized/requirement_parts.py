@@ -1,4 +1,4 @@
-"""What the requirements ask, part by part, and of whom.
+"""Requirements split into conjuncts, each with the agents that it names.
 
 A requirement of every drone is as many parts as there are drones, and a part can
 be asked as soon as the agents it is about are there. So agents need not all be
@@ -117,7 +117,7 @@ def _conjuncts(kernel: Kernel) -> Iterator[tuple[int | None, tuple[Always, ...],
 
 
 def asks_of(roots: Iterable[Node]) -> dict[Node, Agents]:
-    """Of these formulas and of what is below them, the agents each asks something of by name."""
+    """The agents that each formula asks something of by name, for these formulas and what is below them."""
     asks: dict[Node, Agents] = {}
     for node in postorder(roots):
         asks[node] = named_by(node).union(*(asks[child] for child in children(node)))

@@ -1,4 +1,4 @@
-"""Agents whose motion is settled, and what is left free to the others.
+"""Reservations of fixed trajectories: agents that are settled, and the moves that are left free to the others.
 
 Whom nobody needs takes the way along its roadmap, by the clock, that is shortest
 among those that keep clear of all before it.
@@ -127,7 +127,7 @@ class Kind:
         self.source, self.target = roadmap.moves[self.by_target].T
         self.allowed = roadmap.allowed[:, self.by_target]
         self.price = np.where(self.allowed, 0.0, np.inf)
-        """Of each move at each step, (steps, moves): what those it comes too near weigh; 0 where it is free."""
+        """The price of each move, (steps, moves): what those it comes too near weigh; 0 where it is free."""
         self.near: dict[int, tuple[Indices, Indices, float]] = {}
         """The steps and moves that come too near each settled agent, and what it weighs."""
         dynamics = mission.agents[roadmap.agents[0]].dynamics

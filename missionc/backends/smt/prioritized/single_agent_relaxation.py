@@ -1,4 +1,4 @@
-"""Whether a plan for some of the agents can exist at all, each of them looked at by itself.
+"""Single-agent relaxation: a necessary condition for a plan of some agents, each looked at by itself.
 
     in   formulas, where each agent can be, who takes part
     out  no, for certain; or perhaps

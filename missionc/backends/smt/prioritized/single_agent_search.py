@@ -1,4 +1,4 @@
-"""One agent's shortest way on which all that is asked of it holds, while the others do what is settled.
+"""Single-agent search: the shortest path on which all holds that is asked of one agent, around the reservations.
 
 For what is asked at once, throughout a window or at some time in it, of the place
 where the agent is: then each place at each step is open to it or not, and no solver

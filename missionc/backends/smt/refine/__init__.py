@@ -1,1 +1,1 @@
-"""Refinement by lazy constraints: collisions are forbidden where a model has them; unsat cores."""
+"""Lazy constraint generation (CEGAR): collisions are forbidden where a model has them; unsat cores."""

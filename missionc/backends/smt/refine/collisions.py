@@ -1,4 +1,4 @@
-"""No two bodies nearer than the mission allows, at the steps and between them, added where a model breaks it.
+"""Separation constraints, added where a model breaks them: no two bodies nearer than the mission allows.
 
 Who comes too near whom is worked out from a model's joint motion. What is
 forbidden then is forbidden to all agents and at all steps: two in one place,

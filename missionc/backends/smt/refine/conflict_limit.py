@@ -1,4 +1,4 @@
-"""How hard a solver tries to make a plan better: counted in conflicts, so that it does not depend on the machine."""
+"""Conflict limits: a solver's effort for a better plan, counted so that it does not depend on the machine."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ LEAST, MOST = 500, 20_000
 """Conflicts of one question, whatever the clauses."""
 
 ROUNDS = 60
-"""Of collisions, for one question."""
+"""Rounds of collisions, for one question."""
 
 
 def effort(clauses: Clauses) -> Effort:

@@ -1,4 +1,4 @@
-"""Solve, look for collisions in the model, forbid them, and again, until a joint motion without any is found."""
+"""Lazy constraint generation (CEGAR): solve, look for collisions in the model, forbid them, until there are none."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""One question for the solvers: some agents, some formulas, what is settled already."""
+"""One SAT problem: the agents, the formulas, and the reservations of those that are settled already."""
 
 from __future__ import annotations
 

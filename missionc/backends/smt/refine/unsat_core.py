@@ -1,4 +1,4 @@
-"""Which requirements cannot hold together: as few as can be shown with bounded effort."""
+"""The unsat core over assumption literals, minimised by deletion: requirements that cannot hold together."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from missionc.backends.smt.refine.lazy_constraints import Search
 from missionc.backends.smt.sat.solve import Unsatisfiable
 
 SHARE = 0.2
-"""Of the time that is left, so much may go into a smaller core."""
+"""The share of the time that is left which may go into a smaller core."""
 
 AGAIN, LEAST = 2.0, 1.0
 """So many times as long as the solver took so far, for the cores of all roadmaps, and no less than so many seconds."""

@@ -1,4 +1,4 @@
-"""Which nodes are joined: each to its nearest steerable neighbours, both ways, and parts that stay apart to each other.
+"""Roadmap connection: each node joined to its nearest steerable neighbours, both ways, and components to each other.
 
     in   Ground, nodes
     out  Edges, each a whole number of steps long and clear of all that stands still
@@ -53,7 +53,7 @@ JOINS = 2
 """Edges that join one part of the roadmap to the largest one."""
 
 PAIR_BYTES = 200
-"""Of memory that a pair of nodes takes while it is looked at, about."""
+"""Bytes that a pair of nodes takes while it is looked at, about."""
 
 BLOCK = 1 << 19
 """Pairs of nodes that are looked at at once."""

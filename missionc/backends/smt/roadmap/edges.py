@@ -1,4 +1,4 @@
-"""Motions of several steps from node to node, and whether they are clear.
+"""Roadmap edges: motions of several steps from node to node, and their collision check against what stands still.
 
 Source:
     [strel] Algorithm 1, lines 6 and 7.

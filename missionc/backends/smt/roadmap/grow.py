@@ -1,4 +1,4 @@
-"""Nodes joined into one roadmap: momentum added where the dynamics have it, stepping stones where a node stays alone.
+"""Roadmap growth: momentum added to nodes where the dynamics have it, stepping stones where a node stays alone.
 
 in   Ground, points
 out  nodes, point i being node i, and their Edges
@@ -35,7 +35,7 @@ MOVING = 2
 """Every so many points also carry a node in motion, and the same in the other direction."""
 
 CRUISE = 0.6
-"""Of the top speed: how fast nodes in motion are."""
+"""The share of the top speed at which nodes are in motion."""
 
 COMPASS = 8
 """Their directions, all level: few, so that many of them have the same and need not turn to meet."""

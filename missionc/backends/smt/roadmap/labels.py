@@ -1,4 +1,4 @@
-"""Where on the roadmaps predicates hold: in which states, during which moves, with two agents in which states."""
+"""Roadmap labels: the states, the moves and the pairs of states in which each predicate holds."""
 
 from __future__ import annotations
 

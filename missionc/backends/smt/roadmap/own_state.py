@@ -19,7 +19,7 @@ def own_state(node: Node, labels: Labels) -> bool:
 
 
 def own_states(order: Iterable[Node], labels: Labels) -> set[Node]:
-    """Of these nodes, each after those below it, the ones that an agent's own state decides."""
+    """The ones of these nodes, each after those below it, that an agent's own state decides."""
     own: set[Node] = set()
     for node in order:
         match node:

@@ -1,4 +1,4 @@
-"""A probabilistic roadmap: one kind of agent's states, and the moves it can make in one step.
+"""A probabilistic roadmap (PRM): one kind of agent's states, and the moves it can make in one step.
 
 Source:
     [strel] Algorithm 1.

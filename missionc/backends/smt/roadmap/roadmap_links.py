@@ -1,4 +1,4 @@
-"""Which places are linked in a graph: where two agents standing there would be.
+"""Links between roadmap places: those that a graph links where two agents stand there, grouped to share clauses.
 
 Where agents have velocities and headings, many places are near each other, and
 most of what is linked to one is linked to the next as well. Places are then put
@@ -29,7 +29,7 @@ DENSE = 32
 """So many links for each place, and groups save more than they cost."""
 
 WIDTH = 4
-"""Of a group: so many places, or groups."""
+"""Places, or groups, in a group."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -1,4 +1,4 @@
-"""Where a roadmap's nodes are: named places, regions covered, the rest of free space filled evenly.
+"""Node sampling of a roadmap: named places, regions covered, the rest of free space filled evenly.
 
     in   Mission, the agents of one kind
     out  points in free space, or the place that has none
@@ -29,7 +29,7 @@ TRIED = 512
 """How many points of a region are enough to choose from."""
 
 NEARLY = 0.8
-"""Of the deepest place met: as deep as that is deep enough."""
+"""The share of the deepest place met that is deep enough."""
 
 ASIDE = 1e-6
 """Metres: agents so much further apart than their separation asks are surely not touching."""
@@ -39,7 +39,7 @@ APART = 0.7
 
 
 LEAST_FILLING = 0.5
-"""Of the nodes asked for: so many fill the free space even where places and regions need many."""
+"""The share of the nodes asked for that fills free space even where places and regions need many."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,4 +1,4 @@
-"""Rows of a matrix told apart: each once, in lexicographic order."""
+"""Unique rows of a matrix, each once, in lexicographic order."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Edges of several steps made into one-step moves, with a state at every step between.
+"""The time-expanded roadmap: edges of several steps made into one-step moves, with a state at every step between.
 
     in   nodes and Edges
     out  Unrolled: states, headings and moves; state i is node i for every node

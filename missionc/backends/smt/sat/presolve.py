@@ -1,4 +1,4 @@
-"""A short look at a problem, by Z3's own program: easy questions are answered before a solver with a memory is ready.
+"""Presolve with a conflict limit, by Z3's own program: easy problems are answered before a solver is ready.
 
 The program reads DIMACS text straight into Z3's solver of clauses, and is through
 with ten thousand of them before the library has made its terms. It forgets

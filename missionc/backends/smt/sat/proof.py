@@ -1,4 +1,4 @@
-"""A proof, for others to check, that the clauses cannot hold: the CNF and a DRAT proof of it.
+"""DRAT proofs of unsatisfiability: the CNF and a proof, for others to check, that it has no model.
 
 CaDiCaL writes it, whichever solver answered. Z3 can write one too, but what it
 writes is refused by proof checkers: it drops clauses that it still uses.

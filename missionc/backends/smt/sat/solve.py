@@ -1,4 +1,4 @@
-"""The parent's side of the solver processes: send clauses, wait as long as allowed, leave no orphan."""
+"""The parent's side of the solver processes: clauses are sent, answers awaited as long as allowed, no orphan left."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A solver's process: what is written to it, how much memory it held, and that it does not outlive its run."""
+"""A solver's process: messages to it, the memory it held, and that it does not outlive its run."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class Process:
         self.outbox = Outbox(self.process.stdin)
 
     def fileno(self) -> int:
-        """Of the pipe on which it answers."""
+        """The descriptor of the pipe on which it answers."""
         assert self.process.stdout is not None
         return self.process.stdout.fileno()
 

@@ -1,4 +1,4 @@
-"""Waiting for processes to say something: until then, or until it is time to end."""
+"""Waiting for processes: until one of them answers, or until it is time to end."""
 
 from __future__ import annotations
 

@@ -92,7 +92,7 @@ SIGNATURES: dict[str, tuple[Any, ...]] = {
     "solver_inc_ref": (None, POINTER, POINTER),
     "solver_set_params": (None, POINTER, POINTER, POINTER),
 }
-"""Of Z3's C interface what is used: what each function gives, then what it takes."""
+"""Functions of Z3's C interface that are used: what each gives, then what it takes."""
 
 PARAMETERS = {"branching.heuristic": "chb"}
 """What Z3 solved all of the larger problems with that were tried; by default it got nowhere on some of them."""

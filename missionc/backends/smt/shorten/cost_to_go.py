@@ -1,4 +1,4 @@
-"""How far each agent must go at least, by itself: the metres from every state at every step to the end of what it must.
+"""Admissible cost-to-go: a lower bound on the metres of one agent, from every state at every step, by itself.
 
 What a requirement asks of one agent by its own state is a bound on where it
 may be, or a visit. A *phase* is which of its visits an agent has made, a bit
@@ -21,7 +21,7 @@ from missionc.base.trace import Array, Flags
 from missionc.kernel.nodes import All, Always, Any, At, Eventually, Node, Until
 
 VISITS = 3
-"""Of an agent; the phases are twice as many with each. What it must visit besides is not counted."""
+"""Visits of an agent; the phases are twice as many with each. What it must visit besides is not counted."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -42,7 +42,7 @@ class Duty:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Lengths:
-    """Of one agent.
+    """The cost-to-go of one agent.
 
     Args:
         left: (steps + 1, states, phases), metres still to go at least; infinite where there is no way.

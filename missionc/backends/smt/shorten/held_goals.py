@@ -1,4 +1,4 @@
-"""Formulas that hold of a joint motion, and what can be read off them whatever the motion."""
+"""Goals that hold of a joint motion, and the properties of their formulas that no motion changes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""From a plan to a better one: preferences by weight, then what is to be least, then ways without detours."""
+"""Anytime improvement of a plan: preferences by weight, then the objective, then paths without detours."""
 
 from __future__ import annotations
 

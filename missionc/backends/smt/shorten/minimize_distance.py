@@ -1,4 +1,4 @@
-"""``minimize distance``: the metres all agents travel together.
+"""``minimize distance``: bounds on the metres that all agents travel together, closed in by SAT questions.
 
 What each agent must travel whatever the others do is worked out (``cost_to_go``),
 and only what a plan travels beyond that, its excess, is counted by clauses. It

@@ -1,4 +1,4 @@
-"""A plan without idle ways: each agent in turn takes a shorter one, as long as every goal still holds.
+"""Local search that replaces one agent's path at a time by a shorter one and keeps every goal.
 
 A model of the clauses has no reason to be tidy: who has nothing to do does
 anything. What the goals rest on is kept (``slack``); within it, and clear of

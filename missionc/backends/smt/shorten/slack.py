@@ -1,4 +1,4 @@
-"""Where one agent may be at each step, with all others as they are, so that every goal that holds still holds.
+"""Slack: the states in which one agent may be at each step, with all others as they are, and every goal kept.
 
 A goal that holds rests on some of what holds below it: on one part of an *or*,
 on one step of an *eventually*. What it rests on is kept, and is a set of states

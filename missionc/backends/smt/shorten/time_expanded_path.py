@@ -1,4 +1,4 @@
-"""One agent's shortest way by the clock, within given states and clear of what all others do."""
+"""Shortest path of one agent on the time-expanded roadmap, within given states and clear of all others."""
 
 from __future__ import annotations
 
@@ -84,7 +84,7 @@ class Traffic:
         self.apart = [needed(np.full(motion.agents, agent), everyone, mission) for agent in everyone.tolist()]
 
     def cost(self, agent: int) -> float:
-        """Of what the agent does now."""
+        """The cost of the agent's path as it is now, metres."""
         roads = self.roads_of(agent)
         return roads.cost_of(self.states[agent])
 

@@ -1,4 +1,4 @@
-"""What a joint motion travels beyond what each agent must, as literals: more than 0 units, more than 1, …
+"""A unary totalizer: literals for a joint motion's excess over the sum of its agents' least metres.
 
 Source:
     Bailleux and Boufkhad, "Efficient CNF encoding of Boolean cardinality constraints", 2003.
