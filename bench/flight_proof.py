@@ -37,7 +37,7 @@ from missionc.data.vehicles import profiles
 from missionc.flight.crazyflie import Flyable, crazyflie
 from missionc.kernel.nodes import Kernel
 from missionc.output.documents.certificate_json import certificate_json
-from missionc.verify.check_certificate import check_stated
+from missionc.verify.check_certificate import check_certificate
 from missionc.verify.flight.agent_flight import check_flight, tube
 from missionc.verify.flight.flight_curves import Flight
 from missionc.verify.flight.joint_claims import (
@@ -47,7 +47,7 @@ from missionc.verify.flight.joint_claims import (
     world,
 )
 from missionc.verify.flight.vehicle_claims import limits
-from missionc.verify.proof.branch_and_bound import bounded
+from missionc.verify.proof.branch_and_bound import branch_and_bound
 from missionc.verify.proof.proof_boxes import boxes_of, fault
 from missionc.verify.verify_plan import verify_polynomials
 
@@ -204,7 +204,7 @@ def measure(agents: int, best_of: int, fractions: bool) -> None:
     whole = flight()
     text = certificate_json(certificate, "0" * 64)
     plan = [tube(mission, agent, own, planned) for agent, own in zip(mission.agents, pieces, strict=True)]
-    prove = lambda claims: [boxes_of(claim, bounded(claim)) for claim in claims]  # noqa: E731
+    prove = lambda claims: [boxes_of(claim, branch_and_bound(claim)) for claim in claims]  # noqa: E731
     parts: dict[str, Callable[[], object]] = {
         "reading": lambda: [read(file) for file in files.values()],
         "joints, rest, waypoints": lambda: [
@@ -219,7 +219,7 @@ def measure(agents: int, best_of: int, fractions: bool) -> None:
         "limits": lambda: prove(limits(mission, whole)),
         "all of it": lambda: verify_polynomials(mission, NOTHING, trace, files),
         "boxes checked once more": lambda: [fault(boxes) for boxes in certificate.boxes],
-        "certificate read and compared": lambda: check_stated(text, "0" * 64, certificate),
+        "certificate read and compared": lambda: check_certificate(text, "0" * 64, certificate),
         "pairs, samples at 1 ms": lambda: in_samples(whole),
     }
     count = sum(len(bounds) for boxes in certificate.boxes for bounds in boxes.bounds)

@@ -18,7 +18,7 @@ from scipy.optimize import linprog
 from scipy.sparse import csr_array, eye_array, hstack, kron, vstack
 
 from missionc.base.trace import Array
-from missionc.replay.read_folder import Reopened, reopen
+from missionc.replay.read_folder import OutputFolder, read_folder
 
 CHANGES, SIDES = 16, 16
 
@@ -51,8 +51,8 @@ def least(path: Array, step: float) -> float:
 
 def main() -> None:
     for name in sys.argv[1:]:
-        opened = reopen(Path(name))
-        if not isinstance(opened, Reopened):
+        opened = read_folder(Path(name))
+        if not isinstance(opened, OutputFolder):
             raise SystemExit(f"{name} cannot be read")
         for agent in opened.mission.agents:
             path = opened.trace.position[agent.index, :, :2]

@@ -22,7 +22,7 @@ from missionc.backends.clot.paper.search_tree import Node
 from missionc.backends.clot.paper.tree_search import (
     Candidate,
     Expand,
-    Search,
+    TreeSearch,
 )
 from missionc.backends.clot.run.search_settings import SearchSettings
 
@@ -59,7 +59,7 @@ def main(seeds: int) -> None:
                 effort, solved = [], 0
                 for seed in range(seeds):
                     generator = np.random.default_rng(seed)
-                    search = Search(agents, couplings.next_agents, row(frozenset(narrow)), settings, generator)
+                    search = TreeSearch(agents, couplings.next_agents, row(frozenset(narrow)), settings, generator)
                     solved += bool(search.run().solutions)
                     effort.append(search.expansions / agents)
                 print(

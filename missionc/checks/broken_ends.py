@@ -13,7 +13,7 @@ import numpy as np
 
 from missionc.base.late_dataclass import dataclass
 from missionc.base.source import Span
-from missionc.checks.free_space import Ground
+from missionc.checks.free_space import FreeSpace
 from missionc.diagnostics.code import CONTRADICTION
 from missionc.diagnostics.model import Diagnostic, Label
 from missionc.ir import BeaconCover, Compare, DistanceBetween, DistanceTo, Exactly, InFormation, Mission, Place
@@ -64,7 +64,7 @@ class Culprit:
     words: Span | None = None
 
 
-def broken_ends(mission: Mission, kernel: Kernel, ground: Ground) -> list[Diagnostic]:
+def broken_ends(mission: Mission, kernel: Kernel, ground: FreeSpace) -> list[Diagnostic]:
     """One finding for each requirement that no plan can satisfy, because of where it begins or ends."""
     intervals = Intervals(mission, ground.atlas)
     known = intervals.of(goal.formula for goal in kernel.requirements)

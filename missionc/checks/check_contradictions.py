@@ -23,11 +23,11 @@ from missionc.checks.literals import (
 from missionc.checks.necessary_conditions import (
     THE_TEAM,
     Fact,
-    Gathered,
     Instant,
+    NecessaryConditions,
     When,
-    gather,
     gather_instant,
+    necessary_conditions,
     same_agent,
     same_step,
 )
@@ -56,7 +56,7 @@ def contradictions(mission: Mission, places: Places, requirements: list[Requirem
     asked: list[Asked] = []
     instants: dict[Instant, Requirement] = {}
     for requirement in requirements:
-        gathered = gather(mission, requirement.formula)
+        gathered = necessary_conditions(mission, requirement.formula)
         asked.extend(_asked(requirement, gathered, places))
         for instant in gathered.instants:
             instants.setdefault(instant, requirement)
@@ -76,7 +76,7 @@ def contradictions(mission: Mission, places: Places, requirements: list[Requirem
                 yield finding
 
 
-def _asked(requirement: Requirement, gathered: Gathered, places: Places) -> Iterator[Asked]:
+def _asked(requirement: Requirement, gathered: NecessaryConditions, places: Places) -> Iterator[Asked]:
     return (Asked(requirement, fact, places.rule(fact.literal)) for fact in gathered.facts)
 
 

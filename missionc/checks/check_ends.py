@@ -1,6 +1,6 @@
 """Check of requirements at the ends: those that starts or finishes break by themselves, by interval robustness.
 
-    in   Mission, its Kernel, the Ground
+    in   Mission, its Kernel, the FreeSpace
     out  nothing but findings
     says MC510
 
@@ -10,14 +10,14 @@ hangs on anything in between is left to planning.
 
 from __future__ import annotations
 
-from missionc.checks.free_space import Ground
+from missionc.checks.free_space import FreeSpace
 from missionc.checks.possible_ends import possible
 from missionc.diagnostics.model import Diagnostic
 from missionc.ir import Mission
 from missionc.kernel.nodes import Kernel
 
 
-def check_ends(mission: Mission, kernel: Kernel, ground: Ground) -> list[Diagnostic]:
+def check_ends(mission: Mission, kernel: Kernel, ground: FreeSpace) -> list[Diagnostic]:
     """One finding for each requirement that no plan can satisfy, because of where it begins or ends."""
     if not mission.agents:
         return []

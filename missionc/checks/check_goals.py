@@ -13,9 +13,9 @@ from collections.abc import Sequence
 
 from missionc.base.late_dataclass import dataclass
 from missionc.base.source import Span
-from missionc.checks.free_space import Ground
+from missionc.checks.free_space import FreeSpace
 from missionc.checks.literals import Literal, Unbounded
-from missionc.checks.necessary_conditions import Fact, gather
+from missionc.checks.necessary_conditions import Fact, necessary_conditions
 from missionc.diagnostics.code import TOO_FAR
 from missionc.diagnostics.model import Diagnostic, Label
 from missionc.ir import Agent, Anywhere, Exactly, Mission, Region
@@ -40,12 +40,12 @@ class Journey:
     distance: float
 
 
-def check_goals(mission: Mission, ground: Ground) -> list[Diagnostic]:
+def check_goals(mission: Mission, ground: FreeSpace) -> list[Diagnostic]:
     """Finishes out of reach of their starts, and requirements out of reach of theirs."""
     return [*_finishes(mission, ground), *_requirements(mission, ground)]
 
 
-def _finishes(mission: Mission, ground: Ground) -> list[Diagnostic]:
+def _finishes(mission: Mission, ground: FreeSpace) -> list[Diagnostic]:
     by_place: dict[Span, list[Agent]] = {}
     for agent in mission.agents:
         if agent.finish is not None:
@@ -58,7 +58,7 @@ def _finishes(mission: Mission, ground: Ground) -> list[Diagnostic]:
     return findings
 
 
-def _late_to_finish(ground: Ground, agents: list[Agent]) -> list[Journey]:
+def _late_to_finish(ground: FreeSpace, agents: list[Agent]) -> list[Journey]:
     """From the start to the finish of each agent that cannot be there in time."""
     finish, steps = agents[0].finish, ground.mission.steps
     if isinstance(finish, Anywhere):
@@ -74,7 +74,7 @@ def _late_to_finish(ground: Ground, agents: list[Agent]) -> list[Journey]:
     return late
 
 
-def _requirements(mission: Mission, ground: Ground) -> list[Diagnostic]:
+def _requirements(mission: Mission, ground: FreeSpace) -> list[Diagnostic]:
     if not mission.agents:
         return []
     places = ground.places(mission.agents)
@@ -83,7 +83,7 @@ def _requirements(mission: Mission, ground: Ground) -> list[Diagnostic]:
         if len(findings) >= MOST_FINDINGS:
             break
         seen: set[tuple[Literal, int]] = set()
-        for fact in sorted(gather(mission, requirement.formula).facts, key=lambda fact: fact.when.high):
+        for fact in sorted(necessary_conditions(mission, requirement.formula).facts, key=lambda fact: fact.when.high):
             if fact.when.high == 0:
                 continue  # a contradiction with the start
             area = places.rule(fact.literal).within
@@ -100,7 +100,7 @@ def _requirements(mission: Mission, ground: Ground) -> list[Diagnostic]:
     return findings
 
 
-def _late(ground: Ground, agents: Sequence[Agent], goal: Area, steps: int) -> list[Journey]:
+def _late(ground: FreeSpace, agents: Sequence[Agent], goal: Area, steps: int) -> list[Journey]:
     """The agents that cannot be at a goal within so many steps, with how far, at least, each starts from it."""
     mission = ground.mission
     if len(agents) <= MANY:
@@ -112,14 +112,14 @@ def _late(ground: Ground, agents: Sequence[Agent], goal: Area, steps: int) -> li
     ]
 
 
-def _in_time(ground: Ground, agent: Agent, goal: Area, reach: float) -> bool:
+def _in_time(ground: FreeSpace, agent: Agent, goal: Area, reach: float) -> bool:
     """Whether the goal is surely no further than ``reach`` metres from where the agent is, or may be, at the start."""
     if isinstance(agent.start, Exactly):
         return goal.depth(agent.start.point) > SURE - reach
     return ground.atlas.outer(agent.start.region.shape).witness(lambda place: goal.depth(place) + reach)
 
 
-def _journeys(ground: Ground, agents: Sequence[Agent], goal: Area) -> list[Journey]:
+def _journeys(ground: FreeSpace, agents: Sequence[Agent], goal: Area) -> list[Journey]:
     """How far, at least, each agent starts from a goal."""
     exact = [(agent, agent.start.point) for agent in agents if isinstance(agent.start, Exactly)]
     found = {}

@@ -15,12 +15,12 @@ from itertools import islice
 from missionc.base.late_dataclass import dataclass
 from missionc.checks.check_contradictions import contradictions
 from missionc.checks.check_routes import check_routes
-from missionc.checks.free_space import Ground
+from missionc.checks.free_space import FreeSpace
 from missionc.checks.must_analysis import (
     FALSE,
     TRUE,
-    Certain,
-    certain,
+    MustAnalysis,
+    must_analysis,
 )
 from missionc.checks.value_ranges import (
     Range,
@@ -48,12 +48,12 @@ class Culprit:
     why: str
 
 
-def check_requirements(mission: Mission, ground: Ground | None = None) -> list[Diagnostic]:
+def check_requirements(mission: Mission, ground: FreeSpace | None = None) -> list[Diagnostic]:
     """All about the requirements that needs no planning to see; ``ground`` is the mission's where it is known."""
     if not mission.agents or mission.world.flat:
         return []
-    ground = ground or Ground.of(mission)
-    known = certain(ground)
+    ground = ground or FreeSpace.of(mission)
+    known = must_analysis(ground)
     findings = [*check_routes(mission, known), *_dead_comparisons(mission, known)]
     undecided = []
     for requirement in mission.requirements:
@@ -68,7 +68,7 @@ def check_requirements(mission: Mission, ground: Ground | None = None) -> list[D
     return in_text_order([*findings, *islice(contradictions(mission, places, undecided), MOST_FINDINGS)])
 
 
-def _dead_comparisons(mission: Mission, known: Certain) -> Iterator[Diagnostic]:
+def _dead_comparisons(mission: Mission, known: MustAnalysis) -> Iterator[Diagnostic]:
     """Comparisons that no agent can satisfy, where what they are part of is not decided by them."""
     dead = {formula for formula in formulas(mission) if known.sure[formula].number == FALSE and _compares(formula)}
     if dead:
@@ -81,7 +81,7 @@ def _compares(formula: Formula) -> bool:
     return isinstance(formula, Holds) and isinstance(formula.predicate, Compare)
 
 
-def _culprit(known: Certain, root: Formula) -> Culprit:
+def _culprit(known: MustAnalysis, root: Formula) -> Culprit:
     """Down from a formula that is surely true, or false, to the part that makes it so."""
     formula = root
     while True:
@@ -92,7 +92,7 @@ def _culprit(known: Certain, root: Formula) -> Culprit:
     return Culprit(formula, _why(known, formula))
 
 
-def _why(known: Certain, formula: Formula) -> str:
+def _why(known: MustAnalysis, formula: Formula) -> str:
     sure = known.sure[formula]
     always = sure.true != 0
     match formula:
@@ -110,7 +110,7 @@ def _why(known: Certain, formula: Formula) -> str:
             return "always true" if always else "never true"
 
 
-def _range(known: Certain, said: Compare, bits: int) -> Range | None:
+def _range(known: MustAnalysis, said: Compare, bits: int) -> Range | None:
     """Between which values a comparison's sides differ for one of these agents; None where that does not decide it."""
     agent = next(agent for agent, kind in known.kinds if kind & bits)
     values = of_comparison(known.ground, agent, said)
@@ -120,7 +120,7 @@ def _range(known: Certain, said: Compare, bits: int) -> Range | None:
 # ------------------------------------------------------------------ messages
 
 
-def _never_violated(known: Certain, requirement: Requirement) -> Diagnostic:
+def _never_violated(known: MustAnalysis, requirement: Requirement) -> Diagnostic:
     culprit = _culprit(known, requirement.formula)
     return Diagnostic(
         VACUOUS,
@@ -130,7 +130,7 @@ def _never_violated(known: Certain, requirement: Requirement) -> Diagnostic:
     )
 
 
-def _comparison_never_holds(known: Certain, formula: Formula) -> Diagnostic:
+def _comparison_never_holds(known: MustAnalysis, formula: Formula) -> Diagnostic:
     return Diagnostic(
         NEVER_HOLDS,
         "this comparison can never hold",
@@ -139,7 +139,7 @@ def _comparison_never_holds(known: Certain, formula: Formula) -> Diagnostic:
     )
 
 
-def _never_holds(known: Certain, requirement: Requirement) -> Diagnostic:
+def _never_holds(known: MustAnalysis, requirement: Requirement) -> Diagnostic:
     culprit = _culprit(known, requirement.formula)
     return Diagnostic(
         CONTRADICTION,

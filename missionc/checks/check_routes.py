@@ -5,7 +5,7 @@ says MC307 MC514 MC515
 
 from __future__ import annotations
 
-from missionc.checks.must_analysis import Certain
+from missionc.checks.must_analysis import MustAnalysis
 from missionc.checks.route_conditions import (
     ends_at_once,
     fewest_agents,
@@ -22,7 +22,7 @@ from missionc.language.walk_formulas import (
 )
 
 
-def check_routes(mission: Mission, known: Certain) -> list[Diagnostic]:
+def check_routes(mission: Mission, known: MustAnalysis) -> list[Diagnostic]:
     """Every spatial operator whose bounds cannot be meant."""
     asked = _asked(mission)
     findings = []

@@ -14,7 +14,7 @@ from collections.abc import Iterable
 
 from missionc.base.late_dataclass import dataclass
 from missionc.base.source import Span
-from missionc.checks.free_space import Ground, Lies
+from missionc.checks.free_space import FreeSpace, Lies
 from missionc.diagnostics.code import AGENTS_OVERLAP, IN_OBSTACLE, NO_ROOM, OUTSIDE_WORLD
 from missionc.diagnostics.model import Diagnostic, Label
 from missionc.ir import Agent, Anywhere, Exactly, Mission, Obstacle, Place, Region, Still
@@ -45,7 +45,7 @@ class Stage:
         return [(agent, place) for agent, place in self.places if isinstance(place, Exactly)]
 
 
-def check_starts(mission: Mission, ground: Ground) -> list[Diagnostic]:
+def check_starts(mission: Mission, ground: FreeSpace) -> list[Diagnostic]:
     """Everything wrong with where agents start and finish."""
     starts = Stage("start", "starts", 0.0, tuple((agent, agent.start) for agent in mission.agents))
     ends = [(agent, agent.finish) for agent in mission.agents if agent.finish is not None]
@@ -58,7 +58,7 @@ def check_starts(mission: Mission, ground: Ground) -> list[Diagnostic]:
     ]
 
 
-def _outside(mission: Mission, ground: Ground, stage: Stage) -> list[Diagnostic]:
+def _outside(mission: Mission, ground: FreeSpace, stage: Stage) -> list[Diagnostic]:
     low, high = mission.world.low, mission.world.high
     outside = [
         (agent, place)
@@ -68,7 +68,7 @@ def _outside(mission: Mission, ground: Ground, stage: Stage) -> list[Diagnostic]
     return [_beyond_the_world(mission, stage, there) for there in _by_span(outside)]
 
 
-def _in_obstacles(mission: Mission, ground: Ground, stage: Stage) -> list[Diagnostic]:
+def _in_obstacles(mission: Mission, ground: FreeSpace, stage: Stage) -> list[Diagnostic]:
     exact = stage.exact
     findings: list[Diagnostic] = []
     for obstacle in mission.obstacles:
@@ -94,7 +94,7 @@ def _too_near(mission: Mission, stage: Stage, obstacle: Obstacle) -> dict[int, f
     return {open_[at]: distance for at, distance in found}
 
 
-def _overlapping(mission: Mission, ground: Ground, stage: Stage) -> list[Diagnostic]:
+def _overlapping(mission: Mission, ground: FreeSpace, stage: Stage) -> list[Diagnostic]:
     exact = stage.exact
     points, who = [place.point for _, place in exact], [agent.index for agent, _ in exact]
     if all_apart(points, who, mission):
@@ -112,7 +112,7 @@ def _overlapping(mission: Mission, ground: Ground, stage: Stage) -> list[Diagnos
     ]
 
 
-def _without_room(mission: Mission, ground: Ground, stage: Stage) -> list[Diagnostic]:
+def _without_room(mission: Mission, ground: FreeSpace, stage: Stage) -> list[Diagnostic]:
     by_region: dict[Region, list[tuple[Agent, Anywhere]]] = {}
     for agent, place in stage.places:
         if isinstance(place, Anywhere):
@@ -128,7 +128,7 @@ def _without_room(mission: Mission, ground: Ground, stage: Stage) -> list[Diagno
 
 
 def _no_room_for_one(
-    ground: Ground, stage: Stage, region: Region, there: list[tuple[Agent, Anywhere]]
+    ground: FreeSpace, stage: Stage, region: Region, there: list[tuple[Agent, Anywhere]]
 ) -> list[Diagnostic]:
     area = ground.atlas.outer(region.shape)
     radii = {agent.radius for agent, _ in there}
@@ -140,7 +140,7 @@ def _no_room_for_one(
 
 
 def _no_room_for_all(
-    ground: Ground, stage: Stage, region: Region, there: list[tuple[Agent, Anywhere]]
+    ground: FreeSpace, stage: Stage, region: Region, there: list[tuple[Agent, Anywhere]]
 ) -> list[Diagnostic]:
     """Bodies, each with half the separation around it, that are larger together than the region and its rim."""
     mission = ground.mission

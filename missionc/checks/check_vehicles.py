@@ -13,7 +13,7 @@ import math
 
 from missionc.base.source import Span
 from missionc.base.units import Dimension
-from missionc.checks.free_space import Ground
+from missionc.checks.free_space import FreeSpace
 from missionc.diagnostics.code import FASTER_THAN_VEHICLE, NO_FLYING_ROOM, OUTSIDE_FLYING_ROOM
 from missionc.diagnostics.model import Diagnostic, Label
 from missionc.ir import Agent, Exactly, Mission, Place, Vector
@@ -29,7 +29,7 @@ ROUNDING = 1e-9
 """Metres by which a place may seem to lie outside and does not."""
 
 
-def check_vehicles(mission: Mission, ground: Ground) -> list[Diagnostic]:
+def check_vehicles(mission: Mission, ground: FreeSpace) -> list[Diagnostic]:
     """What the vehicles of the mission cannot do in it."""
     findings: list[Diagnostic] = []
     for team in _teams(mission):
@@ -67,7 +67,7 @@ def _without_room(mission: Mission, agent: Agent) -> list[Diagnostic]:
     return []
 
 
-def _outside(mission: Mission, ground: Ground, team: list[Agent]) -> list[Diagnostic]:
+def _outside(mission: Mission, ground: FreeSpace, team: list[Agent]) -> list[Diagnostic]:
     findings = []
     for verb, places in (
         ("starts", [(agent, agent.start) for agent in team]),
@@ -81,7 +81,7 @@ def _outside(mission: Mission, ground: Ground, team: list[Agent]) -> list[Diagno
     return findings
 
 
-def _beyond(mission: Mission, ground: Ground, agent: Agent, place: Place) -> bool:
+def _beyond(mission: Mission, ground: FreeSpace, agent: Agent, place: Place) -> bool:
     """Whether no point of the place is in the room of the vehicle, though some is in the world."""
     if isinstance(place, Exactly):
         low, high = place.point, place.point

@@ -14,7 +14,7 @@ from missionc.checks.check_goals import check_goals
 from missionc.checks.check_graphs import check_graphs
 from missionc.checks.check_starts import check_starts
 from missionc.checks.check_vehicles import check_vehicles
-from missionc.checks.free_space import Ground, Lies
+from missionc.checks.free_space import FreeSpace, Lies
 from missionc.diagnostics.code import NO_AREA, REGION_IN_OBSTACLE, REGION_OUTSIDE_WORLD
 from missionc.diagnostics.model import Diagnostic, Label
 from missionc.diagnostics.text_order import in_text_order
@@ -23,11 +23,11 @@ from missionc.ir.wording import listed, number
 from missionc.world.configuration_space import disjoint
 
 
-def check_world(mission: Mission, ground: Ground | None = None) -> list[Diagnostic]:
+def check_world(mission: Mission, ground: FreeSpace | None = None) -> list[Diagnostic]:
     """All about the world and who is in it that cannot be meant; ``ground`` is the mission's where it is known."""
     if mission.world.flat:
         return [_flat_world(mission)]
-    ground = ground or Ground.of(mission)
+    ground = ground or FreeSpace.of(mission)
     return in_text_order(
         [
             *_check_regions(mission, ground),
@@ -39,7 +39,7 @@ def check_world(mission: Mission, ground: Ground | None = None) -> list[Diagnost
     )
 
 
-def _check_regions(mission: Mission, ground: Ground) -> list[Diagnostic]:
+def _check_regions(mission: Mission, ground: FreeSpace) -> list[Diagnostic]:
     findings = []
     for region in mission.regions:
         match ground.lies(region.shape):
@@ -54,7 +54,7 @@ def _check_regions(mission: Mission, ground: Ground) -> list[Diagnostic]:
     return findings
 
 
-def _around(mission: Mission, ground: Ground, region: Region) -> list[Obstacle]:
+def _around(mission: Mission, ground: FreeSpace, region: Region) -> list[Obstacle]:
     """The standing obstacle that covers the region, or else all that meet it."""
     atlas = ground.atlas
     area = atlas.outer(region.shape)

@@ -48,11 +48,11 @@ class Deduced:
 
     free: Recent[tuple[float, float | None], Area] = field(default_factory=Recent)
     lies: Recent[Shape, Lies] = field(default_factory=Recent)
-    certain: SureFacts | None = None
+    must: SureFacts | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Ground:
+class FreeSpace:
     """Outer bounds of where an agent's centre can be, by its radius.
 
     ``rests_on`` is all of the mission that they, and what is ``deduced`` from them, depend on; ``rules`` rest on
@@ -70,7 +70,7 @@ class Ground:
     deduced: Deduced = field(default_factory=Deduced)
 
     @staticmethod
-    def of(mission: Mission, before: Ground | None = None) -> Ground:
+    def of(mission: Mission, before: FreeSpace | None = None) -> FreeSpace:
         """The free space of a mission whose world is not flat; ``before`` is that of an earlier version of it."""
         dimension = mission.dimension
         shapes = [region.shape for region in mission.regions]
@@ -93,7 +93,7 @@ class Ground:
             return replace(before, mission=mission)
         still = [obstacle.shape for obstacle in mission.obstacles if isinstance(obstacle.motion, Still)]
         standing = atlas.union([atlas.inner(shape) for shape in still])
-        return Ground(mission, rests_on, atlas, standing, atlas.grown(standing, _hair(mission), outer=False), rules)
+        return FreeSpace(mission, rests_on, atlas, standing, atlas.grown(standing, _hair(mission), outer=False), rules)
 
     def fills(self, obstacle: Obstacle, area: Area) -> bool:
         """Whether an obstacle that stands still covers an area by itself, but for a hair's breadth."""

@@ -12,7 +12,7 @@ from collections.abc import Hashable, Mapping
 from dataclasses import dataclass, fields
 from typing import assert_never
 
-from missionc.checks.free_space import Ground, Lies
+from missionc.checks.free_space import FreeSpace, Lies
 from missionc.checks.literals import (
     MOST_RULES,
     Literal,
@@ -62,46 +62,46 @@ MOST_MEMBERS = 64
 
 
 @dataclass(slots=True, kw_only=True)
-class Certain(SureFacts):
+class MustAnalysis(SureFacts):
     """What is sure in one version of a mission."""
 
-    ground: Ground
+    ground: FreeSpace
 
 
-def certain(ground: Ground) -> Certain:
-    """What is sure of every formula in the mission's goals."""
-    before = ground.deduced.certain
+def must_analysis(ground: FreeSpace) -> MustAnalysis:
+    """The must analysis of every formula in the mission's goals."""
+    before = ground.deduced.must
     known = _nothing_yet(ground) if before is None else _as_before(ground, before)
     _look_at_all(known)
     if len(known.predicates) >= MOST_RULES and before is not None:
         known = _nothing_yet(ground)  # which predicates there is room for depends on the order of this version alone
         _look_at_all(known)
     full = len(known.predicates) >= MOST_RULES or len(known.sure) > ROOM * len(formulas(ground.mission))
-    ground.deduced.certain = None if full else known
+    ground.deduced.must = None if full else known
     return known
 
 
-def _as_before(ground: Ground, facts: SureFacts) -> Certain:
-    return Certain(**{each.name: getattr(facts, each.name) for each in fields(SureFacts)}, ground=ground)
+def _as_before(ground: FreeSpace, facts: SureFacts) -> MustAnalysis:
+    return MustAnalysis(**{each.name: getattr(facts, each.name) for each in fields(SureFacts)}, ground=ground)
 
 
-def _look_at_all(known: Certain) -> None:
+def _look_at_all(known: MustAnalysis) -> None:
     for formula in formulas(known.ground.mission):
         if formula not in known.sure:
             known.sure[formula] = _of_formula(known, formula)
 
 
-def _nothing_yet(ground: Ground) -> Certain:
+def _nothing_yet(ground: FreeSpace) -> MustAnalysis:
     agents = ground.mission.agents
     kinds: dict[Hashable, tuple[Agent, int]] = {}
     for agent in agents:
         key = (agent.radius, agent.dynamics, agent.altitude)
         first, bits = kinds.get(key, (agent, 0))
         kinds[key] = (first, bits | 1 << agent.index)
-    return Certain(everyone=(1 << len(agents)) - 1, kinds=tuple(kinds.values()), ground=ground)
+    return MustAnalysis(everyone=(1 << len(agents)) - 1, kinds=tuple(kinds.values()), ground=ground)
 
 
-def _of_formula(known: Certain, formula: Formula) -> Sure:
+def _of_formula(known: MustAnalysis, formula: Formula) -> Sure:
     match formula:
         case Truth(value):
             return _made(known, TRUE, known.everyone, 0) if value else _made(known, FALSE, 0, known.everyone)
@@ -124,7 +124,7 @@ def _of_formula(known: Certain, formula: Formula) -> Sure:
             assert_never(formula)
 
 
-def _made(known: Certain, number: int, true: int, false: int) -> Sure:
+def _made(known: MustAnalysis, number: int, true: int, false: int) -> Sure:
     """With the number of what is simply true or false, where it is so of everyone."""
     if number == TRUE or true == known.everyone:
         return Sure(TRUE, known.everyone, 0)
@@ -133,11 +133,11 @@ def _made(known: Certain, number: int, true: int, false: int) -> Sure:
     return Sure(number, true, false)
 
 
-def _number(known: Certain, key: Hashable) -> int:
+def _number(known: MustAnalysis, key: Hashable) -> int:
     return known.numbers.setdefault(key, len(known.numbers) + 2)
 
 
-def _number_of_predicate(known: Certain, predicate: Predicate) -> int:
+def _number_of_predicate(known: MustAnalysis, predicate: Predicate) -> int:
     """A comparison and the one that denies it (``x <= 3``, ``x > 3``) get opposite numbers."""
     opposite = comparison(Literal(predicate, False))
     if opposite in known.numbers:
@@ -145,7 +145,7 @@ def _number_of_predicate(known: Certain, predicate: Predicate) -> int:
     return _number(known, predicate)
 
 
-def _of_enough(known: Certain, number: int, agents: tuple[int, ...], body: Sure) -> Sure:
+def _of_enough(known: MustAnalysis, number: int, agents: tuple[int, ...], body: Sure) -> Sure:
     """At least so many of the agents have the body."""
     bits, size = bits_of(agents), len(agents)
     if 2 * number <= size:
@@ -157,7 +157,7 @@ def _of_enough(known: Certain, number: int, agents: tuple[int, ...], body: Sure)
     return _made(known, key, known.everyone if holds else 0, known.everyone if fails else 0)
 
 
-def _of_route(known: Certain, formula: Apply) -> Sure:
+def _of_route(known: MustAnalysis, formula: Apply) -> Sure:
     length = formula.bounds
     assert isinstance(length, Length)
     operands = tuple(known.sure[operand] for operand in formula.operands)
@@ -203,7 +203,7 @@ def _of_count(formula: Apply) -> tuple[bool, bool]:
 # ------------------------------------------------- temporal and Boolean words
 
 
-def _of_node(known: Certain, node: Node, operands: Mapping[Node, Sure]) -> Sure:
+def _of_node(known: MustAnalysis, node: Node, operands: Mapping[Node, Sure]) -> Sure:
     if node in operands:
         return operands[node]
     match node:
@@ -229,13 +229,13 @@ def _of_node(known: Certain, node: Node, operands: Mapping[Node, Sure]) -> Sure:
             return Sure(_number(known, ("other", node)), 0, 0)
 
 
-def _of_window(known: Certain, body: Sure, low: int, high: int | None) -> Sure:
+def _of_window(known: MustAnalysis, body: Sure, low: int, high: int | None) -> Sure:
     if low == high == 0:
         return body
     return _made(known, _number(known, ("throughout", body.number, low, high)), body.true, body.false)
 
 
-def _of_all(known: Certain, parts: list[Sure]) -> Sure:
+def _of_all(known: MustAnalysis, parts: list[Sure]) -> Sure:
     """The conjunction: flat, without what is simply true, false where it holds a part and its negation."""
     true, false = known.everyone, 0
     numbers: set[int] = set()
@@ -256,7 +256,7 @@ def _of_all(known: Certain, parts: list[Sure]) -> Sure:
     return _made(known, number, true, false)
 
 
-def _denied(known: Certain, number: int, numbers: set[int]) -> bool:
+def _denied(known: MustAnalysis, number: int, numbers: set[int]) -> bool:
     """Whether a part's negation is there too, whole or spelt out in its own parts."""
     return -number in numbers or (number < 0 and known.members.get(-number, frozenset((0,))) <= numbers)
 
@@ -264,13 +264,13 @@ def _denied(known: Certain, number: int, numbers: set[int]) -> bool:
 # ------------------------------------------------------------------ predicates
 
 
-def _of_predicate(known: Certain, predicate: Predicate) -> tuple[int, int]:
+def _of_predicate(known: MustAnalysis, predicate: Predicate) -> tuple[int, int]:
     if predicate not in known.predicates:
         known.predicates[predicate] = _bits(known, predicate)
     return known.predicates[predicate]
 
 
-def _bits(known: Certain, predicate: Predicate) -> tuple[int, int]:
+def _bits(known: MustAnalysis, predicate: Predicate) -> tuple[int, int]:
     match predicate:
         case Connected() | InFormation():
             return 0, 0
@@ -288,7 +288,7 @@ def _bits(known: Certain, predicate: Predicate) -> tuple[int, int]:
     return true, false
 
 
-def _of_kind(known: Certain, predicate: Predicate, agent: Agent) -> tuple[bool, bool]:
+def _of_kind(known: MustAnalysis, predicate: Predicate, agent: Agent) -> tuple[bool, bool]:
     """Whether agents of this kind surely have the predicate, and surely not."""
     ground = known.ground
     if isinstance(predicate, Compare):

@@ -114,7 +114,7 @@ class Instant:
 
 
 @dataclass(slots=True)
-class Gathered:
+class NecessaryConditions:
     facts: list[Fact] = field(default_factory=list)
     instants: dict[Instant, None] = field(default_factory=dict)
 
@@ -127,23 +127,23 @@ class Visit:
     when: When
 
 
-def gather(mission: Mission, formula: Formula) -> Gathered:
+def necessary_conditions(mission: Mission, formula: Formula) -> NecessaryConditions:
     """The necessary facts of a requirement's formula, at step 0."""
     return _known(mission, Instant(formula, True, THE_TEAM), mission.steps)
 
 
-def gather_instant(mission: Mission, instant: Instant) -> Gathered:
+def gather_instant(mission: Mission, instant: Instant) -> NecessaryConditions:
     """The necessary facts of a formula that holds at an unknown step, in steps from there."""
     return _known(mission, instant, None)
 
 
 @once
-def _of_formula(formula: Formula) -> dict[tuple[bool, Those], tuple[object, Gathered]]:
+def _of_formula(formula: Formula) -> dict[tuple[bool, Those], tuple[object, NecessaryConditions]]:
     """What has been gathered from a formula last, and what it rested on: its agents and the last step."""
     return {}
 
 
-def _known(mission: Mission, instant: Instant, last: int | None) -> Gathered:
+def _known(mission: Mission, instant: Instant, last: int | None) -> NecessaryConditions:
     known, asked = _of_formula(instant.formula), (instant.positive, instant.who)
     if asked not in known or known[asked][0] != (mission.agents, last):
         visit = Visit(instant.formula, instant.positive, instant.who, AT_ONCE)
@@ -151,8 +151,8 @@ def _known(mission: Mission, instant: Instant, last: int | None) -> Gathered:
     return known[asked][1]
 
 
-def _gather(mission: Mission, root: Visit, last: int | None) -> Gathered:
-    gathered = Gathered()
+def _gather(mission: Mission, root: Visit, last: int | None) -> NecessaryConditions:
+    gathered = NecessaryConditions()
     seen: set[Visit] = set()
     stack = [root]
     while stack and len(seen) < MOST_VISITS:
@@ -164,7 +164,7 @@ def _gather(mission: Mission, root: Visit, last: int | None) -> Gathered:
     return gathered
 
 
-def _below(mission: Mission, visit: Visit, last: int | None, gathered: Gathered) -> Iterator[Visit]:
+def _below(mission: Mission, visit: Visit, last: int | None, gathered: NecessaryConditions) -> Iterator[Visit]:
     """What must hold of the formulas below, for the visited one to hold."""
     formula, positive, who, when = visit.formula, visit.positive, visit.who, visit.when
     match formula:

@@ -17,7 +17,7 @@ from operator import and_, or_
 from typing import TypeAlias, assert_never
 
 from missionc.base.late_dataclass import dataclass
-from missionc.checks.free_space import Ground
+from missionc.checks.free_space import FreeSpace
 from missionc.checks.place_margins import Joint, margin_at
 from missionc.ir import (
     Agent,
@@ -95,7 +95,7 @@ class Ends:
     links: dict[tuple[Graph, int], tuple[dict[int, Bits], dict[int, Bits]]] = field(default_factory=dict)
 
 
-def possible(mission: Mission, roots: Iterable[Node], ground: Ground) -> set[Node]:
+def possible(mission: Mission, roots: Iterable[Node], ground: FreeSpace) -> set[Node]:
     """Those of the formulas about the team that may surely be true at the first step, as far as both ends decide it."""
     roots = tuple(roots)
     if len(mission.agents) > FEW or more_than(MOST_NODES, roots):
@@ -117,7 +117,7 @@ def _end(agent: Agent, column: int) -> Given | None:
     return agent.start if column == FIRST else agent.finish
 
 
-def _tries(places: list[Given | None], ground: Ground) -> tuple[Joint, ...]:
+def _tries(places: list[Given | None], ground: FreeSpace) -> tuple[Joint, ...]:
     """Some ways to put every agent at one of its places; none where no place is known of some region."""
     choices = [_choices(place, ground) for place in places]
     if not all(choices):
@@ -127,7 +127,7 @@ def _tries(places: list[Given | None], ground: Ground) -> tuple[Joint, ...]:
     )
 
 
-def _choices(place: Given | None, ground: Ground) -> list[Place | None]:
+def _choices(place: Given | None, ground: FreeSpace) -> list[Place | None]:
     if place is None:
         return [None]
     if isinstance(place, Exactly):
@@ -136,12 +136,12 @@ def _choices(place: Given | None, ground: Ground) -> list[Place | None]:
     return [Place(seed) for seed in islice((seed for seed in area.seeds() if area.depth(seed) > SURE), PLACES)]
 
 
-def _middles(places: list[Given | None], ground: Ground) -> Joint:
+def _middles(places: list[Given | None], ground: FreeSpace) -> Joint:
     """The middle of the box around each agent's place."""
     return tuple(_middle(place, ground) for place in places)
 
 
-def _middle(place: Given | None, ground: Ground) -> Place | None:
+def _middle(place: Given | None, ground: FreeSpace) -> Place | None:
     if place is None:
         return None
     if isinstance(place, Exactly):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from missionc.base.late_dataclass import dataclass
-from missionc.checks.free_space import Ground
+from missionc.checks.free_space import FreeSpace
 from missionc.ir import (
     Agent,
     Altitude,
@@ -39,7 +39,7 @@ class Range:
         return Range(min(ends), max(ends))
 
 
-def of_comparison(ground: Ground, agent: Agent, said: Compare) -> Range:
+def of_comparison(ground: FreeSpace, agent: Agent, said: Compare) -> Range:
     """The range of the expression that the comparison says is at least 0, for that agent and all others of its kind."""
     total = Range(said.constant, said.constant)
     for weight, feature in said.terms:
@@ -47,7 +47,7 @@ def of_comparison(ground: Ground, agent: Agent, said: Compare) -> Range:
     return total
 
 
-def of_feature(ground: Ground, agent: Agent, feature: Feature) -> Range:
+def of_feature(ground: FreeSpace, agent: Agent, feature: Feature) -> Range:
     """The range of a state or a distance, in SI units, for that agent and every other of its kind."""
     mission = ground.mission
     low, high = mission.world.low, mission.world.high

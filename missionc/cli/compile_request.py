@@ -1,7 +1,7 @@
 """One compilation request of a command: planned, verified, written, and reported.
 
-in   Order
-out  Answer
+in   CompileRequest
+out  CompileResult
 """
 
 from __future__ import annotations
@@ -30,8 +30,8 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, slots=True)
-class Order:
-    """What is to be compiled, how, and what is to be written and said; the flags of ``compile``, read."""
+class CompileRequest:
+    """A request: what is to be compiled, how, and what is to be written and said; the flags of ``compile``, read."""
 
     file: Path
     _: KW_ONLY
@@ -68,106 +68,111 @@ class Order:
 
 
 @dataclass(frozen=True, slots=True)
-class Answer:
-    """What an order came to; ``output`` is the folder written, empty where none was."""
+class CompileResult:
+    """The result of a request; ``output`` is the folder written, empty where none was."""
 
     compiled: Compiled
     status: Status
     output: str = ""
 
 
-def fulfil(order: Order) -> Answer:
+def run_request(request: CompileRequest) -> CompileResult:
     """Compile, write, and say what came of it."""
-    deadline = (time.monotonic() if order.began is None else order.began) + order.time_limit
-    with shown(order.quiet or order.form == "json", deadline) as listen:
-        answer = _compiled(order, deadline, listen)
+    deadline = (time.monotonic() if request.began is None else request.began) + request.time_limit
+    with shown(request.quiet or request.form == "json", deadline) as listen:
+        answer = _compiled(request, deadline, listen)
     compiled = answer.compiled
-    lines = [] if order.quiet or order.wanted else summary.compiled_lines(compiled, answer.output)
-    lines += summary.timing_lines(compiled.seconds) if order.timings else []
-    texts = emit_stages.of_compiled(compiled, order.wanted)
+    lines = [] if request.quiet or request.wanted else summary.compiled_lines(compiled, answer.output)
+    lines += summary.timing_lines(compiled.seconds) if request.timings else []
+    texts = emit_stages.of_compiled(compiled, request.wanted)
     document = summary.compiled_document(compiled, answer.output, texts)
-    say(compiled.findings, [*_stage_lines(texts), *lines], order.form, document)
+    say(compiled.findings, [*_stage_lines(texts), *lines], request.form, document)
     return answer
 
 
-def check(order: Order) -> Checked:
+def check(request: CompileRequest) -> Checked:
     """What the front end says of the mission."""
     return driver.check(
-        order.file,
-        overrides=dict(order.overrides),
-        backend=order.backend,
-        limits=order.limits,
-        vehicle=order.vehicle,
+        request.file,
+        overrides=dict(request.overrides),
+        backend=request.backend,
+        limits=request.limits,
+        vehicle=request.vehicle,
     )
 
 
-def folder_of(order: Order, checked: Checked) -> Path:
+def folder_of(request: CompileRequest, checked: Checked) -> Path:
     """The folder that a plan is written to."""
-    return order.output or Path("build") / (checked.mission.name if checked.mission else "mission")
+    return request.output or Path("build") / (checked.mission.name if checked.mission else "mission")
 
 
-def _compiled(order: Order, deadline: float, listen: Callable[[Progress], None]) -> Answer:
-    budget = Budget(deadline, order.memory_limit, order.seed, order.limits, listen)
+def _compiled(request: CompileRequest, deadline: float, listen: Callable[[Progress], None]) -> CompileResult:
+    budget = Budget(deadline, request.memory_limit, request.seed, request.limits, listen)
     checked = driver.check_within(
         budget,
-        order.file,
-        overrides=dict(order.overrides),
-        backend=order.backend,
-        vehicle=order.vehicle,
+        request.file,
+        overrides=dict(request.overrides),
+        backend=request.backend,
+        vehicle=request.vehicle,
     )
     if isinstance(checked, Compiled):
-        return Answer(checked, Status.UNDECIDED)
-    if order.wanted and not order.writes and not order.plot and set(order.wanted) <= set(stage_names.BEFORE_PLANNING):
+        return CompileResult(checked, Status.UNDECIDED)
+    if (
+        request.wanted
+        and not request.writes
+        and not request.plot
+        and set(request.wanted) <= set(stage_names.BEFORE_PLANNING)
+    ):
         compiled = Compiled(checked, Refused(), checked.findings, checked.seconds)
-        return Answer(compiled, Status.DONE if checked.ok else Status.MISSION_ERRORS)
-    folder = folder_of(order, checked) if order.writes else None
-    return _planned(order, checked, folder, budget)
+        return CompileResult(compiled, Status.DONE if checked.ok else Status.MISSION_ERRORS)
+    folder = folder_of(request, checked) if request.writes else None
+    return _planned(request, checked, folder, budget)
 
 
-def _planned(order: Order, checked: Checked, folder: Path | None, budget: Budget) -> Answer:
+def _planned(request: CompileRequest, checked: Checked, folder: Path | None, budget: Budget) -> CompileResult:
     """Plan and write. What can be known to forbid writing is said before any planning."""
     from missionc.output.export.formats import FORMATS
     from missionc.output.folder.overlap import overlapping
     from missionc.output.folder.write_folder import refuse
     from missionc.output.plot.plot import missing
 
-    absent = next(filter(None, (FORMATS[name].missing() for name in order.exports)), None)
-    refused = (order.plot and missing()) or absent or overlapping(*_paths(order, checked, folder))
-    refused = refused or (refuse(folder, order.force) if folder else None)
+    absent = next(filter(None, (FORMATS[name].missing() for name in request.exports)), None)
+    refused = (request.plot and missing()) or absent or overlapping(*_paths(request, checked, folder))
+    refused = refused or (refuse(folder, request.force) if folder else None)
     if refused and checked.ok:
         return _refused(Compiled(checked, Refused(), checked.findings, checked.seconds), refused)
-    kept = KeptRun(order.checkpoint, order.resume)
+    kept = KeptRun(request.checkpoint, request.resume)
     checkpoints = kept.checkpoints(budget.limits)
     if isinstance(checkpoints, Diagnostic):
         return _refused(Compiled(checked, Refused(), checked.findings, checked.seconds), checkpoints)
     compiled = driver.plan(
-        checked, order.options, budget, checkpoints, order.exports, order.continuous, order.explain_limit
+        checked, request.options, budget, checkpoints, request.exports, request.continuous, request.explain_limit
     )
-    answer = _answer(compiled, folder, order.force, order.plot)
+    answer = _answer(compiled, folder, request.force, request.plot)
     if kept.wrong:
         findings = (*answer.compiled.findings, kept.wrong)
-        return Answer(replace(answer.compiled, findings=findings), Status.MISSION_ERRORS, answer.output)
+        return CompileResult(replace(answer.compiled, findings=findings), Status.MISSION_ERRORS, answer.output)
     return answer
 
 
-def _paths(order: Order, checked: Checked, folder: Path | None) -> tuple[list[Output], list[Path]]:
+def _paths(request: CompileRequest, checked: Checked, folder: Path | None) -> tuple[list[Output], list[Path]]:
     """All that is to be written, and all that was read; a run may be kept in the file that it is taken up from."""
     from missionc.output.folder.overlap import Output, within
 
-    named = [("-o", folder), ("--plot", order.plot), ("--checkpoint", order.checkpoint)]
+    named = [("-o", folder), ("--plot", request.plot), ("--checkpoint", request.checkpoint)]
     outputs = [Output(flag, path, flag == "-o") for flag, path in named if path]
-    again = order.resume and order.checkpoint and within(order.resume, order.checkpoint)
-    resumed = [order.resume] if order.resume and not again else []
-    return outputs, [order.file, *(Path(source.name) for source in checked.sources[1:]), *resumed]
+    again = request.resume and request.checkpoint and within(request.resume, request.checkpoint)
+    resumed = [request.resume] if request.resume and not again else []
+    return outputs, [request.file, *(Path(source.name) for source in checked.sources[1:]), *resumed]
 
 
-def _answer(compiled: Compiled, folder: Path | None, force: bool, plot: Path | None) -> Answer:
+def _answer(compiled: Compiled, folder: Path | None, force: bool, plot: Path | None) -> CompileResult:
     """What was planned, written."""
     match compiled.outcome:
         case Refused():
-            return Answer(compiled, Status.MISSION_ERRORS)
+            return CompileResult(compiled, Status.MISSION_ERRORS)
         case Unverified():
-            return Answer(compiled, Status.NOT_VERIFIED)
+            return CompileResult(compiled, Status.NOT_VERIFIED)
         case NotFound():
             return _write(compiled, Status.UNDECIDED, folder, force, None)
         case Impossible():
@@ -185,7 +190,7 @@ def _write(
     folder: Path | None,
     force: bool,
     plot: Path | None,
-) -> Answer:
+) -> CompileResult:
     """The folder, whole or not at all; then the map."""
     from missionc.output.folder.write_file import write_file
     from missionc.output.folder.write_folder import write_folder
@@ -205,13 +210,13 @@ def _write(
     wrong = write_file(plot, picture) if plot and picture else None
     if wrong:
         compiled, status = replace(compiled, findings=(*compiled.findings, wrong)), Status.MISSION_ERRORS
-    return Answer(compiled, status, str(written or ""))
+    return CompileResult(compiled, status, str(written or ""))
 
 
-def _refused(compiled: Compiled, finding: Diagnostic) -> Answer:
+def _refused(compiled: Compiled, finding: Diagnostic) -> CompileResult:
     """The end of a compilation whose output cannot be written."""
     findings = (*compiled.findings, finding)
-    return Answer(replace(compiled, outcome=Refused(), findings=findings), Status.MISSION_ERRORS)
+    return CompileResult(replace(compiled, outcome=Refused(), findings=findings), Status.MISSION_ERRORS)
 
 
 def _stage_lines(texts: list[tuple[str, str]]) -> list[str]:

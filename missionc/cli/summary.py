@@ -18,7 +18,7 @@ from missionc.resolve.show_vehicle import figures_of
 
 if TYPE_CHECKING:
     from missionc.base.judgement import Judgement
-    from missionc.replay.reverify import Replayed
+    from missionc.replay.reverify import Reverified
     from missionc.replay.simulate_folder import Simulated
     from missionc.verify.certificate import Between, Certificate, Check
 
@@ -162,9 +162,9 @@ def monitored_document(monitored: Monitored) -> dict[str, object]:
     }
 
 
-def replayed_lines(replayed: Replayed) -> list[str]:
+def reverified_lines(reverified: Reverified) -> list[str]:
     """That a folder's files pass, and how narrowly."""
-    certificate = replayed.certificate
+    certificate = reverified.certificate
     if certificate is None or not certificate.passed:
         return []
     lines = [
@@ -178,9 +178,9 @@ def replayed_lines(replayed: Replayed) -> list[str]:
     ]
 
 
-def replayed_document(replayed: Replayed) -> dict[str, object]:
+def reverified_document(reverified: Reverified) -> dict[str, object]:
     """``passed`` is null where the folder could not be read; ``failures`` are the checks that fail."""
-    certificate = replayed.certificate
+    certificate = reverified.certificate
     failures = certificate.failures if certificate else ()
     return {
         "passed": certificate.passed if certificate else None,
@@ -284,17 +284,17 @@ def _finite(value: float) -> float | None:
 
 def simulated_lines(simulated: Simulated) -> list[str]:
     """One flight in full; of several, how often everything held, and how badly the worst of them went."""
-    trials, reopened = simulated.trials, simulated.reopened
-    if trials is None or reopened is None:
+    trials, opened = simulated.trials, simulated.opened
+    if trials is None or opened is None:
         return []
-    mission, trial = reopened.mission, trials.trial
+    mission, trial = opened.mission, trials.trial
     verdict = "as required" if trials.passed else "not as required"
     lines = [
         f"{mission.name}: flown by {trial.engine}, {_many(len(mission.agents), 'agent')}, "
         f"{_many(trial.flights, 'flight')} of {mission.horizon:g} s, seed {trial.seed}: {verdict}"
     ]
-    if reopened.differing:
-        lines.append(f"note: {_many(len(reopened.differing), 'file')} changed since the folder was written")
+    if opened.differing:
+        lines.append(f"note: {_many(len(opened.differing), 'file')} changed since the folder was written")
     first = trials.flights[0]
     if trial.flights == 1:
         lines += _compared(simulated.planned, (*first.requirements, *first.preferences), mission.step)
@@ -333,8 +333,8 @@ def _compared(planned: tuple[Judgement, ...], flown: tuple[Judgement, ...], step
 
 def simulated_document(simulated: Simulated) -> dict[str, object]:
     """``passed`` is null where nothing was flown."""
-    if simulated.trials is None or simulated.reopened is None:
+    if simulated.trials is None or simulated.opened is None:
         return {"passed": None}
     from missionc.output.documents.simulation_json import simulation_record
 
-    return simulation_record(simulated.reopened.mission, simulated.planned, simulated.trials)
+    return simulation_record(simulated.opened.mission, simulated.planned, simulated.trials)

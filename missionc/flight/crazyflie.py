@@ -66,7 +66,7 @@ from missionc.flight.vehicle_limits import (
 from missionc.flight.yaw import pointing
 from missionc.ir import AlongPath, Mission
 from missionc.kernel.nodes import Kernel
-from missionc.lower.tighten import roomy
+from missionc.lower.tighten import with_vehicle_room
 from missionc.verify.certificate import Certificate, Check
 from missionc.verify.flight.vehicle_claims import PIECE_BYTES
 from missionc.verify.flight.verify_polynomials import verify_polynomials
@@ -130,7 +130,7 @@ def crazyflie(mission: Mission, kernel: Kernel, trace: Trace, stretch: float = 1
     Args:
         stretch: how many times slower the plan is flown than it was planned: said, and nothing else.
     """
-    chords, apart = _chords(mission, trace), roomy(mission)
+    chords, apart = _chords(mission, trace), with_vehicle_room(mission)
     attempts: list[_Tight | _Beyond | _Stuck] = []
     few: list[_Tight | _Stuck] = []
     for count in _mergers(mission, chords):

@@ -11,7 +11,7 @@ from missionc.ir import PLAIN, Mission
 from missionc.verify.certificate import Certificate
 
 
-def demands(mission: Mission, certificate: Certificate) -> tuple[str, ...]:
+def required_performance(mission: Mission, certificate: Certificate) -> tuple[str, ...]:
     """About the largest acceleration of all; the limits of those with a vehicle are kept, or no flight is made."""
     peak = next(figure for figure in certificate.figures if figure.name == "peak acceleration")
     most = max(vehicle.acceleration for vehicle in profiles().values() if vehicle != PLAIN)

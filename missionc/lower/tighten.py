@@ -76,12 +76,12 @@ SPARE = 0.8
 """The share of a vehicle's limits for plans that come to speed by themselves: rounded corners take the rest."""
 
 
-def missed(mission: Mission) -> Metres:
-    """How far a flight may be from its plan: the largest tracking margin of the mission's vehicles."""
+def tracking_margin(mission: Mission) -> Metres:
+    """The largest tracking margin of the mission's vehicles: metres that a flight may be from its plan."""
     return Metres(max((agent.vehicle.tracking for agent in mission.agents), default=0.0))
 
 
-def roomy(mission: Mission) -> Mission:
+def with_vehicle_room(mission: Mission) -> Mission:
     """The mission with the room its vehicles want: the same object where none wants any."""
     few = _few_of_each_kind(mission)
     extra = max((_beyond(mission, *pair) for pair in combinations(few, 2)), default=0.0)
@@ -93,7 +93,7 @@ def roomy(mission: Mission) -> Mission:
         mission,
         world=replace(mission.world, low=low, high=high),
         separation=Metres(max(mission.separation, extra)),
-        clearance=Metres(mission.clearance + missed(mission)),
+        clearance=Metres(mission.clearance + tracking_margin(mission)),
     )
     before = mission.world, mission.separation, mission.clearance
     return mission if (wanted.world, wanted.separation, wanted.clearance) == before else wanted
@@ -115,7 +115,7 @@ def _beyond(mission: Mission, one: int, other: int) -> float:
     return float(mission.spacing(one, other)) - first.radius - second.radius + drift
 
 
-def paced(mission: Mission) -> Mission:
+def with_flyable_speeds(mission: Mission) -> Mission:
     """The mission with speeds at which its vehicles can fly a plan smoothly: the same object where all are.
 
     A plan of first order is at full speed at once, and its flight comes from rest: in a step of duration d that covers

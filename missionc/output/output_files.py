@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 from missionc.base.trace import Plan
 from missionc.diagnostics.model import Diagnostic
-from missionc.flight.required_performance import demands
+from missionc.flight.required_performance import required_performance
 from missionc.ir import Mission
 from missionc.kernel.nodes import Kernel
 from missionc.output.documents.certificate_json import certificate_json
@@ -78,7 +78,7 @@ def emit(
     names = file_names(mission.agents)
     for agent in mission.agents:
         files[polynomials_file(names[agent.name])] = flyable.files[agent.name].encode()
-    notes = list(demands(mission, flyable.certificate))
+    notes = list(required_performance(mission, flyable.certificate))
     findings: list[Diagnostic] = []
     for name in dict.fromkeys(exports):
         made = FORMATS[name].export(flight(mission, kernel, plan.trace, flyable.files))

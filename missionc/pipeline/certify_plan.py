@@ -36,7 +36,7 @@ LEAST, MOST = Seconds(0.3), 0.25
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Home:
+class Certified:
     """What became of a trace; ``checked`` is the mission that it was judged by, slower where it was to be."""
 
     checked: Checked
@@ -44,12 +44,12 @@ class Home:
     findings: tuple[Diagnostic, ...] = ()
 
 
-def takes(agents: int, steps: int, left: float) -> Seconds:
+def reserved_time(agents: int, steps: int, left: float) -> Seconds:
     """How much of the time that is ``left`` is kept back from a search, for what comes after it; seconds."""
     return Seconds(min(LEAST + STEP_OF_AGENT * agents * steps, MOST * max(0.0, left)))
 
 
-def bring_home(
+def certify_plan(
     checked: Checked,
     planned: Planned,
     options: Options,
@@ -57,7 +57,7 @@ def bring_home(
     watch: Stopwatch,
     exports: tuple[str, ...] = (),
     continuous: bool = False,
-) -> Home:
+) -> Certified:
     """The plan that a trace is, judged and written; a backend is never believed.
 
     Args:
@@ -78,7 +78,7 @@ def bring_home(
     if options.stretch != 1:
         slower = _slower(checked, options, budget)
         if slower.mission is None or slower.kernel is None or not slower.ok:
-            return Home(checked, Refused(), tuple(each for each in slower.findings if not each.code.warning))
+            return Certified(checked, Refused(), tuple(each for each in slower.findings if not each.code.warning))
         checked, mission, kernel = slower, slower.mission, slower.kernel
         from missionc.world.slow_down import slowed
 
@@ -90,9 +90,9 @@ def bring_home(
     if not certificate.passed and options.stretch != 1:
         from missionc.flight.refusals import not_slower
 
-        return Home(checked, Refused(), (not_slower(mission, certificate, judgements, options.stretch),))
+        return Certified(checked, Refused(), (not_slower(mission, certificate, judgements, options.stretch),))
     if not certificate.passed:
-        return Home(checked, Unverified(certificate, report), (no_plan.not_verified(certificate),))
+        return Certified(checked, Unverified(certificate, report), (no_plan.not_verified(certificate),))
     verified = Plan(mission.name, choice.backend, budget.seed, trace, judgements)
     budget.listen(Progress("emit"))
     with watch.stage("emit"):
@@ -102,12 +102,12 @@ def bring_home(
         )
         output = emit(mission, kernel, verified, certificate, provenance, exports)
     if isinstance(output, Diagnostic):
-        return Home(checked, Refused(), (output,))
+        return Certified(checked, Refused(), (output,))
     report = replace(report, notes=(*report.notes, *output.notes))
     not_between = no_plan.not_between(mission, output.certificate) if continuous else ()
     if not_between:
-        return Home(checked, Refused(), not_between)
-    return Home(checked, Verified(verified, output.certificate, report, output.files), output.findings)
+        return Certified(checked, Refused(), not_between)
+    return Certified(checked, Verified(verified, output.certificate, report, output.files), output.findings)
 
 
 def _slower(checked: Checked, options: Options, budget: Budget) -> Checked:

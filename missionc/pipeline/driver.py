@@ -48,9 +48,9 @@ from missionc.ir import Mission
 from missionc.kernel.nodes import Kernel
 from missionc.pipeline import no_plan
 from missionc.pipeline.certify_plan import (
-    Home,
-    bring_home,
-    takes,
+    Certified,
+    certify_plan,
+    reserved_time,
 )
 from missionc.pipeline.checked import Checked
 from missionc.pipeline.checkpoints import (
@@ -63,7 +63,7 @@ from missionc.pipeline.front_end import (
     Stopwatch,
     check,
 )
-from missionc.pipeline.plan_with_margin import others, seek
+from missionc.pipeline.plan_with_margin import further_attempts, plan_with_margin
 from missionc.pipeline.provenance import with_manifest
 from missionc.pipeline.results import Compiled, CompileOutcome, Monitored, Refused, Verified
 from missionc.pipeline.run_limited import Ended, within
@@ -165,7 +165,7 @@ def plan(
     Args:
         checkpoints: of the run, and of the one that it takes up again.
         exports: names of forms that the flight is written in as well; one that cannot hold it is among the findings.
-        continuous: whether a requirement must hold between the steps too; where it does not, ``others`` are
+        continuous: whether a requirement must hold between the steps too; where it does not, ``further_attempts`` are
             planned while there is time, without checkpoints.
         explain_limit: seconds for ``Compiled.explained``; 0 leaves that out.
     """
@@ -187,7 +187,7 @@ def _throughout(
     if not _leaps(first) or checked.mission is None:
         return first
     tried = 1
-    for other, more in others(checked.mission, options, budget):
+    for other, more in further_attempts(checked.mission, options, budget):
         if asked() or time.monotonic() >= budget.deadline:
             break
         found = _plan(checked, other, more, Checkpoints(), exports, continuous, NO_EXPLANATION)
@@ -232,7 +232,7 @@ def _plan(
         return ended(Refused(), kept)
     moment = last_call(kept.deadline)
     left = kept.deadline - time.monotonic()
-    whole = replace(kept, deadline=kept.deadline - takes(len(mission.agents), mission.steps, left))
+    whole = replace(kept, deadline=kept.deadline - reserved_time(len(mission.agents), mission.steps, left))
     try:
         found = _found(backend, mission, kernel, options, whole, explain_limit, moment)
     except UnusableSnapshot as wrong:
@@ -240,8 +240,8 @@ def _plan(
     watch.seconds.extend(found.report.seconds)
     if isinstance(found, Planned):
         hold()
-        home = within(moment, partial(bring_home, checked, found, options, kept, watch, exports, continuous))
-        if isinstance(home, Home):
+        home = within(moment, partial(certify_plan, checked, found, options, kept, watch, exports, continuous))
+        if isinstance(home, Certified):
             checked = home.checked
             return ended(home.outcome, *home.findings)
         found = no_plan.not_brought_home(home, found, watch.seconds)
@@ -286,7 +286,7 @@ def _found(
 
     until = budget.deadline if backend.refutes else _to_search(budget.deadline, explain_limit)
     asked_of = replace(budget, deadline=until, listen=listen, found=plans.append)
-    answer = within(moment, partial(seek, backend, mission, kernel, options, asked_of))
+    answer = within(moment, partial(plan_with_margin, backend, mission, kernel, options, asked_of))
     if plans and isinstance(answer, Ended | NotFound) and answer.reason in CUT_SHORT:
         return _cut_short(plans[-1], CUT_SHORT[answer.reason])
     return _not_found(answer, stage) if isinstance(answer, Ended) else answer

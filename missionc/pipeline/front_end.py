@@ -20,7 +20,7 @@ from missionc.checks.check_ends import check_ends
 from missionc.checks.check_horizons import check_horizons
 from missionc.checks.check_requirements import check_requirements
 from missionc.checks.check_world import check_world
-from missionc.checks.free_space import Ground
+from missionc.checks.free_space import FreeSpace
 from missionc.data.vehicles import profiles
 from missionc.diagnostics.code import INCLUDE_NOT_ALLOWED
 from missionc.diagnostics.model import Diagnostic, has_errors
@@ -57,7 +57,7 @@ class Kept:
 
     read: passages.Kept = field(default_factory=passages.Kept)
     meant: Meanings = field(default_factory=Meanings)
-    ground: Ground | None = None
+    ground: FreeSpace | None = None
 
 
 @dataclass(slots=True)
@@ -148,7 +148,7 @@ def check(
         return replace(so_far(findings), program=program)
     choice = None
     with watch.stage("check"):
-        ground = None if mission.world.flat else Ground.of(mission, kept.ground)
+        ground = None if mission.world.flat else FreeSpace.of(mission, kept.ground)
         kept.ground = ground
         findings += [*check_horizons(mission), *check_world(mission, ground), *check_requirements(mission, ground)]
         if backend != ANY_BACKEND:

@@ -18,10 +18,10 @@ from missionc.diagnostics.model import has_errors
 from missionc.ir import Mission
 from missionc.kernel.nodes import Kernel
 from missionc.lower.tighten import (
-    missed,
-    paced,
-    roomy,
     tightened,
+    tracking_margin,
+    with_flyable_speeds,
+    with_vehicle_room,
 )
 
 SHARE, LONGEST = 0.25, 20.0
@@ -38,7 +38,7 @@ LEAST = Metres(0.05)
 """The margin they begin with where no vehicle has one: that of a Crazyflie's profile."""
 
 
-def seek(backend: Backend, mission: Mission, kernel: Kernel, options: Options, budget: Budget) -> Outcome:
+def plan_with_margin(backend: Backend, mission: Mission, kernel: Kernel, options: Options, budget: Budget) -> Outcome:
     """A plan that its vehicles can fly and that keeps every requirement by the margin, or by a part of it; else any.
 
     Only a refusal of the mission itself is one: that of the tightened mission
@@ -46,11 +46,11 @@ def seek(backend: Backend, mission: Mission, kernel: Kernel, options: Options, b
     try. A plan after a try that time ended is cut short: with more, that try may
     have found another.
     """
-    wanted = roomy(mission)
-    slow = paced(wanted)
+    wanted = with_vehicle_room(mission)
+    slow = with_flyable_speeds(wanted)
     if slow is not wanted and has_errors(check_world(slow)):  # too slow to be anywhere in time
         slow = wanted
-    margin = missed(mission) if options.margin is None else Metres(options.margin)
+    margin = tracking_margin(mission) if options.margin is None else Metres(options.margin)
     late = False
     for part in PARTS:
         if (margin <= 0 or part == 0.0) and slow is wanted:
@@ -67,12 +67,12 @@ def seek(backend: Backend, mission: Mission, kernel: Kernel, options: Options, b
     return _after(_noted(found, margin, 0.0) if margin > 0 else found, late)
 
 
-def others(mission: Mission, options: Options, budget: Budget) -> Iterator[tuple[Options, Budget]]:
+def further_attempts(mission: Mission, options: Options, budget: Budget) -> Iterator[tuple[Options, Budget]]:
     """For a plan that holds between its steps too: other seeds, and more room where nobody said how much.
 
     A plan that is nowhere near the border of truth at its steps seldom leaps over it.
     """
-    margin = missed(mission) or LEAST
+    margin = tracking_margin(mission) or LEAST
     for number in range(1, OTHERS + 1):
         more = options if options.margin is not None else replace(options, margin=margin * (1 + number // SEEDS_EACH))
         yield more, replace(budget, seed=budget.seed + number, keep=forget, resume=None)

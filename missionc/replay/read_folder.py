@@ -1,7 +1,7 @@
 """Reader of an output folder: the mission as meant, the plan, and the polynomials that will be flown.
 
     in   the folder's path
-    out  Reopened, or what stands in the way
+    out  OutputFolder, or what stands in the way
     says MC004 MC708, and what the files in it deserve
 
 Nothing but the folder's own files is read, each once and through no symbolic
@@ -59,8 +59,8 @@ STRETCH, VEHICLE = "stretch", "vehicle"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Reopened:
-    """What a folder holds.
+class OutputFolder:
+    """An output folder, read: everything that it holds.
 
     Args:
         path: the folder.
@@ -89,7 +89,7 @@ class Reopened:
         return self.files.get(name, b"").decode("utf-8", errors="replace")
 
 
-def reopen(folder: Path, limits: Limits | None = None) -> Reopened | tuple[Diagnostic, ...]:
+def read_folder(folder: Path, limits: Limits | None = None) -> OutputFolder | tuple[Diagnostic, ...]:
     """The folder's mission, plan and polynomials; or every reason why they cannot be read."""
     limits = limits or Limits()
     lying = _lying(folder, limits)
@@ -120,7 +120,7 @@ def _read(
     lying: Mapping[str, os.stat_result],
     files: Mapping[str, bytes],
     limits: Limits,
-) -> Reopened | tuple[Diagnostic, ...]:
+) -> OutputFolder | tuple[Diagnostic, ...]:
     """The same, of files that are in hand."""
     inputs, listed = _names(manifest["inputs"]), _names(manifest["files"])
     stretch = _stretch(manifest)
@@ -149,7 +149,7 @@ def _read(
     if trace is None:
         return tuple(findings)
     names = file_names(checked.mission.agents)
-    return Reopened(
+    return OutputFolder(
         path=folder,
         manifest=manifest,
         files=files,

@@ -1,6 +1,6 @@
 """The report redrawn from a folder's files; and simulated flights, laid into the folder beside them.
 
-in   Replayed; or a folder and the text of a simulation
+in   Reverified; or a folder and the text of a simulation
 out  the page's bytes; the folder with both, and with a manifest that lists them
 says MC701 MC708, and why a file cannot be written
 """
@@ -21,31 +21,31 @@ from missionc.output.folder.file_names import (
 from missionc.output.folder.manifest import relisted
 from missionc.output.folder.unwritable import shown
 from missionc.output.folder.write_file import write_file
-from missionc.replay.read_folder import Reopened, reopen
+from missionc.replay.read_folder import OutputFolder, read_folder
 from missionc.replay.rebuild.rebuild_documents import page
-from missionc.replay.reverify import Replayed, judged
+from missionc.replay.reverify import Reverified, reverify_opened
 
 
-def redrawn(replayed: Replayed) -> bytes:
+def render_report(reverified: Reverified) -> bytes:
     """The page's bytes; none where the folder could not be read.
 
     What fails of the files is on the page, but for the page that it takes the place of.
     """
-    opened, certificate, flown = replayed.reopened, replayed.certificate, replayed.flown
+    opened, certificate, flown = reverified.opened, reverified.certificate, reverified.flown
     if opened is None or certificate is None or flown is None:
         return b""
     sound = all(check.passed or check.subject == REPORT for check in certificate.checks)
     return page(opened, flown if sound else certificate)
 
 
-def laid(folder: Path, simulation: bytes, limits: Limits | None = None) -> tuple[Diagnostic, ...]:
+def add_simulation(folder: Path, simulation: bytes, limits: Limits | None = None) -> tuple[Diagnostic, ...]:
     """Write a simulation and the page that shows it, and list both; no other entry of the manifest is touched.
 
     A file that was changed by hand is still not the one that was written. A
     simulation or a page that is not the one that was written is left alone.
     """
-    before = reopen(folder, limits)
-    if not isinstance(before, Reopened):
+    before = read_folder(folder, limits)
+    if not isinstance(before, OutputFolder):
         return before
     strange = next((name for name in (SIMULATION, REPORT) if _foreign(before, name)), None)
     if strange:
@@ -54,17 +54,17 @@ def laid(folder: Path, simulation: bytes, limits: Limits | None = None) -> tuple
         wrong = write_file(folder / name, content)
         if wrong:
             return (wrong,)
-    with_it = reopen(folder, limits)
-    if not isinstance(with_it, Reopened):
+    with_it = read_folder(folder, limits)
+    if not isinstance(with_it, OutputFolder):
         return with_it
-    drawn = redrawn(judged(with_it, None))
+    drawn = render_report(reverify_opened(with_it, None))
     wrong = write_file(folder / REPORT, drawn) or write_file(
         folder / MANIFEST, relisted(with_it.manifest, {REPORT: drawn})
     )
     return (wrong,) if wrong else ()
 
 
-def _foreign(opened: Reopened, name: str) -> bool:
+def _foreign(opened: OutputFolder, name: str) -> bool:
     """Whether something stands under this name that the manifest does not list as it is."""
     path = opened.path / name
     if path.is_symlink():

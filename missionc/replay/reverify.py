@@ -1,6 +1,6 @@
 """Verification once more, from a folder's files alone: neither a backend nor what fits polynomials is imported here.
 
-in   Reopened
+in   OutputFolder
 out  Certificate: of the files as they are, whoever wrote them; of the plan and its flight alone
 says MC709 MC713
 """
@@ -18,13 +18,13 @@ from missionc.output.folder.walk_folder import printable
 from missionc.replay.read_folder import (
     CERTIFICATE,
     PLAN,
-    Reopened,
-    reopen,
+    OutputFolder,
+    read_folder,
 )
 from missionc.replay.rebuild.rebuild_documents import check_documents
 from missionc.replay.rebuild.verdict import DOCUMENT, UNJUDGED
 from missionc.verify.certificate import Certificate, Check
-from missionc.verify.check_certificate import check_stated
+from missionc.verify.check_certificate import check_certificate
 from missionc.verify.verify_plan import (
     verify,
     verify_between,
@@ -38,15 +38,15 @@ MOST_REASONS = 8
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Replayed:
-    """What a folder's files come to; ``certificate`` is absent where they could not be read.
+class Reverified:
+    """The verification of a folder's files; ``certificate`` is absent where they could not be read.
 
     ``flown`` is the part of it that is about the plan and its flight, and about no file.
     """
 
     folder: Path
     findings: tuple[Diagnostic, ...]
-    reopened: Reopened | None = None
+    opened: OutputFolder | None = None
     certificate: Certificate | None = None
     flown: Certificate | None = None
 
@@ -60,44 +60,46 @@ class Replayed:
         return self.certificate is not None and _undecided(self.certificate)
 
 
-def replay(folder: Path, limits: Limits | None = None) -> Replayed:
+def reverify(folder: Path, limits: Limits | None = None) -> Reverified:
     """Judge the plan and the polynomials that a folder holds, and everything else that lies in it."""
-    reopened = reopen(folder, limits)
-    return judged(reopened, limits or Limits()) if isinstance(reopened, Reopened) else Replayed(folder, reopened)
+    opened = read_folder(folder, limits)
+    return (
+        reverify_opened(opened, limits or Limits()) if isinstance(opened, OutputFolder) else Reverified(folder, opened)
+    )
 
 
-def judged(reopened: Reopened, limits: Limits | None) -> Replayed:
-    """``replay``, of what was read already; without limits a simulation is not flown once more."""
-    mission, kernel, trace = reopened.mission, reopened.kernel, reopened.trace
+def reverify_opened(opened: OutputFolder, limits: Limits | None) -> Reverified:
+    """``reverify``, of what was read already; without limits a simulation is not flown once more."""
+    mission, kernel, trace = opened.mission, opened.kernel, opened.trace
     flown = verify(mission, kernel, trace)
     if flown.passed:
-        flown = flown.joined(verify_polynomials(mission, kernel, trace, reopened.flights))
+        flown = flown.joined(verify_polynomials(mission, kernel, trace, opened.flights))
     documents: tuple[Check, ...] = ()
     if flown.passed:
-        flown = flown.joined(verify_between(mission, kernel, trace, reopened.flights))
-        documents = (*_stated(reopened, flown), *check_documents(reopened, flown, limits))
-    certificate = Certificate(mission.name, _files(reopened)).joined(flown)
+        flown = flown.joined(verify_between(mission, kernel, trace, opened.flights))
+        documents = (*_stated(opened, flown), *check_documents(opened, flown, limits))
+    certificate = Certificate(mission.name, _files(opened)).joined(flown)
     certificate = certificate.joined(Certificate(mission.name, documents))
     say = _not_judged if _undecided(certificate) else _refused
-    findings = () if certificate.passed else (say(reopened.path, certificate),)
-    return Replayed(reopened.path, findings, reopened, certificate, flown)
+    findings = () if certificate.passed else (say(opened.path, certificate),)
+    return Reverified(opened.path, findings, opened, certificate, flown)
 
 
-def _files(reopened: Reopened) -> tuple[Check, ...]:
+def _files(opened: OutputFolder) -> tuple[Check, ...]:
     """That every file is the one that was written, and that no other one lies beside them."""
     detail = "its SHA-256 is the one in the manifest"
     listed = (
-        Check("manifest", name, 0.0, "", 0.0, name not in reopened.differing, detail=detail)
-        for name in sorted(reopened.files)
+        Check("manifest", name, 0.0, "", 0.0, name not in opened.differing, detail=detail)
+        for name in sorted(opened.files)
     )
-    beside = (Check("manifest", name, 0.0, "", 0.0, False, detail=UNLISTED) for name in reopened.unlisted)
+    beside = (Check("manifest", name, 0.0, "", 0.0, False, detail=UNLISTED) for name in opened.unlisted)
     return (*listed, *beside)
 
 
-def _stated(reopened: Reopened, flown: Certificate) -> tuple[Check, ...]:
+def _stated(opened: OutputFolder, flown: Certificate) -> tuple[Check, ...]:
     """That the folder's certificate states what its files come to."""
-    plan = hashlib.sha256(reopened.files[PLAN]).hexdigest()
-    return tuple(check_stated(reopened.text(CERTIFICATE), plan, flown))
+    plan = hashlib.sha256(opened.files[PLAN]).hexdigest()
+    return tuple(check_certificate(opened.text(CERTIFICATE), plan, flown))
 
 
 def _undecided(certificate: Certificate) -> bool:

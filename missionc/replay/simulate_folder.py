@@ -20,7 +20,7 @@ from missionc.diagnostics.code import EXTRA_MISSING, FOLDER_REFUSED
 from missionc.diagnostics.model import Diagnostic
 from missionc.ir import Mission
 from missionc.monitoring.monitor import monitor
-from missionc.replay.read_folder import Reopened, reopen
+from missionc.replay.read_folder import OutputFolder, read_folder
 from missionc.simulate import engines
 from missionc.simulate.default_engine import sample_times
 from missionc.simulate.firmware_setpoints import setpoints
@@ -41,7 +41,7 @@ class Simulated:
 
     folder: Path
     findings: tuple[Diagnostic, ...]
-    reopened: Reopened | None = None
+    opened: OutputFolder | None = None
     planned: tuple[Judgement, ...] = ()
     trials: Trials | None = None
 
@@ -57,23 +57,23 @@ def simulate(
     absent = engines.missing(trial.engine)
     if absent:
         return Simulated(folder, (absent,))
-    reopened = reopen(folder, limits)
-    if not isinstance(reopened, Reopened):
-        return Simulated(folder, reopened)
-    mission = reopened.mission
-    found = {agent.name: read(reopened.flights[agent.name]) for agent in mission.agents}
+    opened = read_folder(folder, limits)
+    if not isinstance(opened, OutputFolder):
+        return Simulated(folder, opened)
+    mission = opened.mission
+    found = {agent.name: read(opened.flights[agent.name]) for agent in mission.agents}
     wrong = {name: f"cannot be read: {why}" for name, why in found.items() if isinstance(why, str)}
     if wrong:
-        return Simulated(folder, (_unread(folder, wrong),), reopened)
+        return Simulated(folder, (_unread(folder, wrong),), opened)
     pieces = [own for own in found.values() if isinstance(own, Pieces)]
     beyond = _beyond(mission, pieces, limits or Limits())
     if beyond:
-        return Simulated(folder, (_unread(folder, beyond),), reopened)
+        return Simulated(folder, (_unread(folder, beyond),), opened)
     try:
-        trials = run(mission, reopened.kernel, pieces, trial, listen)
+        trials = run(mission, opened.kernel, pieces, trial, listen)
     except engines.EngineError as error:
-        return Simulated(folder, (_unable(trial.engine, error),), reopened)
-    return Simulated(folder, (), reopened, monitor(mission, reopened.kernel, reopened.trace), trials)
+        return Simulated(folder, (_unable(trial.engine, error),), opened)
+    return Simulated(folder, (), opened, monitor(mission, opened.kernel, opened.trace), trials)
 
 
 @np.errstate(over="ignore", invalid="ignore")

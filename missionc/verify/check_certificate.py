@@ -50,7 +50,7 @@ MOMENT = 2e-6
 """Seconds: the time ``at`` which a margin is tight is written to a millionth."""
 
 
-def check_stated(text: str, plan_sha256: str, found: Certificate) -> list[Check]:
+def check_certificate(text: str, plan_sha256: str, found: Certificate) -> list[Check]:
     """What ``certificate.json`` states, held against what was found."""
     try:
         stated = parse_json(text)

@@ -26,7 +26,7 @@ from missionc.verify.flight.joint_claims import (
 from missionc.verify.flight.prove_claim import MANY, prove
 from missionc.verify.flight.vehicle_claims import limits
 from missionc.verify.plan.obstacle_bodies import solid
-from missionc.verify.proof.branch_and_bound import bounded
+from missionc.verify.proof.branch_and_bound import branch_and_bound
 from missionc.verify.proof.claims import Claim, Judge
 from missionc.verify.proof.interval_margins import (
     at_least,
@@ -107,7 +107,7 @@ def claim_of(own: Flight, judge: Judge, order: int = 0, dimension: int = 3) -> C
 
 def assert_sound(claim: Claim, margins: np.ndarray) -> None:
     """(items, samples): the true margins. The least is met, and every part's bound holds on the part."""
-    parts = bounded(claim)
+    parts = branch_and_bound(claim)
     assert parts.lower.min() <= margins.min() + NEAR
     assert parts.lower.min() >= min(margins.min(), parts.least) - claim.gap - 1e-3 * abs(parts.least) - NEAR
     assert parts.item.size < 5_000
@@ -164,7 +164,7 @@ def test_a_flight_along_a_wall_takes_few_parts() -> None:
     coefficients[0, 0, :, :2] = [[0.0, 5.0], [2.0, 0.0], [1.0, 0.0], [0.0, 0.0]]
     own = Flight(np.array([2.0]), coefficients)
     wall = ir.Box((1.0, 2.2), (9.0, 3.0))
-    parts = bounded(claim_of(own, clear_of(wall, 2, np.array([0.2])), 0, 2))
+    parts = branch_and_bound(claim_of(own, clear_of(wall, 2, np.array([0.2])), 0, 2))
     assert parts.item.size == 1
     assert parts.lower[0] == pytest.approx(0.0, abs=1e-9)
 
@@ -177,7 +177,7 @@ def test_where_the_least_margin_takes_too_many_boxes_those_that_prove_enough_are
     inner = ((6.5, 6.0), (6.5, 4.79), (3.5, 4.79), (3.5, 6.0))
     notched = ir.Polygon(((3.0, 6.0), (3.0, 4.0), (7.0, 4.0), (7.0, 6.0), *inner))
     claim = claim_of(own, clear_of(notched, 2, np.array([0.2])), 0, 2)
-    assert bounded(claim).item.size > MANY
+    assert branch_and_bound(claim).item.size > MANY
     check, boxes = prove(mission_of([[4.0, 5.0]], 1), claim)
     assert check.passed
     assert 0 <= check.margin <= 0.01
@@ -203,7 +203,7 @@ def test_what_an_obstacle_sees_is_the_flight_less_its_motion(seed: int) -> None:
             moved = np.array([np.interp(at, knots, axis) for axis in offsets.T])
             assert half.middle().points[..., 0] == pytest.approx(place - moved, abs=1e-9)
     claim = obstacles(mission, own, asked=True)[0]
-    assert fault(boxes_of(claim, bounded(claim))) is None
+    assert fault(boxes_of(claim, branch_and_bound(claim))) is None
 
 
 @settings(max_examples=15)
@@ -215,7 +215,7 @@ def test_no_start_that_is_late_and_no_flight_that_misses_brings_two_nearer(
     own.coefficients[:, :, 0, 0] += np.float32(2.0) * np.arange(3)[:, None]
     mission = flown_by(ir.Vehicle("some", start_skew=skew, tracking=tracking))
     (claim,) = separation(mission, own, asked=False)
-    least = boxes_of(claim, bounded(claim)).least
+    least = boxes_of(claim, branch_and_bound(claim)).least
     generator = np.random.default_rng(seed)
     for _ in range(200):
         at = generator.uniform(0, own.times[-1])
@@ -244,7 +244,7 @@ def test_nothing_within_what_is_missed_is_in_the_downwash(seed: int, missed: flo
     generator = np.random.default_rng(seed)
     own.coefficients[:, :, :3, 0] += generator.uniform(-2, 2, (3, 1, 3)).astype(np.float32)
     (claim,) = downwash(flown_by(vehicle), own)
-    if boxes_of(claim, bounded(claim)).least < 0:
+    if boxes_of(claim, branch_and_bound(claim)).least < 0:
         return
     for _ in range(200):
         at = generator.uniform(0, own.times[-1])
@@ -262,7 +262,7 @@ def test_the_grown_downwash_is_no_larger_than_it_must_be() -> None:
         coefficients[1, 0, [0, 2], 0] = offset
         coefficients[2, 0, 1, 0] = 9.0
         (claim,) = downwash(flown_by(vehicle), Flight(np.array([1.0]), coefficients))
-        assert (boxes_of(claim, bounded(claim)).least >= 0) is free
+        assert (boxes_of(claim, branch_and_bound(claim)).least >= 0) is free
 
 
 @settings(max_examples=10)

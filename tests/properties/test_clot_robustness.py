@@ -64,7 +64,7 @@ from missionc.backends.clot.cost_graph.robustness import (
 )
 from missionc.backends.clot.paper.paper_rules import PaperRules
 from missionc.backends.clot.paper.perturbed_robustness import Perturbed
-from missionc.backends.clot.paper.sparsity_pattern import readings
+from missionc.backends.clot.paper.sparsity_pattern import sparsity_pattern
 
 torch.set_num_threads(1)
 seeds = st.integers(0, 2**32 - 1)
@@ -246,7 +246,7 @@ def exact_as_judged_again(case: Case, seed: int, agent: int) -> None:
     term = term_of(mission, case.formula)
     goals = [Of(index, term) for index in range(size)]
     crew = team(mission, dtype=torch.float64)
-    found = Perturbed(readings(goals, agent, size, count), crew, position, probes).goals()
+    found = Perturbed(sparsity_pattern(goals, agent, size, count), crew, position, probes).goals()
     assert found.shape == (size, batch, count, 3)
     moved = moved_motions(position, agent, probes).flatten(0, 2)
     again = Robustness(crew, States(moved, velocities(moved, mission.step))).values(postorder([term]))[term]
@@ -297,7 +297,7 @@ def judged_again(mission: ir.Mission, terms: list[Term], agent: int, seed: int, 
     probes = torch.tensor(generator.uniform(0, 2, (2, count, 3, 2)))
     goals = [Of(index, term) for term in terms for index in range(size)]
     crew = team(mission, dtype=torch.float64)
-    found = Perturbed(readings(goals, agent, size, count), crew, position, probes).goals()
+    found = Perturbed(sparsity_pattern(goals, agent, size, count), crew, position, probes).goals()
     moved = moved_motions(position, agent, probes).flatten(0, 2)
     again = Robustness(crew, States(moved, velocities(moved, mission.step))).values(postorder(goals))
     expected = torch.stack([again[goal].expand(len(moved), 1, count)[:, 0, 0].reshape(2, count, 3) for goal in goals])
@@ -361,11 +361,11 @@ class Slow:
         values = [value for value, _, _ in parts]
         passed = [value for value, read, leaf in parts if read and leaf]
         limited = [value for value in values if abs(value) < UNLIMITED]
-        touched = any(read for _, read, _ in parts)
+        nonzero = any(read for _, read, _ in parts)
         if passed:
             return min(passed), True, False
-        if not touched or not limited or min(values) <= -UNLIMITED:
-            return min(values, default=UNLIMITED), touched, False
+        if not nonzero or not limited or min(values) <= -UNLIMITED:
+            return min(values, default=UNLIMITED), nonzero, False
         return sum(limited) / len(limited), True, False
 
     def either(self, parts: list[tuple[float, bool, bool]]) -> tuple[float, bool, bool]:
@@ -396,7 +396,7 @@ def reads(predicate: ir.Predicate, agent: int, step: int, moved: int, waypoint: 
 def by_the_rules(mission: ir.Mission, goal: Term, position: torch.Tensor, agent: int, probes: torch.Tensor) -> None:
     size, count = position.shape[1:3]
     crew = team(mission, dtype=torch.float64)
-    found = PaperRules(readings([goal], agent, size, count), crew, position, probes).goals()[0]
+    found = PaperRules(sparsity_pattern([goal], agent, size, count), crew, position, probes).goals()[0]
     order = postorder([goal])
 
     def values(motion: torch.Tensor) -> dict[Term, Array]:
@@ -407,8 +407,8 @@ def by_the_rules(mission: ir.Mission, goal: Term, position: torch.Tensor, agent:
     for batch, waypoint, direction in np.ndindex(*found.shape):
         usual, moved = values(position[batch : batch + 1]), values(motions[batch, waypoint, direction][None])
         slow = Slow(usual, moved, agent, waypoint, count - 1)
-        expected, touched, _ = slow.of(goal, 0, 0)
-        if not touched:
+        expected, nonzero, _ = slow.of(goal, 0, 0)
+        if not nonzero:
             assert math.isclose(expected, usual[goal][0, 0], abs_tol=1e-9)
         assert math.isclose(found[batch, waypoint, direction], expected, abs_tol=1e-9), (waypoint, direction)
 
@@ -440,7 +440,7 @@ def test_the_four_rules_on_the_formula_of_the_papers_second_figure(seed: int) ->
     position = torch.tensor(generator.uniform(0, 2, (1, 1, count, 2)))
     probes = torch.tensor(generator.uniform(0, 2, (1, count, 4, 2)))
     crew = team(mission, dtype=torch.float64)
-    found = PaperRules(readings([goal], 0, 1, count), crew, position, probes).goals()[0, 0]
+    found = PaperRules(sparsity_pattern([goal], 0, 1, count), crew, position, probes).goals()[0, 0]
 
     def leaf(term: Margin, place: torch.Tensor) -> float:
         one = States(place.reshape(1, 1, 1, 2), torch.zeros(1, 1, 1, 2))

@@ -24,7 +24,7 @@ from missionc.backends.smt.encode.lower_motion import (
     lower_motion,
 )
 from missionc.backends.smt.encode.occupancy import Occupancy
-from missionc.backends.smt.prioritized.single_agent_relaxation import Outlook
+from missionc.backends.smt.prioritized.single_agent_relaxation import SingleAgentRelaxation
 from missionc.backends.smt.roadmap import roadmap_links
 from missionc.backends.smt.roadmap.labels import Labels, Unexpressible
 from missionc.backends.smt.roadmap.roadmap import Roadmap
@@ -161,6 +161,6 @@ def test_agents_are_not_given_up_as_too_few_where_they_have_a_plan(case: Case, m
     cast = frozenset(members) & frozenset(range(len(case.mission.agents)))
     goals, motion, lowered, solver = asked(case, cast)
     for goal, literal in zip(goals, lowered.goals, strict=True):
-        outlook = Outlook(Labels(case.mission, case.roadmaps), motion.ways, cast)
-        if outlook.hopeless((goal.formula,)):
+        outlook = SingleAgentRelaxation(Labels(case.mission, case.roadmaps), motion.ways, cast)
+        if outlook.infeasible((goal.formula,)):
             assert solver.solve([literal])[0] != SAT

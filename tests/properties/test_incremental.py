@@ -13,7 +13,7 @@ import pytest
 
 from missionc.base.limits import Limits
 from missionc.base.source import Source, Span
-from missionc.checks.necessary_conditions import gather
+from missionc.checks.necessary_conditions import necessary_conditions
 from missionc.diagnostics.render import render_json
 from missionc.pipeline.checked import Checked
 from missionc.pipeline.front_end import Kept, check
@@ -188,7 +188,10 @@ def test_facts_are_of_the_mission_that_is_asked_about() -> None:
     mission = check(Source("a.mission", HALL)).mission
     assert mission is not None
     stay = next(goal.formula for goal in mission.requirements if goal.name == "stay")
-    whens = [[fact.when for fact in gather(replace(mission, steps=steps), stay).facts] for steps in (20, 30, 20)]
+    whens = [
+        [fact.when for fact in necessary_conditions(replace(mission, steps=steps), stay).facts]
+        for steps in (20, 30, 20)
+    ]
     assert whens[0] == whens[2] != whens[1]
 
 

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from missionc import ir
 from missionc.checks.broken_ends import broken_ends
 from missionc.checks.check_ends import check_ends
-from missionc.checks.free_space import Ground
+from missionc.checks.free_space import FreeSpace
 from missionc.checks.possible_ends import possible
 from missionc.kernel.nodes import Node
 from missionc.kernel.walk import children, postorder
@@ -65,7 +65,7 @@ def test_what_a_run_is_worth_at_its_ends_is_in_the_interval(drawn: tuple[ir.Miss
     kernel, findings = expand(mission)
     assert kernel is not None, findings
     (goal,) = kernel.requirements
-    ground = Ground.of(mission)
+    ground = FreeSpace.of(mission)
     known = Intervals(mission, ground.atlas).of([goal.formula])
     last = case.run.last
     for node, step in decided(goal.formula, last):
@@ -87,7 +87,7 @@ def test_what_places_show_to_be_possible_is_possible_by_the_intervals(drawn: tup
     kernel, findings = expand(mission)
     assert kernel is not None, findings
     (goal,) = kernel.requirements
-    ground = Ground.of(mission)
+    ground = FreeSpace.of(mission)
     if goal.formula in possible(mission, [goal.formula], ground):
         assert Intervals(mission, ground.atlas).of([goal.formula])[goal.formula].most[0, FIRST] >= 0
         assert broken_ends(mission, kernel, ground) == []
@@ -106,7 +106,7 @@ def test_a_point_leaves_no_room() -> None:
     kernel, _ = expand(mission)
     assert kernel is not None
     (goal,) = kernel.requirements
-    interval = Intervals(mission, Ground.of(mission).atlas).of([goal.formula])[goal.formula]
+    interval = Intervals(mission, FreeSpace.of(mission).atlas).of([goal.formula])[goal.formula]
     np.testing.assert_allclose(interval.least[0, FIRST], 0.0, atol=1e-300)
     np.testing.assert_allclose(interval.most[0, FIRST], 0.0, atol=1e-300)
     assert (interval.least[0, LAST], interval.most[0, LAST]) == (-np.inf, np.inf)

@@ -15,7 +15,7 @@ from missionc.backends.smt.encode.lower_motion import all_ways, lower_motion
 from missionc.backends.smt.lift import lift
 from missionc.backends.smt.roadmap.labels import Labels
 from missionc.backends.smt.shorten.held_goals import Goals
-from missionc.backends.smt.shorten.slack import Scene, leeway
+from missionc.backends.smt.shorten.slack import EvaluatedMotion, slack
 from missionc.kernel.nodes import Node
 from missionc.kernel.normal_form import negated
 from missionc.language.operator import Operator
@@ -35,9 +35,9 @@ def keeps(case: Case, agent: int, seed: int) -> None:
     if not truth(formula, case.mission, lift(case.states, motion, case.mission))[0, 0]:
         formula = negated(formula)
     goals = Goals((formula,), case.mission, motion, Labels(case.mission, case.roadmaps))
-    scene = Scene.of(goals, case.states)
-    assert scene.good
-    room = leeway(goals, agent, scene)
+    evaluated = EvaluatedMotion.of(goals, case.states)
+    assert evaluated.good
+    room = slack(goals, agent, evaluated)
     assert room[np.arange(motion.steps + 1), case.states[agent]].all()
     generator = np.random.default_rng(seed)
     for _ in range(5):

@@ -14,11 +14,11 @@ from missionc.base.units import Metres, Seconds
 from missionc.flight.crazyflie import Flyable, crazyflie
 from missionc.kernel.nodes import Kernel
 from missionc.lower.tighten import (
-    missed,
     moved,
-    paced,
-    roomy,
     tightened,
+    tracking_margin,
+    with_flyable_speeds,
+    with_vehicle_room,
 )
 from missionc.monitoring.monitor import monitor
 from missionc.pipeline import driver
@@ -138,10 +138,10 @@ def test_a_region_keeps_at_least_half_of_what_it_has() -> None:
 
 def test_plain_teams_are_planned_as_they_were() -> None:
     mission, kernel = made(REQUIREMENTS[0])
-    assert roomy(mission) is mission
-    assert paced(mission) is mission
-    assert missed(mission) == 0.0
-    assert tightened(mission, kernel, missed(mission)) == (mission, kernel)
+    assert with_vehicle_room(mission) is mission
+    assert with_flyable_speeds(mission) is mission
+    assert tracking_margin(mission) == 0.0
+    assert tightened(mission, kernel, tracking_margin(mission)) == (mission, kernel)
 
 
 def test_vehicles_get_the_room_they_want() -> None:
@@ -149,12 +149,12 @@ def test_vehicles_get_the_room_they_want() -> None:
     found = driver.check(Source("a.mission", text + "require up: some drone: eventually[0, 4 s] pond\n"), backend="any")
     assert found.mission is not None, found.findings
     vehicle = found.mission.agents[0].vehicle
-    wanted = roomy(found.mission)
+    wanted = with_vehicle_room(found.mission)
     drift = vehicle.start_skew * 2 * vehicle.speed
     assert wanted.separation + 0.1 == pytest.approx(float(found.mission.spacing(0, 1)) + drift)
     assert wanted.clearance == pytest.approx(vehicle.tracking)
     assert wanted.world.low == pytest.approx((vehicle.fence_inset + vehicle.tracking,) * 2)
-    assert missed(found.mission) == vehicle.tracking
+    assert tracking_margin(found.mission) == vehicle.tracking
 
 
 def test_plans_are_no_faster_than_a_vehicle_flies_from_rest() -> None:
@@ -162,7 +162,7 @@ def test_plans_are_no_faster_than_a_vehicle_flies_from_rest() -> None:
     found = driver.check(Source("a.mission", text + "require up: some drone: eventually[0, 4 s] pond\n"), backend="any")
     assert found.mission is not None
     vehicle = found.mission.agents[0].vehicle
-    slow = paced(found.mission).agents[0].dynamics
+    slow = with_flyable_speeds(found.mission).agents[0].dynamics
     assert slow.top_speed <= vehicle.speed / 1.5
     path = np.array([[1.0, 1.0], [1.0 + slow.top_speed, 1.0], [1.0 + 2 * slow.top_speed, 1.0]])
     flown = crazyflie(mission_of([[1.0, 1.0]], 2), NOTHING, straight(path[None]))
@@ -195,4 +195,4 @@ def test_what_a_few_of_each_kind_want_all_of_them_want() -> None:
         for other in mission.agents
         if one.index != other.index
     ]
-    assert roomy(mission).separation == pytest.approx(max(every))
+    assert with_vehicle_room(mission).separation == pytest.approx(max(every))

@@ -20,7 +20,7 @@ from missionc.backends.smt.encode.lower_motion import (
     lower_motion,
 )
 from missionc.backends.smt.encode.occupancy import Occupancy
-from missionc.backends.smt.refine.lazy_constraints import Search
+from missionc.backends.smt.refine.lazy_constraints import LazyConstraints
 from missionc.backends.smt.roadmap.roadmap import Roadmap
 from missionc.backends.smt.sat.solve import Solvers
 from missionc.kernel.nodes import Goal, Node
@@ -63,11 +63,11 @@ class Asked:
         )
 
     @contextmanager
-    def search(self, solver: str = "z3", seconds: float = 60.0) -> Iterator[Search]:
+    def search(self, solver: str = "z3", seconds: float = 60.0) -> Iterator[LazyConstraints]:
         with Solvers(solver, 2 << 30, 0, time.monotonic() + seconds) as solvers:
             solvers.begin()
             everyone = np.arange(len(self.mission.agents))
-            yield Search(self.mission, self.motion, everyone, self.clauses, solvers, Account(), ignore)
+            yield LazyConstraints(self.mission, self.motion, everyone, self.clauses, solvers, Account(), ignore)
 
 
 def asked(mission: ir.Mission, roadmaps: tuple[Roadmap, ...], *goals: Node, most_links: int = 99) -> Asked:

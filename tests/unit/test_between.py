@@ -17,7 +17,7 @@ from missionc.cli.app import main
 from missionc.curves.piecewise_polynomials import Curves, motion
 from missionc.diagnostics.code import NOT_BETWEEN
 from missionc.pipeline.driver import check, compile
-from missionc.pipeline.plan_with_margin import others
+from missionc.pipeline.plan_with_margin import further_attempts
 from missionc.pipeline.results import Refused, Verified
 from missionc.verify.between.between_steps import between_steps
 from missionc.verify.certificate import Between, Verdict
@@ -271,9 +271,9 @@ def test_a_margin_that_was_asked_for_stays_where_other_plans_are() -> None:
     checked = check(Source("leap.mission", LEAP))
     assert checked.mission is not None
     budget = Budget(deadline=1.0, seed=4)
-    asked = [options.margin for options, _ in others(checked.mission, Options(margin=0.01), budget)]
+    asked = [options.margin for options, _ in further_attempts(checked.mission, Options(margin=0.01), budget)]
     assert set(asked) == {0.01}
-    free = list(others(checked.mission, Options(), budget))
+    free = list(further_attempts(checked.mission, Options(), budget))
     assert [more.seed for _, more in free] == list(range(5, 5 + len(free)))
     margins = [options.margin or 0.0 for options, _ in free]
     assert margins == sorted(margins)

@@ -9,7 +9,7 @@ pytest.importorskip("torch")
 
 import missionc
 from missionc.backends.clot.cost_graph.cost_graph import build
-from missionc.backends.clot.schedule.gather_team import gathered
+from missionc.backends.clot.schedule.gather_team import gather_team
 from missionc.backends.clot.schedule.schedule import Schedule, Scheduler
 from missionc.backends.clot.schedule.tasks import outline
 from missionc.base.source import Source
@@ -85,7 +85,7 @@ def test_a_formation_is_not_asked_for_before_its_agents_can_be_there() -> None:
     mission, (first,) = schedules(scattered("line", ROW), 0.0, 1)
     starts = np.array([(2, 3), (14, 2), (8, 9), (3, 13), (13, 14)], dtype=float)
     (row,) = mission.formations
-    furthest = np.linalg.norm(gathered([InFormation(row)], starts) - starts, axis=1).max()
+    furthest = np.linalg.norm(gather_team([InFormation(row)], starts) - starts, axis=1).max()
     assert furthest > 3
     (appointment,) = first.appointments
     assert furthest / 1.5 <= appointment.step * mission.step <= 10
@@ -112,7 +112,7 @@ def test_a_gathered_team_is_in_formation_or_near_it_and_its_middle_stays(kind: s
     (row,) = mission.formations
     for seed in range(5):
         position = np.random.default_rng(seed).uniform(0, 16, (5, 2))
-        there = gathered([InFormation(row)], position)
+        there = gather_team([InFormation(row)], position)
         # What is rigid may end up folded; that is off by less than a spacing, from starts off by many.
         assert formation_margin.margin(np, row, there) > (0 if kind in ("chain", "star") else -0.4)
         assert formation_margin.margin(np, row, position) < -1
@@ -122,7 +122,7 @@ def test_a_gathered_team_is_in_formation_or_near_it_and_its_middle_stays(kind: s
 def test_a_team_on_one_spot_is_spread_out() -> None:
     mission, _ = schedules(scattered("circle", ROW), 0.0, 0)
     (row,) = mission.formations
-    there = gathered([InFormation(row)], np.full((5, 2), 3.0))
+    there = gather_team([InFormation(row)], np.full((5, 2), 3.0))
     assert formation_margin.margin(np, row, there) > -0.4
     assert formation_margin.margin(np, row, np.full((5, 2), 3.0)) < -1
 
@@ -131,14 +131,14 @@ def test_a_team_in_formation_stays() -> None:
     mission, _ = schedules(scattered("line", ROW), 0.0, 0)
     (row,) = mission.formations
     position = np.array([(1 + 0.8 * number, 2) for number in range(5)])
-    assert np.array_equal(gathered([InFormation(row)], position), position)
+    assert np.array_equal(gather_team([InFormation(row)], position), position)
 
 
 def test_a_gathered_team_is_connected_and_no_nearer_than_it_must() -> None:
     mission, _ = schedules(scattered("line", ROW), 0.0, 0)
     (radio,) = mission.graphs
     position = np.array([(0, 0), (10, 0), (10, 1), (1, 0), (5, 8)], dtype=float)
-    there = gathered([Connected(radio, (0, 1, 2, 3, 4))], position)
+    there = gather_team([Connected(radio, (0, 1, 2, 3, 4))], position)
     links = np.asarray(link_margin(radio, there[:, None], there[None]))
     joined = np.linalg.matrix_power((links > 0).astype(float), 5)
     assert (joined > 0).all()

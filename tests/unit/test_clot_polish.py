@@ -25,8 +25,8 @@ from missionc.backends.clot.optimise.residuals import (
     Rows,
     rows,
 )
-from missionc.backends.clot.schedule.geodesics import Guide
-from missionc.backends.clot.schedule.key_frames import frames
+from missionc.backends.clot.schedule.geodesics import Geodesics
+from missionc.backends.clot.schedule.key_frames import key_frames
 from missionc.backends.clot.schedule.schedule import Schedule, Scheduler
 from missionc.backends.clot.schedule.sketch import sketch
 from missionc.backends.clot.schedule.tasks import outline
@@ -207,22 +207,22 @@ def test_key_frames_hold_what_their_steps_ask_for() -> None:
     graph = build(kernel)
     generator = np.random.default_rng(0)
     scheduler = Scheduler(mission, outline(graph, mission.steps), generator)
-    found = frames(mission, scheduler.schedule(0.0), scheduler, Guide(mission), generator)
+    found = key_frames(mission, scheduler.schedule(0.0), scheduler, Geodesics(mission), generator)
     assert [found[0].step, found[-1].step] == [0, mission.steps]
     assert all(frame.shortfall <= 0 for frame in found)
 
 
 def test_a_way_goes_round_what_is_in_between_and_keeps_its_room() -> None:
     mission, _ = checked(MIXED)
-    guide = Guide(mission)
-    way = guide.way(np.array([2.0, 2.0]), np.array([7.0, 3.0]), 0.3, 0.1)
+    geodesics = Geodesics(mission)
+    way = geodesics.way(np.array([2.0, 2.0]), np.array([7.0, 3.0]), 0.3, 0.1)
     assert way is not None
     assert len(way) > 2
     share = np.linspace(0, 1, 200)
     lengths = np.r_[0, np.cumsum(np.linalg.norm(np.diff(way, axis=0), axis=1))]
     points = np.stack([np.interp(share, lengths / lengths[-1], way[:, axis]) for axis in (0, 1)], axis=1)
-    assert guide.room_at(points).min() > 0.3 - guide.cell
-    straight = guide.way(np.array([1.0, 5.0]), np.array([3.0, 6.0]), 0.3, 0.1)
+    assert geodesics.room_at(points).min() > 0.3 - geodesics.cell
+    straight = geodesics.way(np.array([1.0, 5.0]), np.array([3.0, 6.0]), 0.3, 0.1)
     assert straight is not None
     assert len(straight) == 2
 
@@ -254,10 +254,10 @@ def test_polish_leaves_no_fault_where_the_sketch_has_some() -> None:
     graph = build(kernel)
     generator = np.random.default_rng(0)
     scheduler = Scheduler(mission, outline(graph, mission.steps), generator)
-    schedule, guide = scheduler.schedule(0.0), Guide(mission)
-    key = frames(mission, schedule, scheduler, guide, generator)
+    schedule, geodesics = scheduler.schedule(0.0), Geodesics(mission)
+    key = key_frames(mission, schedule, scheduler, geodesics, generator)
     made = splines(mission)
-    first = made.through(sketch(mission, schedule, key, guide, generator, 0.0))
+    first = made.through(sketch(mission, schedule, key, geodesics, generator, 0.0))
     assert not attempt(mission, kernel, trace(mission, made, first)).is_plan
     costs = Costs(mission, made, Weights(), Spare())
     polished = polish(first, costs, demand_of(graph, mission, schedule), 60)

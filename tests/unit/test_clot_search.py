@@ -22,7 +22,7 @@ from missionc.backends.clot.paper.tree_search import (
     Candidate,
     Ending,
     Expand,
-    Search,
+    TreeSearch,
 )
 from missionc.backends.clot.run.search_settings import (
     FSOT,
@@ -85,9 +85,9 @@ def following(fits: Lanes) -> Expand:
 
 def search(
     expand: Expand, agents: int, settings: SearchSettings = DEFAULT, seed: int = 0, order: Sequence[int] = ()
-) -> Search:
+) -> TreeSearch:
     offers = in_order(order) if order else row(agents).next_agents
-    return Search(agents, offers, expand, settings, np.random.default_rng(seed))
+    return TreeSearch(agents, offers, expand, settings, np.random.default_rng(seed))
 
 
 def answers(*candidates: tuple[float, float, bool]) -> Expand:
@@ -330,7 +330,7 @@ def after(rounds: int) -> Callable[[], bool]:
     return lambda: next(left, True)
 
 
-def same(one: Search, other: Search) -> bool:
+def same(one: TreeSearch, other: TreeSearch) -> bool:
     (arrays, text), (others, words) = to_arrays(one), to_arrays(other)
     return text == words and all(np.array_equal(arrays[name], others[name]) for name in arrays)
 
@@ -373,7 +373,9 @@ def test_a_state_of_something_else_is_refused() -> None:
     run.run()
     arrays, text = to_arrays(run)
 
-    def taken_up(arrays: dict[str, np.ndarray], text: str, agents: int, settings: SearchSettings = DEFAULT) -> Search:
+    def taken_up(
+        arrays: dict[str, np.ndarray], text: str, agents: int, settings: SearchSettings = DEFAULT
+    ) -> TreeSearch:
         return from_arrays(arrays, text, agents, row(agents).next_agents, lanes(DOOR), settings)
 
     assert same(taken_up(arrays, text, 4), run)

@@ -8,7 +8,7 @@ import numpy as np
 
 from missionc.backends.smt.encode.lower_motion import all_ways
 from missionc.backends.smt.prioritized import single_agent_relaxation
-from missionc.backends.smt.prioritized.single_agent_relaxation import Outlook
+from missionc.backends.smt.prioritized.single_agent_relaxation import SingleAgentRelaxation
 from missionc.backends.smt.roadmap import roadmap_links
 from missionc.backends.smt.roadmap.labels import Labels
 from missionc.backends.smt.roadmap.roadmap import NoRoadmap, build_roadmaps
@@ -40,8 +40,8 @@ def given_up(text: str, *agents: int) -> bool:
     assert checked.kernel is not None, checked.findings
     roadmaps = build_roadmaps(checked.mission, 60, 6, np.random.default_rng(0))
     assert not isinstance(roadmaps, NoRoadmap)
-    found = Outlook(Labels(checked.mission, roadmaps), all_ways(roadmaps, {}), frozenset(agents))
-    return found.hopeless(goal.formula for goal in checked.kernel.requirements)
+    found = SingleAgentRelaxation(Labels(checked.mission, roadmaps), all_ways(roadmaps, {}), frozenset(agents))
+    return found.infeasible(goal.formula for goal in checked.kernel.requirements)
 
 
 def test_one_agent_goes_to_a_place_by_itself_but_not_to_two_at_once() -> None:

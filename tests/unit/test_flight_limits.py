@@ -22,7 +22,7 @@ from missionc.diagnostics.code import NEEDS_MORE_TIME, NOT_FLYABLE
 from missionc.diagnostics.model import Diagnostic
 from missionc.flight.crazyflie import Flyable, crazyflie
 from missionc.flight.refusals import proposed
-from missionc.flight.required_performance import demands
+from missionc.flight.required_performance import required_performance
 from missionc.flight.vehicle_limits import (
     Limit,
     cuts,
@@ -277,10 +277,10 @@ def test_a_vehicle_with_less_memory_gets_fewer_pieces() -> None:
 def test_a_plain_team_that_flies_harder_than_any_profile_is_told_and_one_with_a_vehicle_is_not() -> None:
     hops = straight([[[1.0, 1.0], [2.5, 1.0], [4.0, 1.0], [4.0, 1.0]]])
     plain = mission_of([[1.0, 1.0]], 3)
-    (note,) = demands(plain, flown(plain, hops).certificate)
+    (note,) = required_performance(plain, flown(plain, hops).certificate)
     assert note.startswith("`drone[0]` accelerates at ")
     assert "no profile allows more than 2 m/s^2" in note
     strong = flown_by(ir.Vehicle("strong", acceleration=20.0), plain)
-    assert demands(strong, flown(strong, hops).certificate) == ()
+    assert required_performance(strong, flown(strong, hops).certificate) == ()
     gentle = straight([[[1.0, 1.0], [1.2, 1.0], [1.4, 1.0], [1.4, 1.0]]])
-    assert demands(plain, flown(plain, gentle).certificate) == ()
+    assert required_performance(plain, flown(plain, gentle).certificate) == ()

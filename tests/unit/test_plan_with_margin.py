@@ -15,7 +15,7 @@ from missionc.base.units import Seconds
 from missionc.ir import Mission
 from missionc.kernel.nodes import Kernel
 from missionc.pipeline.front_end import check
-from missionc.pipeline.plan_with_margin import seek
+from missionc.pipeline.plan_with_margin import plan_with_margin
 from tests.support.small_missions import SMALL
 
 STILL = np.zeros((2, 7, 2))
@@ -52,7 +52,7 @@ def test_a_plan_after_a_try_that_time_ended_is_cut_short(answers: list[Outcome],
     assert checked.mission is not None
     assert checked.kernel is not None
     backend = Told(answers)
-    found = seek(backend, checked.mission, checked.kernel, Options(margin=0.05), Budget(deadline=1e9))
+    found = plan_with_margin(backend, checked.mission, checked.kernel, Options(margin=0.05), Budget(deadline=1e9))
     assert isinstance(found, Planned)
     assert found.report.cut_short is cut_short
     assert len(backend.asked) == len(answers)

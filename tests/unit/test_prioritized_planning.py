@@ -8,8 +8,8 @@ import pytest
 import missionc
 from missionc.backends.api import Impossible
 from missionc.backends.smt.prioritized import prioritized_planning
-from missionc.backends.smt.prioritized.prioritized_planning import Turns
-from missionc.backends.smt.prioritized.requirement_parts import among, asks_of
+from missionc.backends.smt.prioritized.prioritized_planning import PrioritizedPlanner
+from missionc.backends.smt.prioritized.requirement_parts import named_agents, restricted_to
 from missionc.base.source import Source
 from missionc.kernel.nodes import All, Any, At, AtLeast, Eventually, Is, Node
 from missionc.kernel.normal_form import negated
@@ -37,13 +37,13 @@ def compiled(text: str, agents: int = 12, seed: int = 0) -> missionc.Compiled:
 def in_problem(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     """How many agents there were in each problem of a turn."""
     sizes: list[int] = []
-    before = Turns.together
+    before = PrioritizedPlanner.plan_together
 
-    def together(self: Turns, batch: frozenset[int]) -> bool:
+    def together(self: PrioritizedPlanner, batch: frozenset[int]) -> bool:
         sizes.append(len(batch))
         return before(self, batch)
 
-    monkeypatch.setattr(Turns, "together", together)
+    monkeypatch.setattr(PrioritizedPlanner, "plan_together", together)
     return sizes
 
 
@@ -67,7 +67,7 @@ def test_what_others_must_not_do_holds_of_the_whole_team() -> None:
 
 
 def test_where_turns_find_nothing_all_are_planned_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(Turns, "take_turns", lambda self, waiting: False)
+    monkeypatch.setattr(PrioritizedPlanner, "plan_groups", lambda self, waiting: False)
     outcome = compiled(VISITS, agents=3).outcome
     assert isinstance(outcome, Verified)
     assert "turns" not in dict(outcome.report.sizes)
@@ -95,19 +95,19 @@ def test_of_agents_who_are_there_less_is_asked_or_the_same_but_never_more() -> N
     team = tuple(map(visit, range(4)))
     every, some, two = All(team), Any(team), AtLeast(2, team)
     not_every = negated(every)
-    asks = asks_of((every, some, two, not_every))
+    named = named_agents((every, some, two, not_every))
     present = frozenset((1, 2))
-    assert among(every, asks, present) is None
-    assert among(every, asks, frozenset(range(4))) is every
-    left = among(some, asks, present)
+    assert restricted_to(every, named, present) is None
+    assert restricted_to(every, named, frozenset(range(4))) is every
+    left = restricted_to(some, named, present)
     assert isinstance(left, Any)
     assert left.parts == team[1:3]
-    assert among(some, asks, frozenset((3,))) is team[3]
-    few = among(two, asks, present)
+    assert restricted_to(some, named, frozenset((3,))) is team[3]
+    few = restricted_to(two, named, present)
     assert isinstance(few, AtLeast)
     assert (few.count, few.parts) == (2, team[1:3])
-    assert among(two, asks, frozenset((1,))) is None
-    refused = among(not_every, asks, present)
+    assert restricted_to(two, named, frozenset((1,))) is None
+    refused = restricted_to(not_every, named, present)
     assert isinstance(not_every, Any)
     assert isinstance(refused, Any)
     assert refused.parts == not_every.parts[1:3]

@@ -14,7 +14,7 @@ from missionc import ir
 from missionc.base.source import Source
 from missionc.pipeline import driver
 from missionc.pipeline.results import Verified
-from missionc.replay.reverify import Replayed, replay
+from missionc.replay.reverify import Reverified, reverify
 from missionc.verify.verify_plan import verify_polynomials
 from tests.support.forged_folders import (
     Files,
@@ -65,7 +65,7 @@ def files_of(name: str) -> Files:
     return dict(outcome.files)
 
 
-def failures(replayed: Replayed) -> set[str]:
+def failures(replayed: Reverified) -> set[str]:
     assert replayed.certificate is not None, replayed.findings
     return {check.name for check in replayed.certificate.failures}
 
@@ -120,7 +120,7 @@ MUTATIONS = {
 
 @pytest.mark.parametrize("name", PLANS)
 def test_a_folder_that_was_not_changed_passes(name: str, tmp_path: Path) -> None:
-    assert failures(replay(forged(tmp_path, files_of(name)))) == set()
+    assert failures(reverify(forged(tmp_path, files_of(name)))) == set()
 
 
 @pytest.mark.parametrize("name", PLANS)
@@ -129,7 +129,7 @@ def test_a_changed_flight_is_refused_with_the_reason(name: str, mutation: str, t
     change, reasons = MUTATIONS[mutation]
     files = change(files_of(name))
     assert reasons <= judged(name, files)
-    replayed = replay(forged(tmp_path, files))
+    replayed = reverify(forged(tmp_path, files))
     assert reasons <= failures(replayed)
     assert "manifest" not in failures(replayed)
     (finding,) = replayed.findings
@@ -144,7 +144,7 @@ def test_a_limit_that_was_tightened_afterwards_is_refused(tmp_path: Path) -> Non
     files = files_of("guarded")
     text = files["mission/a.mission"].decode()
     files["mission/a.mission"] = text.replace("acceleration <= 9 m/s^2", "acceleration <= 0.1 m/s^2").encode()
-    replayed = replay(forged(tmp_path, files))
+    replayed = reverify(forged(tmp_path, files))
     assert failures(replayed) == {"flown acceleration"}
     (finding,) = replayed.findings
     assert any(note.startswith("flown acceleration of vehicles (cf[") for note in finding.notes)
@@ -276,7 +276,7 @@ def another(certificate: dict[str, Any]) -> None:
 def test_a_certificate_that_states_too_much_is_refused(
     change: Callable[[dict[str, Any]], None], reason: str, tmp_path: Path
 ) -> None:
-    replayed = replay(forged(tmp_path, stated(files_of("guarded"), change)))
+    replayed = reverify(forged(tmp_path, stated(files_of("guarded"), change)))
     assert failures(replayed) == {"certificate"}
     (finding,) = replayed.findings
     assert any(note.startswith(f"file `certificate.json`: {reason}") for note in finding.notes), finding.notes
@@ -287,7 +287,7 @@ def test_a_certificate_that_states_too_much_is_refused(
 )
 def test_a_certificate_that_is_none_is_refused(content: bytes, tmp_path: Path) -> None:
     files = {**files_of("guarded"), "certificate.json": content}
-    assert failures(replay(forged(tmp_path, files))) == {"certificate"}
+    assert failures(reverify(forged(tmp_path, files))) == {"certificate"}
 
 
 @pytest.mark.parametrize(("less", "passes"), [(1e-5, True), (0.01, False)])
@@ -298,7 +298,7 @@ def test_a_proved_margin_may_be_less_by_what_a_proof_may_fall_short(less: float,
         box = row(certificate, "flown separation")
         box["bounds"][0] = [bound - less / 2 for bound in box["bounds"][0]]
 
-    assert replay(forged(tmp_path, stated(files_of("guarded"), modest))).passed is passes
+    assert reverify(forged(tmp_path, stated(files_of("guarded"), modest))).passed is passes
 
 
 def test_the_same_flight_gets_the_same_certificate() -> None:

@@ -16,9 +16,9 @@ from missionc.pipeline.relax import (
 )
 from missionc.pipeline.relax.bisection import Trying
 from missionc.pipeline.relax.conflict_targets import (
-    Touched,
+    ConflictTargets,
     Way,
-    touched,
+    conflict_targets,
 )
 from missionc.pipeline.relax.edits import (
     Edit,
@@ -56,9 +56,9 @@ def checked(text: str, **overrides: str) -> Checked:
     return found
 
 
-def asks(found: Checked) -> Touched:
+def asks(found: Checked) -> ConflictTargets:
     assert found.kernel is not None
-    return touched(goal.formula for goal in found.kernel.requirements)
+    return conflict_targets(goal.formula for goal in found.kernel.requirements)
 
 
 def knobs(found: Checked) -> list[Knob]:

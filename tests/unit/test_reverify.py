@@ -15,7 +15,7 @@ from missionc.output.folder.write_folder import write_folder
 from missionc.pipeline import driver
 from missionc.pipeline.front_end import check
 from missionc.pipeline.results import Verified
-from missionc.replay.reverify import Replayed, replay
+from missionc.replay.reverify import Reverified, reverify
 from tests.support.small_missions import SMALL
 
 
@@ -32,13 +32,13 @@ def folder(tmp_path: Path) -> Path:
     return tmp_path / "out"
 
 
-def failed(replayed: Replayed) -> set[str]:
+def failed(replayed: Reverified) -> set[str]:
     assert replayed.certificate is not None
     return {check.name for check in replayed.certificate.failures}
 
 
 def test_what_was_written_passes(folder: Path) -> None:
-    replayed = replay(folder)
+    replayed = reverify(folder)
     assert replayed.passed
     assert not replayed.findings
 
@@ -55,14 +55,14 @@ def test_a_mission_that_includes_a_link_is_written_so_that_it_reads_back(tmp_pat
     compiled = driver.compile(home / "a.mission", overrides={})
     assert isinstance(compiled.outcome, Verified)
     assert write_folder(tmp_path / "out", compiled.outcome.files, force=False) is None
-    assert replay(tmp_path / "out").passed
+    assert reverify(tmp_path / "out").passed
     assert check(tmp_path / "out" / "mission" / "a.mission").ok
 
 
 def test_a_changed_requirement_is_judged_as_it_stands_now(folder: Path) -> None:
     mission = folder / "mission" / "a.mission"
     mission.write_text(mission.read_text() + "\nrequire corner: drone[0]: eventually[0, 3 s] (x >= 3.9 and y <= 0.1)\n")
-    replayed = replay(folder)
+    replayed = reverify(folder)
     assert failed(replayed) == {"manifest", "requirement"}
     assert [finding.code.name for finding in replayed.findings] == ["MC709"]
 
@@ -72,7 +72,7 @@ def test_a_plan_moved_by_hand_no_longer_fits_the_flight(folder: Path) -> None:
     for position in plan["agents"][0]["position"]:
         position[0] += 0.006
     (folder / "plan.json").write_text(json.dumps(plan))
-    assert {"manifest", "waypoints"} <= failed(replay(folder))
+    assert {"manifest", "waypoints"} <= failed(reverify(folder))
 
 
 @pytest.mark.parametrize(
@@ -90,12 +90,12 @@ def test_a_plan_moved_by_hand_no_longer_fits_the_flight(folder: Path) -> None:
 )
 def test_what_is_no_folder_of_ours_is_said(folder: Path, name: str, content: str) -> None:
     (folder / name).write_text(content)
-    assert [finding.code.name for finding in replay(folder).findings] == ["MC708"]
+    assert [finding.code.name for finding in reverify(folder).findings] == ["MC708"]
 
 
 def test_a_missing_file_is_said(folder: Path) -> None:
     (folder / "trajectories.csv").unlink()
-    assert [finding.code.name for finding in replay(folder).findings] == ["MC708"]
+    assert [finding.code.name for finding in reverify(folder).findings] == ["MC708"]
 
 
 def test_nothing_that_plans_or_fits_is_loaded(folder: Path) -> None:

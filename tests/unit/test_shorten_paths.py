@@ -25,8 +25,8 @@ from missionc.backends.smt.refine.conflict_limit import (
 from missionc.backends.smt.refine.lazy_constraints import Effort
 from missionc.backends.smt.roadmap.roadmap import NoRoadmap, build_roadmaps
 from missionc.backends.smt.shorten.minimize_distance import move_lengths
-from missionc.backends.smt.shorten.shorten_paths import calm
-from missionc.backends.smt.shorten.time_expanded_path import Traffic
+from missionc.backends.smt.shorten.shorten_paths import shorten_paths
+from missionc.backends.smt.shorten.time_expanded_path import JointPaths
 from missionc.base.source import Source
 from missionc.ir import Mission
 from missionc.kernel.nodes import Kernel
@@ -114,10 +114,10 @@ def test_a_calmed_plan_keeps_every_requirement_and_every_distance_and_is_no_long
     motion = motion_of(mission, 40, 6, seed)
     before = states_of(outcome, motion)
     formulas = [goal.formula for goal in kernel.requirements]  # without the one that made them leave
-    after = calm(before, range(3), formulas, motion, mission)
+    after = shorten_paths(before, range(3), formulas, motion, mission)
     assert all(truth(formula, mission, lift(after, motion, mission))[0, 0] for formula in formulas)
     assert not len(too_near(after, np.arange(3), motion, mission))
-    old, new = Traffic(before, motion, mission), Traffic(after, motion, mission)
+    old, new = JointPaths(before, motion, mission), JointPaths(after, motion, mission)
     costs = [(old.cost(agent), new.cost(agent)) for agent in range(3)]
     assert all(later <= earlier for earlier, later in costs)
     assert sum(later for _, later in costs) < sum(earlier for earlier, _ in costs)
@@ -128,7 +128,7 @@ def test_what_does_not_hold_is_left_as_it_is() -> None:
     motion = motion_of(mission, 40, 6, 0)
     start = next(state for state in motion.roadmaps[0].starts[0].tolist())
     states = np.full((3, mission.steps + 1), start)  # nobody visits the goal
-    assert calm(states, range(3), [goal.formula for goal in kernel.requirements], motion, mission) is states
+    assert shorten_paths(states, range(3), [goal.formula for goal in kernel.requirements], motion, mission) is states
 
 
 def test_after_the_last_step_of_a_shortest_duration_nobody_moves() -> None:

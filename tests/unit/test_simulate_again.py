@@ -19,14 +19,14 @@ from missionc.cli.app import main
 from missionc.curves.crazyflie_csv import Pieces
 from missionc.monitoring.monitor import monitor
 from missionc.output.documents.simulation_json import simulation_json, simulation_record
-from missionc.replay.read_folder import Reopened, reopen
+from missionc.replay.read_folder import OutputFolder, read_folder
 from missionc.replay.rebuild.simulation_document import _flown as fly_again
 from missionc.replay.rebuild.simulation_document import check_simulation
 from missionc.replay.rebuild.simulation_ties import settled
 from missionc.replay.rebuild.verdict import DOCUMENT, UNJUDGED
-from missionc.replay.render_report import redrawn
-from missionc.replay.reverify import judged as replay_of
-from missionc.replay.reverify import replay
+from missionc.replay.render_report import render_report
+from missionc.replay.reverify import reverify
+from missionc.replay.reverify import reverify_opened as replay_of
 from missionc.simulate.default_engine import Flown, sample_times
 from missionc.simulate.firmware_setpoints import setpoints
 from missionc.simulate.flight_conditions import (
@@ -62,10 +62,10 @@ def files() -> Files:
 
 
 @cache
-def opened() -> Reopened:
+def opened() -> OutputFolder:
     with tempfile.TemporaryDirectory() as name:
-        found = reopen(laid(Path(name), files()))
-    assert isinstance(found, Reopened)
+        found = read_folder(laid(Path(name), files()))
+    assert isinstance(found, OutputFolder)
     return found
 
 
@@ -95,7 +95,7 @@ def judged(simulation: bytes, limits: Limits | None = None) -> Check:
 
 
 def test_an_honest_simulation_passes(tmp_path: Path) -> None:
-    assert replay(laid(tmp_path, files())).passed
+    assert reverify(laid(tmp_path, files())).passed
     assert judged(files()["simulation.json"]).passed
 
 
@@ -255,9 +255,9 @@ def by(engine: str) -> Change:
 def folder_with(folder: Path, change: Change) -> Path:
     """A folder in which nothing else is wrong: its page shows this simulation."""
     found = {**files(), "simulation.json": edited(change)}
-    reopened = reopen(forged(folder, found))
-    assert isinstance(reopened, Reopened)
-    return forged(folder, {**found, "report.html": redrawn(replay_of(reopened, None))})
+    reopened = read_folder(forged(folder, found))
+    assert isinstance(reopened, OutputFolder)
+    return forged(folder, {**found, "report.html": render_report(replay_of(reopened, None))})
 
 
 def said(folder: Path, capsys: pytest.CaptureFixture[str], *words: str) -> tuple[int, str]:

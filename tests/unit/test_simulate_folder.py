@@ -22,7 +22,7 @@ from missionc.curves.crazyflie_csv import Pieces, read
 from missionc.output.folder.write_folder import write_folder
 from missionc.pipeline import driver
 from missionc.pipeline.results import Verified
-from missionc.replay.read_folder import Reopened, reopen
+from missionc.replay.read_folder import OutputFolder, read_folder
 from missionc.replay.simulate_folder import simulate
 from missionc.simulate.disturbance import Disturbance
 from missionc.simulate.judge_flight import (
@@ -305,8 +305,8 @@ def test_nothing_that_plans_or_fits_is_loaded(folder: Path) -> None:
 
 
 def test_an_agent_may_be_off_as_far_as_its_vehicle_says(folder: Path) -> None:
-    reopened = reopen(folder)
-    assert isinstance(reopened, Reopened)
+    reopened = read_folder(folder)
+    assert isinstance(reopened, OutputFolder)
     found = [read(reopened.flights[agent.name]) for agent in reopened.mission.agents]
     pieces = [own for own in found if isinstance(own, Pieces)]
     careful = replace(reopened.mission.agents[0].vehicle, tracking=1e-4)

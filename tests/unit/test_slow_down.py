@@ -23,7 +23,7 @@ from missionc.pipeline.results import (
     Refused,
     Verified,
 )
-from missionc.replay.reverify import replay
+from missionc.replay.reverify import reverify
 from missionc.verify.verify_plan import verify
 from missionc.world.slow_down import slowed
 from tests.support.legal_plans import (
@@ -115,7 +115,7 @@ def test_a_stretched_folder_is_verified_from_its_files_alone(tmp_path: Path) -> 
     assert write_folder(tmp_path / "out", files(), force=False) is None
     manifest = json.loads((tmp_path / "out" / "manifest.json").read_text())
     assert manifest["options"]["stretch"] == "1.4"
-    assert replay(tmp_path / "out").passed
+    assert reverify(tmp_path / "out").passed
 
 
 @pytest.mark.parametrize("written", ["0.5", "inf", "nan", "much", None])
@@ -125,7 +125,7 @@ def test_a_folder_stretched_by_something_else_is_not_read(tmp_path: Path, writte
     manifest = json.loads(path.read_text())
     manifest["options"]["stretch"] = written
     path.write_text(json.dumps(manifest))
-    assert [finding.code for finding in replay(tmp_path / "out").findings] == [FOLDER_UNREADABLE]
+    assert [finding.code for finding in reverify(tmp_path / "out").findings] == [FOLDER_UNREADABLE]
 
 
 def test_the_requirement_whose_window_ends_too_early_is_named() -> None:

@@ -15,7 +15,7 @@ from missionc.backends.smt.refine.collisions import (
     Separation,
     too_near,
 )
-from missionc.backends.smt.refine.lazy_constraints import Found
+from missionc.backends.smt.refine.lazy_constraints import JointMotion
 from missionc.backends.smt.roadmap.roadmap import Roadmap
 from missionc.backends.smt.sat.solve import Satisfiable, Unsatisfiable
 from missionc.base.units import Metres
@@ -121,7 +121,7 @@ def test_rounds_end_with_a_joint_motion_in_which_nobody_meets() -> None:
     case = on(SQUARE, 4, 2)
     with case.search() as search:
         found = search.find(literals(case, ACROSS))
-        assert isinstance(found, Found)
+        assert isinstance(found, JointMotion)
         assert near(case, found.states.tolist()) == []
         assert found.states[:, [0, 2]].tolist() == [[0, 3], [1, 2], [2, 1], [3, 0]]
         assert search.rounds > 1

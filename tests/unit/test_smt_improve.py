@@ -11,7 +11,7 @@ import pytest
 
 import missionc
 from missionc.backends.api import Report
-from missionc.backends.smt.refine.lazy_constraints import Found, Search
+from missionc.backends.smt.refine.lazy_constraints import JointMotion, LazyConstraints
 from missionc.backends.smt.shorten.improve import improve
 from missionc.base.source import Source
 from missionc.base.trace import Trace
@@ -81,7 +81,9 @@ PLACES = [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)]
 
 
 @contextmanager
-def found(objective: Objective, *preferences: Node) -> Iterator[tuple[Found, Callable[[], Found], Search]]:
+def found(
+    objective: Objective, *preferences: Node
+) -> Iterator[tuple[JointMotion, Callable[[], JointMotion], LazyConstraints]]:
     """A joint motion of two agents, what makes a better one of it, and the search it came from."""
     mission = replace(mission_of([PLACES[0]] * 2, 3, dynamics=SingleIntegrator(9.0)), objective=objective)
     case = asked(mission, (roadmap_of((0, 1), PLACES, 3),), *preferences)
@@ -91,11 +93,11 @@ def found(objective: Objective, *preferences: Node) -> Iterator[tuple[Found, Cal
     kernel = Kernel((), wishes)
     with case.search() as search:
         first = search.find(case.fixed([[0, 1, 2, 3], [1, 0, 3, 2]])[::5])
-        assert isinstance(first, Found)
+        assert isinstance(first, JointMotion)
         yield first, lambda: improve(first, kernel, case.lowered.goals, search), search
 
 
-def moves(plan: Found) -> int:
+def moves(plan: JointMotion) -> int:
     return int((np.diff(plan.states, axis=1) != 0).sum())
 
 
@@ -107,7 +109,7 @@ def test_where_there_is_no_room_for_more_clauses_the_plan_is_no_worse(
     objective: Objective, note: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(
-        "missionc.backends.smt.shorten.improve.calm", lambda states, *_: states
+        "missionc.backends.smt.shorten.improve.shorten_paths", lambda states, *_: states
     )  # nothing is won before
     with found(objective) as (first, better, search):
         search.clauses.limit = search.clauses.count

@@ -219,7 +219,7 @@ def glancing() -> Iterator[Solvers]:
 
 def test_a_glance_gives_a_model_and_starts_no_child(glancing: Solvers) -> None:
     rows = [[2, 3], [-2, 4], [-3, -4], [5, -2], [-5, 3, 4]]
-    model = glancing.glance(clauses_of(*rows), (2,))
+    model = glancing.presolve(clauses_of(*rows), (2,))
     assert isinstance(model, np.ndarray)
     assert model.shape == (6,)
     assert model[1]
@@ -234,27 +234,27 @@ def test_a_glance_reads_clauses_as_they_are_made_and_each_sees_all_of_them(glanc
     clauses = clauses_of([2, 3], variables=4)
     glancing.show(clauses)
     clauses.add(np.array([-2], dtype=np.int32))
-    model = glancing.glance(clauses, ())
+    model = glancing.presolve(clauses, ())
     assert isinstance(model, np.ndarray)
     assert not model[2]
     assert model[3]
     clauses.add(np.array([-3], dtype=np.int32))
-    assert isinstance(glancing.glance(clauses, ()), Unsatisfiable)
+    assert isinstance(glancing.presolve(clauses, ()), Unsatisfiable)
     glancing.begin()
-    assert isinstance(glancing.glance(clauses_of([2], variables=2), ()), np.ndarray)
+    assert isinstance(glancing.presolve(clauses_of([2], variables=2), ()), np.ndarray)
 
 
 def test_a_refusal_at_a_glance_rests_on_all_that_was_assumed(glancing: Solvers) -> None:
-    assert glancing.glance(clauses_of([-2, -3], variables=6), (4, 2, 3)) == Unsatisfiable((4, 2, 3))
+    assert glancing.presolve(clauses_of([-2, -3], variables=6), (4, 2, 3)) == Unsatisfiable((4, 2, 3))
 
 
 def test_what_is_hard_is_not_settled_at_a_glance(glancing: Solvers) -> None:
-    assert glancing.glance(pigeons(14), ()) is None
+    assert glancing.presolve(pigeons(14), ()) is None
 
 
 def test_the_same_seed_gives_the_same_model_at_a_glance(glancing: Solvers) -> None:
     clauses = clauses_of(*([number, number + 1, -number - 2] for number in range(2, 300)), variables=302)
-    one, other = glancing.glance(clauses, ()), glancing.glance(clauses, ())
+    one, other = glancing.presolve(clauses, ()), glancing.presolve(clauses, ())
     assert isinstance(one, np.ndarray)
     assert isinstance(other, np.ndarray)
     assert (one == other).all()
@@ -264,8 +264,8 @@ def test_a_glance_ends_with_the_time_and_leaves_no_process(monkeypatch: pytest.M
     monkeypatch.setattr("missionc.backends.smt.sat.presolve.CONFLICTS", 10**9)
     with Solvers("z3", ROOM, 0, time.monotonic() + 1) as solvers:
         solvers.begin()
-        process = solvers._glance.process if solvers._glance else None
-        assert solvers.glance(pigeons(14), ()) is None
+        process = solvers._presolver.process if solvers._presolver else None
+        assert solvers.presolve(pigeons(14), ()) is None
     assert process is not None
     assert process.returncode is not None
     assert not Path(f"/proc/{process.pid}").exists()
@@ -275,10 +275,10 @@ def test_cadical_alone_takes_no_glance_and_neither_does_a_z3_without_its_program
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     with Solvers("cadical", ROOM, 0, time.monotonic() + 60) as solvers:
-        assert solvers.glance(clauses_of([2, 3]), ()) is None
+        assert solvers.presolve(clauses_of([2, 3]), ()) is None
     monkeypatch.setattr("missionc.backends.smt.sat.solve.program", lambda folder: None)
     with Solvers("z3", ROOM, 0, time.monotonic() + 60) as solvers:
         solvers.begin()
-        assert solvers.glance(clauses_of([2, 3]), ()) is None
+        assert solvers.presolve(clauses_of([2, 3]), ()) is None
         solvers.add(clauses_of([2, 3]))
         assert isinstance(solvers.solve(()), Satisfiable)

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from missionc.backends.api import Reason
-from missionc.backends.smt.refine.lazy_constraints import Search
+from missionc.backends.smt.refine.lazy_constraints import LazyConstraints
 from missionc.backends.smt.refine.unsat_core import minimise
 from missionc.backends.smt.sat.solve import (
     Satisfiable,
@@ -23,7 +23,7 @@ from tests.support.small_roadmaps import asked, roadmap_of
 
 
 @contextmanager
-def searching(*rows: list[int], seconds: float = 60.0) -> Iterator[tuple[Search, list[int]]]:
+def searching(*rows: list[int], seconds: float = 60.0) -> Iterator[tuple[LazyConstraints, list[int]]]:
     """A search in which five literals may be assumed, and clauses over them, numbered from 1."""
     case = asked(mission_of([(0.0, 0.0)], 1), (roadmap_of((0,), [(0.0, 0.0), (1.0, 0.0)], 1),))
     names = case.clauses.fresh(5).tolist()
@@ -78,13 +78,13 @@ def test_the_cores_of_all_roadmaps_take_twice_as_long_as_solving_at_most(
 ) -> None:
     until: list[float] = []
 
-    def ask(_: Search, assumptions: tuple[int, ...], deadline: float, effort: object) -> Stopped:
+    def ask(_: LazyConstraints, assumptions: tuple[int, ...], deadline: float, effort: object) -> Stopped:
         until.append(deadline)
         return Stopped(Reason.TIME, "")
 
     with searching([-2, -4]) as (search, names):
         search.account.seconds |= {"solve": solved, "core": before}
-        monkeypatch.setattr(Search, "ask", ask)
+        monkeypatch.setattr(LazyConstraints, "ask", ask)
         begin = time.monotonic()
         minimise(tuple(names), search)
         assert until

@@ -24,7 +24,7 @@ from missionc.data.vehicles import (
     read_profile,
 )
 from missionc.pipeline.front_end import check
-from missionc.replay.reverify import replay
+from missionc.replay.reverify import reverify
 from missionc.resolve.show_ir import show_ir
 from missionc.resolve.show_vehicle import figures_of
 from missionc.world.required_separation import Spacing
@@ -277,13 +277,13 @@ def test_a_folder_is_judged_by_the_vehicle_it_was_planned_for(tmp_path: Path) ->
     folder = tmp_path / "out"
     words = ["compile", str(tmp_path / "a.mission"), "--vehicle", "crazyflie21", "-o", str(folder)]
     assert main(words) == 0
-    replayed = replay(folder)
+    replayed = reverify(folder)
     assert replayed.passed
     assert replayed.certificate is not None
     assert {"flown acceleration", "flown downwash"} <= {check.name for check in replayed.certificate.checks}
     manifest = folder / "manifest.json"
     manifest.write_text(manifest.read_text().replace('"crazyflie21"', '"nimbus"'))
-    assert "none that this version knows" in replay(folder).findings[0].message
+    assert "none that this version knows" in reverify(folder).findings[0].message
 
 
 def test_the_vehicles_are_listed_one_a_line(capsys: pytest.CaptureFixture[str]) -> None:

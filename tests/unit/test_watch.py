@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from missionc.cli.app import main
-from missionc.cli.compile_request import Order, check
+from missionc.cli.compile_request import CompileRequest, check
 from missionc.cli.watch.file_changes import Saves
 from missionc.cli.watch.live_page import Live
 from missionc.cli.watch.loop import _begin
@@ -231,22 +231,22 @@ def test_a_folder_that_a_stopped_plan_has_written_is_the_watch_s_own_and_another
 ) -> None:
     monkeypatch.chdir(tmp_path)
     Path("a.mission").write_text(SMALL)
-    orders: list[Order] = []
+    orders: list[CompileRequest] = []
 
     class Listed(Planner):
-        def start(self, order: Order, backend: str) -> None:
-            orders.append(order)
+        def start(self, request: CompileRequest, backend: str) -> None:
+            orders.append(request)
 
-    def begun(order: Order, ours: set[Path]) -> bool:
-        _begin(order, Missions(["a.mission"], lambda: [check(order)]), Listed(), Live("a.mission"), ours)
+    def begun(request: CompileRequest, ours: set[Path]) -> bool:
+        _begin(request, Missions(["a.mission"], lambda: [check(request)]), Listed(), Live("a.mission"), ours)
         return orders[-1].force
 
     ours: set[Path] = set()
-    begun(Order(Path("a.mission")), ours)
+    begun(CompileRequest(Path("a.mission")), ours)
     Path("build/small").mkdir(parents=True)
-    assert begun(Order(Path("a.mission")), ours)
+    assert begun(CompileRequest(Path("a.mission")), ours)
     Path("mine").mkdir()
-    assert not begun(Order(Path("a.mission"), output=Path("mine")), ours)
+    assert not begun(CompileRequest(Path("a.mission"), output=Path("mine")), ours)
 
 
 # ------------------------------------------------------------------ the page

@@ -12,9 +12,9 @@ import pytest
 
 from missionc.base.limits import Limits
 from missionc.cli.app import main
-from missionc.replay.read_folder import Reopened, reopen
+from missionc.replay.read_folder import OutputFolder, read_folder
 from missionc.replay.rebuild.manifest_entries import check_manifest
-from missionc.replay.reverify import Replayed, replay
+from missionc.replay.reverify import Reverified, reverify
 from tests.support.forged_folders import (
     Files,
     forged,
@@ -24,15 +24,15 @@ from tests.support.forged_folders import (
 from tests.support.whole_folder import files
 
 
-def refused(replayed: Replayed) -> dict[str, str]:
+def refused(replayed: Reverified) -> dict[str, str]:
     """Of each document that fails, the reason."""
     assert replayed.certificate is not None
     return {check.subject: check.detail for check in replayed.certificate.failures}
 
 
-def opened(folder: Path) -> Reopened:
-    found = reopen(folder)
-    assert isinstance(found, Reopened)
+def opened(folder: Path) -> OutputFolder:
+    found = read_folder(folder)
+    assert isinstance(found, OutputFolder)
     return found
 
 
@@ -43,7 +43,7 @@ def edited(name: str, change: Callable[[Any], None]) -> Files:
 
 
 def test_a_folder_with_everything_in_it_passes(tmp_path: Path) -> None:
-    replayed = replay(forged(tmp_path, files()))
+    replayed = reverify(forged(tmp_path, files()))
     assert replayed.passed
     assert replayed.certificate is not None
     subjects = {check.subject for check in replayed.certificate.checks if check.name == "document"}
@@ -89,14 +89,14 @@ def another(plan: Any) -> None:
 
 @pytest.mark.parametrize("change", [nicer, linked, thinner, aside, longer, more, another])
 def test_a_plan_says_no_more_than_its_states_come_to(change: Callable[[Any], None], tmp_path: Path) -> None:
-    assert set(refused(replay(forged(tmp_path, edited("plan.json", change))))) >= {"plan.json"}
+    assert set(refused(reverify(forged(tmp_path, edited("plan.json", change))))) >= {"plan.json"}
 
 
 def test_a_table_has_the_states_of_the_plan(tmp_path: Path) -> None:
     lines = files()["trajectories.csv"].decode().splitlines()
     agent, time, x, *rest = lines[2].split(",")
     lines[2] = ",".join([agent, time, repr(float(x) + 1.0), *rest])
-    found = refused(replay(forged(tmp_path, {**files(), "trajectories.csv": ("\n".join(lines) + "\n").encode()})))
+    found = refused(reverify(forged(tmp_path, {**files(), "trajectories.csv": ("\n".join(lines) + "\n").encode()})))
     assert found == {"trajectories.csv": "it does not hold the states of `plan.json`"}
 
 
@@ -106,7 +106,7 @@ def test_a_file_that_nobody_lists_any_more_is_missing(name: str, tmp_path: Path)
     manifest = json.loads(found["manifest.json"])
     del manifest["files"][name]
     found["manifest.json"] = json.dumps(manifest).encode()
-    assert refused(replay(forged(tmp_path, found)))[name] == "it is missing"
+    assert refused(reverify(forged(tmp_path, found)))[name] == "it is missing"
 
 
 def test_numbers_in_another_spelling_are_not_the_ones_that_were_verified(tmp_path: Path) -> None:
@@ -114,7 +114,7 @@ def test_numbers_in_another_spelling_are_not_the_ones_that_were_verified(tmp_pat
     text = files()["crazyflie/drone0.csv"].decode()
     first = text.splitlines()[1].split(",")[0]
     found = {**files(), "crazyflie/drone0.csv": text.replace(f"\n{first},", f"\n+{first},", 1).encode()}
-    reasons = refused(replay(forged(tmp_path, found)))
+    reasons = refused(reverify(forged(tmp_path, found)))
     assert "its numbers are not written as the compiler writes them" in reasons["crazyflie/drone0.csv"]
 
 
@@ -123,7 +123,7 @@ def test_a_page_shows_what_was_verified(old: bytes, tmp_path: Path) -> None:
     page = files()["report.html"]
     assert old in page
     found = {**files(), "report.html": page.replace(old, b"x" + old, 1)}
-    assert set(refused(replay(forged(tmp_path, found)))) == {"report.html"}
+    assert set(refused(reverify(forged(tmp_path, found)))) == {"report.html"}
 
 
 def test_what_is_met_to_rounding_is_still_about_somebody_at_some_time(tmp_path: Path) -> None:
@@ -139,12 +139,12 @@ def test_what_is_met_to_rounding_is_still_about_somebody_at_some_time(tmp_path: 
         next(check for check in certificate["checks"] if check["name"] == "joints")["at"] = 2.5
 
     def stated(change: Callable[[Any], None], folder: str) -> bool:
-        replayed = replay(forged(tmp_path / folder, edited("certificate.json", change)))
+        replayed = reverify(forged(tmp_path / folder, edited("certificate.json", change)))
         return "checks" not in refused(replayed)
 
     assert [stated(nobody, "a"), stated(never, "b"), stated(later, "c")] == [False, False, True]
     page = files()["report.html"].replace(b'"agents":["drone[0]"]', b'"agents":["nobody"]')
-    assert "report.html" in refused(replay(forged(tmp_path / "d", {**files(), "report.html": page})))
+    assert "report.html" in refused(reverify(forged(tmp_path / "d", {**files(), "report.html": page})))
 
 
 @pytest.mark.parametrize(
@@ -194,7 +194,7 @@ def test_what_the_manifest_does_not_list_is_refused_by_name(name: str, tmp_path:
         (folder / name).mkdir()
     else:
         (folder / name).write_bytes(files()["crazyflie/drone0.csv"])
-    replayed = replay(folder)
+    replayed = reverify(folder)
     assert refused(replayed) == {name.rstrip("/"): "the manifest does not list it"}
     assert any(f"`{name.rstrip('/')}`: the manifest does not list it" in note for note in replayed.findings[0].notes)
 
@@ -212,14 +212,14 @@ def test_what_the_manifest_does_not_list_is_refused_by_name(name: str, tmp_path:
     ],
 )
 def test_a_listed_file_that_no_compiler_writes_is_refused(name: str, words: str, tmp_path: Path) -> None:
-    assert any(words in reason for reason in refused(replay(laid(tmp_path, listed(name, b"x")))).values())
+    assert any(words in reason for reason in refused(reverify(laid(tmp_path, listed(name, b"x")))).values())
 
 
 @pytest.mark.parametrize("name", ["fly.py", "crazyflies.yaml", "README.md", "trajectories/drone0.csv"])
 def test_an_export_is_made_once_more_and_compared(name: str, tmp_path: Path) -> None:
     path = f"export/crazyswarm2/{name}"
     found = {**files(), path: files()[path].replace(b"0", b"1", 1)}
-    reasons = refused(replay(forged(tmp_path, found)))
+    reasons = refused(reverify(forged(tmp_path, found)))
     assert reasons == {path: "it is not what the verified polynomials come to"}
 
 
@@ -229,16 +229,16 @@ def test_an_export_that_cannot_be_made_here_is_not_verified(tmp_path: Path, monk
     manifest = json.loads(found["manifest.json"])
     manifest["options"]["export"] += ",mcap"
     folder = laid(tmp_path, {**found, "manifest.json": json.dumps(manifest).encode()})
-    assert refused(replay(folder)) == {"export/mcap/flight.mcap": "it is not what the verified polynomials come to"}
+    assert refused(reverify(folder)) == {"export/mcap/flight.mcap": "it is not what the verified polynomials come to"}
     monkeypatch.setattr("missionc.output.export.export_form.find_spec", lambda name: None)
-    (reason,) = refused(replay(folder)).values()
+    (reason,) = refused(reverify(folder)).values()
     assert "cannot be made once more" in reason
     assert "pip install 'missionc[export]'" in reason
 
 
 def test_another_hash_of_an_input_is_refused(tmp_path: Path) -> None:
     found = edited("manifest.json", lambda manifest: manifest["inputs"].update({"a.mission": "0" * 64}))
-    assert refused(replay(laid(tmp_path, found))) == {
+    assert refused(reverify(laid(tmp_path, found))) == {
         "mission/a.mission": "the manifest's `inputs` state another SHA-256 of it"
     }
 
@@ -287,7 +287,7 @@ def test_what_is_no_regular_file_is_refused_by_name(
 def test_a_folder_may_be_named_through_a_link(tmp_path: Path) -> None:
     laid(tmp_path / "out", files())
     (tmp_path / "latest").symlink_to(tmp_path / "out")
-    assert replay(tmp_path / "latest").passed
+    assert reverify(tmp_path / "latest").passed
 
 
 @pytest.mark.parametrize(
@@ -307,7 +307,7 @@ def test_a_name_in_another_spelling_is_refused(name: str, tmp_path: Path) -> Non
     def more(manifest: Any) -> None:
         manifest["files"][name] = manifest["files"]["plan.json"]
 
-    findings = replay(laid(tmp_path, edited("manifest.json", more))).findings
+    findings = reverify(laid(tmp_path, edited("manifest.json", more))).findings
     assert [finding.code.name for finding in findings] == ["MC708"]
     assert f"names `{name}`" in findings[0].message
 
@@ -315,8 +315,8 @@ def test_a_name_in_another_spelling_is_refused(name: str, tmp_path: Path) -> Non
 def test_no_more_is_read_than_the_limit_allows(tmp_path: Path) -> None:
     folder = laid(tmp_path, files())
     size = sum(len(content) for content in files().values())
-    assert replay(folder, Limits(trace_bytes=size)).passed
-    (finding,) = replay(folder, Limits(trace_bytes=size - 1)).findings
+    assert reverify(folder, Limits(trace_bytes=size)).passed
+    (finding,) = reverify(folder, Limits(trace_bytes=size - 1)).findings
     assert finding.code.name == "MC004"
     assert finding.help == f"allow more with `--limit trace_bytes={size}`"
 
@@ -332,7 +332,7 @@ def test_each_file_is_read_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
         return read_inside(folder, name, limit)
 
     monkeypatch.setattr(reading, "read_inside", counted)
-    assert replay(laid(tmp_path, files())).passed
+    assert reverify(laid(tmp_path, files())).passed
     assert sorted(opened) == sorted(files())
 
 
@@ -346,20 +346,20 @@ def test_every_strange_value_ends_in_a_code(name: str, text: str, tmp_path: Path
     mark = '"@@@"'
     found = edited(name, lambda document: document.update({key: "@@@"}))
     found[name] = found[name].replace(mark.encode(), text.encode())
-    replayed = replay(laid(tmp_path, hashed(found, keep=name == "manifest.json")))
+    replayed = reverify(laid(tmp_path, hashed(found, keep=name == "manifest.json")))
     assert [finding.code.name for finding in replayed.findings] in (["MC708"], ["MC709"], ["MC704"])
 
 
 @pytest.mark.parametrize("stretch", ["1e308", "nan", "-2", "1001", "inf", "1e400", ""])
 def test_a_stretch_beyond_all_sense_is_refused(stretch: str, tmp_path: Path) -> None:
     found = edited("manifest.json", lambda manifest: manifest["options"].update(stretch=stretch))
-    findings = replay(laid(tmp_path, found)).findings
+    findings = reverify(laid(tmp_path, found)).findings
     assert [finding.code.name for finding in findings] == ["MC708"]
     assert "`stretch`" in findings[0].message
 
 
 def test_a_key_that_comes_twice_is_refused(tmp_path: Path) -> None:
     plan = files()["plan.json"].replace(b'"seed": 0', b'"seed": 0, "seed": 0', 1)
-    findings = replay(forged(tmp_path, {**files(), "plan.json": plan})).findings
+    findings = reverify(forged(tmp_path, {**files(), "plan.json": plan})).findings
     assert [finding.code.name for finding in findings] == ["MC704"]
     assert "comes twice" in findings[0].message

@@ -108,7 +108,7 @@ def test_in_another_thread_nothing_is_interrupted() -> None:
 
 @pytest.mark.parametrize(
     ("module", "name", "stage"),
-    [(driver, "check", "check"), (plan_with_margin, "tightened", "lower"), (driver, "bring_home", "")],
+    [(driver, "check", "check"), (plan_with_margin, "tightened", "lower"), (driver, "certify_plan", "")],
     ids=["check", "search", "bring home"],
 )
 @pytest.mark.parametrize(
@@ -124,7 +124,7 @@ def test_a_limit_that_comes_in_any_stage_is_undecided_and_what_took_the_memory_i
     reason: Reason,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(plan_with_margin, "missed", lambda _: 0.1)
+    monkeypatch.setattr(plan_with_margin, "tracking_margin", lambda _: 0.1)
     monkeypatch.setattr(module, name, work)
     result = compiled(SHORT if reason is Reason.TIME else Seconds(60.0))
     assert isinstance(result.outcome, NotFound)
@@ -135,7 +135,7 @@ def test_a_limit_that_comes_in_any_stage_is_undecided_and_what_took_the_memory_i
 
 
 def test_a_plan_that_cannot_be_written_in_time_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(driver, "bring_home", endless)
+    monkeypatch.setattr(driver, "certify_plan", endless)
     result = compiled(Seconds(3.0))
     assert isinstance(result.outcome, NotFound)
     assert "a plan was found" in result.outcome.statement
@@ -191,9 +191,13 @@ def test_a_backend_that_hears_of_the_memory_itself_keeps_its_last_plan_too(monke
 
 
 def test_time_is_kept_back_for_what_comes_after_a_search() -> None:
-    assert certify_plan.takes(2, 10, 100.0) < certify_plan.takes(20, 10, 100.0) < certify_plan.takes(20, 100, 100.0)
-    assert certify_plan.takes(10_000, 10_000, 8.0) == 2.0
-    assert certify_plan.takes(2, 10, -1.0) == 0.0
+    assert (
+        certify_plan.reserved_time(2, 10, 100.0)
+        < certify_plan.reserved_time(20, 10, 100.0)
+        < certify_plan.reserved_time(20, 100, 100.0)
+    )
+    assert certify_plan.reserved_time(10_000, 10_000, 8.0) == 2.0
+    assert certify_plan.reserved_time(2, 10, -1.0) == 0.0
 
 
 def test_a_search_that_is_late_has_a_moment_to_end_by_itself() -> None:

@@ -44,7 +44,7 @@ from missionc.backends.clot.optimise.goal_terms import Demand
 from missionc.backends.clot.optimise.improve import improve
 from missionc.backends.clot.optimise.levenberg_marquardt import Polished, polish
 from missionc.backends.clot.optimise.motion_residuals import Costs
-from missionc.backends.clot.run.parallel_attempts import at_once
+from missionc.backends.clot.run.parallel_attempts import run_parallel_attempts
 from missionc.backends.clot.run.presets import (
     PRESETS,
     Preset,
@@ -60,8 +60,8 @@ from missionc.backends.clot.run.run_state import (
     to_snapshot,
 )
 from missionc.backends.clot.run.search_results import Begun, Searched
-from missionc.backends.clot.schedule.geodesics import Guide
-from missionc.backends.clot.schedule.key_frames import frames
+from missionc.backends.clot.schedule.geodesics import Geodesics
+from missionc.backends.clot.schedule.key_frames import key_frames
 from missionc.backends.clot.schedule.schedule import Scheduler
 from missionc.backends.clot.schedule.sketch import sketch
 from missionc.backends.clot.schedule.tasks import Outline, outline
@@ -132,14 +132,14 @@ class Run:
     preset: Preset = field(init=False)
     graph: CostGraph = field(init=False)
     asked: Outline = field(init=False)
-    guide: Guide = field(init=False)
+    geodesics: Geodesics = field(init=False)
 
     def __post_init__(self) -> None:
         self.preset = preset(self.options.preset, self.options.samples)
         with self.account.stage("lower"):
             self.graph = build(self.kernel)
             self.asked = outline(self.graph, self.mission.steps)
-            self.guide = Guide(self.mission)
+            self.geodesics = Geodesics(self.mission)
         self.account.sizes["terms"] = len(self.graph.order)
         if self.budget.resume is not None:
             self.take_up(from_snapshot(self.budget.resume, self.mission, self.graph))
@@ -158,7 +158,7 @@ class Run:
                 self.keep(number)
             alike = self.alike(number)
             if len(alike) > 1:
-                number, found = at_once(self, alike, attempt)
+                number, found = run_parallel_attempts(self, alike, attempt)
             else:
                 self.account.sizes["attempts"] = number + 1
                 found = self.taken_up() or attempt(number)
@@ -209,16 +209,16 @@ class Run:
         self, way: Preset, begun: Begun, generator: np.random.Generator, number: int, resumed: Searching | None
     ) -> tuple[Array, ...]:
         """The joint motions of a search, (agents, steps + 1, dim) each, metres; how far it came is kept."""
-        from missionc.backends.clot.paper.run_algorithm_2 import searched  # a room that few plans enter
+        from missionc.backends.clot.paper.run_algorithm_2 import run_algorithm_2  # a room that few plans enter
 
         with self.account.stage("search"):
-            search = searched(
+            search = run_algorithm_2(
                 self.mission,
                 self.kernel,
                 self.graph,
                 way,
                 begun,
-                self.guide,
+                self.geodesics,
                 generator,
                 self.budget,
                 self.in_time,
@@ -301,12 +301,12 @@ class Run:
 
     def begun(self, number: int, generator: np.random.Generator) -> Begun:
         """The schedule, key frames and sketch of an attempt; the generator is that of the attempt, unused."""
-        mission, guide = self.mission, self.guide
+        mission, geodesics = self.mission, self.geodesics
         with self.account.stage("sketch"):
             scheduler = Scheduler(mission, self.asked, generator)
             schedule = scheduler.schedule(NOISE if number else 0.0)
-            key = frames(mission, schedule, scheduler, guide, generator, self.in_time)
-            first = sketch(mission, schedule, key, guide, generator, 0.3 if number else 0.0)
+            key = key_frames(mission, schedule, scheduler, geodesics, generator, self.in_time)
+            first = sketch(mission, schedule, key, geodesics, generator, 0.3 if number else 0.0)
         return Begun(number, schedule, key, first)
 
     def again(self, number: int, motion: Array | None) -> Begun:

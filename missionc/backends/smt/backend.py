@@ -23,8 +23,8 @@ from missionc.backends.smt.encode.clauses import Clauses, TooLarge
 from missionc.backends.smt.encode.dimacs import dimacs, smt2
 from missionc.backends.smt.encode.lower_motion import all_ways
 from missionc.backends.smt.lift import lift
-from missionc.backends.smt.prioritized.prioritized_planning import Turns
-from missionc.backends.smt.refine.lazy_constraints import Found
+from missionc.backends.smt.prioritized.prioritized_planning import PrioritizedPlanner
+from missionc.backends.smt.refine.lazy_constraints import JointMotion
 from missionc.backends.smt.refine.problem import (
     LINKS,
     Problem,
@@ -64,7 +64,7 @@ NODES, NEIGHBOURS = 110, 6
 FINER, ROADMAPS = 1.7, 3
 """A roadmap after one without a plan has so many times its nodes; so many roadmaps are tried."""
 
-TURNS_SHARE = 0.5
+PRIORITIZED_SHARE = 0.5
 """The share of the time left that may go into prioritized planning, should its other limits not end it."""
 
 
@@ -164,7 +164,7 @@ class Run:
     def on_roadmaps(self, roadmaps: tuple[Roadmap, ...], solvers: Solvers) -> Outcome | NoPlan:
         self.account.sizes["nodes"] = self.tried[-1]
         self.account.sizes["states"] = sum(len(roadmap.position) for roadmap in roadmaps)
-        found = self.with_turns(roadmaps, solvers)
+        found = self.prioritized(roadmaps, solvers)
         if found is not None:
             return found
         ways = all_ways(roadmaps, {})
@@ -178,17 +178,19 @@ class Run:
         assert not isinstance(result, TooFewLinks)
         return result
 
-    def with_turns(self, roadmaps: tuple[Roadmap, ...], solvers: Solvers) -> Planned | None:
+    def prioritized(self, roadmaps: tuple[Roadmap, ...], solvers: Solvers) -> Planned | None:
         """A plan made for few agents at a time, if there is one."""
         mission, kernel = self.mission, self.kernel
         if kernel.preferences or mission.objective is not Objective.NONE or mission.steps == 0:
             return None
         now = time.monotonic()
-        turns = Turns(self.setting, kernel, roadmaps, solvers, now + TURNS_SHARE * (self.budget.deadline - now))
-        trace = turns.plan()
+        planner = PrioritizedPlanner(
+            self.setting, kernel, roadmaps, solvers, now + PRIORITIZED_SHARE * (self.budget.deadline - now)
+        )
+        trace = planner.plan()
         if trace is not None:
-            self.account.sizes["turns"] = turns.taken
-            self.record(turns.largest, turns.rounds, solvers)
+            self.account.sizes["turns"] = planner.taken
+            self.record(planner.largest, planner.rounds, solvers)
             return Planned(trace, self.account.report())
         if not solvers.alive:
             self.account.notes.append("a plan for few agents at a time was not found in its share of the time")
@@ -207,7 +209,7 @@ class Run:
         core: tuple[int, ...] = ()
         self.budget.listen(Progress("solve"))
         result = search.find(required)
-        if isinstance(result, Found):
+        if isinstance(result, JointMotion):
             if kernel.preferences or self.mission.objective is not Objective.NONE:
                 hold()
                 self.budget.found(Planned(lift(result.states, problem.motion, self.mission), account.report()))
@@ -219,7 +221,7 @@ class Run:
                 core = result.core if self.options.brief else minimise(result.core, search)
         self.record(problem, search.rounds, solvers)
         match result:
-            case Found(states):
+            case JointMotion(states):
                 return Planned(lift(states, problem.motion, self.mission), account.report())
             case Unsatisfiable() if lowered.shortened:
                 return TooFewLinks()

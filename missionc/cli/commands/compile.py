@@ -11,7 +11,7 @@ from missionc.backends.offers import AUTO, OFFERS
 from missionc.backends.options import PRESETS, Options
 from missionc.base.units import Seconds
 from missionc.cli import options, stage_names
-from missionc.cli.compile_request import Order, fulfil
+from missionc.cli.compile_request import CompileRequest, run_request
 from missionc.cli.exit_status import Status
 from missionc.cli.options import (
     Number,
@@ -128,7 +128,7 @@ def command(
         raise click.UsageError("`--watch` goes on and on, in words; leave `--format`, `--emit` and `--resume` out")
     if no_open and not watch:
         raise click.UsageError("`--no-open` is for `--watch`, which opens the report")
-    order = Order(
+    request = CompileRequest(
         file,
         overrides=overrides,
         limits=read_limits(limits),
@@ -155,5 +155,5 @@ def command(
     if watch:
         from missionc.cli.watch.loop import watch as again  # for those who ask for it
 
-        return again(order, no_open)
-    return fulfil(order).status
+        return again(request, no_open)
+    return run_request(request).status

@@ -10,7 +10,7 @@ import click
 from missionc.base.resources import folder
 from missionc.cli import options
 from missionc.cli.browser import said
-from missionc.cli.compile_request import Order, fulfil
+from missionc.cli.compile_request import CompileRequest, run_request
 from missionc.cli.exit_status import Status, say_line
 from missionc.output.folder.file_names import REPORT
 
@@ -31,7 +31,7 @@ FOLDER = "missionc-demo"
 @options.no_open
 def command(output: Path | None, no_open: bool) -> Status:
     """Plan a mission that comes with the compiler, and open its report in the browser."""
-    answer = fulfil(Order(folder("missions") / f"{MISSION}.mission", output=output or _fresh()))
+    answer = run_request(CompileRequest(folder("missions") / f"{MISSION}.mission", output=output or _fresh()))
     if answer.output:
         written = Path(answer.output)
         page = written / REPORT

@@ -33,7 +33,7 @@ from missionc.output.folder.write_folder import write_folder
 
 if TYPE_CHECKING:
     from missionc.output.export.export_form import Exported
-    from missionc.replay.reverify import Replayed
+    from missionc.replay.reverify import Reverified
 
 
 def _list(context: click.Context, parameter: click.Parameter, asked: bool) -> None:
@@ -60,22 +60,22 @@ def command(
     path: Path, names: tuple[str, ...], output: Path | None, force: bool, limits: tuple[tuple[str, str], ...], form: str
 ) -> Status:
     """Write a compiled folder's flight in other forms, once it has been verified again."""
-    from missionc.replay.reverify import replay
+    from missionc.replay.reverify import reverify
 
-    replayed = replay(path, read_limits(limits))
+    reverified = reverify(path, read_limits(limits))
     target = output or beside(named(path), "-export")
-    findings = list(replayed.findings)
+    findings = list(reverified.findings)
     files: dict[str, bytes] = {}
     notes: list[str] = []
     for name in dict.fromkeys(names):
-        made = _made(replayed, name)
+        made = _made(reverified, name)
         if isinstance(made, Diagnostic):
             findings.append(made)
         elif made is not None:
             files.update({f"{name}/{file}": content for file, content in made.files.items()})
             notes += made.notes
-    if not findings and replayed.reopened:
-        files[MANIFEST] = without_plan(replayed.reopened.mission.name, EXPORT, files).encode()
+    if not findings and reverified.opened:
+        files[MANIFEST] = without_plan(reverified.opened.mission.name, EXPORT, files).encode()
         wrong = overlapping([Output("-o", target, True)], [path]) or write_folder(target, files.items(), force)
         findings += [wrong] if wrong else []
     done = not findings
@@ -83,15 +83,15 @@ def command(
     say(findings, lines, form, summary.exported_document(str(target) if done else None, files, notes))
     if done:
         return Status.DONE
-    refused = replayed.certificate is not None and not replayed.passed
-    return status_of(False, replayed.undecided) if refused else Status.MISSION_ERRORS
+    refused = reverified.certificate is not None and not reverified.passed
+    return status_of(False, reverified.undecided) if refused else Status.MISSION_ERRORS
 
 
-def _made(replayed: Replayed, name: str) -> Exported | Diagnostic | None:
+def _made(reverified: Reverified, name: str) -> Exported | Diagnostic | None:
     """One form; nothing of a folder that is not to be flown."""
-    if replayed.reopened is None or not replayed.passed:
+    if reverified.opened is None or not reverified.passed:
         return None
     from missionc.output.export.formats import FORMATS, flight
 
-    reopened = replayed.reopened
-    return FORMATS[name].export(flight(reopened.mission, reopened.kernel, reopened.trace, reopened.flights))
+    opened = reverified.opened
+    return FORMATS[name].export(flight(opened.mission, opened.kernel, opened.trace, opened.flights))

@@ -44,13 +44,13 @@ def command(path: Path, output: Path | None, limits: tuple[tuple[str, str], ...]
         refuse_file,
         write_file,
     )
-    from missionc.replay.render_report import redrawn
-    from missionc.replay.reverify import replay
+    from missionc.replay.render_report import render_report
+    from missionc.replay.reverify import reverify
 
     target = output or beside(named(path), ".html")
-    replayed = replay(path, read_limits(limits))
-    page = redrawn(replayed)
-    findings = replayed.findings
+    reverified = reverify(path, read_limits(limits))
+    page = render_report(reverified)
+    findings = reverified.findings
     written = False
     if page:
         wrong = overlapping([Output("-o", target)], [path]) or (None if output else _not_ours(target))
@@ -60,7 +60,7 @@ def command(path: Path, output: Path | None, limits: tuple[tuple[str, str], ...]
     say(findings, lines, form, {"output": str(target) if written else None})
     if not written:
         return Status.MISSION_ERRORS
-    return status_of(replayed.passed, replayed.undecided)
+    return status_of(reverified.passed, reverified.undecided)
 
 
 def _not_ours(target: Path) -> Diagnostic | None:

@@ -100,20 +100,20 @@ def command(
         simulated = simulate(path, trial, allowed, listen)
     findings = list(simulated.findings)
     document = summary.simulated_document(simulated)
-    if simulated.reopened and simulated.trials:
+    if simulated.opened and simulated.trials:
         from missionc.output.documents.simulation_json import simulation_json
-        from missionc.replay.render_report import laid
+        from missionc.replay.render_report import add_simulation
 
-        flown = simulation_json(simulated.reopened.mission, document, simulated.trials.flown)
-        findings += laid(path, flown, allowed)
-    if (trace or plot) and simulated.reopened and simulated.trials:
+        flown = simulation_json(simulated.opened.mission, document, simulated.trials.flown)
+        findings += add_simulation(path, flown, allowed)
+    if (trace or plot) and simulated.opened and simulated.trials:
         from missionc.output.folder.write_file import write_file
         from missionc.output.plot.plot_flights import draw, table
 
         if trace:
-            findings += filter(None, [write_file(trace, table(simulated.reopened.mission, simulated.trials.flown))])
+            findings += filter(None, [write_file(trace, table(simulated.opened.mission, simulated.trials.flown))])
         if plot:
-            picture = draw(simulated.reopened.mission, simulated.trials, plot.suffix[1:])
+            picture = draw(simulated.opened.mission, simulated.trials, plot.suffix[1:])
             findings += filter(None, [write_file(plot, picture)])
     say(findings, summary.simulated_lines(simulated), form, document)
     if findings:

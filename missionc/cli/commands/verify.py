@@ -25,10 +25,10 @@ from missionc.cli.options import (
 @limits_and_form
 def command(path: Path, limits: tuple[tuple[str, str], ...], form: str) -> Status:
     """Verify a compiled folder once more, from its files alone."""
-    from missionc.replay.reverify import replay
+    from missionc.replay.reverify import reverify
 
-    replayed = replay(path, read_limits(limits))
-    say(replayed.findings, summary.replayed_lines(replayed), form, summary.replayed_document(replayed))
-    if replayed.certificate is None:
+    reverified = reverify(path, read_limits(limits))
+    say(reverified.findings, summary.reverified_lines(reverified), form, summary.reverified_document(reverified))
+    if reverified.certificate is None:
         return Status.MISSION_ERRORS
-    return status_of(replayed.passed, replayed.undecided)
+    return status_of(reverified.passed, reverified.undecided)

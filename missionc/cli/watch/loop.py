@@ -10,7 +10,7 @@ from pathlib import Path
 from missionc.backends.offers import OFFERS
 from missionc.cli.browser import said
 from missionc.cli.compile_request import (
-    Order,
+    CompileRequest,
     check,
     folder_of,
 )
@@ -31,16 +31,16 @@ FIRST = next(iter(OFFERS))
 """The backend to make ready for, as long as nothing is known of the mission."""
 
 
-def watch(order: Order, no_open: bool) -> Status:
+def watch(request: CompileRequest, no_open: bool) -> Status:
     """Goes on until it is interrupted; returns only where the folder to write is not the compiler's."""
-    missions = Missions([str(order.file)], lambda: [check(order)])
+    missions = Missions([str(request.file)], lambda: [check(request)])
     ours: set[Path] = set()  # folders that were not there before
-    with Planner() as planner, Live(order.file.name) as live:
+    with Planner() as planner, Live(request.file.name) as live:
         planner.ready(FIRST)
         say_line(said(live.address, no_open, live.address))
-        say_line(f"watching {order.file} and what it includes; Ctrl-C ends")
+        say_line(f"watching {request.file} and what it includes; Ctrl-C ends")
         while True:
-            _begin(order, missions, planner, live, ours)
+            _begin(request, missions, planner, live, ours)
             while not missions.saved():
                 ended = planner.ended()
                 if ended and OUTPUT_EXISTS.name in ended.codes:
@@ -52,7 +52,7 @@ def watch(order: Order, no_open: bool) -> Status:
             heading()
 
 
-def _begin(order: Order, missions: Missions, planner: Planner, live: Live, ours: set[Path]) -> None:
+def _begin(request: CompileRequest, missions: Missions, planner: Planner, live: Live, ours: set[Path]) -> None:
     """Check; and begin to plan, unless there are errors to mend first."""
     (checked,) = missions.checked()
     if not checked.ok or checked.choice is None:
@@ -60,11 +60,11 @@ def _begin(order: Order, missions: Missions, planner: Planner, live: Live, ours:
         say(findings, [f"{checked.file}: {counts(findings)}"], "text", {})
         live.tell("wrong", render_text(findings, False))
         return
-    folder = folder_of(order, checked)
+    folder = folder_of(request, checked)
     # Also a plan that is stopped may have got as far as being written, and nobody hears of it.
     if not os.path.lexists(folder):
         ours.add(folder)
-    planner.start(replace(order, output=folder, force=order.force or folder in ours), checked.choice.backend)
+    planner.start(replace(request, output=folder, force=request.force or folder in ours), checked.choice.backend)
     live.tell("planning")
 
 

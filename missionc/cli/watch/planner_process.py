@@ -20,7 +20,7 @@ from missionc.base.signals import (
     end_with_parent,
     stoppable,
 )
-from missionc.cli.compile_request import Order
+from missionc.cli.compile_request import CompileRequest
 from missionc.cli.exit_status import (
     Status,
     defect,
@@ -34,7 +34,7 @@ PATIENCE = (0.5, 2.0)
 
 @dataclass(frozen=True, slots=True)
 class Ended:
-    """What an order came to: the status, the findings as text, their codes, and the folder written."""
+    """The end of a request: the status, the findings as text, their codes, and the folder written."""
 
     status: int
     says: str
@@ -43,7 +43,7 @@ class Ended:
 
 
 class Planner:
-    """A context in which orders are carried out; afterwards nothing is under way."""
+    """A context in which requests are carried out; afterwards nothing is under way."""
 
     def __init__(self) -> None:
         self._child: _Child | None = None
@@ -62,16 +62,16 @@ class Planner:
         if self._child is None:
             self._child = _Child(backend)
 
-    def start(self, order: Order, backend: str) -> None:
-        """Begin with an order, and leave the one before."""
+    def start(self, request: CompileRequest, backend: str) -> None:
+        """Begin with a request, and leave the one before."""
         self.stop()
         self.ready(backend)
         assert self._child is not None
-        self._child.send(order)
+        self._child.send(request)
         self._at_work = True
 
     def ended(self) -> Ended | None:
-        """What the order under way has come to, once it has."""
+        """The end of the request under way, once it has ended."""
         if self._child is None or not self._at_work or (ended := self._child.answer()) is None:
             return None
         self.stop()
@@ -91,7 +91,7 @@ class Planner:
 
 
 class _Child:
-    """One process, for one order."""
+    """One process, for one request."""
 
     def __init__(self, backend: str) -> None:
         self.backend = backend
@@ -106,8 +106,8 @@ class _Child:
             signal.pthread_sigmask(signal.SIG_SETMASK, before)
             theirs.close()
 
-    def send(self, order: Order) -> None:
-        self._pipe.send(order)
+    def send(self, request: CompileRequest) -> None:
+        self._pipe.send(request)
 
     def answer(self) -> Ended | None:
         """Its answer, if it has one; one in its place where it ended without."""
@@ -139,7 +139,7 @@ def _work(pipe: Connection, backend: str) -> None:
         with stoppable():
             signal.pthread_sigmask(signal.SIG_UNBLOCK, HANDLED)
             _load(backend)
-            pipe.send(_fulfilled(pipe.recv()))
+            pipe.send(_run_request(pipe.recv()))
     except (Stopped, EOFError, BrokenPipeError):
         return  # nobody waits for an answer any more
 
@@ -154,14 +154,14 @@ def _load(backend: str) -> None:
     load(backend, Options(), False)
 
 
-def _fulfilled(order: Order) -> Ended:
-    from missionc.cli.compile_request import fulfil
+def _run_request(request: CompileRequest) -> Ended:
+    from missionc.cli.compile_request import run_request
 
     try:
-        answer = fulfil(order)
+        answer = run_request(request)
     except Exception as error:
         finding = defect(error)
-        say([finding], [], order.form, {})
+        say([finding], [], request.form, {})
         return Ended(Status.DEFECT, render_text([finding], False), (finding.code.name,))
     findings = list(answer.compiled.findings)
     codes = tuple(finding.code.name for finding in findings)

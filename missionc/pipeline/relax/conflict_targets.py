@@ -1,7 +1,7 @@
 """Parameters of conflicting requirements, and the direction in which each asks for less.
 
 in   kernel formulas
-out  Touched
+out  ConflictTargets
 """
 
 from __future__ import annotations
@@ -48,8 +48,8 @@ class Way(Enum):
 
 
 @dataclass(slots=True)
-class Touched:
-    """By the words of the formula, or the name of the thing: which way asks for less.
+class ConflictTargets:
+    """Conflict targets, by the words of the formula or the name of the thing: which way asks for less.
 
     ``windows``: the last step of the window. ``lengths``: the upper bound of a route. ``counts``: of agents.
     ``comparisons``: what is compared with zero, as if it were a sum that has to be positive.
@@ -64,9 +64,9 @@ class Touched:
     formations: dict[str, Way] = field(default_factory=dict)
 
 
-def touched(formulas: Iterable[Node]) -> Touched:
-    """What there is in these formulas, each of which is to hold."""
-    found = Touched()
+def conflict_targets(formulas: Iterable[Node]) -> ConflictTargets:
+    """The targets in these formulas, each of which is to hold."""
+    found = ConflictTargets()
     stack = [(formula, 1) for formula in formulas][::-1]
     seen: set[tuple[Node, int]] = set()
     while stack:
@@ -80,7 +80,7 @@ def touched(formulas: Iterable[Node]) -> Touched:
     return found
 
 
-def _note(found: Touched, node: Node, sign: int) -> None:
+def _note(found: ConflictTargets, node: Node, sign: int) -> None:
     span = node.span
     match node:
         case Atom(Inside(region, _) | Touches(region)):

@@ -68,9 +68,9 @@ def spot(checked: Checked, quantity: ast.Quantity | None) -> Spot | None:
     The value of a parameter is written where it is declared, or on the command line.
     """
     match quantity:
-        case ast.Number(value=value, unit=unit) if mine(checked, quantity.span):
+        case ast.Number(value=value, unit=unit) if is_in_main_file(checked, quantity.span):
             return Spot(value, unit or "", quantity)
-        case ast.Negative(body=ast.Number(value=value, unit=unit)) if mine(checked, quantity.span):
+        case ast.Negative(body=ast.Number(value=value, unit=unit)) if is_in_main_file(checked, quantity.span):
             return Spot(-value, unit or "", quantity)
         case ast.Name(text=name) if name in checked.overrides:
             return _given(name, checked)
@@ -86,7 +86,7 @@ def _given(name: str, checked: Checked) -> Spot | None:
     return Spot(value.value, value.unit or "", None, name) if isinstance(value, ast.Number) else None
 
 
-def mine(checked: Checked, span: Span) -> bool:
+def is_in_main_file(checked: Checked, span: Span) -> bool:
     """Whether the words stand in the main file, which alone is edited."""
     return span.source.name == checked.file
 

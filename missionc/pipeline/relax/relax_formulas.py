@@ -10,10 +10,10 @@ from missionc.ir import Mission
 from missionc.language.route_lengths import most_hops
 from missionc.language.walk_formulas import formulas
 from missionc.pipeline.checked import Checked
-from missionc.pipeline.relax.conflict_targets import Touched, Way
+from missionc.pipeline.relax.conflict_targets import ConflictTargets, Way
 from missionc.pipeline.relax.edits import (
     Edit,
-    mine,
+    is_in_main_file,
     spot,
 )
 from missionc.pipeline.relax.knobs import (
@@ -35,19 +35,19 @@ def without(checked: Checked, mission: Mission, conflict: tuple[str, ...]) -> li
 def without_all(checked: Checked, mission: Mission, names: tuple[str, ...]) -> list[Knob]:
     """All of these requirements left out together."""
     spans = [goal.span for goal in mission.requirements if goal.name in names]
-    if not spans or not all(mine(checked, span) for span in spans):
+    if not spans or not all(is_in_main_file(checked, span) for span in spans):
         return []
     says = " and ".join(f"`{name}`" for name in names)
     edit = Edit(f"without {says}", tuple(Fix(span, "") for span in spans))
     return [Knob(lambda notches: edit, size=math.inf)]
 
 
-def lengths(checked: Checked, mission: Mission, touched: Touched) -> list[Knob]:
+def lengths(checked: Checked, mission: Mission, targets: ConflictTargets) -> list[Knob]:
     """The upper bounds of routes: more hops or metres where a route is to be there, fewer where none is."""
     written = {node.span: node.bounds for node in nodes(checked.program) if isinstance(node, ast.Apply)}
     meant = {each.span: each.bounds for each in formulas(mission) if isinstance(each, ir.Apply)}
     knobs = []
-    for span, way in touched.lengths.items():
+    for span, way in targets.lengths.items():
         length, bounds = written.get(span), meant.get(span)
         if not isinstance(length, ast.Length) or not isinstance(bounds, ir.Length) or way is Way.EITHER:
             continue
@@ -65,7 +65,7 @@ def lengths(checked: Checked, mission: Mission, touched: Touched) -> list[Knob]:
     return knobs
 
 
-def counts(checked: Checked, touched: Touched) -> list[Knob]:
+def counts(checked: Checked, targets: ConflictTargets) -> list[Knob]:
     """How many agents, in ``count[…] f >= 2`` and ``at least 2 drone: f``."""
     knobs = []
     for node in _in_order(checked):
@@ -76,7 +76,7 @@ def counts(checked: Checked, touched: Touched) -> list[Knob]:
                 name = f"at least, of `{excerpt(agents.span)}`,"
             case _:
                 continue
-        way, found = touched.counts.get(span, Way.EITHER), spot(checked, number)
+        way, found = targets.counts.get(span, Way.EITHER), spot(checked, number)
         if found is not None and way is Way.LESS:
             knobs.append(whole(found, name, int(found.value), -1))
         elif found is not None and way is Way.MORE:
@@ -92,11 +92,11 @@ def _in_order(checked: Checked) -> list[ast.Apply | ast.Quantified | ast.Compare
     )
 
 
-def comparisons(checked: Checked, touched: Touched) -> list[Knob]:
+def comparisons(checked: Checked, targets: ConflictTargets) -> list[Knob]:
     """The number that a comparison has on one of its sides."""
     knobs = []
     for node in (each for each in _in_order(checked) if isinstance(each, ast.Compare)):
-        way = touched.comparisons.get(node.span, Way.EITHER)
+        way = targets.comparisons.get(node.span, Way.EITHER)
         right, left = spot(checked, node.right), spot(checked, node.left)
         found = right or left
         if found is None or way is Way.EITHER:

@@ -12,12 +12,12 @@ from missionc.language.walk_formulas import (
     operator_words,
 )
 from missionc.pipeline.checked import Checked
-from missionc.pipeline.relax.conflict_targets import Touched, Way
+from missionc.pipeline.relax.conflict_targets import ConflictTargets, Way
 from missionc.pipeline.relax.edits import (
     Edit,
     Spot,
     declared,
-    mine,
+    is_in_main_file,
     spot,
 )
 from missionc.pipeline.relax.knobs import Knob
@@ -62,12 +62,12 @@ def _meant(mission: Mission) -> dict[Span, Apply]:
     return {each.span: each for each in formulas(mission) if isinstance(each, Apply)}
 
 
-def windows(checked: Checked, mission: Mission, touched: Touched) -> list[Knob]:
+def windows(checked: Checked, mission: Mission, targets: ConflictTargets) -> list[Knob]:
     """The last steps of windows: later where something is to happen, sooner where something is to last."""
     written = {node.span: node.bounds for node in nodes(checked.program) if isinstance(node, ast.Apply)}
     meant = _meant(mission)
     knobs = []
-    for span, way in touched.windows.items():
+    for span, way in targets.windows.items():
         window, formula = written.get(span), meant.get(span)
         if isinstance(window, ast.Window) and formula is not None and way is not Way.EITHER:
             knobs.append(_window(checked, mission, window, formula, way))
@@ -82,7 +82,7 @@ def _window(checked: Checked, mission: Mission, window: ast.Window, formula: App
     found = spot(checked, window.high)
     with_horizon = found is not None and found == lasting
     if found is None or with_horizon:
-        if (way is Way.MORE and with_horizon) or not mine(checked, window.high.span):
+        if (way is Way.MORE and with_horizon) or not is_in_main_file(checked, window.high.span):
             return None
         found = Spot(high * mission.step, "s", window.high)
     asking = [goal for goal in goals(mission) if formula in bottom_up([goal.formula])]

@@ -9,12 +9,12 @@ from missionc.base.source import Span
 from missionc.diagnostics.model import Fix
 from missionc.ir import Mission
 from missionc.pipeline.checked import Checked
-from missionc.pipeline.relax.conflict_targets import Touched, Way
+from missionc.pipeline.relax.conflict_targets import ConflictTargets, Way
 from missionc.pipeline.relax.edits import (
     ROUND,
     Edit,
     declared,
-    mine,
+    is_in_main_file,
     spot,
 )
 from missionc.pipeline.relax.knobs import (
@@ -34,38 +34,38 @@ FINER = 1.7
 """So many times the nodes of the finest roadmap that was refused."""
 
 
-def graphs(checked: Checked, touched: Touched) -> list[Knob]:
+def graphs(checked: Checked, targets: ConflictTargets) -> list[Knob]:
     """The radius of a graph, wider where links are asked for."""
     knobs = []
     for graph in declared(checked, ast.Graph):
-        way, found = touched.graphs.get(graph.name.text), spot(checked, graph.radius)
+        way, found = targets.graphs.get(graph.name.text), spot(checked, graph.radius)
         name = f"the radius of `{graph.name.text}`"
         if found is not None and way is not None:
             knobs.append(less(found, name, notch(found.value)) if way is Way.LESS else more(found, name))
     return knobs
 
 
-def formations(checked: Checked, touched: Touched) -> list[Knob]:
+def formations(checked: Checked, targets: ConflictTargets) -> list[Knob]:
     """The tolerance of a formation."""
     knobs = []
     for formation in declared(checked, ast.Formation):
         for setting in formation.settings:
             found = spot(checked, setting.high) if setting.name.text == "tolerance" else None
-            if found is not None and touched.formations.get(formation.name.text) is Way.MORE:
+            if found is not None and targets.formations.get(formation.name.text) is Way.MORE:
                 knobs.append(more(found, f"the tolerance of `{formation.name.text}`"))
     return knobs
 
 
-def regions(checked: Checked, mission: Mission, touched: Touched) -> list[Knob]:
+def regions(checked: Checked, mission: Mission, targets: ConflictTargets) -> list[Knob]:
     """A region that is to be reached or kept, larger to all sides: a box within the world, a disc or a ball."""
     meant = {region.name: region.shape for region in mission.regions}
     knobs = []
     for region in declared(checked, ast.Region):
         name, shape = region.name.text, meant.get(region.name.text)
-        if touched.regions.get(name) is not Way.MORE:
+        if targets.regions.get(name) is not Way.MORE:
             continue
         match region.shape, shape:
-            case ast.Box() as box, ir.Box() if mine(checked, box.span):
+            case ast.Box() as box, ir.Box() if is_in_main_file(checked, box.span):
                 knobs.append(_wider_box(name, box, shape, mission))
             case (ast.Disc() | ast.Ball()) as round_, _:
                 found = spot(checked, round_.radius)
@@ -135,4 +135,4 @@ def roadmap(checked: Checked, nodes: int) -> list[Knob]:
 
 
 def _at(checked: Checked, span: Span, text: str, says: str) -> Edit | None:
-    return Edit(says, (Fix(span, text),)) if mine(checked, span) else None
+    return Edit(says, (Fix(span, text),)) if is_in_main_file(checked, span) else None

@@ -25,14 +25,14 @@ from missionc.ir import Mission
 from missionc.kernel.nodes import Kernel
 from missionc.pipeline.checked import Checked
 from missionc.pipeline.front_end import check
-from missionc.pipeline.plan_with_margin import seek
+from missionc.pipeline.plan_with_margin import plan_with_margin
 from missionc.pipeline.relax import (
     relax_formulas,
     relax_time,
     relax_world,
 )
 from missionc.pipeline.relax.bisection import Trying
-from missionc.pipeline.relax.conflict_targets import touched
+from missionc.pipeline.relax.conflict_targets import conflict_targets
 from missionc.pipeline.relax.edits import (
     Edit,
     changes,
@@ -117,7 +117,7 @@ class Explaining:
         now = time.monotonic()
         until = min(self.budget.deadline, now + part * (self.budget.deadline - self.begin))
         budget = replace(self.budget, deadline=until, listen=ignore, keep=forget, resume=None)
-        came = seek(self.backend, mission, kernel, self.options, budget)
+        came = plan_with_margin(self.backend, mission, kernel, self.options, budget)
         if isinstance(came, Impossible):
             return Tried("impossible")
         if isinstance(came, Planned) and verify(mission, kernel, came.trace).passed:
@@ -195,7 +195,7 @@ def _violated(best: Attempt | None) -> tuple[str, ...]:
 
 def _knobs(checked: Checked, mission: Mission, kernel: Kernel, conflict: tuple[str, ...]) -> list[Knob]:
     """Every number that the requirements in conflict touch, and what every plan has to keep."""
-    asks = touched(goal.formula for goal in kernel.requirements if goal.name in conflict)
+    asks = conflict_targets(goal.formula for goal in kernel.requirements if goal.name in conflict)
     return [
         *relax_time.windows(checked, mission, asks),
         *relax_formulas.lengths(checked, mission, asks),

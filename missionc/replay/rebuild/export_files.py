@@ -11,7 +11,7 @@ from missionc.output.export.formats import (
     Flight,
     flight,
 )
-from missionc.replay.read_folder import Reopened, option
+from missionc.replay.read_folder import OutputFolder, option
 from missionc.replay.rebuild.verdict import verdict
 from missionc.verify.certificate import Check
 from missionc.verify.compare_documents import same_text
@@ -19,17 +19,17 @@ from missionc.verify.compare_documents import same_text
 FOLDER, OPTION = "export/", "export"
 
 
-def check_exports(reopened: Reopened) -> Iterator[Check]:
+def check_exports(opened: OutputFolder) -> Iterator[Check]:
     """One for each file of a form that the folder holds or its manifest asks for."""
     lying: dict[str, dict[str, bytes]] = {}
-    for name, content in reopened.files.items():
+    for name, content in opened.files.items():
         if name.startswith(FOLDER):
             form, _, file = name.removeprefix(FOLDER).partition("/")
             lying.setdefault(form, {})[file] = content
-    asked = [form for form in (option(reopened.manifest, OPTION) or "").split(",") if form]
+    asked = [form for form in (option(opened.manifest, OPTION) or "").split(",") if form]
     if not lying and not asked:
         return
-    flown = flight(reopened.mission, reopened.kernel, reopened.trace, reopened.flights)
+    flown = flight(opened.mission, opened.kernel, opened.trace, opened.flights)
     for form in dict.fromkeys((*asked, *lying)):
         yield from _form(form, flown, lying.get(form, {}), form in asked)
 

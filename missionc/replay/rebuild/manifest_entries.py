@@ -28,7 +28,7 @@ from missionc.replay.read_folder import (
     CERTIFICATE,
     PLAN,
     VEHICLE,
-    Reopened,
+    OutputFolder,
 )
 from missionc.replay.rebuild.export_files import FOLDER
 from missionc.replay.rebuild.verdict import verdict
@@ -40,25 +40,25 @@ VERSION = re.compile(r"[0-9A-Za-z.+!_-]{1,64}")
 LARGEST_SEED = 2**63 - 1
 
 
-def check_manifest(reopened: Reopened) -> Iterator[Check]:
+def check_manifest(opened: OutputFolder) -> Iterator[Check]:
     """One check of the head, one of the inputs, one for each file that no compiler writes."""
-    yield verdict(MANIFEST, _head(reopened))
-    yield from _inputs(reopened)
-    known = _known(reopened)
-    for name in reopened.files:
+    yield verdict(MANIFEST, _head(opened))
+    yield from _inputs(opened)
+    known = _known(opened)
+    for name in opened.files:
         if name not in known and not name.startswith((FOLDER, f"{MISSION}/")):
             yield verdict(name, "a folder of this mission holds no such file")
 
 
-def _head(reopened: Reopened) -> str:
+def _head(opened: OutputFolder) -> str:
     """The first entry that cannot be right; empty where there is none."""
-    manifest = reopened.manifest
+    manifest = opened.manifest
     strange = [key for key in manifest if key not in KEYS] or [key for key in KEYS if key not in manifest]
     if strange:
         return f"its keys are not those of a manifest: {shown(strange[0])}"
     seed, cut_short = manifest["seed"], manifest["cut_short"]
     sound = {
-        "mission": manifest["mission"] == reopened.mission.name,
+        "mission": manifest["mission"] == opened.mission.name,
         "backend": manifest["backend"] in OFFERS,
         "seed": isinstance(seed, int) and not isinstance(seed, bool) and 0 <= seed <= LARGEST_SEED,
         "cut_short": cut_short is None or cut_short in [each.value for each in CutShort],
@@ -99,14 +99,14 @@ def _options(given: object) -> str:
     return ""
 
 
-def _inputs(reopened: Reopened) -> Iterator[Check]:
+def _inputs(opened: OutputFolder) -> Iterator[Check]:
     """That the mission was read from these files and no others, and that their hashes are stated."""
-    listed, stated = reopened.manifest["files"], reopened.manifest["inputs"]
-    read = {f"{MISSION}/{name}": content for name, content in inputs(reopened.checked)}
+    listed, stated = opened.manifest["files"], opened.manifest["inputs"]
+    read = {f"{MISSION}/{name}": content for name, content in inputs(opened.checked)}
     assert isinstance(listed, dict)
     assert isinstance(stated, dict)
     for name, content in read.items():
-        same = reopened.files.get(name) == content
+        same = opened.files.get(name) == content
         yield verdict(name, "" if same else "it does not hold the text that was read, in UTF-8")
     for name in [f"{MISSION}/{name}" for name in stated] + [name for name in listed if name.startswith(f"{MISSION}/")]:
         if name not in read:
@@ -116,8 +116,8 @@ def _inputs(reopened: Reopened) -> Iterator[Check]:
             yield verdict(name, "the manifest's `inputs` state another SHA-256 of it")
 
 
-def _known(reopened: Reopened) -> set[str]:
+def _known(opened: OutputFolder) -> set[str]:
     """Every file that a folder of this mission may hold beside exports and the mission."""
-    names = file_names(reopened.mission.agents)
-    flights = (polynomials_file(names[agent.name]) for agent in reopened.mission.agents)
+    names = file_names(opened.mission.agents)
+    flights = (polynomials_file(names[agent.name]) for agent in opened.mission.agents)
     return {PLAN, "trajectories.csv", CERTIFICATE, REPORT, SIMULATION, *flights}

@@ -6,16 +6,16 @@ from missionc.base.strict_json import parse_json
 from missionc.base.trace import Plan
 from missionc.monitoring.monitor import monitor
 from missionc.output.documents.plan_json import plan_json
-from missionc.replay.read_folder import PLAN, Reopened
+from missionc.replay.read_folder import PLAN, OutputFolder
 from missionc.replay.rebuild.verdict import verdict
 from missionc.verify.certificate import Check
 from missionc.verify.compare_documents import difference
 
 
-def plan_of(reopened: Reopened) -> Plan:
+def plan_of(opened: OutputFolder) -> Plan:
     """The plan, its requirements judged anew; who planned it, and from which seed, is what the manifest says."""
-    mission, kernel, trace = reopened.mission, reopened.kernel, reopened.trace
-    backend, seed = reopened.manifest.get("backend"), reopened.manifest.get("seed")
+    mission, kernel, trace = opened.mission, opened.kernel, opened.trace
+    backend, seed = opened.manifest.get("backend"), opened.manifest.get("seed")
     return Plan(
         mission.name,
         backend if isinstance(backend, str) else "",
@@ -25,7 +25,7 @@ def plan_of(reopened: Reopened) -> Plan:
     )
 
 
-def check_plan(reopened: Reopened, plan: Plan) -> Check:
+def check_plan(opened: OutputFolder, plan: Plan) -> Check:
     """Every entry: states, times, graphs, radii, verdicts; none between the steps, and no other agent."""
-    found = difference(parse_json(reopened.text(PLAN)), parse_json(plan_json(reopened.mission, plan)))
+    found = difference(parse_json(opened.text(PLAN)), parse_json(plan_json(opened.mission, plan)))
     return verdict(PLAN, found)

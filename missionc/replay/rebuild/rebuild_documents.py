@@ -1,6 +1,6 @@
 """Rebuilt documents of a folder, from what was verified, compared with those that lie in it.
 
-    in   Reopened, and the Certificate of its plan and its flight
+    in   OutputFolder, and the Certificate of its plan and its flight
     out  Checks: of each document, and of each entry of the manifest
 
 What people read and what flies is computed from the mission, the plan and the
@@ -28,7 +28,7 @@ from missionc.output.folder.file_names import (
 from missionc.replay.read_folder import (
     CERTIFICATE,
     PLAN,
-    Reopened,
+    OutputFolder,
 )
 from missionc.replay.rebuild.export_files import check_exports
 from missionc.replay.rebuild.manifest_entries import check_manifest
@@ -45,28 +45,28 @@ ALWAYS = (PLAN, TRAJECTORIES, CERTIFICATE, REPORT)
 """What every folder holds, beside polynomials and the mission."""
 
 
-def check_documents(reopened: Reopened, flown: Certificate, limits: Limits | None) -> Iterator[Check]:
+def check_documents(opened: OutputFolder, flown: Certificate, limits: Limits | None) -> Iterator[Check]:
     """What the files say and hold, compared with what the mission, the plan and the polynomials come to.
 
     Args:
         flown: of the plan, its polynomials and the time between the steps; it has passed.
         limits: absent where a simulation was flown just now, and is not to be flown once more.
     """
-    plan = plan_of(reopened)
-    names = file_names(reopened.mission.agents)
-    table = trajectories(reopened.mission, reopened.trace).encode()
-    yield from check_manifest(reopened)
-    yield from (verdict(name, "it is missing") for name in ALWAYS if name not in reopened.files)
-    yield check_plan(reopened, plan)
-    same = reopened.files.get(TRAJECTORIES, table) == table
+    plan = plan_of(opened)
+    names = file_names(opened.mission.agents)
+    table = trajectories(opened.mission, opened.trace).encode()
+    yield from check_manifest(opened)
+    yield from (verdict(name, "it is missing") for name in ALWAYS if name not in opened.files)
+    yield check_plan(opened, plan)
+    same = opened.files.get(TRAJECTORIES, table) == table
     yield verdict(TRAJECTORIES, "" if same else f"it does not hold the states of `{PLAN}`")
-    for agent in reopened.mission.agents:
-        yield _polynomials(polynomials_file(names[agent.name]), reopened.flights[agent.name])
-    yield from check_exports(reopened)
-    if SIMULATION in reopened.files and limits:
-        yield check_simulation(reopened, limits)
-    if REPORT in reopened.files:
-        yield check_page(reopened, plan, flown)
+    for agent in opened.mission.agents:
+        yield _polynomials(polynomials_file(names[agent.name]), opened.flights[agent.name])
+    yield from check_exports(opened)
+    if SIMULATION in opened.files and limits:
+        yield check_simulation(opened, limits)
+    if REPORT in opened.files:
+        yield check_page(opened, plan, flown)
 
 
 def _polynomials(name: str, text: str) -> Check:

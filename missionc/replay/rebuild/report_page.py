@@ -9,7 +9,7 @@ from missionc.base.trace import Plan
 from missionc.output.folder.file_names import REPORT, SIMULATION
 from missionc.output.report.report_html import Plotted, report
 from missionc.pipeline.provenance import texts
-from missionc.replay.read_folder import Reopened
+from missionc.replay.read_folder import OutputFolder
 from missionc.replay.rebuild.plan_document import plan_of
 from missionc.replay.rebuild.verdict import verdict
 from missionc.verify.certificate import Certificate, Check
@@ -21,23 +21,23 @@ NOISE = 1e-6
 """A margin no larger is met to rounding: when it is tightest, and whose it is, depends on the machine."""
 
 
-def page(reopened: Reopened, certificate: Certificate, plan: Plan | None = None) -> bytes:
+def page(opened: OutputFolder, certificate: Certificate, plan: Plan | None = None) -> bytes:
     """The page of a folder, with what a certificate says of it."""
     plotted = Plotted(
-        reopened.mission,
-        reopened.kernel,
-        plan or plan_of(reopened),
+        opened.mission,
+        opened.kernel,
+        plan or plan_of(opened),
         certificate,
-        reopened.flights,
-        texts(reopened.checked),
-        simulation=reopened.text(SIMULATION),
+        opened.flights,
+        texts(opened.checked),
+        simulation=opened.text(SIMULATION),
     )
     return report(plotted)
 
 
-def check_page(reopened: Reopened, plan: Plan, flown: Certificate) -> Check:
+def check_page(opened: OutputFolder, plan: Plan, flown: Certificate) -> Check:
     """The same program, words and pictures; numbers but for rounding."""
-    drawn, lying = page(reopened, flown, plan).decode("utf-8"), reopened.files[REPORT]
+    drawn, lying = page(opened, flown, plan).decode("utf-8"), opened.files[REPORT]
     if lying == drawn.encode("utf-8"):
         return verdict(REPORT, None)
     try:
@@ -45,7 +45,7 @@ def check_page(reopened: Reopened, plan: Plan, flown: Certificate) -> Check:
         own_shell, own = _split(drawn)
     except ValueError:
         return verdict(REPORT, OTHER)
-    mission = reopened.mission
+    mission = opened.mission
     names, end = {agent.name for agent in mission.agents}, float(mission.horizon) + NOISE
     same = shell == own_shell
     return verdict(REPORT, difference(_settled(data, names, end), _settled(own, names, end)) if same else OTHER)

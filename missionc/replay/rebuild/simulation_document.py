@@ -28,7 +28,7 @@ from missionc.output.folder.file_names import (
     SIMULATION_SCHEMA,
     SIMULATIONS_BEFORE,
 )
-from missionc.replay.read_folder import Reopened
+from missionc.replay.read_folder import OutputFolder
 from missionc.replay.rebuild.simulation_ties import settled
 from missionc.replay.rebuild.verdict import unjudged, verdict
 from missionc.simulate import engines
@@ -55,10 +55,10 @@ PATH = 1.5 * 10**-DIGITS
 AGAIN = "`missionc simulate` flies the folder again, and takes its place"
 
 
-def check_simulation(reopened: Reopened, limits: Limits) -> Check:
+def check_simulation(opened: OutputFolder, limits: Limits) -> Check:
     """The first entry that is not what its flights come to, if there is one; or why they cannot be flown here."""
     try:
-        found = parse_json(reopened.text(SIMULATION))
+        found = parse_json(opened.text(SIMULATION))
     except NotJsonError as error:
         return verdict(SIMULATION, error.reason)
     if not isinstance(found, dict):
@@ -70,12 +70,12 @@ def check_simulation(reopened: Reopened, limits: Limits) -> Check:
     trial = trial_of(found)
     if isinstance(trial, str):
         return verdict(SIMULATION, f"its `{trial}` is {shown(found.get(trial))}, which cannot be")
-    return _told(reopened, found, trial, limits)
+    return _told(opened, found, trial, limits)
 
 
-def _told(reopened: Reopened, found: dict[str, Any], trial: Trial, limits: Limits) -> Check:
+def _told(opened: OutputFolder, found: dict[str, Any], trial: Trial, limits: Limits) -> Check:
     """The same, of a document that says how to fly."""
-    mission = reopened.mission
+    mission = opened.mission
     seconds = float(mission.horizon)
     if not _are_versions(found.get("versions"), trial.engine):
         return verdict(SIMULATION, "its `versions` are none of the engine and of the compiler")
@@ -96,23 +96,23 @@ def _told(reopened: Reopened, found: dict[str, Any], trial: Trial, limits: Limit
         why = f"its flights take {together:.6g} s of all agents together, more than the limit `simulated_seconds`"
         return unjudged(SIMULATION, f"{why}: allow more with {most}, or fly less of it; {AGAIN}")
     try:
-        trials = _flown(reopened, trial)
+        trials = _flown(opened, trial)
     except EngineError as error:
         return unjudged(SIMULATION, f"{trial.engine} cannot fly here: {error}; {AGAIN}")
-    return verdict(SIMULATION, _differing(found, reopened, trials))
+    return verdict(SIMULATION, _differing(found, opened, trials))
 
 
-def _flown(reopened: Reopened, trial: Trial) -> Trials:
-    found = [read(reopened.flights[agent.name]) for agent in reopened.mission.agents]
+def _flown(opened: OutputFolder, trial: Trial) -> Trials:
+    found = [read(opened.flights[agent.name]) for agent in opened.mission.agents]
     pieces = [own for own in found if isinstance(own, Pieces)]
     with np.errstate(over="ignore", invalid="ignore"):
-        return run(reopened.mission, reopened.kernel, pieces, trial)
+        return run(opened.mission, opened.kernel, pieces, trial)
 
 
-def _differing(found: dict[str, Any], reopened: Reopened, trials: Trials) -> str | None:
+def _differing(found: dict[str, Any], opened: OutputFolder, trials: Trials) -> str | None:
     """The first place where the document says something else than its flights come to."""
-    mission, same = reopened.mission, AGREED[trials.trial.engine]
-    planned = monitor(mission, reopened.kernel, reopened.trace)
+    mission, same = opened.mission, AGREED[trials.trial.engine]
+    planned = monitor(mission, opened.kernel, opened.trace)
     made = _document(mission, simulation_record(mission, planned, trials), trials)
     said = {key: value for key, value in found.items() if key != "flight"}
     path = made.pop("flight")

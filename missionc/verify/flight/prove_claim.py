@@ -6,7 +6,7 @@ from math import isfinite
 
 from missionc.ir import Mission
 from missionc.verify.certificate import Check
-from missionc.verify.proof.branch_and_bound import bounded
+from missionc.verify.proof.branch_and_bound import branch_and_bound
 from missionc.verify.proof.claims import Claim
 from missionc.verify.proof.proof_boxes import Boxes, boxes_of
 
@@ -16,10 +16,10 @@ MANY = 20_000
 
 def prove(mission: Mission, claim: Claim) -> tuple[Check, Boxes]:
     """The check, whose margin is the least of its boxes' bounds. The claim has at least one item."""
-    parts = bounded(claim)
+    parts = branch_and_bound(claim)
     slack = claim.tolerance + (claim.gap if isfinite(claim.gap) else 0.0)
     if parts.item.size > MANY and parts.lower.min() >= -slack:
-        fewer = bounded(claim, enough=-slack)
+        fewer = branch_and_bound(claim, enough=-slack)
         parts = fewer if fewer.item.size < parts.item.size else parts
     boxes = boxes_of(claim, parts)
     subject, piece = divmod(parts.worst, claim.pieces)

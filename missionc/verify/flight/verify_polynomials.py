@@ -35,7 +35,7 @@ from missionc.verify.flight.vehicle_claims import (
     limits,
 )
 from missionc.verify.plan.requirements_at_steps import check_requirements
-from missionc.verify.proof.branch_and_bound import bounded
+from missionc.verify.proof.branch_and_bound import branch_and_bound
 from missionc.verify.proof.claims import (
     Claim,
     everyone,
@@ -171,7 +171,7 @@ def _peak(mission: Mission, flight: Flight, order: int, name: str, unit: str) ->
     agents, pieces = flight.speed.shape
     curve, judge = of_agents(flight.derived(order)), at_most(np.zeros(agents * pieces))
     claim = Claim(name, name, unit, 0.0, "", everyone(agents), flight.times, curve, judge, 1e-2)
-    found = bounded(claim)
+    found = branch_and_bound(claim)
     subject, piece = divmod(found.worst, pieces)
     agent = mission.agents[subject].name
     return Figure(name, agent, round(-found.least, 3), unit, round(claim.when(piece + found.moment), 3), (agent,))

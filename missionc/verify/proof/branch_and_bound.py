@@ -54,7 +54,7 @@ class Parts:
     moment: float
 
 
-def bounded(claim: Claim, enough: float = np.inf) -> Parts:
+def branch_and_bound(claim: Claim, enough: float = np.inf) -> Parts:
     """Parts that prove the least margin to the claim's gap, or only that it is at least ``enough``."""
     everything = np.arange(claim.items)
     waiting: list[tuple[Indices, Array, Array, Enclosed | None]] = [

@@ -19,8 +19,8 @@ from missionc.backends.clot.paper.prior import (
     Free,
     prior,
 )
-from missionc.backends.clot.schedule.geodesics import Guide, along
-from missionc.backends.clot.schedule.key_frames import Frame
+from missionc.backends.clot.schedule.geodesics import Geodesics, along
+from missionc.backends.clot.schedule.key_frames import KeyFrame
 from missionc.backends.clot.schedule.schedule import Schedule
 from missionc.base.trace import Array
 from missionc.ir import Mission
@@ -49,10 +49,10 @@ class FirstMotions:
     """
 
     mission: Mission
-    key: tuple[Frame, ...]
+    key: tuple[KeyFrame, ...]
     schedule: Schedule | None
     sketch: Array | None
-    guide: Guide
+    geodesics: Geodesics
     deviation: float
 
     def fixed(self, agent: int) -> Tensor:
@@ -91,7 +91,7 @@ class FirstMotions:
         parts = [np.repeat(self.key[0].position[agent][None, None], count, axis=0)]
         for before, after in pairwise(self.key):
             start, end = before.position[agent], after.position[agent]
-            way = self.guide.way(start, end, radius + 0.1, radius)
+            way = self.geodesics.way(start, end, radius + 0.1, radius)
             way = np.stack([start, end]) if way is None else way
             share = np.arange(1, after.step - before.step + 1) / (after.step - before.step)
             parts.append(np.stack([along(way, share + by * np.sin(np.pi * share)) for by in early]))

@@ -39,7 +39,7 @@ from missionc.backends.clot.cost_graph.cost_graph import (
 from missionc.backends.clot.cost_graph.leaf_margins import UNLIMITED
 from missionc.backends.clot.paper.perturbed_robustness import Perturbed
 from missionc.backends.clot.paper.sparsity_pattern import (
-    Reading,
+    TermPattern,
     Window,
     mark,
     window,
@@ -50,7 +50,7 @@ from missionc.base.trace import Flags
 class PaperRules(Perturbed):
     """Values of terms by the paper's four rules; used as ``Perturbed`` is."""
 
-    def value(self, term: Term, reading: Reading) -> Tensor:
+    def value(self, term: Term, reading: TermPattern) -> Tensor:
         """The value of a term from those of the terms below it."""
         match term:
             case Least(parts):
@@ -72,45 +72,45 @@ class PaperRules(Perturbed):
             case _:
                 return super().value(term, reading)
 
-    def _until(self, term: Until, reading: Reading) -> Tensor:
+    def _until(self, term: Until, reading: TermPattern) -> Tensor:
         shape = window(term)
-        later, touched = self._conjunction(reading).least, np.zeros_like(reading.touched)
+        later, nonzero = self._conjunction(reading).least, np.zeros_like(reading.nonzero)
         later = -later
         for ahead in reversed(self._ahead(shape, reading)):
             here, both = self._steps(reading, ahead), self._conjunction(reading)
             goes_on = self._steps(reading, ahead + 1) if ahead + 1 in self._ahead(shape, reading) else 0
             hold = self._touches(term.hold, reading, ahead)
             both.add(self.laid(term.hold, reading, ahead=ahead), hold, is_leaf(term.hold))
-            both.add(later, touched, False)
+            both.add(later, nonzero, False)
             later = both.value()
             later[:, :, goes_on:] = -inf
-            touched = both.touched.copy()
-            touched[:, goes_on:] = False
+            nonzero = both.nonzero.copy()
+            nonzero[:, goes_on:] = False
             if ahead >= shape.low:
                 end = self.laid(term.end, reading, ahead=ahead)
                 later[:, :, :here] = torch.maximum(later[:, :, :here], end)
-                touched[:, :here] |= self._touches(term.end, reading, ahead)
+                nonzero[:, :here] |= self._touches(term.end, reading, ahead)
         return later
 
-    def _release(self, term: Release, reading: Reading) -> Tensor:
+    def _release(self, term: Release, reading: TermPattern) -> Tensor:
         shape = window(term)
-        later, touched = self._conjunction(reading).least, np.zeros_like(reading.touched)
+        later, nonzero = self._conjunction(reading).least, np.zeros_like(reading.nonzero)
         for ahead in reversed(self._ahead(shape, reading)):
             here, both = self._steps(reading, ahead), self._conjunction(reading)
             goes_on = self._steps(reading, ahead + 1) if ahead + 1 in self._ahead(shape, reading) else 0
             free = self.laid(term.free, reading, ahead=ahead)
             later[:, :, :here] = torch.maximum(later[:, :, :here], free)
-            touched[:, :here] |= self._touches(term.free, reading, ahead)
+            nonzero[:, :here] |= self._touches(term.free, reading, ahead)
             later[:, :, goes_on:] = inf
-            touched[:, goes_on:] = False
+            nonzero[:, goes_on:] = False
             if ahead >= shape.low:
                 end = self._touches(term.end, reading, ahead)
                 both.add(self.laid(term.end, reading, ahead=ahead), end, is_leaf(term.end))
-                both.add(later, touched, False)
-                later, touched = both.value(), both.touched
+                both.add(later, nonzero, False)
+                later, nonzero = both.value(), both.nonzero
         return later
 
-    def _least_touched(self, term: LeastOver, body: Term, reading: Reading) -> Tensor:
+    def _least_touched(self, term: LeastOver, body: Term, reading: TermPattern) -> Tensor:
         """Rule II for a window: of its leaves, those that read the waypoint."""
         shape, below = window(term), self.readings.of[body]
         width = shape.width((reading.first, reading.first + reading.steps - 1), self.position.shape[2])
@@ -119,42 +119,42 @@ class PaperRules(Perturbed):
         for place, offset in enumerate(range(below.low, below.high + 1)):
             moved = self._touched(body, reading, shape.first, width, 1.0, inf, offset)
             assert moved is not None
-            reads = below.touched[:, start : start + reading.steps + width - 1, place]
+            reads = below.nonzero[:, start : start + reading.steps + width - 1, place]
             reads = np.pad(reads, ((0, 0), (0, reading.steps + width - 1 - reads.shape[1])))
             flags = self._flags(np.lib.stride_tricks.sliding_window_view(reads, width, axis=1))
             piece = passed[:, :, :, place : place + width]
             piece.copy_(torch.minimum(piece, moved.masked_fill(~flags, inf)))
-        return torch.where(self._flags(reading.touched), passed, self._usual(term, reading))
+        return torch.where(self._flags(reading.nonzero), passed, self._usual(term, reading))
 
-    def _ahead(self, shape: Window, reading: Reading) -> range:
+    def _ahead(self, shape: Window, reading: TermPattern) -> range:
         width = shape.width((reading.first, reading.first + reading.steps - 1), self.position.shape[2])
         return range(shape.first, shape.first + width)
 
-    def _steps(self, reading: Reading, ahead: int) -> int:
+    def _steps(self, reading: TermPattern, ahead: int) -> int:
         """How many of the steps have a step so far ahead of them."""
         return min(reading.steps, self.position.shape[2] - reading.first - ahead)
 
-    def _touches(self, part: Term, reading: Reading, ahead: int = 0) -> Flags:
+    def _touches(self, part: Term, reading: TermPattern, ahead: int = 0) -> Flags:
         """What a part touches, laid out as in ``laid``: (rows, steps, offsets)."""
-        rows, _, offsets = reading.touched.shape
-        touched = np.zeros((rows, self._steps(reading, ahead), offsets), dtype=bool)
+        rows, _, offsets = reading.nonzero.shape
+        nonzero = np.zeros((rows, self._steps(reading, ahead), offsets), dtype=bool)
         below = self.readings.of.get(part)
         if below is not None:
             start = below.low + ahead - reading.low
-            inner = slice(max(start, 0), start + below.touched.shape[2])
-            mark(touched[:, :, inner], reading.rows, below, reading.first + ahead)
-        return touched
+            inner = slice(max(start, 0), start + below.nonzero.shape[2])
+            mark(nonzero[:, :, inner], reading.rows, below, reading.first + ahead)
+        return nonzero
 
-    def _usual(self, term: Term, reading: Reading) -> Tensor:
+    def _usual(self, term: Term, reading: TermPattern) -> Tensor:
         value = self.unmoved.spread(self._rows(self.standard[term], reading.rows))
         return value[:, :, reading.first : reading.first + reading.steps, None, None]
 
-    def _conjunction(self, reading: Reading) -> Conjunction:
-        shape = (self.probes.shape[0], *reading.touched.shape, self.probes.shape[2])
-        return Conjunction(self.position.new_full(shape, inf), np.zeros_like(reading.touched))
+    def _conjunction(self, reading: TermPattern) -> Conjunction:
+        shape = (self.probes.shape[0], *reading.nonzero.shape, self.probes.shape[2])
+        return Conjunction(self.position.new_full(shape, inf), np.zeros_like(reading.nonzero))
 
-    def _flags(self, touched: Flags) -> Tensor:
-        return _tensor(touched, self.position.device)
+    def _flags(self, nonzero: Flags) -> Tensor:
+        return _tensor(nonzero, self.position.device)
 
 
 class Conjunction:
@@ -165,29 +165,29 @@ class Conjunction:
         touched: (rows, steps, offsets), where a part so far reads the waypoint.
     """
 
-    def __init__(self, least: Tensor, touched: Flags) -> None:
-        self.least, self.touched = least, touched
-        self.passed, self.leaves = least.clone(), touched.copy()
+    def __init__(self, least: Tensor, nonzero: Flags) -> None:
+        self.least, self.nonzero = least, nonzero
+        self.passed, self.leaves = least.clone(), nonzero.copy()
         self.total, self.count = torch.zeros_like(least), torch.zeros_like(least)
 
-    def add(self, value: Tensor, touched: Flags, leaf: bool) -> None:
+    def add(self, value: Tensor, nonzero: Flags, leaf: bool) -> None:
         """A part; it may be missing at the last steps."""
-        steps = touched.shape[1]
+        steps = nonzero.shape[1]
         least, passed, total, count = (each[:, :, :steps] for each in (self.least, self.passed, self.total, self.count))
         least.copy_(torch.minimum(least, value))
         limited = value.abs() < UNLIMITED
         total += torch.where(limited, value, 0.0)
         count += limited
-        self.touched[:, :steps] |= touched
-        if leaf and touched.any():
-            self.leaves[:, :steps] |= touched
-            passed.copy_(torch.minimum(passed, torch.where(_tensor(touched, value.device), value, inf)))
+        self.nonzero[:, :steps] |= nonzero
+        if leaf and nonzero.any():
+            self.leaves[:, :steps] |= nonzero
+            passed.copy_(torch.minimum(passed, torch.where(_tensor(nonzero, value.device), value, inf)))
 
     def value(self) -> Tensor:
         """By rule II where a leaf reads the waypoint, by rule III where any part does; else the least."""
         unlimited = (self.count == 0) | (self.least <= -UNLIMITED)
         mean = torch.where(unlimited, self.least, self.total / self.count.clamp(min=1.0))
-        above = torch.where(_tensor(self.touched, mean.device), mean, self.least)
+        above = torch.where(_tensor(self.nonzero, mean.device), mean, self.least)
         return torch.where(_tensor(self.leaves, mean.device), self.passed, above)
 
 
@@ -198,6 +198,6 @@ def is_leaf(term: Term) -> bool:
     return isinstance(term, Margin | Member | SomeLinked | EveryLinked | Length)
 
 
-def _tensor(touched: Flags, device: torch.device) -> Tensor:
+def _tensor(nonzero: Flags, device: torch.device) -> Tensor:
     """(rows, steps, offsets) -> (1, rows, steps, offsets, 1)."""
-    return torch.from_numpy(np.array(touched)).to(device, non_blocking=True)[None, ..., None]
+    return torch.from_numpy(np.array(nonzero)).to(device, non_blocking=True)[None, ..., None]

@@ -17,14 +17,14 @@ from missionc.backends.clot.cost_graph.motion_batch import (
     Team,
     velocities,
 )
-from missionc.backends.clot.paper.sparsity_pattern import Reading
+from missionc.backends.clot.paper.sparsity_pattern import TermPattern
 from missionc.backends.clot.torch_device import places
 from missionc.ir import Compare, Connected, DistanceBetween, DistanceTo, Feature, Graph, InFormation, Predicate
 from missionc.language.margins.predicate_margins import link_margin
 
 
 def moved_margin(
-    predicate: Predicate, reading: Reading, team: Team, position: Tensor, agent: int, probes: Tensor
+    predicate: Predicate, reading: TermPattern, team: Team, position: Tensor, agent: int, probes: Tensor
 ) -> Tensor:
     """A predicate's margin where a waypoint is moved: (batch, rows, steps, offsets, directions), metres.
 
@@ -86,7 +86,7 @@ def _moved_velocities(own: Tensor, probes: Tensor, step: float) -> tuple[Tensor,
     return before, at, after
 
 
-def _agents_read(predicate: Predicate, reading: Reading, agent: int, agents: int) -> list[int]:
+def _agents_read(predicate: Predicate, reading: TermPattern, agent: int, agents: int) -> list[int]:
     """The agents whose states the values asked for need."""
     read = {agent, *(reading.rows or ())}
     match predicate:

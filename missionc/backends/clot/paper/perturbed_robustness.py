@@ -46,9 +46,9 @@ from missionc.backends.clot.cost_graph.robustness import Robustness
 from missionc.backends.clot.cost_graph.route_metres import length_value
 from missionc.backends.clot.paper.perturbed_leaves import moved_links, moved_margin
 from missionc.backends.clot.paper.sparsity_pattern import (
-    Reading,
-    Readings,
     Rows,
+    SparsityPattern,
+    TermPattern,
     Window,
     window,
 )
@@ -60,7 +60,7 @@ class Perturbed:
     """Values of terms where a waypoint is moved.
 
     A value is (batch, rows, steps, offsets, directions), laid out as the term's
-    ``Reading`` says: the value at a step where the waypoint that many steps
+    ``TermPattern`` says: the value at a step where the waypoint that many steps
     ahead of it is moved.
 
     Args:
@@ -68,7 +68,7 @@ class Perturbed:
         probes: where each waypoint of the agent is moved to, (batch, steps, directions, dim), metres.
     """
 
-    def __init__(self, readings: Readings, team: Team, position: Tensor, probes: Tensor) -> None:
+    def __init__(self, readings: SparsityPattern, team: Team, position: Tensor, probes: Tensor) -> None:
         self.readings, self.team, self.position, self.probes = readings, team, position, probes
         self.unmoved = Robustness(team, States(position, velocities(position, team.mission.step)))
         self.standard = self.unmoved.values(readings.order)
@@ -91,7 +91,7 @@ class Perturbed:
             found.append(whole)
         return torch.stack(found)
 
-    def value(self, term: Term, reading: Reading) -> Tensor:
+    def value(self, term: Term, reading: TermPattern) -> Tensor:
         """The value of a term from those of the terms below it."""
         match term:
             case Margin(predicate, holds):
@@ -122,7 +122,7 @@ class Perturbed:
             case _:
                 assert_never(term)
 
-    def laid(self, part: Term, reading: Reading, rows: Rows = None, ahead: int = 0) -> Tensor:
+    def laid(self, part: Term, reading: TermPattern, rows: Rows = None, ahead: int = 0) -> Tensor:
         """A part's values as they lie in a term: 1 in place of what they do not depend on.
 
         Args:
@@ -154,7 +154,7 @@ class Perturbed:
                     whole[:, rows.index(row), :, start : start + size] = new[:, index]
         return whole
 
-    def over(self, shape: Window, reading: Reading) -> Tensor:
+    def over(self, shape: Window, reading: TermPattern) -> Tensor:
         """A temporal term's values: the touched steps between what is before and what is after them."""
         needed = (reading.first, reading.first + reading.steps - 1)
         width = shape.width(needed, self.position.shape[2])
@@ -191,7 +191,7 @@ class Perturbed:
             value = torch.minimum(value, pad(held, (spare, 0), value=inf)[..., None])
         return sign * torch.maximum(value, pad(before, (spare + 1, 0), value=-inf)[..., None])
 
-    def _unrolled(self, part: Term, reading: Reading, first: int, width: int, sign: float, beyond: float) -> Tensor:
+    def _unrolled(self, part: Term, reading: TermPattern, first: int, width: int, sign: float, beyond: float) -> Tensor:
         """Where nothing is moved, the values of the steps ahead of each: (batch, rows, steps, width)."""
         value = self.unmoved.spread(self._rows(self.standard[part], reading.rows))
         start = reading.first + first
@@ -200,7 +200,7 @@ class Perturbed:
         return pad(value, (0, missing), value=beyond).unfold(2, width, 1)
 
     def _touched(
-        self, part: Term, reading: Reading, first: int, width: int, sign: float, beyond: float, offset: int
+        self, part: Term, reading: TermPattern, first: int, width: int, sign: float, beyond: float, offset: int
     ) -> Tensor | None:
         """The same where a waypoint is moved, ``offset`` after the step ahead: with directions as a last axis.
 
@@ -223,7 +223,7 @@ class Perturbed:
             whole[:, rows.index(row)] = value[:, index]
         return whole
 
-    def _margin(self, predicate: Predicate, reading: Reading) -> Tensor:
+    def _margin(self, predicate: Predicate, reading: TermPattern) -> Tensor:
         key = (predicate, reading.first, reading.steps)
         if key not in self.margins:
             self.margins[key] = moved_margin(
@@ -231,7 +231,7 @@ class Perturbed:
             )
         return self.margins[key]
 
-    def _linked(self, graph: Graph, body: Tensor, reading: Reading, term: Term) -> Tensor:
+    def _linked(self, graph: Graph, body: Tensor, reading: TermPattern, term: Term) -> Tensor:
         """``SomeLinked`` for each of the graph's agents: only changed agents and links are looked at again."""
         members, agent = list(graph.agents), self.readings.agent
         here = slice(reading.first, reading.first + reading.steps)
@@ -261,7 +261,7 @@ class Perturbed:
             value[:, members.index(agent), :, now] = torch.minimum(moved, body[:, :, :, now]).amax(dim=1)
         return value
 
-    def _length(self, term: Length, reading: Reading) -> Tensor:
+    def _length(self, term: Length, reading: TermPattern) -> Tensor:
         """Judged again where it changes, as ``route_metres`` says."""
         batch, agents, _, dim = self.position.shape
         directions, everyone = self.probes.shape[2], tuple(range(agents))
@@ -284,7 +284,7 @@ class Perturbed:
     def _rows(self, value: Tensor, rows: Rows) -> Tensor:
         return value if rows is None or value.shape[1] == 1 else value[:, places(rows, value.device)]
 
-    def _full(self, value: Tensor, reading: Reading) -> Tensor:
+    def _full(self, value: Tensor, reading: TermPattern) -> Tensor:
         rows = 1 if reading.rows is None else len(reading.rows)
         offsets = reading.high - reading.low + 1
         return value.expand(self.probes.shape[0], rows, reading.steps, offsets, self.probes.shape[2])

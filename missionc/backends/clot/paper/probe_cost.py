@@ -22,7 +22,7 @@ from missionc.backends.clot.cost_graph.leaf_margins import UNLIMITED
 from missionc.backends.clot.cost_graph.motion_batch import Team
 from missionc.backends.clot.optimise.free_distance import Surroundings
 from missionc.backends.clot.paper.paper_rules import PaperRules
-from missionc.backends.clot.paper.sparsity_pattern import Readings, readings
+from missionc.backends.clot.paper.sparsity_pattern import SparsityPattern, sparsity_pattern
 from missionc.backends.clot.torch_device import places as at
 from missionc.backends.clot.weights import ProbeWeights
 from missionc.ir import Mission
@@ -53,13 +53,13 @@ class ProbeCost:
     around: Surroundings
     weights: ProbeWeights
     hinged: bool
-    reads: Readings = field(init=False)
+    reads: SparsityPattern = field(init=False)
 
     def __post_init__(self) -> None:
         count, steps = len(self.mission.agents), self.mission.steps + 1
-        every = readings(self.goals, self.agent, count, steps)
+        every = sparsity_pattern(self.goals, self.agent, count, steps)
         mine = tuple(goal for goal in self.goals if goal in every.of)
-        object.__setattr__(self, "reads", readings(mine, self.agent, count, steps))
+        object.__setattr__(self, "reads", sparsity_pattern(mine, self.agent, count, steps))
 
     def __call__(self, waypoints: Tensor, probes: Tensor, planned: Tensor) -> Tensor:
         """(batch, steps, probes).

@@ -22,11 +22,11 @@ from missionc.backends.clot.paper.planning_sequence import (
     in_order,
 )
 from missionc.backends.clot.paper.search_checkpoint import from_arrays, to_arrays
-from missionc.backends.clot.paper.tree_search import Search
-from missionc.backends.clot.run.presets import Order, Preset
+from missionc.backends.clot.paper.tree_search import TreeSearch
+from missionc.backends.clot.run.presets import Preset, SequenceChoice
 from missionc.backends.clot.run.run_state import UNUSABLE, Searching
 from missionc.backends.clot.run.search_results import Begun, Searched
-from missionc.backends.clot.schedule.geodesics import Guide
+from missionc.backends.clot.schedule.geodesics import Geodesics
 from missionc.base.trace import Array
 from missionc.ir import Mission
 from missionc.kernel.nodes import Kernel
@@ -35,13 +35,13 @@ MOST = 3
 """Joint motions that are handed on, the cheapest."""
 
 
-def searched(
+def run_algorithm_2(
     mission: Mission,
     kernel: Kernel,
     graph: CostGraph,
     preset: Preset,
     begun: Begun,
-    guide: Guide,
+    geodesics: Geodesics,
     generator: np.random.Generator,
     budget: Budget,
     go_on: Callable[[], bool],
@@ -84,7 +84,7 @@ def searched(
         begun.key,
         begun.schedule if preset.seeded else None,
         begun.motion if preset.seeded else None,
-        guide,
+        geodesics,
         preset.deviation * scale(mission),
     )
     coupled = couplings(mission, kernel, starts)
@@ -99,13 +99,13 @@ def searched(
         go_on,
         tell,
     )
-    if preset.order is Order.TOGETHER:
+    if preset.order is SequenceChoice.TOGETHER:
         found = expansion.together(preset.search.many_samples, int(generator.integers(2**63)))
         cheapest = sorted(found, key=lambda one: one.cost)[:MOST]
         return Searched(tuple(each.trajectory for each in cheapest), most, best)
     offers = _offers(preset, coupled, starts)
     if resume is None:
-        search = Search(agents, offers, expansion, preset.search, generator)
+        search = TreeSearch(agents, offers, expansion, preset.search, generator)
     else:
         try:
             search = from_arrays(resume.arrays, resume.text, agents, offers, expansion, preset.search)
@@ -126,7 +126,7 @@ def searched(
 
 def _offers(preset: Preset, coupled: Couplings, starts: Array) -> Offers:
     """Who may be planned next; a fixed sequence begins with the agent nearest to the middle of all."""
-    if preset.order is Order.SEARCHED:
+    if preset.order is SequenceChoice.SEARCHED:
         return coupled.next_agents
     middle = np.linalg.norm(starts - starts.mean(axis=0), axis=1)
     return in_order(coupled.breadth_first(int(middle.argmin())))

@@ -10,7 +10,7 @@ import numpy as np
 
 from missionc.backends.clot.paper.planning_sequence import Offers
 from missionc.backends.clot.paper.search_tree import Tree
-from missionc.backends.clot.paper.tree_search import Expand, Search
+from missionc.backends.clot.paper.tree_search import Expand, TreeSearch
 from missionc.backends.clot.run.search_settings import SearchSettings
 from missionc.base.trace import Array
 
@@ -18,7 +18,7 @@ BUDGET = ("expansions", "improvement")
 COUNTERS = ("rounds", "expansions", "pruned", "first")
 
 
-def to_arrays(search: Search) -> tuple[dict[str, Array], str]:
+def to_arrays(search: TreeSearch) -> tuple[dict[str, Array], str]:
     """All that a search knows, between two of its rounds.
 
     Returns:
@@ -53,7 +53,7 @@ def to_arrays(search: Search) -> tuple[dict[str, Array], str]:
 
 def from_arrays(
     arrays: Mapping[str, Array], text: str, agents: int, offers: Offers, expand: Expand, settings: SearchSettings
-) -> Search:
+) -> TreeSearch:
     """The search that ``to_arrays`` was asked of; run on, it finds what it would have found uninterrupted.
 
     Raises:
@@ -65,7 +65,7 @@ def from_arrays(
     """
     try:
         kept = json.loads(text)
-        search = Search(agents, offers, expand, settings, np.random.default_rng(0), _tree(arrays, agents))
+        search = TreeSearch(agents, offers, expand, settings, np.random.default_rng(0), _tree(arrays, agents))
         if any(kept[name] != value for name, value in _question(search).items()):
             raise ValueError("this is the state of a search with other agents or settings")
         for name in COUNTERS:
@@ -78,7 +78,7 @@ def from_arrays(
     return search
 
 
-def _question(search: Search) -> dict[str, object]:
+def _question(search: TreeSearch) -> dict[str, object]:
     """What a state belongs to; how long to go on is free."""
     settings = {name: value for name, value in asdict(search.settings).items() if name not in BUDGET}
     return {"agents": search.agents, "settings": settings}

@@ -53,8 +53,8 @@ Rows: TypeAlias = tuple[int, ...] | None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Reading:
-    """The values of a term that a moved waypoint can change.
+class TermPattern:
+    """The sparsity pattern of one term: its values that a moved waypoint can change.
 
     Args:
         first: the first step at which the term's value is needed.
@@ -66,21 +66,21 @@ class Reading:
     rows: Rows
     first: int
     low: int
-    touched: Flags
+    nonzero: Flags
 
     @property
     def steps(self) -> int:
-        return int(self.touched.shape[1])
+        return int(self.nonzero.shape[1])
 
     @property
     def high(self) -> int:
         """The last offset."""
-        return self.low + int(self.touched.shape[2]) - 1
+        return self.low + int(self.nonzero.shape[2]) - 1
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Readings:
-    """What moving a waypoint of ``agent`` changes in ``goals``.
+class SparsityPattern:
+    """The sparsity pattern of ``goals``: what moving a waypoint of ``agent`` changes in them.
 
     Args:
         order: every term below the goals once, each after those below it.
@@ -92,7 +92,7 @@ class Readings:
     order: tuple[Term, ...]
     agent: int
     needed: dict[Term, tuple[int, int]]
-    of: dict[Term, Reading]
+    of: dict[Term, TermPattern]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -127,8 +127,8 @@ def window(term: LeastOver | GreatestOver | Until | Release) -> Window:
             assert_never(term)
 
 
-def readings(goals: Iterable[Term], agent: int, agents: int, steps: int) -> Readings:
-    """What moving a waypoint of an agent changes in these goals, at step 0.
+def sparsity_pattern(goals: Iterable[Term], agent: int, agents: int, steps: int) -> SparsityPattern:
+    """The sparsity pattern of these goals, at step 0, by the waypoints of an agent.
 
     Raises:
         ValueError: a goal looks past the last step.
@@ -136,14 +136,14 @@ def readings(goals: Iterable[Term], agent: int, agents: int, steps: int) -> Read
     wanted = tuple(goals)
     order = postorder(wanted)
     needed = _needed(wanted, order, steps)
-    known: dict[Term, Reading] = {}
+    known: dict[Term, TermPattern] = {}
     team: dict[Term, bool] = {}
     for term in order:
         team[term] = _of_team(term, team)
         found = _reading(term, agent, agents, steps, needed[term], known, team[term])
         if found is not None:
             known[term] = found
-    return Readings(wanted, order, agent, needed, known)
+    return SparsityPattern(wanted, order, agent, needed, known)
 
 
 def _needed(goals: tuple[Term, ...], order: Sequence[Term], steps: int) -> dict[Term, tuple[int, int]]:
@@ -193,9 +193,9 @@ def _reading(
     agents: int,
     steps: int,
     needed: tuple[int, int],
-    known: dict[Term, Reading],
+    known: dict[Term, TermPattern],
     team: bool,
-) -> Reading | None:
+) -> TermPattern | None:
     first, count = needed[0], needed[1] - needed[0] + 1
     parts = [(part, known[part]) for part in below(term) if part in known]
     match term:
@@ -215,11 +215,11 @@ def _reading(
             found = known[body]
             here = slice(first - found.first, first - found.first + count)
             if found.rows is None:
-                return Reading(None, first, found.low, found.touched[:, here])
+                return TermPattern(None, first, found.low, found.nonzero[:, here])
             if index not in found.rows:
                 return None
             row = found.rows.index(index)
-            return Reading(None, first, found.low, found.touched[row : row + 1, here])
+            return TermPattern(None, first, found.low, found.nonzero[row : row + 1, here])
         case Least() | Greatest() | Ranked():
             rows = _union(agents, team, [one for _, one in parts])
             return _over(rows, first, count, [one for _, one in parts])
@@ -230,7 +230,7 @@ def _reading(
             assert_never(term)
 
 
-def _of_leaf(predicate: Predicate, agent: int, agents: int, first: int, count: int, steps: int) -> Reading | None:
+def _of_leaf(predicate: Predicate, agent: int, agents: int, first: int, count: int, steps: int) -> TermPattern | None:
     """``rows`` are the agents whose value reads the moved agent."""
     rows: Rows
     match predicate:
@@ -254,15 +254,15 @@ def _of_leaf(predicate: Predicate, agent: int, agents: int, first: int, count: i
             assert_never(predicate)
     height = 1 if rows is None else len(rows)
     if not predicate.reads_speed:
-        return Reading(rows, first, 0, np.ones((height, count, 1), dtype=bool))
+        return TermPattern(rows, first, 0, np.ones((height, count, 1), dtype=bool))
     # The speed at a step reads the next one too; at the last step, the one before.
-    touched = np.zeros((height, count, 3), dtype=bool)
+    nonzero = np.zeros((height, count, 3), dtype=bool)
     at = np.arange(first, first + count)
     own = 0 if rows is None else rows.index(agent)
-    touched[own, :, 0] = (at == steps - 1) & (steps > 1)
-    touched[:, :, 1] = True
-    touched[own, :, 2] = at < steps - 1
-    return Reading(rows, first, -1, touched)
+    nonzero[own, :, 0] = (at == steps - 1) & (steps > 1)
+    nonzero[:, :, 1] = True
+    nonzero[own, :, 2] = at < steps - 1
+    return TermPattern(rows, first, -1, nonzero)
 
 
 def _compared(predicate: Compare, agent: int) -> str | None:
@@ -284,7 +284,7 @@ def _compared(predicate: Compare, agent: int) -> str | None:
     return "own" if own else None
 
 
-def _union(agents: int, team: bool, parts: list[Reading]) -> Rows:
+def _union(agents: int, team: bool, parts: list[TermPattern]) -> Rows:
     if team:
         return None
     rows: set[int] = set()
@@ -293,59 +293,59 @@ def _union(agents: int, team: bool, parts: list[Reading]) -> Rows:
     return tuple(sorted(rows))
 
 
-def _over(rows: Rows, first: int, count: int, parts: list[Reading]) -> Reading:
+def _over(rows: Rows, first: int, count: int, parts: list[TermPattern]) -> TermPattern:
     """The reading of a term that reads its own row of its parts."""
     low, high = min(part.low for part in parts), max(part.high for part in parts)
-    touched = np.zeros((1 if rows is None else len(rows), count, high - low + 1), dtype=bool)
+    nonzero = np.zeros((1 if rows is None else len(rows), count, high - low + 1), dtype=bool)
     for part in parts:
-        mark(touched[:, :, part.low - low : part.high - low + 1], rows, part, first)
-    return Reading(rows, first, low, touched)
+        mark(nonzero[:, :, part.low - low : part.high - low + 1], rows, part, first)
+    return TermPattern(rows, first, low, nonzero)
 
 
 def _of_links(
-    graph: Graph, rows: tuple[int, ...], first: int, count: int, parts: list[Reading], agent: int
-) -> Reading | None:
+    graph: Graph, rows: tuple[int, ...], first: int, count: int, parts: list[TermPattern], agent: int
+) -> TermPattern | None:
     """The reading of a term over links of a graph and its parts at other agents: what touches one row touches all."""
     parts = [part for part in parts if part.rows is None or set(part.rows) & set(rows)]
     linked = agent in graph.agents
     if not parts and not linked:
         return None
     low, high = min([part.low for part in parts] + [0] * linked), max([part.high for part in parts] + [0] * linked)
-    touched = np.zeros((len(rows), count, high - low + 1), dtype=bool)
+    nonzero = np.zeros((len(rows), count, high - low + 1), dtype=bool)
     if linked:
-        touched[:, :, -low] = True
+        nonzero[:, :, -low] = True
     for part in parts:
-        here = part.touched[:, first - part.first : first - part.first + count]
-        touched[:, :, part.low - low : part.high - low + 1] |= here.any(axis=0)
-    return Reading(rows, first, low, touched)
+        here = part.nonzero[:, first - part.first : first - part.first + count]
+        nonzero[:, :, part.low - low : part.high - low + 1] |= here.any(axis=0)
+    return TermPattern(rows, first, low, nonzero)
 
 
 def _of_window(
-    shape: Window, rows: Rows, needed: tuple[int, int], parts: list[tuple[Term, Reading]], steps: int
-) -> Reading:
+    shape: Window, rows: Rows, needed: tuple[int, int], parts: list[tuple[Term, TermPattern]], steps: int
+) -> TermPattern:
     first, count = needed[0], needed[1] - needed[0] + 1
     width = shape.width(needed, steps)
     low = min(part.low for _, part in parts)
     high = max(part.high for _, part in parts)
-    touched = np.zeros((1 if rows is None else len(rows), count, high - low + width), dtype=bool)
+    nonzero = np.zeros((1 if rows is None else len(rows), count, high - low + width), dtype=bool)
     for ahead in range(width):
         for term, part in parts:
             size = min(count, steps - (first + shape.first + ahead))
-            later = touched[:, :size, ahead + part.low - low : ahead + part.high - low + 1]
+            later = nonzero[:, :size, ahead + part.low - low : ahead + part.high - low + 1]
             if term is shape.end and shape.first + ahead >= shape.low:
                 mark(later, rows, part, first + shape.first + ahead)
             if term is shape.hold and ahead < width - 1:
                 size = min(count, steps - 1 - (first + ahead))
                 mark(later[:, :size], rows, part, first + ahead)
-    return Reading(rows, first, shape.first + low, touched)
+    return TermPattern(rows, first, shape.first + low, nonzero)
 
 
-def mark(touched: Flags, rows: Rows, part: Reading, first: int) -> None:
+def mark(nonzero: Flags, rows: Rows, part: TermPattern, first: int) -> None:
     """Marks in (rows, steps, offsets) what a part touches, from step ``first`` on."""
-    here = part.touched[:, first - part.first : first - part.first + touched.shape[1]]
+    here = part.nonzero[:, first - part.first : first - part.first + nonzero.shape[1]]
     if rows is None or part.rows is None:
-        touched |= here
+        nonzero |= here
     else:
-        touched[[rows.index(row) for row in part.rows if row in rows]] |= here[
+        nonzero[[rows.index(row) for row in part.rows if row in rows]] |= here[
             [index for index, row in enumerate(part.rows) if row in rows]
         ]

@@ -86,7 +86,7 @@ class Solution:
 
 
 @dataclass(frozen=True, slots=True)
-class Found:
+class TreeSearchResult:
     """The solutions, pairwise further apart than ``delta``, the cheapest first; none is no proof of anything.
 
     Source:
@@ -98,7 +98,7 @@ class Found:
 
 
 @dataclass(slots=True)
-class Search:
+class TreeSearch:
     """The state of Algorithm 2 between two rounds.
 
     ``agents`` is how many there are to plan. ``rounds`` counts selections,
@@ -122,7 +122,7 @@ class Search:
     first: int | None = None
     _offered: dict[frozenset[int], tuple[int, ...]] = field(default_factory=dict)
 
-    def run(self, deadline: float = math.inf, stop: Callable[[], bool] = lambda: False) -> Found:
+    def run(self, deadline: float = math.inf, stop: Callable[[], bool] = lambda: False) -> TreeSearchResult:
         """Search until the budget or the improvement after the first solution is spent, or nothing is left.
 
         All of it is asked between two rounds, and no round is cut short. A
@@ -142,10 +142,10 @@ class Search:
         while True:
             ending = self._ending(deadline, stop)
             if ending is not None:
-                return Found(self.solutions(), ending)
+                return TreeSearchResult(self.solutions(), ending)
             work = self.select()
             if not work:
-                return Found(self.solutions(), Ending.EXHAUSTED)
+                return TreeSearchResult(self.solutions(), Ending.EXHAUSTED)
             self._expand(work)
 
     def values(self) -> Array:

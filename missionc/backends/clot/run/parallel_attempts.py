@@ -52,7 +52,7 @@ class Run(Protocol):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Made:
+class AttemptResult:
     """An attempt, as its child tells of it.
 
     Args:
@@ -67,7 +67,7 @@ class Made:
     late: bool
 
 
-def at_once(run: Run, numbers: range, attempt: MakeAttempt) -> tuple[int, Reached | None]:
+def run_parallel_attempts(run: Run, numbers: range, attempt: MakeAttempt) -> tuple[int, Reached | None]:
     """The first of these attempts that finds a plan, and that plan; or the attempt to go on with, and None.
 
     Args:
@@ -76,7 +76,7 @@ def at_once(run: Run, numbers: range, attempt: MakeAttempt) -> tuple[int, Reache
     Raises:
         MemoryError: a child had too little memory.
     """
-    made: dict[int, tuple[Made, State]] = {}
+    made: dict[int, tuple[AttemptResult, State]] = {}
     number, last = numbers.start, numbers[-1]
 
     def drawn() -> Iterator[int]:
@@ -105,7 +105,7 @@ def at_once(run: Run, numbers: range, attempt: MakeAttempt) -> tuple[int, Reache
     return number, None
 
 
-def _make(run: Run, attempt: MakeAttempt, number: int, say: Say) -> Made:
+def _make(run: Run, attempt: MakeAttempt, number: int, say: Say) -> AttemptResult:
     """In the child."""
     run.best, run.late, run.account = None, False, Account()
     run.budget = replace(run.budget, listen=ignore if run.budget.listen is ignore else say, keep=forget)
@@ -113,10 +113,10 @@ def _make(run: Run, attempt: MakeAttempt, number: int, say: Say) -> Made:
     found = attempt(number)
     best = run.best
     state = State(number, best and best.nearest, beside=run.beside, reached=found)
-    return Made(to_snapshot(state, run.graph), best and best.attempt, run.account, run.late)
+    return AttemptResult(to_snapshot(state, run.graph), best and best.attempt, run.account, run.late)
 
 
-def _take_in(run: Run, made: Made, state: State) -> tuple[Reached | None, bool]:
+def _take_in(run: Run, made: AttemptResult, state: State) -> tuple[Reached | None, bool]:
     """The plan, if there is one; and whether the attempts after this one began with what is known now."""
     run.late = run.late or made.late
     run.account.add(made.account)

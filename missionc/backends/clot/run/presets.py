@@ -26,7 +26,7 @@ from missionc.backends.clot.run.search_settings import FSOT, SearchSettings
 from missionc.backends.clot.run.transport_settings import Coupling, TransportSettings
 
 
-class Order(Enum):
+class SequenceChoice(Enum):
     """In which order agents are planned."""
 
     TOGETHER = auto()
@@ -53,7 +53,7 @@ class Preset:
 
     name: str
     local: bool = True
-    order: Order = Order.SEARCHED
+    order: SequenceChoice = SequenceChoice.SEARCHED
     seeded: bool = False
     polished: bool = False
     slack: float = 0.0
@@ -90,8 +90,8 @@ PRESETS = {
             transport=TransportSettings(iterations=20, first_radius=0.5),
         ),
         _PAPER,
-        replace(_PAPER, name="fsot", order=Order.FIXED, search=replace(FSOT, few_samples=96, many_samples=96)),
-        replace(_PAPER, name="mpot", order=Order.TOGETHER),
+        replace(_PAPER, name="fsot", order=SequenceChoice.FIXED, search=replace(FSOT, few_samples=96, many_samples=96)),
+        replace(_PAPER, name="mpot", order=SequenceChoice.TOGETHER),
     )
 }
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from missionc.backends.clot.schedule.key_frames import Frame
+from missionc.backends.clot.schedule.key_frames import KeyFrame
 from missionc.backends.clot.schedule.schedule import Schedule
 from missionc.base.trace import Array
 
@@ -18,7 +18,7 @@ class Begun:
 
     number: int
     schedule: Schedule
-    key: tuple[Frame, ...]
+    key: tuple[KeyFrame, ...]
     motion: Array
 
 

@@ -29,8 +29,8 @@ SHAKEN = 0.01
 """Metres by which agents are shaken first: two on top of each other have no direction from one to the other."""
 
 
-def gathers(predicate: Predicate) -> bool:
-    """Whether this is about where agents are to each other in a way that ``gathered`` knows."""
+def can_be_gathered(predicate: Predicate) -> bool:
+    """Whether this is about where agents are to each other in a way that ``gather_team`` knows."""
     match predicate:
         case InFormation():
             return True
@@ -40,7 +40,7 @@ def gathers(predicate: Predicate) -> bool:
             return False
 
 
-def gathered(shapes: Iterable[Predicate], position: Array) -> Array:
+def gather_team(shapes: Iterable[Predicate], position: Array) -> Array:
     """Positions, (agents, dim), metres, at which all shapes hold as well as it finds; where they do, nobody moves.
 
     Bodies and obstacles are not looked at.

@@ -21,8 +21,8 @@ DETOUR = 1.4
 """A way with more room may be so many times as long as the shortest."""
 
 
-class Guide:
-    """Straight or bent ways between points; room is metres to obstacles and to the world's bounds."""
+class Geodesics:
+    """Geodesics between points, straight or bent; room is metres to obstacles and to the world's bounds."""
 
     def __init__(self, mission: Mission) -> None:
         self.mission = mission
@@ -38,7 +38,7 @@ class Guide:
         self.graphs: dict[float, sparse.csr_matrix] = {}
 
     def room_at(self, points: Array) -> Array:
-        """How far points are from standing obstacles and from the world's bounds: (..., dim) -> (...), metres."""
+        """Room at points: metres to standing obstacles and to the world's bounds, (..., dim) -> (...)."""
         world = Box(self.mission.world.low, self.mission.world.high)
         room: Array = -np.asarray(signed_distance(np, world, points))
         standing = self.standing.standing_room(points.reshape(-1, points.shape[-1]))

@@ -22,7 +22,7 @@ from missionc.backends.clot.optimise.control_points import Splines
 from missionc.backends.clot.optimise.goal_terms import Demand
 from missionc.backends.clot.optimise.levenberg_marquardt import Polished, polish
 from missionc.backends.clot.optimise.motion_residuals import Costs
-from missionc.backends.clot.schedule.geodesics import Guide, along
+from missionc.backends.clot.schedule.geodesics import Geodesics, along
 from missionc.backends.clot.schedule.schedule import Schedule, Scheduler
 from missionc.backends.clot.weights import Spare, Weights
 from missionc.base.trace import Array, Flags
@@ -41,7 +41,7 @@ PITCHES = 0.95, 0.75
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Frame:
+class KeyFrame:
     """``shortfall``: metres by which the worst margin fails at this step; at most 0 where all hold."""
 
     step: int
@@ -50,42 +50,42 @@ class Frame:
     worst: str
 
 
-def frames(
+def key_frames(
     mission: Mission,
     schedule: Schedule,
     scheduler: Scheduler,
-    guide: Guide,
+    geodesics: Geodesics,
     generator: np.random.Generator,
     go_on: Callable[[], bool] = lambda: True,
-) -> tuple[Frame, ...]:
+) -> tuple[KeyFrame, ...]:
     """The key frames of a schedule, in order; the first and the last step are among them.
 
     Args:
         go_on: once it says no, first guesses are taken as they are.
     """
-    return _Frames(mission, schedule, scheduler, guide, generator, go_on).all()
+    return _KeyFrames(mission, schedule, scheduler, geodesics, generator, go_on).all()
 
 
-class _Frames:
+class _KeyFrames:
     def __init__(
         self,
         mission: Mission,
         schedule: Schedule,
         scheduler: Scheduler,
-        guide: Guide,
+        geodesics: Geodesics,
         generator: np.random.Generator,
         go_on: Callable[[], bool],
     ) -> None:
         self.mission, self.schedule, self.scheduler, self.generator = mission, schedule, scheduler, generator
         self.steps = mission.steps
-        self.guide, self.go_on = guide, go_on
+        self.geodesics, self.go_on = geodesics, go_on
 
-    def all(self) -> tuple[Frame, ...]:
+    def all(self) -> tuple[KeyFrame, ...]:
         located = sorted({0, *(each.step for each in self.schedule.appointments)})
         others = {hold.low for hold in self.schedule.holds if hold.timeless} | {self.steps}
         if any(agent.finish is not None for agent in self.mission.agents):
             located = sorted({*located, self.steps})
-        found: dict[int, Frame] = {}
+        found: dict[int, KeyFrame] = {}
         before: Array | None = None
         for step in located:
             found[step] = self._frame(step, self._guesses(step, before))
@@ -100,7 +100,7 @@ class _Frames:
             found[step] = self._frame(step, iter((guess,)))
         return tuple(found[step] for step in sorted(found))
 
-    def _frame(self, step: int, guesses: Iterator[Array]) -> Frame:
+    def _frame(self, step: int, guesses: Iterator[Array]) -> KeyFrame:
         """The first guess that can be made right, or the one that comes nearest."""
         demand = self._demand(step)
         pinned = self._pinned(step)
@@ -112,7 +112,7 @@ class _Frames:
             if best.shortfall <= 0 or not self.go_on():
                 break
         assert best is not None
-        return Frame(step, best.control[:, 0], best.shortfall, best.worst)
+        return KeyFrame(step, best.control[:, 0], best.shortfall, best.worst)
 
     def _tries(self, step: int, guesses: Iterator[Array], costs: Costs, demand: Demand) -> Iterator[Polished]:
         """What becomes of each guess; then of it, and of what it became, with relays along the links asked for."""
@@ -236,7 +236,7 @@ class _Frames:
             team = np.flatnonzero(depth >= 0)
             target = self._toward(region, before[first], self.mission.agents[first].radius)
             radius = self.mission.agents[first].radius + self.mission.clearance
-            way = self.guide.way(target, before[team].mean(axis=0), radius + 0.3, radius)
+            way = self.geodesics.way(target, before[team].mean(axis=0), radius + 0.3, radius)
             if way is None:
                 continue
             guess = before.copy()

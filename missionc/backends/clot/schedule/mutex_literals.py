@@ -15,74 +15,74 @@ from missionc.backends.clot.cost_graph.cost_graph import (
 from missionc.backends.clot.schedule.tasks import Hold, Outline
 from missionc.ir import Predicate
 
-Saying: TypeAlias = tuple[int, Predicate, bool]
+Literal: TypeAlias = tuple[int, Predicate, bool]
 """A literal: an agent, or -1 for the team; a predicate; and whether it holds."""
 
 TEAM = -1
 
 
 @dataclass(frozen=True, slots=True)
-class Said:
-    """What a hold says at every moment from ``low`` to ``high``, both included."""
+class TimedLiterals:
+    """The literals that a hold requires at every moment from ``low`` to ``high``, both included; seconds."""
 
-    sayings: frozenset[Saying]
+    literals: frozenset[Literal]
     low: float
     high: float
 
-    def shifted(self, by: float) -> Said:
-        return Said(self.sayings, self.low + by, self.high + by)
+    def shifted(self, by: float) -> TimedLiterals:
+        return TimedLiterals(self.literals, self.low + by, self.high + by)
 
-    def denies(self, other: Said) -> float | None:
-        """For how long it says the opposite of the other; None where it never does, 0 for one moment."""
+    def mutex_time(self, other: TimedLiterals) -> float | None:
+        """For how many seconds it is mutex with the other; None where it never is, 0 for one moment."""
         both = min(self.high, other.high) - max(self.low, other.low)
-        if both < 0 or not any((agent, what, not holds) in other.sayings for agent, what, holds in self.sayings):
+        if both < 0 or not any((agent, what, not holds) in other.literals for agent, what, holds in self.literals):
             return None
         return both
 
 
-def opposed(outline: Outline) -> frozenset[Saying]:
-    """Everything an outline says of which it also says the opposite, somewhere."""
+def mutex_literals(outline: Outline) -> frozenset[Literal]:
+    """The literals of an outline whose opposites are in it too, somewhere."""
     events = [event for task in outline.tasks for option in task.options for event in option.events]
     holds = [*outline.holds, *(hold for task in outline.tasks for option in task.options for hold in option.holds)]
     while events:
         event = events.pop()
         holds.extend((*event.holds, *event.before))
         events.extend(event.then)
-    everything = {saying for hold in holds for saying in _sayings(hold.agent, hold.term)}
-    return frozenset(saying for saying in everything if (saying[0], saying[1], not saying[2]) in everything)
+    everything = {literal for hold in holds for literal in _literals(hold.agent, hold.term)}
+    return frozenset(literal for literal in everything if (literal[0], literal[1], not literal[2]) in everything)
 
 
-def said(holds: Iterable[Hold], among: frozenset[Saying], step: float) -> tuple[Said, ...]:
-    """What holds say, as far as it is among these sayings; ``step`` is seconds, and so are the results' times."""
-    found: list[Said] = []
+def timed_literals(holds: Iterable[Hold], among: frozenset[Literal], step: float) -> tuple[TimedLiterals, ...]:
+    """The literals of holds, as far as they are among these; ``step`` is seconds, and so are the results' times."""
+    found: list[TimedLiterals] = []
     for hold in holds if among else ():
-        sayings = among.intersection(_sayings(hold.agent, hold.term))
-        if sayings:
-            found.append(Said(sayings, hold.low * step, hold.high * step))
+        literals = among.intersection(_literals(hold.agent, hold.term))
+        if literals:
+            found.append(TimedLiterals(literals, hold.low * step, hold.high * step))
     return tuple(found)
 
 
-def waiting(says: Iterable[Said], begin: float, sure: Iterable[Said], step: float) -> float:
-    """The soonest time from ``begin`` at which nothing that is sure denies what is said from then on; seconds."""
+def earliest_time(says: Iterable[TimedLiterals], begin: float, sure: Iterable[TimedLiterals], step: float) -> float:
+    """The earliest time from ``begin`` on at which no literal is mutex with those that are sure; seconds."""
     while True:
         later = [
             other.high - each.low + step
             for each in says
             for other in sure
-            if each.shifted(begin).denies(other) is not None
+            if each.shifted(begin).mutex_time(other) is not None
         ]
         if not later:
             return begin
         begin = max(later)
 
 
-def amiss_by(one: Said, others: Iterable[Said], step: float) -> float:
-    """For how many seconds one is denied by others."""
-    denied = [one.denies(other) for other in others]
+def mutex_seconds(one: TimedLiterals, others: Iterable[TimedLiterals], step: float) -> float:
+    """For how many seconds one is mutex with others."""
+    denied = [one.mutex_time(other) for other in others]
     return sum(each + step for each in denied if each is not None)
 
 
-def _sayings(agent: int, term: Term) -> Iterator[Saying]:
+def _literals(agent: int, term: Term) -> Iterator[Literal]:
     stack = [(agent, term)]
     while stack:
         agent, term = stack.pop()

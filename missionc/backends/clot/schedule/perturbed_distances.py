@@ -12,8 +12,8 @@ from missionc.ir import Region
 
 
 @dataclass(frozen=True, slots=True)
-class Judged:
-    """How one schedule sees the mission: rightly where ``noise`` is 0.
+class PerturbedDistances:
+    """Perturbed distances and delays for one schedule: the true ones where ``noise`` is 0.
 
     ``stretch`` is how many times as long the way to each region is taken to be;
     ``delay`` the share of the time it has by which each event without a region is put off.

@@ -20,15 +20,15 @@ import numpy as np
 
 from missionc.backends.clot.cost_graph.cost_graph import Margin, Term
 from missionc.backends.clot.optimise.active_set import Choices
-from missionc.backends.clot.schedule.gather_team import gathered, gathers
+from missionc.backends.clot.schedule.gather_team import can_be_gathered, gather_team
 from missionc.backends.clot.schedule.mutex_literals import (
-    Said,
-    amiss_by,
-    opposed,
-    said,
-    waiting,
+    TimedLiterals,
+    earliest_time,
+    mutex_literals,
+    mutex_seconds,
+    timed_literals,
 )
-from missionc.backends.clot.schedule.perturbed_distances import Judged
+from missionc.backends.clot.schedule.perturbed_distances import PerturbedDistances
 from missionc.backends.clot.schedule.tasks import (
     Decision,
     Event,
@@ -74,8 +74,8 @@ class Visit:
     shapes: tuple[Predicate, ...]
     lasts: int
     after: int | None
-    says: tuple[Said, ...] = ()
-    before: tuple[Said, ...] = ()
+    says: tuple[TimedLiterals, ...] = ()
+    before: tuple[TimedLiterals, ...] = ()
 
     @property
     def agents(self) -> set[int]:
@@ -111,7 +111,7 @@ class Scheduler:
     def __init__(self, mission: Mission, outline: Outline, generator: np.random.Generator) -> None:
         self.mission, self.outline, self.generator = mission, outline, generator
         self.deepest: dict[Region, Array] = {}
-        self.opposed = opposed(outline)
+        self.mutex = mutex_literals(outline)
         self.shaped: dict[tuple[tuple[Predicate, ...], bytes], Array] = {}
         self.speed = np.array([agent.dynamics.top_speed for agent in mission.agents]) * SHARE
         self.starts = np.array([self._place(agent.start) for agent in mission.agents])
@@ -121,14 +121,14 @@ class Scheduler:
         """A schedule; ``noise`` is by what share distances are misjudged on purpose, for another one than before."""
         order: list[Visit] = []
         options: list[Option] = []
-        judged = Judged(noise, self.generator)
+        perturbed = PerturbedDistances(noise, self.generator)
         tasks = sorted(self.outline.tasks, key=lambda task: (len(task.options), _deadline(task.options)))
         for task in tasks:
             found: tuple[float, list[Visit], Option] | None = None
             for option in task.options:
                 fixed, amiss = self._fixed([*options, option])
                 for visits in self._inserted(order, option):
-                    cost = self._run(visits, judged, fixed)[0] + LATE * amiss
+                    cost = self._run(visits, perturbed, fixed)[0] + LATE * amiss
                     if noise:
                         cost *= float(np.exp(0.3 * noise * self.generator.standard_normal()))
                     if found is None or cost < found[0]:
@@ -136,7 +136,7 @@ class Scheduler:
             if found is not None:
                 order = found[1]
                 options.append(found[2])
-        return self._settled(order, options, judged)
+        return self._settled(order, options, perturbed)
 
     # --------------------------------------------------------------- inserting
 
@@ -173,7 +173,7 @@ class Scheduler:
             regions = tuple(dict(_regions(each.holds)).items())
             lasts = max((hold.high for hold in each.holds), default=0)
             shapes = () if regions else tuple(_shapes(each.holds))
-            says, before = (said(holds, self.opposed, self.mission.step) for holds in (each.holds, each.before))
+            says, before = (timed_literals(holds, self.mutex, self.mission.step) for holds in (each.holds, each.before))
             found.append(Visit(each, regions, shapes, min(lasts, self.mission.steps), after, says, before))
             stack.extend((later, len(found) - 1) for later in reversed(each.then))
         return found
@@ -192,14 +192,16 @@ class Scheduler:
 
     # ------------------------------------------------------------------ timing
 
-    def _fixed(self, options: list[Option]) -> tuple[list[Said], float]:
+    def _fixed(self, options: list[Option]) -> tuple[list[TimedLiterals], float]:
         """What holds at fixed times whatever the order is, and for how many seconds it denies itself."""
         holds = [*self.outline.holds, *(hold for option in options for hold in option.holds)]
-        fixed = said(holds, self.opposed, self.mission.step)
-        amiss = sum(amiss_by(one, fixed[:number], self.mission.step) for number, one in enumerate(fixed))
+        fixed = timed_literals(holds, self.mutex, self.mission.step)
+        amiss = sum(mutex_seconds(one, fixed[:number], self.mission.step) for number, one in enumerate(fixed))
         return list(fixed), amiss
 
-    def _run(self, visits: list[Visit], judged: Judged, fixed: list[Said]) -> tuple[float, list[float], float, float]:
+    def _run(
+        self, visits: list[Visit], perturbed: PerturbedDistances, fixed: list[TimedLiterals]
+    ) -> tuple[float, list[float], float, float]:
         """Cost of an order, the soonest time of each visit, how much too late all that is, and when all is done."""
         step = self.mission.step
         where, free = self.starts.copy(), np.zeros(len(self.starts))
@@ -220,7 +222,7 @@ class Scheduler:
                 if far > 0:
                     where[agent] += (target - where[agent]) * min(1.0, (gap + 0.1) / far)
                 way += gap
-                begin = max(begin, free[agent] + gap * judged.factor(region) / self.speed[agent])
+                begin = max(begin, free[agent] + gap * perturbed.factor(region) / self.speed[agent])
             if visit.shapes:
                 there = self._gathered(visit.shapes, where)
                 gaps = np.linalg.norm(there - where, axis=1)
@@ -230,12 +232,12 @@ class Scheduler:
                 where = there
             if not visit.regions:
                 latest = min(high, self._latest(visit) * step)
-                begin += judged.put_off(visit.event) * max(0.0, latest - begin)
-            begin = waiting(visit.says, begin, sure, step)
+                begin += perturbed.put_off(visit.event) * max(0.0, latest - begin)
+            begin = earliest_time(visit.says, begin, sure, step)
             base = 0.0 if visit.after is None else times[visit.after]
             for each in visit.before:
-                barred = Said(each.sayings, each.low + base, begin - step)
-                late += amiss_by(barred, sure, step)
+                barred = TimedLiterals(each.literals, each.low + base, begin - step)
+                late += mutex_seconds(barred, sure, step)
                 sure.append(barred)
             sure.extend(each.shifted(begin) for each in visit.says)
             late += max(0.0, begin - high)
@@ -252,11 +254,11 @@ class Scheduler:
         late += max(0.0, end - self.mission.horizon)
         return LATE * late + end + 0.1 * way / float(self.speed.mean()), times, late, end
 
-    def _settled(self, visits: list[Visit], options: list[Option], judged: Judged) -> Schedule:
+    def _settled(self, visits: list[Visit], options: list[Option], perturbed: PerturbedDistances) -> Schedule:
         """Steps for all visits: everything as unhurried as windows and horizon let it be."""
         step = self.mission.step
         fixed, _ = self._fixed(options)
-        _, soonest, late, end = self._run(visits, replace(judged, noise=0.0), fixed)
+        _, soonest, late, end = self._run(visits, replace(perturbed, noise=0.0), fixed)
         room = [self.mission.horizon / end] if end > 0 else [1.0]
         for visit, time in zip(visits, soonest, strict=True):
             if visit.after is None and time > visit.event.low * step:
@@ -283,14 +285,16 @@ class Scheduler:
             found.append(Appointment(visit, max(base + visit.event.low, min(wanted, latest))))
         return tuple(found)
 
-    def _denied(self, appointments: tuple[Appointment, ...], fixed: list[Said]) -> bool:
+    def _denied(self, appointments: tuple[Appointment, ...], fixed: list[TimedLiterals]) -> bool:
         """Whether something that appointments or fixed times say is denied by another of them."""
         step, sure = self.mission.step, list(fixed)
         for each in appointments:
             base = 0 if each.visit.after is None else appointments[each.visit.after].step
             new = [one.shifted(each.step * step) for one in each.visit.says]
-            new += [Said(one.sayings, one.low + base * step, (each.step - 1) * step) for one in each.visit.before]
-            if any(one.denies(other) is not None for one in new for other in sure):
+            new += [
+                TimedLiterals(one.literals, one.low + base * step, (each.step - 1) * step) for one in each.visit.before
+            ]
+            if any(one.mutex_time(other) is not None for one in new for other in sure):
                 return True
             sure += new
         return False
@@ -305,7 +309,7 @@ class Scheduler:
         """Where agents, (agents, dim), go to be in shape."""
         key = shapes, where.tobytes()
         if key not in self.shaped:
-            self.shaped[key] = gathered(shapes, where)
+            self.shaped[key] = gather_team(shapes, where)
         return self.shaped[key].copy()
 
     def _place(self, place: Exactly | Anywhere) -> Array:
@@ -341,7 +345,7 @@ def _shapes(holds: tuple[Hold, ...]) -> Iterator[Predicate]:
     seen: set[Predicate] = set()
     for hold in holds:
         term = hold.term
-        if isinstance(term, Margin) and term.holds and gathers(term.predicate) and term.predicate not in seen:
+        if isinstance(term, Margin) and term.holds and can_be_gathered(term.predicate) and term.predicate not in seen:
             seen.add(term.predicate)
             yield term.predicate
 

@@ -12,8 +12,8 @@ from scipy.sparse.csgraph import connected_components
 
 from missionc.backends.clot.cost_graph.cost_graph import Margin
 from missionc.backends.clot.optimise.obstacle_index import Obstacles
-from missionc.backends.clot.schedule.geodesics import Guide, along
-from missionc.backends.clot.schedule.key_frames import Frame
+from missionc.backends.clot.schedule.geodesics import Geodesics, along
+from missionc.backends.clot.schedule.key_frames import KeyFrame
 from missionc.backends.clot.schedule.schedule import Schedule
 from missionc.base.trace import Array
 from missionc.ir import Box, Connected, InFormation, Mission, Still
@@ -29,8 +29,8 @@ BEND_COST, LEAST_BEND, ROOM = 0.02, 0.5, 0.05
 def sketch(
     mission: Mission,
     schedule: Schedule,
-    found: Sequence[Frame],
-    guide: Guide,
+    found: Sequence[KeyFrame],
+    geodesics: Geodesics,
     generator: np.random.Generator,
     detour: float,
 ) -> Array:
@@ -46,7 +46,7 @@ def sketch(
         share = np.arange(1, span + 1) / span
         for team in _teams(mission, schedule, earlier.step, later.step):
             position[team, earlier.step + 1 : later.step + 1] = _together(
-                mission, team, earlier, later, share, guide, generator, generator.random() < detour
+                mission, team, earlier, later, share, geodesics, generator, generator.random() < detour
             )
     return position
 
@@ -54,10 +54,10 @@ def sketch(
 def _together(
     mission: Mission,
     team: list[int],
-    earlier: Frame,
-    later: Frame,
+    earlier: KeyFrame,
+    later: KeyFrame,
     share: Array,
-    guide: Guide,
+    geodesics: Geodesics,
     generator: np.random.Generator,
     other_way: bool,
 ) -> Array:
@@ -66,9 +66,9 @@ def _together(
     middle, goal = start.mean(axis=0), end.mean(axis=0)
     radius = max(mission.agents[agent].radius for agent in team) + mission.clearance
     extent = max(float(np.linalg.norm(each - each.mean(axis=0), axis=1).max()) for each in (start, end))
-    way = guide.way(middle, goal, radius + 0.1 + extent, radius)
+    way = geodesics.way(middle, goal, radius + 0.1 + extent, radius)
     if way is not None and other_way:
-        second = guide.way(middle, goal, radius + 0.1 + extent / 2, radius, along(way, np.linspace(0.1, 0.9, 60)))
+        second = geodesics.way(middle, goal, radius + 0.1 + extent / 2, radius, along(way, np.linspace(0.1, 0.9, 60)))
         way = way if second is None else second
     if way is None:
         way = np.stack([middle, goal])

@@ -78,13 +78,13 @@ DEEP = 20_000
 class Lowered:
     """Literals to assume, one for each goal in order; where true, the goal holds.
 
-    ``hopeless``: some goal cannot hold, whatever the agents do. ``shortened``:
+    ``infeasible``: some goal cannot hold, whatever the agents do. ``shortened``:
     some route was given fewer links than the mission allows, so that a plan is
     a plan, but no plan is no proof.
     """
 
     goals: tuple[int, ...]
-    hopeless: bool
+    infeasible: bool
     shortened: bool
 
 

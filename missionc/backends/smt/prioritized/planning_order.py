@@ -14,7 +14,7 @@ from missionc.backends.smt.prioritized.requirement_parts import (
     NOBODY,
     Agents,
     Part,
-    named_by,
+    agents_named_by,
 )
 from missionc.backends.smt.roadmap.labels import Labels
 from missionc.backends.smt.roadmap.own_state import own_state, states_of
@@ -32,8 +32,8 @@ class Need:
 
 
 @dataclass(slots=True, eq=False)
-class Order:
-    """What orders the agents.
+class PlanningOrder:
+    """The order in which groups of agents are planned.
 
     ``ways``: for each agent where it can be, (steps + 1, states).
     """
@@ -78,7 +78,7 @@ class Order:
                 inner = needs[body]
                 return Need(max(inner.steps, self.steps_to(agent, body)), inner.agents | {agent})
             case Atom():
-                return Need(0, named_by(node))
+                return Need(0, agents_named_by(node))
             case Any(parts):
                 return _together(_cheapest([needs[part] for part in parts], 1))
             case AtLeast(count, parts):

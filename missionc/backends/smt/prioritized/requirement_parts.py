@@ -51,13 +51,13 @@ class Part:
     """
 
     formula: Node
-    asks: Agents
-    grows: bool
+    named: Agents
+    monotone: bool
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Asked:
-    """All that is required.
+class RequirementParts:
+    """The requirements as conjuncts.
 
     ``never``: for some agents, where they may not be, (steps + 1, states), whatever
     else; what that says is in no part.
@@ -67,7 +67,7 @@ class Asked:
     never: dict[int, Flags]
 
 
-def asked_of(kernel: Kernel, labels: Labels, roadmap_of: dict[int, int]) -> Asked:
+def split_requirements(kernel: Kernel, labels: Labels, roadmap_of: dict[int, int]) -> RequirementParts:
     """The requirements in parts.
 
     Args:
@@ -90,12 +90,12 @@ def asked_of(kernel: Kernel, labels: Labels, roadmap_of: dict[int, int]) -> Aske
                 body = Always(body, window.low, window.high, window.span)
             bodies[windows, node] = body
         formulas.append(bodies[windows, node] if agent is None else At(agent, bodies[windows, node], node.span))
-    asks, grows = asks_of(formulas), _grows(formulas)
-    return Asked(tuple(Part(formula, asks[formula], grows[formula]) for formula in formulas), never)
+    named, monotone = named_agents(formulas), _monotone(formulas)
+    return RequirementParts(tuple(Part(formula, named[formula], monotone[formula]) for formula in formulas), never)
 
 
 def _conjuncts(kernel: Kernel) -> Iterator[tuple[int | None, tuple[Always, ...], Node]]:
-    """What must hold: of which agent or of the team, throughout which windows one in the other, and which formula."""
+    """Conjuncts: the agent or the team, the nested windows throughout which it must hold, and the formula."""
     work: list[tuple[int | None, tuple[Always, ...], Node]]
     work = [(None, (), goal.formula) for goal in reversed(kernel.requirements)]
     seen: set[tuple[int | None, tuple[Always, ...], Node]] = set()
@@ -116,15 +116,15 @@ def _conjuncts(kernel: Kernel) -> Iterator[tuple[int | None, tuple[Always, ...],
                 yield what
 
 
-def asks_of(roots: Iterable[Node]) -> dict[Node, Agents]:
+def named_agents(roots: Iterable[Node]) -> dict[Node, Agents]:
     """The agents that each formula asks something of by name, for these formulas and what is below them."""
-    asks: dict[Node, Agents] = {}
+    named: dict[Node, Agents] = {}
     for node in postorder(roots):
-        asks[node] = named_by(node).union(*(asks[child] for child in children(node)))
-    return asks
+        named[node] = agents_named_by(node).union(*(named[child] for child in children(node)))
+    return named
 
 
-def named_by(node: Node) -> Agents:
+def agents_named_by(node: Node) -> Agents:
     """The agents that the node by itself asks something of."""
     match node:
         case At(agent):
@@ -137,32 +137,32 @@ def named_by(node: Node) -> Agents:
             return NOBODY
 
 
-def _grows(roots: Iterable[Node]) -> dict[Node, bool]:
+def _monotone(roots: Iterable[Node]) -> dict[Node, bool]:
     """Whether agents that join can only make the formula true."""
-    grows: dict[Node, bool] = {}
+    monotone: dict[Node, bool] = {}
     for node in postorder(roots):
         match node:
             case EveryNeighbour() | EveryReach() | Route() | EveryRoute() | PathLength():
-                grows[node] = False
+                monotone[node] = False
             case _:
-                grows[node] = all(grows[child] for child in children(node))
-    return grows
+                monotone[node] = all(monotone[child] for child in children(node))
+    return monotone
 
 
-def among(formula: Node, asks: dict[Node, Agents], present: Agents) -> Node | None:
+def restricted_to(formula: Node, named: dict[Node, Agents], present: Agents) -> Node | None:
     """A formula that only asks something of agents who are there, and implies the one given; None if there is none.
 
     Where some of many will do, it must be some of those.
     """
-    if asks[formula] <= present:
+    if named[formula] <= present:
         return formula
     made: dict[Node, Node | None] = {}
     for node in postorder((formula,)):
-        made[node] = node if asks[node] <= present else _among(node, made, present)
+        made[node] = node if named[node] <= present else _restricted_to(node, made, present)
     return made[formula]
 
 
-def _among(node: Node, made: dict[Node, Node | None], present: Agents) -> Node | None:
+def _restricted_to(node: Node, made: dict[Node, Node | None], present: Agents) -> Node | None:
     left = tuple(part for part in (made[child] for child in children(node)) if part is not None)
     whole = len(left) == len(children(node))
     match node:

@@ -24,8 +24,8 @@ PUSH = 10.0
 """To come too near one who can be moved counts as so many of the longest moves."""
 
 
-class Settled:
-    """A joint motion of some agents, in the order in which they were settled.
+class Reservations:
+    """Reserved trajectories: a joint motion of some agents, in the order in which they were settled.
 
     ``states``, (agents, steps + 1), says what they do; of the others it says
     nothing. Those in ``alone`` were settled one by one and may be moved so again.
@@ -38,38 +38,38 @@ class Settled:
         self.states = np.zeros((motion.agents, motion.steps + 1), dtype=np.int64)
         self.moved = np.zeros(motion.agents, dtype=np.int64)
         """How often each has had to make way, (agents,)."""
-        self._kinds = [Kind(roadmap, mission) for roadmap in motion.roadmaps]
+        self._tables = [ReservationTable(roadmap, mission) for roadmap in motion.roadmaps]
 
-    def settle(self, agents: Iterable[int], states: Indices, *, alone: bool = False) -> None:
+    def reserve(self, agents: Iterable[int], states: Indices, *, alone: bool = False) -> None:
         """These agents do what ``states``, (agents of the mission, steps + 1), say; all others keep clear of them."""
         for agent in agents:
             self.agents.append(agent)
             self.states[agent] = states[agent]
             if alone:
                 self.alone.add(agent)
-            for kind in self._kinds:
+            for kind in self._tables:
                 kind.keep_clear_of(agent, self.states, self.motion, float(1 + self.moved[agent]) if alone else np.inf)
 
     def release(self, agents: Iterable[int]) -> None:
-        """What these agents did counts no more."""
+        """The reservations of these agents count no more."""
         for agent in agents:
             self.agents.remove(agent)
             self.alone.discard(agent)
-            for kind in self._kinds:
+            for kind in self._tables:
                 kind.release(agent)
 
-    def copy(self) -> Settled:
-        other = Settled(self.motion, self.mission)
+    def copy(self) -> Reservations:
+        other = Reservations(self.motion, self.mission)
         other.agents, other.alone = list(self.agents), set(self.alone)
         other.states, other.moved = self.states.copy(), self.moved.copy()
-        other._kinds = [kind.copy() for kind in self._kinds]
+        other._tables = [kind.copy() for kind in self._tables]
         return other
 
     def in_the_way(self, agent: int, way: Indices) -> list[int]:
-        """Who comes too near the agent on this way, (steps + 1,)."""
-        return self._kinds[int(self.motion.roadmap_of[agent])].in_the_way(way)
+        """The agents that come too near the agent on this way, (steps + 1,)."""
+        return self._tables[int(self.motion.roadmap_of[agent])].in_the_way(way)
 
-    def with_bystanders(self, ways: tuple[Flags, ...]) -> Settled | int:
+    def with_bystanders(self, ways: tuple[Flags, ...]) -> Reservations | int:
         """All agents: who is not settled takes the shortest way; or the first agent that finds none.
 
         Args:
@@ -81,14 +81,14 @@ class Settled:
                 way = everyone.shortest(agent, ways[agent])
                 if way is None:
                     return agent
-                everyone.settle((agent,), np.broadcast_to(way, self.states.shape))
+                everyone.reserve((agent,), np.broadcast_to(way, self.states.shape))
         return everyone
 
     def shortest(
         self, agent: int, ways: Flags, errands: Sequence[Flags] = (), *, pushing: bool = False
     ) -> Indices | None:
-        """The agent's shortest way clear of all others, as ``Kind.shortest`` finds it."""
-        return self._kinds[int(self.motion.roadmap_of[agent])].shortest(ways, errands, pushing=pushing)
+        """The agent's shortest way clear of all others, as ``ReservationTable.shortest`` finds it."""
+        return self._tables[int(self.motion.roadmap_of[agent])].shortest(ways, errands, pushing=pushing)
 
     def each_alone(self, ways: tuple[Flags, ...]) -> Indices | None:
         """The shortest way of each agent, (agents, steps + 1), as if it were the only one; None where one has none."""
@@ -97,7 +97,7 @@ class Settled:
         for agent, number in enumerate(self.motion.roadmap_of.tolist()):
             key = number, ways[agent].tobytes()
             if key not in found:
-                found[key] = Kind(self.motion.roadmaps[number], self.mission).shortest(ways[agent])
+                found[key] = ReservationTable(self.motion.roadmaps[number], self.mission).shortest(ways[agent])
             way = found[key]
             if way is None:
                 return None
@@ -114,11 +114,11 @@ class Settled:
 
     def open_roadmaps(self) -> tuple[Roadmap, ...]:
         """The roadmaps with only those moves allowed that keep clear of all who are settled."""
-        return tuple(kind.open_roadmap() for kind in self._kinds)
+        return tuple(kind.open_roadmap() for kind in self._tables)
 
 
-class Kind:
-    """The agents of one roadmap: which of its moves are still free at each step."""
+class ReservationTable:
+    """The reservation table of one roadmap: the moves that are still free at each step."""
 
     def __init__(self, roadmap: Roadmap, mission: Mission) -> None:
         self.roadmap, self.mission = roadmap, mission
@@ -135,7 +135,7 @@ class Kind:
         self.middle, self.reach = _disc(*self.moves, mission.step)
         self.length = np.linalg.norm(roadmap.position[self.target] - roadmap.position[self.source], axis=-1)
 
-    def copy(self) -> Kind:
+    def copy(self) -> ReservationTable:
         other = copy(self)
         other.price, other.near = self.price.copy(), dict(self.near)
         return other
@@ -172,7 +172,7 @@ class Kind:
             self.price[step[shared], move[shared]] += weight
 
     def in_the_way(self, way: Indices) -> list[int]:
-        """Whom the moves of this way, (steps + 1,), come too near."""
+        """The agents that the moves of this way, (steps + 1,), come too near."""
         made = (self.source == way[:-1, None]) & (self.target == way[1:, None])
         return [agent for agent, (step, move, _) in self.near.items() if made[step, move].any()]
 

@@ -49,8 +49,8 @@ Onward = Callable[[int, Flags], Flags]
 """What may hold at a step, (states,), from what may hold one step later, (states,)."""
 
 
-class Outlook:
-    """What may hold of agents while those who take part move and the others are nowhere.
+class SingleAgentRelaxation:
+    """A may analysis of agents: what can hold while those who take part move and the others are nowhere.
 
     Args:
         ways: for each agent where it can be, (steps + 1, states).
@@ -63,7 +63,7 @@ class Outlook:
         self._known: dict[tuple[Node, int, int], Flags] = {}
         self._swept = 0
 
-    def hopeless(self, formulas: Iterable[Node]) -> bool:
+    def infeasible(self, formulas: Iterable[Node]) -> bool:
         """Whether some formula, asked of step 0, holds in no joint motion of these agents. False says nothing."""
         with deep():
             return not all((self.may(formula, 0, 0) & self.ways[0][0]).any() for formula in formulas)

@@ -15,7 +15,7 @@ from missionc.backends.smt.encode.clauses import TRUE, Clauses
 from missionc.backends.smt.encode.lower import Formulas, deep
 from missionc.backends.smt.encode.lower_motion import lower_motion
 from missionc.backends.smt.encode.occupancy import Occupancy
-from missionc.backends.smt.prioritized.reservations import Settled
+from missionc.backends.smt.prioritized.reservations import Reservations
 from missionc.backends.smt.refine.problem import LINKS
 from missionc.backends.smt.roadmap.roadmap import Indices
 from missionc.base.trace import Flags
@@ -26,21 +26,23 @@ ERRANDS = 3
 """So many places to visit at most; the work doubles with each."""
 
 
-class Alone:
-    """Ways of single agents among others, who are where ``settled`` says: ``agents``.
+class SingleAgentSearch:
+    """Shortest paths of single agents among others, who are where ``reservations`` says: ``agents``.
 
     What those who are settled later do for others is not seen.
     """
 
-    def __init__(self, settled: Settled, ways: tuple[Flags, ...], mission: Mission, limit: int) -> None:
-        motion = settled.motion
+    def __init__(self, reservations: Reservations, ways: tuple[Flags, ...], mission: Mission, limit: int) -> None:
+        motion = reservations.motion
         clauses = Clauses(limit)  # what is known needs none
-        known = lower_motion(motion.roadmaps, settled.fixed(ways), frozenset(settled.agents), clauses)
-        self.agents = list(settled.agents)
+        known = lower_motion(motion.roadmaps, reservations.fixed(ways), frozenset(reservations.agents), clauses)
+        self.agents = list(reservations.agents)
         self._ways, self._motion = ways, motion
         self._formulas = Formulas(mission, known, clauses, Occupancy(known, clauses), LINKS)
 
-    def way(self, agent: int, formulas: Sequence[Node], settled: Settled, *, pushing: bool = False) -> Indices | None:
+    def way(
+        self, agent: int, formulas: Sequence[Node], reservations: Reservations, *, pushing: bool = False
+    ) -> Indices | None:
         """The shortest way, (steps + 1,), clear of all who are settled by now, or ``pushing`` few of them.
 
         None where there is none, or where the formulas ask for more than this can look for.
@@ -60,13 +62,13 @@ class Alone:
                     ways[0] &= self._holds(body, agent)[0]
                 case _:
                     return None
-        return settled.shortest(agent, ways, errands, pushing=pushing) if len(errands) <= ERRANDS else None
+        return reservations.shortest(agent, ways, errands, pushing=pushing) if len(errands) <= ERRANDS else None
 
     def _decides(self, body: Node) -> bool:
         return self._formulas.places.decides(body)
 
     def _holds(self, body: Node, agent: int) -> Flags:
-        """Where and when it holds of the agent for certain, (steps + 1, states)."""
+        """The steps and states at which it holds of the agent for certain, (steps + 1, states)."""
         able = self._ways[agent]
         step, state = np.nonzero(able)
         holds = np.zeros_like(able)

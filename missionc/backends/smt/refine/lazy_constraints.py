@@ -36,13 +36,13 @@ PAIR, CROWD = 2, 5
 SMALL = 20_000
 """So it is of any number where there are fewer clauses: a round costs more than it saves there."""
 
-GLANCES = 300_000
-"""Clauses: each glance reads all of them, so that of many it is quicker to ask a solver that knows most already."""
+PRESOLVE_CLAUSES = 300_000
+"""Clauses: each presolve reads all of them, so that of many it is quicker to ask a solver that knows most already."""
 
 
 @dataclass(frozen=True, slots=True)
 class Effort:
-    """How much may go into one question, counted so that it is the same on every machine.
+    """The effort of one question, counted so that it is the same on every machine.
 
     ``conflicts`` is for each time the solver is asked.
     """
@@ -52,18 +52,18 @@ class Effort:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Found:
+class JointMotion:
     """A joint motion that breaks nothing: each agent's state in its roadmap, (agents, steps + 1)."""
 
     states: Indices
 
 
-Result: TypeAlias = Found | Unsatisfiable | Stopped
+Result: TypeAlias = JointMotion | Unsatisfiable | Stopped
 
 
 @dataclass(slots=True)
-class Search:
-    """One problem and its solvers. Clauses about collisions stay for later questions.
+class LazyConstraints:
+    """Lazy constraint generation for one problem. Clauses about collisions stay for later questions.
 
     ``cast`` are the agents that are looked for, (cast,); the others are nowhere, or
     what they do is known and nothing the agents may do comes near them.
@@ -77,8 +77,8 @@ class Search:
     account: Account
     listen: Callable[[Progress], None]
     rounds: int = 0
-    glances: int = GLANCES
-    """Clauses that may still be read for glances; none any more once one was not enough."""
+    presolve_budget: int = PRESOLVE_CLAUSES
+    """Clauses that may still be read by presolves; none any more once one was not enough."""
     _separation: Separation = field(init=False)
 
     def __post_init__(self) -> None:
@@ -99,7 +99,7 @@ class Search:
             with self.account.stage("collisions"):
                 near = too_near(states, self.cast, self.motion, self.mission)
                 if not len(near):
-                    return Found(states)
+                    return JointMotion(states)
                 try:
                     self._separation.forbid(near, states)
                 except TooLarge as error:
@@ -112,9 +112,9 @@ class Search:
     ) -> Indices | Unsatisfiable | Stopped:
         """Each agent's state, (agents, steps + 1), in a model of the clauses so far, or why there is none."""
         seen = None
-        if self.glances > 0:
-            seen = self.solvers.glance(self.clauses, assumptions)
-            self.glances = 0 if seen is None else self.glances - self.clauses.count
+        if self.presolve_budget > 0:
+            seen = self.solvers.presolve(self.clauses, assumptions)
+            self.presolve_budget = 0 if seen is None else self.presolve_budget - self.clauses.count
         if isinstance(seen, Unsatisfiable):
             return seen
         if seen is not None:

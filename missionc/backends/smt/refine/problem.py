@@ -13,7 +13,7 @@ from missionc.backends.smt.encode.clauses import Clauses
 from missionc.backends.smt.encode.lower import Lowered, lower
 from missionc.backends.smt.encode.lower_motion import Motion, lower_motion
 from missionc.backends.smt.encode.occupancy import Occupancy
-from missionc.backends.smt.refine.lazy_constraints import Search
+from missionc.backends.smt.refine.lazy_constraints import LazyConstraints
 from missionc.backends.smt.roadmap.roadmap import Roadmap
 from missionc.backends.smt.sat.solve import Solvers
 from missionc.base.trace import Flags
@@ -26,16 +26,16 @@ LINKS = 8
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Problem:
-    """What the solvers are asked; in ``lowered`` is a literal for each of the goals."""
+    """A SAT problem; in ``lowered`` is a literal for each of the goals."""
 
     motion: Motion
     lowered: Lowered
-    search: Search
+    search: LazyConstraints
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Setting:
-    """What all questions of a run share."""
+    """The setting that all problems of a run share."""
 
     mission: Mission
     budget: Budget
@@ -47,7 +47,7 @@ class Setting:
         roadmaps: tuple[Roadmap, ...],
         ways: tuple[Flags, ...],
         asked: frozenset[int],
-        settled: frozenset[int],
+        reserved: frozenset[int],
         most_links: int,
         solvers: Solvers,
     ) -> Problem:
@@ -66,9 +66,9 @@ class Setting:
         with self.account.stage("lower"):
             clauses = Clauses(self.budget.limits.clauses)
             solvers.begin()
-            motion = lower_motion(roadmaps, ways, asked | settled, clauses)
+            motion = lower_motion(roadmaps, ways, asked | reserved, clauses)
             solvers.show(clauses)
             lowered = lower(goals, self.mission, motion, clauses, Occupancy(motion, clauses), most_links)
         members = np.array(sorted(asked), dtype=np.int64)
-        search = Search(self.mission, motion, members, clauses, solvers, self.account, self.budget.listen)
+        search = LazyConstraints(self.mission, motion, members, clauses, solvers, self.account, self.budget.listen)
         return Problem(motion, lowered, search)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 
 from missionc.backends.smt.refine.conflict_limit import effort
-from missionc.backends.smt.refine.lazy_constraints import Search
+from missionc.backends.smt.refine.lazy_constraints import LazyConstraints
 from missionc.backends.smt.sat.solve import Unsatisfiable
 
 SHARE = 0.2
@@ -15,7 +15,7 @@ AGAIN, LEAST = 2.0, 1.0
 """So many times as long as the solver took so far, for the cores of all roadmaps, and no less than so many seconds."""
 
 
-def minimise(core: tuple[int, ...], search: Search) -> tuple[int, ...]:
+def minimise(core: tuple[int, ...], search: LazyConstraints) -> tuple[int, ...]:
     """The core without what it can do without: first all that the solver does not name, then each of the rest in turn.
 
     Asked without looking for collisions: what is still impossible is so for

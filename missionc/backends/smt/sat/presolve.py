@@ -31,8 +31,8 @@ YES, NO = b"s SATISFIABLE", b"s UNSATISFIABLE"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Seen:
-    """What a glance showed.
+class PresolveAnswer:
+    """The answer of a presolve.
 
     ``model`` says of every variable whether it holds, (variables + 1,), 0 being none;
     it is None where no model was seen. ``refused``: there is none.
@@ -42,7 +42,7 @@ class Seen:
     refused: bool
 
 
-class Glance(Process):
+class Presolver(Process):
     """One process, one question. It reads clauses as they are made."""
 
     def __init__(self, z3: Path, memory_bytes: int, seed: int) -> None:
@@ -62,8 +62,8 @@ class Glance(Process):
         if new.size:
             self.outbox.put(lines(new, clauses.variables))
 
-    def ask(self, clauses: Clauses, assumptions: tuple[int, ...], deadline: float) -> Seen:
-        """Whether there is a model in which the assumptions hold, if that shows soon.
+    def ask(self, clauses: Clauses, assumptions: tuple[int, ...], deadline: float) -> PresolveAnswer:
+        """The model in which the assumptions hold, or that there is none, if that shows within the conflict limit.
 
         Args:
             deadline: on the clock of ``time.monotonic``.
@@ -74,11 +74,11 @@ class Glance(Process):
         self.outbox.end()
         verdict, _, model = self._said(deadline).partition(b"\n")
         if verdict != YES:
-            return Seen(None, verdict == NO)
+            return PresolveAnswer(None, verdict == NO)
         numbers = np.array(model.replace(b"v", b"").split(), dtype=np.int32)
         holds = np.zeros(clauses.variables + 1, dtype=np.bool_)
         holds[numbers[numbers > 0]] = True
-        return Seen(holds, False)
+        return PresolveAnswer(holds, False)
 
     def _said(self, deadline: float) -> bytes:
         """All that the process says; nothing where it takes longer than allowed."""

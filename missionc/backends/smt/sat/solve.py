@@ -16,7 +16,7 @@ import numpy as np
 from missionc.backends.api import Reason
 from missionc.backends.smt.encode.clauses import Clauses, Literals
 from missionc.backends.smt.encode.dimacs import dimacs
-from missionc.backends.smt.sat.presolve import Glance, program
+from missionc.backends.smt.sat.presolve import Presolver, program
 from missionc.backends.smt.sat.solver_process import Process
 from missionc.backends.smt.sat.wait_for_process import is_over, wait
 from missionc.base.trace import Flags
@@ -98,7 +98,7 @@ class Child(Process):
 class Solvers:
     """Those that answer the questions of one run; use as a context, which ends all processes.
 
-    Most questions are answered by a glance. The children, which remember what they
+    Most questions are answered by a presolve. The children, which remember what they
     were told and learned, are started when one is not; the first that answers is kept.
     """
 
@@ -109,7 +109,7 @@ class Solvers:
         """Whether a question was left without an answer because it was time to end."""
         self._solver, self._memory_bytes, self._seed = solver, memory_bytes, seed
         self._z3 = program(_folder(PACKAGES["z3"])) if "z3" in SOLVERS[solver] else None
-        self._glance = self._new_glance()  # it starts up while the roadmaps are built
+        self._presolver = self._new_presolver()  # it starts up while the roadmaps are built
         self._children: list[Child] = []
         self._started = False
         self._told = 0
@@ -125,7 +125,7 @@ class Solvers:
     def close(self) -> None:
         """Ends every process; nothing can be asked any more."""
         self._started = True
-        self._look(None)
+        self._replace_presolver(None)
         self._keep(())
 
     @property
@@ -141,26 +141,26 @@ class Solvers:
         self._told = 0
         for child in self._children:
             child.send(b"N", b"")
-        if self._glance is None or self._glance.told:
-            self._look(self._new_glance())
+        if self._presolver is None or self._presolver.told:
+            self._replace_presolver(self._new_presolver())
 
     def show(self, clauses: Clauses) -> None:
-        """The clauses so far, for the glance that is to come: it reads them while others are made."""
-        if self._glance is not None:
-            self._glance.tell(clauses)
+        """The clauses so far, for the presolve that is to come: it reads them while others are made."""
+        if self._presolver is not None:
+            self._presolver.tell(clauses)
 
-    def glance(self, clauses: Clauses, assumptions: tuple[int, ...]) -> Flags | Unsatisfiable | None:
-        """What a short look at all clauses shows: which variables a model has true; that there is none; or nothing.
+    def presolve(self, clauses: Clauses, assumptions: tuple[int, ...]) -> Flags | Unsatisfiable | None:
+        """A presolve of all clauses: the variables that a model has true; that there is none; or nothing.
 
         Returns:
             The model, (variables + 1,), of which 0 is none; a refusal said to rest on all the assumptions; or None.
         """
-        glance = (self._glance or self._new_glance()) if self.alive else None
-        if glance is None:
+        presolver = (self._presolver or self._new_presolver()) if self.alive else None
+        if presolver is None:
             return None
-        self._glance = glance
-        seen = glance.ask(clauses, assumptions, self.deadline)
-        self._look(None)
+        self._presolver = presolver
+        seen = presolver.ask(clauses, assumptions, self.deadline)
+        self._replace_presolver(None)
         return Unsatisfiable(assumptions) if seen.refused else seen.model
 
     def start(self) -> None:
@@ -236,15 +236,15 @@ class Solvers:
             detail = "memory"
         return _gave_up(detail or f"the solver ended with status {child.process.returncode}")
 
-    def _new_glance(self) -> Glance | None:
-        return None if self._z3 is None else Glance(self._z3, self._memory_bytes, self._seed)
+    def _new_presolver(self) -> Presolver | None:
+        return None if self._z3 is None else Presolver(self._z3, self._memory_bytes, self._seed)
 
-    def _look(self, glance: Glance | None) -> None:
-        """The next glance, instead of the one there was."""
-        if self._glance is not None:
-            self._glance.close()
-            self.peak_bytes = max(self.peak_bytes, self._glance.peak_bytes)
-        self._glance = glance
+    def _replace_presolver(self, presolver: Presolver | None) -> None:
+        """The next presolver, instead of the one there was."""
+        if self._presolver is not None:
+            self._presolver.close()
+            self.peak_bytes = max(self.peak_bytes, self._presolver.peak_bytes)
+        self._presolver = presolver
 
     def _keep(self, kept: tuple[Child, ...]) -> None:
         for child in self._children:

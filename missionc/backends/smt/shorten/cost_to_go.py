@@ -25,8 +25,8 @@ VISITS = 3
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Duty:
-    """What one agent must do by itself.
+class SingleAgentTask:
+    """The task of one agent by itself: bounds on where it may be, and visits.
 
     Args:
         room: (steps + 1, states), where it may be.
@@ -36,12 +36,12 @@ class Duty:
     room: Flags
     visits: Flags
 
-    def and_also(self, more: Duty) -> Duty:
-        return Duty(self.room & more.room, np.concatenate([self.visits, more.visits])[:VISITS])
+    def and_also(self, more: SingleAgentTask) -> SingleAgentTask:
+        return SingleAgentTask(self.room & more.room, np.concatenate([self.visits, more.visits])[:VISITS])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Lengths:
+class CostToGo:
     """The cost-to-go of one agent.
 
     Args:
@@ -49,7 +49,7 @@ class Lengths:
         made: (steps + 1, states), the visits made by being in a state at a step, as bits.
     """
 
-    duty: Duty
+    task: SingleAgentTask
     left: Array
     made: Indices
 
@@ -64,17 +64,17 @@ class Lengths:
         return begin
 
 
-def duties(goals: Goals) -> list[Duty]:
-    """What the goals that hold ask of each agent by itself, (agents)."""
-    found = [Duty(way, np.zeros((0, *way.shape), dtype=np.bool_)) for way in goals.motion.ways]
+def single_agent_tasks(goals: Goals) -> list[SingleAgentTask]:
+    """The task of each agent by itself in the goals that hold, (agents)."""
+    found = [SingleAgentTask(way, np.zeros((0, *way.shape), dtype=np.bool_)) for way in goals.motion.ways]
     for formula in goals.formulas:
         for agent, one in _asked(formula, goals):
             found[agent] = found[agent].and_also(one)
     return found
 
 
-def choices(goals: Goals) -> Iterator[list[tuple[int, Duty]]]:
-    """For each *or* that must hold and asks something of one agent in each part: of whom, and what."""
+def disjunctive_tasks(goals: Goals) -> Iterator[list[tuple[int, SingleAgentTask]]]:
+    """The tasks of each *or* that must hold and asks something of one agent in each part: agents and tasks."""
     for node in _required(goals.formulas):
         if isinstance(node, Any):
             options = [list(_asked(part, goals)) for part in node.parts]
@@ -93,34 +93,34 @@ def _required(formulas: tuple[Node, ...]) -> Iterator[Node]:
             yield node
 
 
-def _asked(formula: Node, goals: Goals) -> Iterator[tuple[int, Duty]]:
+def _asked(formula: Node, goals: Goals) -> Iterator[tuple[int, SingleAgentTask]]:
     for node in _required((formula,)):
         if isinstance(node, At):
             for body in _required((node.body,)):
                 yield from _of_agent(body, node.agent, goals)
 
 
-def _of_agent(node: Node, agent: int, goals: Goals) -> Iterator[tuple[int, Duty]]:
-    """What a formula required of an agent at step 0 asks of its own states; nothing where it asks more than that."""
+def _of_agent(node: Node, agent: int, goals: Goals) -> Iterator[tuple[int, SingleAgentTask]]:
+    """The task that a formula required of an agent at step 0 is for its own states; none where it asks for more."""
     last = goals.motion.steps
     room = np.ones((last + 1, len(goals.motion.roadmap(agent).position)), dtype=np.bool_)
     visit, none = np.zeros_like(room), np.zeros((0, *room.shape), dtype=np.bool_)
     match node:
         case Always(body, low, high) if body in goals.own:
             room[low : None if high is None else high + 1] &= goals.states(body, agent)
-            yield agent, Duty(room, none)
+            yield agent, SingleAgentTask(room, none)
         case Eventually(body, low, high) | Until(_, body, low, high) if body in goals.own:
             visit[low : None if high is None else high + 1] = goals.states(body, agent)
-            yield agent, Duty(room, visit[None])
+            yield agent, SingleAgentTask(room, visit[None])
         case _ if node in goals.own:
             room[0] &= goals.states(node, agent)
-            yield agent, Duty(room, none)
+            yield agent, SingleAgentTask(room, none)
         case _:
             pass
 
 
-def lengths(goals: Goals, agent: int, duty: Duty, metres: Array) -> Lengths:
-    """What is left to go for an agent.
+def cost_to_go(goals: Goals, agent: int, task: SingleAgentTask, metres: Array) -> CostToGo:
+    """The cost-to-go of an agent, by dynamic programming backwards over the steps.
 
     Args:
         metres: (moves,), how long each move of its roadmap is.
@@ -128,15 +128,15 @@ def lengths(goals: Goals, agent: int, duty: Duty, metres: Array) -> Lengths:
     roadmap = goals.motion.roadmap(agent)
     source, target = roadmap.moves.T
     begins = np.flatnonzero(np.diff(source, prepend=-1))
-    phases = 1 << len(duty.visits)
-    bits = (1 << np.arange(len(duty.visits)))[:, None, None]
-    made = (duty.visits * bits).sum(axis=0).astype(np.int64)
-    left = np.full((*duty.room.shape, phases), np.inf)
-    left[-1, duty.room[-1], phases - 1] = 0.0
-    for step in range(len(duty.room) - 2, -1, -1):
-        live = duty.room[step, source] & duty.room[step + 1, target] & roadmap.allowed[step]
+    phases = 1 << len(task.visits)
+    bits = (1 << np.arange(len(task.visits)))[:, None, None]
+    made = (task.visits * bits).sum(axis=0).astype(np.int64)
+    left = np.full((*task.room.shape, phases), np.inf)
+    left[-1, task.room[-1], phases - 1] = 0.0
+    for step in range(len(task.room) - 2, -1, -1):
+        live = task.room[step, source] & task.room[step + 1, target] & roadmap.allowed[step]
         for phase in range(phases):
             whole = np.where(live, metres + left[step + 1, target, phase | made[step + 1, target]], np.inf)
             left[step, source[begins], phase] = np.minimum.reduceat(whole, begins)
-    left[0, ~duty.room[0]] = np.inf
-    return Lengths(duty, left, made)
+    left[0, ~task.room[0]] = np.inf
+    return CostToGo(task, left, made)

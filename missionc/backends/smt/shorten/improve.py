@@ -5,18 +5,18 @@ from __future__ import annotations
 from missionc.backends.api import Progress
 from missionc.backends.smt.encode.lower import deep
 from missionc.backends.smt.refine.conflict_limit import effort
-from missionc.backends.smt.refine.lazy_constraints import Found, Search
+from missionc.backends.smt.refine.lazy_constraints import JointMotion, LazyConstraints
 from missionc.backends.smt.roadmap.labels import Labels
 from missionc.backends.smt.sat.solve import Stopped, Unsatisfiable
 from missionc.backends.smt.shorten.held_goals import Goals
 from missionc.backends.smt.shorten.minimize_distance import shorten_distance
 from missionc.backends.smt.shorten.minimize_duration import duration, shorten_duration
-from missionc.backends.smt.shorten.shorten_paths import calm
+from missionc.backends.smt.shorten.shorten_paths import shorten_paths
 from missionc.ir import Objective
 from missionc.kernel.nodes import Kernel
 
 
-def improve(found: Found, kernel: Kernel, literals: tuple[int, ...], search: Search) -> Found:
+def improve(found: JointMotion, kernel: Kernel, literals: tuple[int, ...], search: LazyConstraints) -> JointMotion:
     """The same plan or one that is better; what was and was not reached is noted.
 
     Args:
@@ -29,7 +29,7 @@ def improve(found: Found, kernel: Kernel, literals: tuple[int, ...], search: Sea
         search.listen(Progress("prefer", search.rounds, f"`{goal.name}`"))
         result = search.find((*kept, literal), effort=effort(search.clauses))
         match result:
-            case Found():
+            case JointMotion():
                 found, kept = result, (*kept, literal)
                 formulas.append(goal.formula)
                 search.account.notes.append(f"`{goal.name}` is kept")
@@ -38,19 +38,19 @@ def improve(found: Found, kernel: Kernel, literals: tuple[int, ...], search: Sea
             case Stopped():
                 search.account.notes.append(f"`{goal.name}` is not kept: the search ended first")
 
-    def calmed(found: Found, still_from: int | None = None) -> Found:
+    def with_shorter_paths(found: JointMotion, still_from: int | None = None) -> JointMotion:
         with search.account.stage("calm"):
             agents = range(search.motion.agents)
-            return Found(calm(found.states, agents, formulas, search.motion, search.mission, still_from))
+            return JointMotion(shorten_paths(found.states, agents, formulas, search.motion, search.mission, still_from))
 
     match search.mission.objective:
         case Objective.DISTANCE:
             labels = Labels(search.mission, search.motion.roadmaps)
             goals = Goals(tuple(formulas), search.mission, search.motion, labels)
             with deep():
-                return shorten_distance(calmed(found), goals, kept, search, calmed)
+                return shorten_distance(with_shorter_paths(found), goals, kept, search, with_shorter_paths)
         case Objective.DURATION:
             found = shorten_duration(found, kept, search)
-            return calmed(found, duration(found.states))
+            return with_shorter_paths(found, duration(found.states))
         case _:
-            return calmed(found)
+            return with_shorter_paths(found)

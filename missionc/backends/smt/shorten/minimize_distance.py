@@ -17,17 +17,17 @@ from missionc.backends.api import Progress
 from missionc.backends.smt.encode.clauses import TooLarge
 from missionc.backends.smt.encode.lower_motion import Motion
 from missionc.backends.smt.refine.conflict_limit import effort
-from missionc.backends.smt.refine.lazy_constraints import Found, Search
+from missionc.backends.smt.refine.lazy_constraints import JointMotion, LazyConstraints
 from missionc.backends.smt.roadmap.roadmap import Indices
 from missionc.backends.smt.sat.solve import Stopped, Unsatisfiable
 from missionc.backends.smt.shorten.cost_to_go import (
-    Lengths,
-    choices,
-    duties,
-    lengths,
+    CostToGo,
+    cost_to_go,
+    disjunctive_tasks,
+    single_agent_tasks,
 )
 from missionc.backends.smt.shorten.held_goals import Goals
-from missionc.backends.smt.shorten.unary_totalizer import add_excess
+from missionc.backends.smt.shorten.unary_totalizer import add_totalizer
 from missionc.base.trace import Array
 from missionc.ir import Mission
 from missionc.world.dynamics import States, motion_of
@@ -43,44 +43,48 @@ CHORDS = 16
 
 
 def shorten_distance(
-    found: Found, goals: Goals, kept: tuple[int, ...], search: Search, calmed: Callable[[Found], Found]
-) -> Found:
+    found: JointMotion,
+    goals: Goals,
+    kept: tuple[int, ...],
+    search: LazyConstraints,
+    with_shorter_paths: Callable[[JointMotion], JointMotion],
+) -> JointMotion:
     """Asks for a shorter plan until there is none, or it takes too much.
 
     Args:
         kept: the literals of the goals.
         calmed: a plan that is as good or better, near the one it is given.
     """
-    hunt = Hunt(goals, kept, search, calmed, found)
+    distance_search = DistanceSearch(goals, kept, search, with_shorter_paths, found)
     try:
         for parts in UNITS:
-            if not hunt.over and not hunt.in_parts(parts):
+            if not distance_search.over and not distance_search.in_parts(parts):
                 break
     except TooLarge:
         search.account.notes.append("too many clauses to look for a shorter plan")
-    what = f"{hunt.best:.6g} m in all"
-    if hunt.over:
+    what = f"{distance_search.best:.6g} m in all"
+    if distance_search.over:
         search.account.notes.append(f"{what}, the least on this roadmap")
     else:
-        gap = 1 - hunt.bound / hunt.best
+        gap = 1 - distance_search.bound / distance_search.best
         search.account.notes.append(
-            f"{what}; no plan on this roadmap is shorter than {hunt.bound:.6g} m (a gap of {gap:.1%})"
+            f"{what}; no plan on this roadmap is shorter than {distance_search.bound:.6g} m (a gap of {gap:.1%})"
         )
-    return hunt.found
+    return distance_search.found
 
 
 @dataclass(slots=True)
-class Hunt:
-    """For the shortest plan: the best that was found, how long it is, and what none is shorter than."""
+class DistanceSearch:
+    """The search for the shortest plan: the best found, its metres, and a lower bound on those of any."""
 
     goals: Goals
     kept: tuple[int, ...]
-    search: Search
-    calmed: Callable[[Found], Found]
-    found: Found
+    search: LazyConstraints
+    with_shorter_paths: Callable[[JointMotion], JointMotion]
+    found: JointMotion
     best: float = field(init=False)
     bound: float = field(init=False)
-    alone: list[Lengths] = field(init=False)
+    alone: list[CostToGo] = field(init=False)
     """What each agent must travel by itself, and the metres of all together: ``floor``."""
     floor: float = field(init=False)
     metres: list[Array] = field(init=False)
@@ -89,17 +93,18 @@ class Hunt:
         motion, mission = self.goals.motion, self.goals.mission
         self.metres = [move_lengths(mission, motion, number) for number in range(len(motion.roadmaps))]
         self.best = self.travelled(self.found)
-        known = duties(self.goals)
+        known = single_agent_tasks(self.goals)
         self.alone = [
-            lengths(self.goals, agent, duty, self.metres[motion.roadmap_of[agent]]) for agent, duty in enumerate(known)
+            cost_to_go(self.goals, agent, task, self.metres[motion.roadmap_of[agent]])
+            for agent, task in enumerate(known)
         ]
         self.floor = sum(each.least for each in self.alone)
         self.bound = self.floor
-        for options in choices(self.goals):
+        for options in disjunctive_tasks(self.goals):
             more = [
-                lengths(self.goals, agent, known[agent].and_also(duty), self.metres[motion.roadmap_of[agent]]).least
+                cost_to_go(self.goals, agent, known[agent].and_also(task), self.metres[motion.roadmap_of[agent]]).least
                 - self.alone[agent].least
-                for agent, duty in options
+                for agent, task in options
             ]
             self.bound = max(self.bound, self.floor + min(more))
 
@@ -109,10 +114,10 @@ class Hunt:
         return self.best - self.bound < SAME
 
     def in_parts(self, parts: int) -> bool:
-        """Hunts with the excess of the plan at hand in so many units; whether every question was answered."""
+        """Searches with the excess of the plan at hand in so many units; whether every question was answered."""
         search = self.search
         unit = (self.best - self.floor) / parts
-        excess = add_excess(search.clauses, self.goals.motion, self.alone, self.metres, unit, parts)
+        excess = add_totalizer(search.clauses, self.goals.motion, self.alone, self.metres, unit, parts)
         fewest, most = 0, parts
         while fewest < most and not self.over:
             hopeful = max(fewest, min(int((self.bound - self.floor) / unit), most - 1))
@@ -120,8 +125,8 @@ class Hunt:
             search.listen(Progress("improve", search.rounds, f"{self.best:.4g} m, at least {self.bound:.4g} m"))
             result = search.find((*self.kept, -int(excess[target])), effort=effort(search.clauses))
             match result:
-                case Found():
-                    shorter = self.calmed(result)
+                case JointMotion():
+                    shorter = self.with_shorter_paths(result)
                     if self.travelled(shorter) < self.best:
                         self.found, self.best = shorter, self.travelled(shorter)
                     most = min(target, int((self.best - self.floor) / unit))
@@ -132,7 +137,7 @@ class Hunt:
                     return False
         return True
 
-    def travelled(self, found: Found) -> float:
+    def travelled(self, found: JointMotion) -> float:
         """Metres of all agents."""
         motion = self.goals.motion
         rows = enumerate(found.states)
@@ -142,7 +147,7 @@ class Hunt:
 
 
 def move_lengths(mission: Mission, motion: Motion, number: int) -> Array:
-    """How long each move of a roadmap is: (moves,), metres."""
+    """The length of each move of a roadmap: (moves,), metres."""
     roadmap = motion.roadmaps[number]
     states = States(roadmap.position, roadmap.velocity)
     source, target = roadmap.moves.T

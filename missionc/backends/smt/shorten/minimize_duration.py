@@ -13,12 +13,12 @@ from missionc.backends.smt.encode.clauses import (
 )
 from missionc.backends.smt.encode.lower_motion import Motion
 from missionc.backends.smt.refine.conflict_limit import effort
-from missionc.backends.smt.refine.lazy_constraints import Found, Search
+from missionc.backends.smt.refine.lazy_constraints import JointMotion, LazyConstraints
 from missionc.backends.smt.roadmap.roadmap import Indices
 from missionc.backends.smt.sat.solve import Stopped, Unsatisfiable
 
 
-def shorten_duration(found: Found, kept: tuple[int, ...], search: Search) -> Found:
+def shorten_duration(found: JointMotion, kept: tuple[int, ...], search: LazyConstraints) -> JointMotion:
     """Halves what lies between the shortest plan found and what is known to be too short."""
     impossible, best = -1, duration(found.states)
     try:
@@ -31,7 +31,7 @@ def shorten_duration(found: Found, kept: tuple[int, ...], search: Search) -> Fou
         search.listen(Progress("improve", search.rounds, f"{best} steps; are {target} enough?"))
         result = search.find((*kept, *still[target:].tolist()), effort=effort(search.clauses))
         match result:
-            case Found(states):
+            case JointMotion(states):
                 found, best = result, duration(states)
             case Unsatisfiable():
                 impossible = target

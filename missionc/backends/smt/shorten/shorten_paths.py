@@ -15,8 +15,8 @@ from missionc.backends.smt.encode.lower_motion import Motion
 from missionc.backends.smt.roadmap.labels import Labels
 from missionc.backends.smt.roadmap.roadmap import Indices
 from missionc.backends.smt.shorten.held_goals import Goals
-from missionc.backends.smt.shorten.slack import Scene, leeway
-from missionc.backends.smt.shorten.time_expanded_path import Traffic
+from missionc.backends.smt.shorten.slack import EvaluatedMotion, slack
+from missionc.backends.smt.shorten.time_expanded_path import JointPaths
 from missionc.ir import Mission
 from missionc.kernel.nodes import Node
 
@@ -30,7 +30,7 @@ GAIN = 1e-6
 """A way that costs less by no more than this, in metres, is not taken."""
 
 
-def calm(
+def shorten_paths(
     states: Indices,
     agents: Iterable[int],
     formulas: Iterable[Node],
@@ -50,27 +50,27 @@ def calm(
     if motion.steps == 0 or not everyone:
         return states
     goals = Goals(tuple(formulas), mission, motion, Labels(mission, motion.roadmaps))
-    scene = Scene.of(goals, states)
-    if not scene.good:
+    evaluated = EvaluatedMotion.of(goals, states)
+    if not evaluated.good:
         return states
-    traffic = Traffic(states, motion, mission)
+    paths = JointPaths(states, motion, mission)
     still_from = motion.steps if still_from is None else still_from
     waiting = deque(everyone)
     left = ROUNDS * len(waiting)
     while waiting and left and goals.work < WORK:
         left -= 1
         agent = waiting.popleft()
-        before = traffic.states[agent].copy()
+        before = paths.states[agent].copy()
         with deep():
-            room = leeway(goals, agent, scene)
-        way = traffic.detour(agent, room, still_from, GAIN)
+            room = slack(goals, agent, evaluated)
+        way = paths.shorter_path(agent, room, still_from, GAIN)
         if way is None:
             continue
-        traffic.take(agent, way)
-        after = Scene.of(goals, traffic.states)
+        paths.take(agent, way)
+        after = EvaluatedMotion.of(goals, paths.states)
         if not after.good:
-            traffic.take(agent, before)
+            paths.take(agent, before)
             continue
-        scene = after
+        evaluated = after
         waiting.extend(other for other in everyone if other != agent and other not in waiting)
-    return traffic.states
+    return paths.states

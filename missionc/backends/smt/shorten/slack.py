@@ -25,7 +25,7 @@ from missionc.monitoring.monitor import truths
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Scene:
+class EvaluatedMotion:
     """A joint motion, (agents, steps + 1), and where every node below the goals holds on it, (agents, steps + 1)."""
 
     states: Indices
@@ -35,31 +35,31 @@ class Scene:
     """Whether all goals hold."""
 
     @classmethod
-    def of(cls, goals: Goals, states: Indices) -> Scene:
+    def of(cls, goals: Goals, states: Indices) -> EvaluatedMotion:
         trace = lift(states, goals.motion, goals.mission)
         goals.work += len(states) ** 2 * states.shape[1]
         found = truths(goals.order, goals.mission, trace)
         return cls(states.copy(), trace, found, all(bool(found[formula][0, 0]) for formula in goals.formulas))
 
 
-def leeway(goals: Goals, agent: int, scene: Scene) -> Flags:
-    """The states, (steps + 1, states of its roadmap), in which the agent may be at each step.
+def slack(goals: Goals, agent: int, evaluated: EvaluatedMotion) -> Flags:
+    """The slack of an agent: the states, (steps + 1, states of its roadmap), in which it may be at each step.
 
     What it does now lies within. Any other motion within keeps every goal, as
     long as the others do as they do now.
     """
-    found = Found(goals, agent, scene)
+    found = Slack(goals, agent, evaluated)
     for formula in goals.formulas:
         found.need(formula, 0, 0)
     return found.room
 
 
-class Found:
-    """What is kept for one agent, while the goals are gone through."""
+class Slack:
+    """The slack of one agent, while the goals are gone through."""
 
-    def __init__(self, goals: Goals, agent: int, scene: Scene) -> None:
+    def __init__(self, goals: Goals, agent: int, evaluated: EvaluatedMotion) -> None:
         self.goals, self.agent = goals, agent
-        self.states, self.trace, self.truths = scene.states, scene.trace, scene.truths
+        self.states, self.trace, self.truths = evaluated.states, evaluated.trace, evaluated.truths
         self.motion, self.labels = goals.motion, goals.labels
         self.room = goals.motion.ways[agent].copy()
         self.concerned = goals.concerned(agent)

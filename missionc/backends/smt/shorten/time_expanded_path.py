@@ -17,8 +17,8 @@ RESTLESS = 1e-6
 """Metres that a step in motion counts more than it is long, or up to twice as many."""
 
 
-class Roads:
-    """The moves of one roadmap, by where they lead.
+class TimeExpandedRoadmap:
+    """The time-expanded roadmap: the moves of one roadmap at each step, by where they lead.
 
     ``cost``, (steps, moves), is their length in metres and a little for not
     waiting, ever more of it: of ways of one length the one is best that is the
@@ -73,25 +73,25 @@ class Roads:
         return way
 
 
-class Traffic:
-    """What all agents do, (agents, steps + 1), clear of each other, and what else one of them could do."""
+class JointPaths:
+    """The paths of all agents, (agents, steps + 1), clear of each other, and the search for a shorter one of them."""
 
     def __init__(self, states: Indices, motion: Motion, mission: Mission) -> None:
         self.states, self.motion, self.mission = states.copy(), motion, mission
         everyone = np.arange(motion.agents)
-        self.roads = [Roads(mission, motion, number) for number in range(len(motion.roadmaps))]
+        self.expanded = [TimeExpandedRoadmap(mission, motion, number) for number in range(len(motion.roadmaps))]
         self.tracks = kinematics(self.states, everyone, motion, mission)
         self.apart = [needed(np.full(motion.agents, agent), everyone, mission) for agent in everyone.tolist()]
 
     def cost(self, agent: int) -> float:
         """The cost of the agent's path as it is now, metres."""
-        roads = self.roads_of(agent)
-        return roads.cost_of(self.states[agent])
+        expanded = self.expanded_of(agent)
+        return expanded.cost_of(self.states[agent])
 
-    def roads_of(self, agent: int) -> Roads:
-        return self.roads[int(self.motion.roadmap_of[agent])]
+    def expanded_of(self, agent: int) -> TimeExpandedRoadmap:
+        return self.expanded[int(self.motion.roadmap_of[agent])]
 
-    def detour(self, agent: int, room: Flags, still_from: int, gain: float) -> Indices | None:
+    def shorter_path(self, agent: int, room: Flags, still_from: int, gain: float) -> Indices | None:
         """A way that costs less than its own by more than ``gain``, clear of all others; the best there is.
 
         Only moves that lead into somebody are shut, as they are met: what is
@@ -101,25 +101,25 @@ class Traffic:
             room: (steps + 1, states), where it may lead.
             still_from: from this step on it stays where it is.
         """
-        roads, least = self.roads_of(agent), self.apart[agent]
-        free = roads.allowed.copy()
-        free[still_from:, roads.source != roads.target] = False
+        expanded, least = self.expanded_of(agent), self.apart[agent]
+        free = expanded.allowed.copy()
+        free[still_from:, expanded.source != expanded.target] = False
         enough = self.cost(agent) - gain
-        while (way := roads.shortest(room, free)) is not None:
-            taken = roads.taken(way)
-            if roads.cost_of(way) >= enough:
+        while (way := expanded.shortest(room, free)) is not None:
+            taken = expanded.taken(way)
+            if expanded.cost_of(way) >= enough:
                 return None
-            nearest = self._nearest(tuple(part[taken] for part in roads.moves), self.tracks)
+            nearest = self._nearest(tuple(part[taken] for part in expanded.moves), self.tracks)
             nearest[agent] = np.inf
             met, step = np.nonzero(nearest < least[:, None])
             if not met.size:
                 return way
             theirs = tuple(part[met, step][:, None] for part in self.tracks)
-            np.logical_and.at(free, step, self._nearest(roads.moves, theirs) >= least[met][:, None])
+            np.logical_and.at(free, step, self._nearest(expanded.moves, theirs) >= least[met][:, None])
         return None
 
     def _nearest(self, one: tuple[Array, ...], other: tuple[Array, ...]) -> Array:
-        """How near motions of one step come, each a position, velocity and acceleration: (..., dim) thrice -> (...)."""
+        """Least distance of motions of one step, as position, velocity, acceleration: (..., dim) thrice -> (...), m."""
         return closest_approach(one[0], one[1], one[2], other[0], other[1], other[2], self.mission.step)
 
     def take(self, agent: int, way: Indices) -> None:

@@ -17,12 +17,12 @@ from missionc.backends.smt.encode.clauses import (
     Literals,
 )
 from missionc.backends.smt.encode.lower_motion import Motion
-from missionc.backends.smt.shorten.cost_to_go import Lengths
+from missionc.backends.smt.shorten.cost_to_go import CostToGo
 from missionc.base.trace import Array
 
 
-def add_excess(
-    clauses: Clauses, motion: Motion, alone: Sequence[Lengths], metres: Sequence[Array], unit: float, most: int
+def add_totalizer(
+    clauses: Clauses, motion: Motion, alone: Sequence[CostToGo], metres: Sequence[Array], unit: float, most: int
 ) -> Literals:
     """Literals, (most + 1,), implied by a joint motion: the ``k``-th by an excess of more than ``k`` units.
 
@@ -50,7 +50,7 @@ def add_excess(
 
 
 def _numbers(
-    clauses: Clauses, motion: Motion, agent: int, least: Lengths, lengths: Array, unit: float, most: int
+    clauses: Clauses, motion: Motion, agent: int, least: CostToGo, lengths: Array, unit: float, most: int
 ) -> Iterator[Literals]:
     """The excess of where an agent starts and of each of its moves, in units."""
     roadmap, states, made = motion.roadmap(agent), motion.states[agent], least.made
@@ -85,10 +85,10 @@ def _units(over: Array, unit: float, most: int) -> np.ndarray[tuple[int], np.dty
     return np.floor(np.clip(over / unit - 1e-9, 0.0, most + 1.0)).astype(np.int64)
 
 
-def _visited(clauses: Clauses, states: Literals, least: Lengths) -> list[Literals]:
+def _visited(clauses: Clauses, states: Literals, least: CostToGo) -> list[Literals]:
     """For each visit literals, (steps + 1,): it is made by then."""
     found = []
-    for visit in least.duty.visits:
+    for visit in least.task.visits:
         by_then = clauses.fresh(len(states))
         step, state = np.nonzero(visit & (states != FALSE))
         clauses.add(-states[step, state], by_then[step])
