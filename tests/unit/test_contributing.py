@@ -16,7 +16,7 @@ import click
 import pytest
 
 from missionc.base.source import Source
-from missionc.cli import app
+from missionc.cli import app, options
 from missionc.cli.app import main
 from missionc.data import templates as template_package
 from missionc.data import vehicles as vehicle_package
@@ -24,6 +24,7 @@ from missionc.data.templates import templates
 from missionc.data.vehicles import profiles
 from missionc.diagnostics.code import CODES
 from missionc.output.export.export_form import Exported, Format
+from missionc.output.export.form_names import NAMES
 from missionc.output.export.formats import FORMATS
 from missionc.pipeline import driver
 from tests.support.named_in_code import ROOT, modules_that_name
@@ -226,6 +227,7 @@ def test_an_export_is_one_module_and_its_place_among_the_forms(
     tea = replace(FORMATS["px4"], name="tea", write=lambda flight: Exported({"tea.txt": b"tea\n"}))
     assert isinstance(tea, Format)
     monkeypatch.setitem(FORMATS, "tea", tea)
+    monkeypatch.setattr(options, "NAMES", (*NAMES, "tea"))
     mission, out = tmp_path / "small.mission", tmp_path / "out"
     mission.write_text(SMALL, encoding="utf-8")
     assert main(["compile", str(mission), "-o", str(out), "--export", "tea", "--quiet"]) == 0

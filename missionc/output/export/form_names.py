@@ -1,6 +1,9 @@
-"""The names of all forms of export, for who asks which there are and exports nothing."""
+"""Names of the export formats: the only place where one is registered.
+
+Whoever asks which there are, as completion and help do, loads none of them.
+"""
 
 from __future__ import annotations
 
 NAMES = ("crazyswarm2", "cflib", "skybrush", "mcap", "ros2", "px4")
-"""In the order of ``formats.FORMATS``."""
+"""Each is a module beside this one, with a ``FORMAT`` of its name."""

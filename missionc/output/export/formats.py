@@ -1,29 +1,21 @@
-"""The table of export formats for verified flights: the only place where one is registered.
+"""The table of export formats for verified flights.
 
 in   Flight
 out  Exported: files by name; or why this form cannot hold the flight
 says MC404 MC712
 
-A form is data: its name, a sentence, and a function. The tuple here is the only registration.
+A form is data: its name, a sentence, and a function; ``form_names`` says which there are.
 """
 
 from __future__ import annotations
 
-from missionc.output.export import (
-    cflib,
-    crazyswarm2,
-    mcap,
-    px4,
-    ros2,
-    skybrush,
-)
+from importlib import import_module
+
 from missionc.output.export.export_form import Exported, Format
+from missionc.output.export.form_names import NAMES
 from missionc.output.export.verified_flight import Flight, flight
 
 __all__ = ["FORMATS", "Exported", "Flight", "Format", "flight"]
 
-FORMATS: dict[str, Format] = {
-    form.name: form
-    for form in (crazyswarm2.FORMAT, cflib.FORMAT, skybrush.FORMAT, mcap.FORMAT, ros2.FORMAT, px4.FORMAT)
-}
+FORMATS: dict[str, Format] = {name: import_module(f"missionc.output.export.{name}").FORMAT for name in NAMES}
 """Every form by its name."""
