@@ -22,17 +22,9 @@ import numpy as np
 from missionc import ir
 from missionc.base.source import Source, Span
 from missionc.base.trace import Trace
-from missionc.base.units import (
-    Metres,
-    Seconds,
-    Steps,
-)
+from missionc.base.units import Metres, Seconds, Steps
 from missionc.curves.crazyflie_csv import Pieces, read
-from missionc.curves.piecewise_polynomials import (
-    Curves,
-    motion,
-    values,
-)
+from missionc.curves.piecewise_polynomials import Curves, motion, values
 from missionc.data.vehicles import profiles
 from missionc.flight.crazyflie import Flyable, crazyflie
 from missionc.kernel.nodes import Kernel
@@ -40,12 +32,7 @@ from missionc.output.documents.certificate_json import certificate_json
 from missionc.verify.check_certificate import check_certificate
 from missionc.verify.flight.agent_flight import check_flight, tube
 from missionc.verify.flight.flight_curves import Flight
-from missionc.verify.flight.joint_claims import (
-    downwash,
-    obstacles,
-    separation,
-    world,
-)
+from missionc.verify.flight.joint_claims import downwash, obstacles, separation, world
 from missionc.verify.flight.vehicle_claims import limits
 from missionc.verify.proof.branch_and_bound import branch_and_bound
 from missionc.verify.proof.proof_boxes import boxes_of, fault

@@ -18,11 +18,7 @@ if TYPE_CHECKING:
     from missionc.diagnostics.code import Severity
     from missionc.diagnostics.model import Diagnostic
     from missionc.pipeline.checked import Checked
-    from missionc.pipeline.driver import (
-        check,
-        compile,
-        monitor,
-    )
+    from missionc.pipeline.driver import check, compile, monitor
     from missionc.pipeline.results import (
         Blame,
         Change,

@@ -18,21 +18,9 @@ import pytest
 from missionc.base.source import Source
 from missionc.diagnostics.render import render_json
 from missionc.pipeline import driver
-from tests.support.documentation_fences import (
-    console,
-    shell,
-    usage,
-)
-from tests.support.golden_pages import (
-    Block,
-    blocks,
-    run,
-)
-from tests.support.small_missions import (
-    CONFLICT,
-    LATE,
-    SMALL,
-)
+from tests.support.documentation_fences import console, shell, usage
+from tests.support.golden_pages import Block, blocks, run
+from tests.support.small_missions import CONFLICT, LATE, SMALL
 
 ROOT = Path(__file__).resolve().parent.parent
 PAGES = [*sorted(ROOT.glob("*.md")), ROOT / "tests" / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]

@@ -9,14 +9,7 @@ import pytest
 from missionc.base.source import Source
 from missionc.diagnostics.code import CODES
 from missionc.pipeline import driver
-from tests.support.golden_pages import (
-    Block,
-    blocks,
-    file_name,
-    is_excerpt,
-    is_fragment,
-    play,
-)
+from tests.support.golden_pages import Block, blocks, file_name, is_excerpt, is_fragment, play
 
 ROOT = Path(__file__).resolve().parent.parent
 GOLDEN = sorted((ROOT / "tests" / "golden").glob("*.md"))

@@ -16,20 +16,9 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from missionc.backends.clot.cost_graph.cost_graph import (
-    Greatest,
-    GreatestOver,
-    Least,
-    LeastOver,
-    Term,
-    build,
-)
+from missionc.backends.clot.cost_graph.cost_graph import Greatest, GreatestOver, Least, LeastOver, Term, build
 from missionc.backends.clot.cost_graph.leaf_margins import UNLIMITED
-from missionc.backends.clot.cost_graph.motion_batch import (
-    States,
-    team,
-    velocities,
-)
+from missionc.backends.clot.cost_graph.motion_batch import States, team, velocities
 from missionc.backends.clot.cost_graph.robustness import Robustness
 from missionc.backends.clot.optimise.accept import attempt
 from missionc.base.trace import Array, Trace

@@ -6,12 +6,7 @@ from typing import TYPE_CHECKING, TypeAlias
 
 from missionc.base.judgement import Judgement, judgement_lines
 from missionc.base.late_dataclass import dataclass
-from missionc.base.notebook import (
-    paths,
-    picture,
-    preformatted,
-    printed,
-)
+from missionc.base.notebook import paths, picture, preformatted, printed
 from missionc.base.units import Seconds
 
 if TYPE_CHECKING:  # a trace only holds arrays: who makes them loads numpy

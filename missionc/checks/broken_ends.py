@@ -17,11 +17,7 @@ from missionc.checks.free_space import FreeSpace
 from missionc.diagnostics.code import CONTRADICTION
 from missionc.diagnostics.model import Diagnostic, Label
 from missionc.ir import BeaconCover, Compare, DistanceBetween, DistanceTo, Exactly, InFormation, Mission, Place
-from missionc.ir.wording import (
-    listed,
-    metres,
-    seconds,
-)
+from missionc.ir.wording import listed, metres, seconds
 from missionc.kernel.nodes import (
     All,
     Always,

@@ -13,13 +13,7 @@ from collections.abc import Iterator
 from dataclasses import field
 
 from missionc.base.late_dataclass import dataclass
-from missionc.checks.literals import (
-    Literal,
-    Places,
-    Rule,
-    Unbounded,
-    exclude,
-)
+from missionc.checks.literals import Literal, Places, Rule, Unbounded, exclude
 from missionc.checks.necessary_conditions import (
     THE_TEAM,
     Fact,

@@ -19,12 +19,7 @@ from missionc.checks.necessary_conditions import Fact, necessary_conditions
 from missionc.diagnostics.code import TOO_FAR
 from missionc.diagnostics.model import Diagnostic, Label
 from missionc.ir import Agent, Anywhere, Exactly, Mission, Region
-from missionc.ir.wording import (
-    listed,
-    metres,
-    seconds,
-    speed,
-)
+from missionc.ir.wording import listed, metres, seconds, speed
 from missionc.syntax.tokens import MOST_FINDINGS
 from missionc.world.area import MANY, SURE, Area
 from missionc.world.configuration_space import disjoint, empty

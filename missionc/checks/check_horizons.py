@@ -43,15 +43,7 @@ from missionc.kernel.nodes import (
     Route,
     Until,
 )
-from missionc.language.walk_formulas import (
-    bottom_up,
-    formulas,
-    goals,
-    meaning,
-    once,
-    operands,
-    operator_words,
-)
+from missionc.language.walk_formulas import bottom_up, formulas, goals, meaning, once, operands, operator_words
 
 _HORIZON = re.compile(r"horizon\s+([0-9.eE+-]+\s*[a-z]*)\Z")
 

@@ -16,27 +16,13 @@ from missionc.base.late_dataclass import dataclass
 from missionc.checks.check_contradictions import contradictions
 from missionc.checks.check_routes import check_routes
 from missionc.checks.free_space import FreeSpace
-from missionc.checks.must_analysis import (
-    FALSE,
-    TRUE,
-    MustAnalysis,
-    must_analysis,
-)
-from missionc.checks.value_ranges import (
-    Range,
-    in_words,
-    of_comparison,
-)
+from missionc.checks.must_analysis import FALSE, TRUE, MustAnalysis, must_analysis
+from missionc.checks.value_ranges import Range, in_words, of_comparison
 from missionc.diagnostics.code import CONTRADICTION, NEVER_HOLDS, VACUOUS
 from missionc.diagnostics.model import Diagnostic, Label
 from missionc.diagnostics.text_order import in_text_order
 from missionc.ir import Apply, AtLeastOf, Compare, Formula, Holds, Mission, OfAgent, Requirement
-from missionc.language.walk_formulas import (
-    bottom_up,
-    formulas,
-    goals,
-    operands,
-)
+from missionc.language.walk_formulas import bottom_up, formulas, goals, operands
 from missionc.syntax.tokens import MOST_FINDINGS
 
 

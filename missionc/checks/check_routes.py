@@ -6,20 +6,11 @@ says MC307 MC514 MC515
 from __future__ import annotations
 
 from missionc.checks.must_analysis import MustAnalysis
-from missionc.checks.route_conditions import (
-    ends_at_once,
-    fewest_agents,
-    length_of,
-)
+from missionc.checks.route_conditions import ends_at_once, fewest_agents, length_of
 from missionc.diagnostics.code import ESCAPES_AT_ONCE, HOPS_BEYOND_TEAM, REACHES_ITSELF
 from missionc.diagnostics.model import Diagnostic, Fix, Label
 from missionc.ir import Apply, AtLeastOf, Formula, Mission, OfAgent
-from missionc.language.walk_formulas import (
-    bits_of,
-    formulas,
-    operands,
-    operator_words,
-)
+from missionc.language.walk_formulas import bits_of, formulas, operands, operator_words
 
 
 def check_routes(mission: Mission, known: MustAnalysis) -> list[Diagnostic]:

@@ -18,12 +18,7 @@ from missionc.checks.free_space import FreeSpace, Lies
 from missionc.diagnostics.code import AGENTS_OVERLAP, IN_OBSTACLE, NO_ROOM, OUTSIDE_WORLD
 from missionc.diagnostics.model import Diagnostic, Label
 from missionc.ir import Agent, Anywhere, Exactly, Mission, Obstacle, Place, Region, Still
-from missionc.ir.wording import (
-    at_least_metres,
-    listed,
-    metres,
-    number,
-)
+from missionc.ir.wording import at_least_metres, listed, metres, number
 from missionc.world.configuration_space import common, empty
 from missionc.world.surely_clear import all_apart, near_to
 

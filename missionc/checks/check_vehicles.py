@@ -17,11 +17,7 @@ from missionc.checks.free_space import FreeSpace
 from missionc.diagnostics.code import FASTER_THAN_VEHICLE, NO_FLYING_ROOM, OUTSIDE_FLYING_ROOM
 from missionc.diagnostics.model import Diagnostic, Label
 from missionc.ir import Agent, Exactly, Mission, Place, Vector
-from missionc.ir.wording import (
-    listed,
-    metres,
-    number,
-)
+from missionc.ir.wording import listed, metres, number
 from missionc.resolve.resolve_quantities import SI
 from missionc.world.configuration_space import empty
 

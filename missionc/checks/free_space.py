@@ -8,22 +8,11 @@ from enum import Enum
 
 from missionc.base.late_dataclass import dataclass
 from missionc.base.recent_cache import Recent
-from missionc.checks.literals import (
-    Literal,
-    Places,
-    Rule,
-)
+from missionc.checks.literals import Literal, Places, Rule
 from missionc.checks.sure_facts import SureFacts
 from missionc.ir import Agent, Mission, Obstacle, Shape, Still
 from missionc.world.area import Area
-from missionc.world.configuration_space import (
-    Atlas,
-    common,
-    covers,
-    disjoint,
-    empty,
-    without,
-)
+from missionc.world.configuration_space import Atlas, common, covers, disjoint, empty, without
 from missionc.world.displacement import displaced, moved
 
 HAIR = 0.01

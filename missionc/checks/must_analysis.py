@@ -13,17 +13,8 @@ from dataclasses import dataclass, fields
 from typing import assert_never
 
 from missionc.checks.free_space import FreeSpace, Lies
-from missionc.checks.literals import (
-    MOST_RULES,
-    Literal,
-    comparison,
-    nowhere,
-)
-from missionc.checks.route_conditions import (
-    ends_at_once,
-    needed_here,
-    needed_somewhere,
-)
+from missionc.checks.literals import MOST_RULES, Literal, comparison, nowhere
+from missionc.checks.route_conditions import ends_at_once, needed_here, needed_somewhere
 from missionc.checks.sure_facts import Sure, SureFacts
 from missionc.checks.value_ranges import of_comparison
 from missionc.ir import (
@@ -45,11 +36,7 @@ from missionc.ir import (
 )
 from missionc.kernel.nodes import All, Always, Any, Eventually, Node, Not, Release, Until
 from missionc.kernel.normal_form import dual
-from missionc.language.walk_formulas import (
-    bits_of,
-    formulas,
-    meaning,
-)
+from missionc.language.walk_formulas import bits_of, formulas, meaning
 
 TRUE, FALSE = 1, -1
 """The numbers of what is simply true, and false."""

@@ -36,11 +36,7 @@ from missionc.kernel.nodes import (
     Route,
     Until,
 )
-from missionc.language.walk_formulas import (
-    bits_of,
-    meaning,
-    once,
-)
+from missionc.language.walk_formulas import bits_of, meaning, once
 
 EVER = 1 << 40
 """A step later than any mission's last."""

@@ -19,14 +19,7 @@ from typing import TypeAlias, assert_never
 from missionc.base.late_dataclass import dataclass
 from missionc.checks.free_space import FreeSpace
 from missionc.checks.place_margins import Joint, margin_at
-from missionc.ir import (
-    Agent,
-    Connected,
-    Exactly,
-    Graph,
-    Mission,
-    Predicate,
-)
+from missionc.ir import Agent, Connected, Exactly, Graph, Mission, Predicate
 from missionc.ir import Place as Given
 from missionc.kernel.nodes import (
     All,

@@ -14,12 +14,7 @@ from importlib.util import find_spec
 
 import click
 
-from missionc.cli.exit_status import (
-    Status,
-    defect,
-    out_of_memory,
-    say,
-)
+from missionc.cli.exit_status import Status, defect, out_of_memory, say
 from missionc.cli.streams import Unsaid, speaking
 from missionc.diagnostics.sanitize import plain
 from missionc.syntax.read_file import nowhere

@@ -18,12 +18,7 @@ from missionc.explain.convention_examples import Trap
 from missionc.explain.phrases import names
 from missionc.explain.sentences import Sentences, sentences
 from missionc.explain.traps import table, traps_of
-from missionc.explain.window_diagram import (
-    WIDTH,
-    Span,
-    draw,
-    windows,
-)
+from missionc.explain.window_diagram import WIDTH, Span, draw, windows
 from missionc.ir import (
     Apply,
     Connected,
@@ -40,10 +35,7 @@ from missionc.ir import (
 )
 from missionc.ir.wording import listed, seconds
 from missionc.language.walk_formulas import bottom_up, goals
-from missionc.lower.choose_backend import (
-    Choice,
-    needs_of,
-)
+from missionc.lower.choose_backend import Choice, needs_of
 from missionc.resolve.show_ir_formula import number
 
 

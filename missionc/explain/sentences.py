@@ -33,11 +33,7 @@ from missionc.explain.phrases import (
     window_of,
 )
 from missionc.kernel.nodes import All, Always, Any, Eventually, Is, Node, Not, Until
-from missionc.language.walk_formulas import (
-    bottom_up,
-    meaning,
-    operands,
-)
+from missionc.language.walk_formulas import bottom_up, meaning, operands
 
 LONG = 12
 """Parts of a formula with a name (``let``) beyond which it is called by it, and explained on its own."""

@@ -29,40 +29,14 @@ import numpy as np
 
 from missionc.base.trace import Array, Trace
 from missionc.curves.crazyflie_csv import Pieces, written
-from missionc.curves.piecewise_polynomials import (
-    Curves,
-    Indices,
-    motion,
-    refined,
-    values,
-)
+from missionc.curves.piecewise_polynomials import Curves, Indices, motion, refined, values
 from missionc.curves.smooth_splines import rounded
 from missionc.diagnostics.model import Diagnostic
-from missionc.flight.fit_polynomials import (
-    Course,
-    Cut,
-    Fitted,
-    Plane,
-    fit,
-)
+from missionc.flight.fit_polynomials import Course, Cut, Fitted, Plane, fit
 from missionc.flight.quadratic_program import NoFit
 from missionc.flight.refusals import not_flyable, too_fast
-from missionc.flight.separating_planes import (
-    Held,
-    Near,
-    conflicts,
-    groups,
-    held_apart,
-    narrowed,
-)
-from missionc.flight.vehicle_limits import (
-    Limit,
-    Peak,
-    cuts,
-    limits_of,
-    peaks,
-    room,
-)
+from missionc.flight.separating_planes import Held, Near, conflicts, groups, held_apart, narrowed
+from missionc.flight.vehicle_limits import Limit, Peak, cuts, limits_of, peaks, room
 from missionc.flight.yaw import pointing
 from missionc.ir import AlongPath, Mission
 from missionc.kernel.nodes import Kernel

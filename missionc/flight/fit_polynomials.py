@@ -22,17 +22,8 @@ import numpy as np
 from scipy.sparse import block_diag, coo_array, csr_array, eye_array, kron
 
 from missionc.base.trace import Array, Flags
-from missionc.curves.smooth_splines import (
-    DEGREE,
-    control_points_of,
-    effort,
-    part_of,
-)
-from missionc.flight.quadratic_program import (
-    NoFit,
-    Program,
-    Rows,
-)
+from missionc.curves.smooth_splines import DEGREE, control_points_of, effort, part_of
+from missionc.flight.quadratic_program import NoFit, Program, Rows
 
 SAFE = 1e-5
 """Metres kept back from every bound at least: more than rounding to float32 takes of a hall."""

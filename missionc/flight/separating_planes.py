@@ -17,11 +17,7 @@ from typing import TypeAlias
 import numpy as np
 
 from missionc.base.trace import Array, Flags
-from missionc.curves.piecewise_polynomials import (
-    Curves,
-    refined,
-    values,
-)
+from missionc.curves.piecewise_polynomials import Curves, refined, values
 from missionc.curves.smooth_splines import DEGREE
 from missionc.flight.fit_polynomials import Course, Plane
 from missionc.ir import Mission, Obstacle, Path, Shape, Still, Union

@@ -18,12 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from missionc.base.trace import Array
-from missionc.curves.piecewise_polynomials import (
-    Curves,
-    Indices,
-    speed_bounds,
-    values,
-)
+from missionc.curves.piecewise_polynomials import Curves, Indices, speed_bounds, values
 from missionc.curves.smooth_splines import DEGREE, part_of
 from missionc.flight.fit_polynomials import Course, Cut
 from missionc.ir import Mission, Vehicle

@@ -19,19 +19,9 @@ from scipy.sparse import block_diag, csr_array, eye_array, kron
 
 from missionc.base.trace import Array
 from missionc.curves.piecewise_polynomials import Curves, values
-from missionc.curves.smooth_splines import (
-    DEGREE,
-    bernstein,
-    control_points_of,
-    effort,
-    rounded,
-)
+from missionc.curves.smooth_splines import DEGREE, bernstein, control_points_of, effort, rounded
 from missionc.flight.fit_polynomials import REST
-from missionc.flight.quadratic_program import (
-    Bounds,
-    NoFit,
-    Program,
-)
+from missionc.flight.quadratic_program import Bounds, NoFit, Program
 from missionc.flight.vehicle_limits import SHARE, in_parts
 from missionc.ir import AlongPath, Fixed, Yaw
 

@@ -5,13 +5,7 @@ as written. Agents are numbered through the whole mission, in the order of
 their declaration; an agent set is a tuple of such numbers in the order meant.
 """
 
-from missionc.ir.agents import (
-    Agent,
-    AgentSet,
-    Anywhere,
-    Exactly,
-    Place,
-)
+from missionc.ir.agents import Agent, AgentSet, Anywhere, Exactly, Place
 from missionc.ir.couplings import BeaconCover, Formation, FormationEdge, Graph, Proximity
 from missionc.ir.dynamics import DoubleIntegrator, Dynamics, SingleIntegrator, Unicycle
 from missionc.ir.formulas import About, Apply, AtLeastOf, Belongs, Formula, Holds, Length, OfAgent, Truth, Window

@@ -7,11 +7,7 @@ from enum import Enum
 
 from missionc.base.late_dataclass import dataclass
 from missionc.base.source import Span
-from missionc.base.units import (
-    Metres,
-    Seconds,
-    Steps,
-)
+from missionc.base.units import Metres, Seconds, Steps
 from missionc.ir.agents import Agent, AgentSet
 from missionc.ir.couplings import Formation, Graph
 from missionc.ir.formulas import Formula

@@ -34,11 +34,7 @@ from missionc.ir import (
     Touches,
 )
 from missionc.ir.wording import listed
-from missionc.language.walk_formulas import (
-    bottom_up,
-    formulas,
-    operator_words,
-)
+from missionc.language.walk_formulas import bottom_up, formulas, operator_words
 from missionc.syntax.ast import Metric
 
 

@@ -18,19 +18,11 @@ from missionc.lsp.completion_context import Spot, spot
 from missionc.lsp.open_text import LIMITS, OpenText
 from missionc.lsp.unit_completion import fitting_units
 from missionc.lsp.word_help import meaning
-from missionc.resolve.names import (
-    AGENTS,
-    STATE_WORDS,
-    Kind,
-)
+from missionc.resolve.names import AGENTS, STATE_WORDS, Kind
 from missionc.resolve.resolve_dynamics import SETTINGS as DYNAMICS
 from missionc.resolve.resolve_formations import SETTINGS as FORMATIONS
 from missionc.resolve.resolve_formulas import FORMULAS
-from missionc.resolve.resolve_goals import (
-    BACKENDS,
-    CONNECTIVITY,
-    OPTIONS,
-)
+from missionc.resolve.resolve_goals import BACKENDS, CONNECTIVITY, OPTIONS
 from missionc.syntax.tokens import DECLARATIONS, NAME, NUMBER, UNIT, WORDS, Token
 
 CALLED = tuple(predicate.name for predicate in PREDICATES if predicate.called)

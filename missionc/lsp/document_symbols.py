@@ -6,11 +6,7 @@ from lsprotocol import types
 
 from missionc.base.source import Span
 from missionc.lsp.open_text import OpenText
-from missionc.resolve.names import (
-    Kind,
-    Named,
-    kind_of,
-)
+from missionc.resolve.names import Kind, Named, kind_of
 from missionc.syntax import ast
 
 KINDS = {

@@ -16,12 +16,7 @@ from missionc.lsp.word_help import meaning
 from missionc.resolve.context import Context
 from missionc.resolve.names import collect
 from missionc.resolve.resolve_parameters import resolve_parameters
-from missionc.resolve.resolve_quantities import (
-    POWERS,
-    SI,
-    is_reported,
-    shown,
-)
+from missionc.resolve.resolve_quantities import POWERS, SI, is_reported, shown
 from missionc.resolve.show_vehicle import show_vehicle
 from missionc.syntax import ast
 from missionc.syntax.passages import passages

@@ -12,17 +12,8 @@ from itertools import pairwise
 from pathlib import Path
 
 from missionc.base.limits import Limits
-from missionc.base.source import (
-    Passage,
-    Source,
-    Span,
-)
-from missionc.resolve.names import (
-    STATE_WORDS,
-    Kind,
-    Named,
-    kind_of,
-)
+from missionc.base.source import Passage, Source, Span
+from missionc.resolve.names import STATE_WORDS, Kind, Named, kind_of
 from missionc.syntax import ast
 from missionc.syntax.parse import read
 from missionc.syntax.passages import Kept, passages

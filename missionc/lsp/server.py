@@ -20,11 +20,7 @@ from missionc.lsp.formatting import formatting
 from missionc.lsp.goto import definition, highlights, references
 from missionc.lsp.hover import hover
 from missionc.lsp.inlay_hints import hints
-from missionc.lsp.open_text import (
-    Memory,
-    OpenText,
-    name_of,
-)
+from missionc.lsp.open_text import Memory, OpenText, name_of
 from missionc.lsp.publish_diagnostics import diagnostics
 from missionc.lsp.quick_fixes import fixes
 from missionc.lsp.rename import renamable, rename

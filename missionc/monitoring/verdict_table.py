@@ -19,11 +19,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from missionc.base.trace import (
-    Array,
-    Flags,
-    Trace,
-)
+from missionc.base.trace import Array, Flags, Trace
 from missionc.ir import Mission
 from missionc.kernel.analysis import relevance, relevance_below
 from missionc.kernel.nodes import All, Always, Any, At, AtLeast, Eventually, Node, Release, Until

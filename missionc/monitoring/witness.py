@@ -15,11 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from missionc.base.trace import (
-    Array,
-    Flags,
-    Trace,
-)
+from missionc.base.trace import Array, Flags, Trace
 from missionc.ir import Compare, DistanceBetween, DistanceTo, Graph, InFormation, Mission, Predicate
 from missionc.kernel.nodes import (
     All,

@@ -18,19 +18,8 @@ from missionc.output.documents.certificate_json import certificate_json
 from missionc.output.documents.plan_json import plan_json
 from missionc.output.documents.trajectories_csv import trajectories
 from missionc.output.export.formats import FORMATS, flight
-from missionc.output.folder.file_names import (
-    MANIFEST,
-    MISSION,
-    REPORT,
-    file_names,
-    polynomials_file,
-)
-from missionc.output.folder.manifest import (
-    Option,
-    Provenance,
-    manifest,
-    sha256,
-)
+from missionc.output.folder.file_names import MANIFEST, MISSION, REPORT, file_names, polynomials_file
+from missionc.output.folder.manifest import Option, Provenance, manifest, sha256
 from missionc.output.report.report_html import Plotted, report
 from missionc.verify.certificate import Certificate
 from missionc.verify.verify_plan import verify_between

@@ -16,16 +16,8 @@ from missionc.base.units import Seconds
 from missionc.diagnostics.model import Diagnostic
 from missionc.pipeline import no_plan
 from missionc.pipeline.checked import Checked
-from missionc.pipeline.front_end import (
-    ANY_BACKEND,
-    Stopwatch,
-    check,
-)
-from missionc.pipeline.provenance import (
-    asked_for,
-    given,
-    inputs,
-)
+from missionc.pipeline.front_end import ANY_BACKEND, Stopwatch, check
+from missionc.pipeline.provenance import asked_for, given, inputs
 from missionc.pipeline.results import Refused, Unverified, Verified
 
 STEP_OF_AGENT = 6e-3

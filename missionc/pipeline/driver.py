@@ -47,22 +47,10 @@ from missionc.diagnostics.model import Diagnostic
 from missionc.ir import Mission
 from missionc.kernel.nodes import Kernel
 from missionc.pipeline import no_plan
-from missionc.pipeline.certify_plan import (
-    Certified,
-    certify_plan,
-    reserved_time,
-)
+from missionc.pipeline.certify_plan import Certified, certify_plan, reserved_time
 from missionc.pipeline.checked import Checked
-from missionc.pipeline.checkpoints import (
-    Checkpoints,
-    unusable,
-    with_checkpoints,
-)
-from missionc.pipeline.front_end import (
-    ANY_BACKEND,
-    Stopwatch,
-    check,
-)
+from missionc.pipeline.checkpoints import Checkpoints, unusable, with_checkpoints
+from missionc.pipeline.front_end import ANY_BACKEND, Stopwatch, check
 from missionc.pipeline.plan_with_margin import further_attempts, plan_with_margin
 from missionc.pipeline.provenance import with_manifest
 from missionc.pipeline.results import Compiled, CompileOutcome, Monitored, Refused, Verified

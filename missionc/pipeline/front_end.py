@@ -32,11 +32,7 @@ from missionc.resolve.incremental import Meanings
 from missionc.resolve.resolve_mission import resolve
 from missionc.syntax import passages
 from missionc.syntax.parse import parse
-from missionc.syntax.read_file import (
-    Loader,
-    loader,
-    read_source,
-)
+from missionc.syntax.read_file import Loader, loader, read_source
 from missionc.syntax.tokens import MOST_FINDINGS
 
 ANY_BACKEND = "any"

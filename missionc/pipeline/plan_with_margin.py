@@ -17,12 +17,7 @@ from missionc.checks.check_world import check_world
 from missionc.diagnostics.model import has_errors
 from missionc.ir import Mission
 from missionc.kernel.nodes import Kernel
-from missionc.lower.tighten import (
-    tightened,
-    tracking_margin,
-    with_flyable_speeds,
-    with_vehicle_room,
-)
+from missionc.lower.tighten import tightened, tracking_margin, with_flyable_speeds, with_vehicle_room
 
 SHARE, LONGEST = 0.25, 20.0
 """A share of the time that is left, and at most so many seconds, for a plan that has a margin."""

@@ -8,12 +8,7 @@ from typing import TYPE_CHECKING, assert_never
 
 from missionc.backends.offers import OFFERS
 from missionc.backends.options import DESCRIBED, Described, Options, Recorded
-from missionc.output.folder.file_names import (
-    MANIFEST,
-    NEAR_MISS,
-    PROOF,
-    input_name,
-)
+from missionc.output.folder.file_names import MANIFEST, NEAR_MISS, PROOF, input_name
 from missionc.pipeline.checked import Checked
 from missionc.pipeline.results import Compiled
 

@@ -11,11 +11,7 @@ from typing import TYPE_CHECKING, TypeAlias, assert_never
 
 from missionc.backends.api import Attempt, Impossible, NotFound, Report
 from missionc.base.judgement import judgement_lines
-from missionc.base.notebook import (
-    framed,
-    printed,
-    shown,
-)
+from missionc.base.notebook import framed, printed, shown
 from missionc.base.units import Seconds
 from missionc.diagnostics.model import Diagnostic, has_errors
 from missionc.diagnostics.render import counts

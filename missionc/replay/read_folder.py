@@ -30,28 +30,11 @@ from missionc.diagnostics.model import Diagnostic
 from missionc.ir import Mission
 from missionc.kernel.nodes import Kernel
 from missionc.monitoring.read_trace import read_trace
-from missionc.output.folder.file_names import (
-    MANIFEST,
-    MANIFEST_SCHEMA,
-    MISSION,
-    file_names,
-    polynomials_file,
-)
-from missionc.output.folder.walk_folder import (
-    MOST_ENTRIES,
-    contents,
-    is_normal,
-    kind,
-    printable,
-    read_inside,
-)
+from missionc.output.folder.file_names import MANIFEST, MANIFEST_SCHEMA, MISSION, file_names, polynomials_file
+from missionc.output.folder.walk_folder import MOST_ENTRIES, contents, is_normal, kind, printable, read_inside
 from missionc.pipeline.checked import Checked
 from missionc.pipeline.front_end import ANY_BACKEND, check
-from missionc.syntax.read_file import (
-    cannot_read,
-    held,
-    too_large,
-)
+from missionc.syntax.read_file import cannot_read, held, too_large
 
 PLAN, CERTIFICATE = "plan.json", "certificate.json"
 STRETCH, VEHICLE = "stretch", "vehicle"

@@ -13,11 +13,7 @@ from pathlib import Path
 from missionc.base.limits import Limits
 from missionc.diagnostics.code import OUTPUT_EXISTS
 from missionc.diagnostics.model import Diagnostic
-from missionc.output.folder.file_names import (
-    MANIFEST,
-    REPORT,
-    SIMULATION,
-)
+from missionc.output.folder.file_names import MANIFEST, REPORT, SIMULATION
 from missionc.output.folder.manifest import relisted
 from missionc.output.folder.unwritable import shown
 from missionc.output.folder.write_file import write_file

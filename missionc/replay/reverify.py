@@ -15,21 +15,12 @@ from missionc.base.limits import Limits
 from missionc.diagnostics.code import FOLDER_REFUSED, NOT_JUDGED
 from missionc.diagnostics.model import Diagnostic
 from missionc.output.folder.walk_folder import printable
-from missionc.replay.read_folder import (
-    CERTIFICATE,
-    PLAN,
-    OutputFolder,
-    read_folder,
-)
+from missionc.replay.read_folder import CERTIFICATE, PLAN, OutputFolder, read_folder
 from missionc.replay.rebuild.rebuild_documents import check_documents
 from missionc.replay.rebuild.verdict import DOCUMENT, UNJUDGED
 from missionc.verify.certificate import Certificate, Check
 from missionc.verify.check_certificate import check_certificate
-from missionc.verify.verify_plan import (
-    verify,
-    verify_between,
-    verify_polynomials,
-)
+from missionc.verify.verify_plan import verify, verify_between, verify_polynomials
 
 UNLISTED = "the manifest does not list it"
 

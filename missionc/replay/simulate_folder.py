@@ -24,12 +24,7 @@ from missionc.replay.read_folder import OutputFolder, read_folder
 from missionc.simulate import engines
 from missionc.simulate.default_engine import sample_times
 from missionc.simulate.firmware_setpoints import setpoints
-from missionc.simulate.trials import (
-    Trial,
-    Trials,
-    nobody,
-    run,
-)
+from missionc.simulate.trials import Trial, Trials, nobody, run
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -20,17 +20,8 @@ from missionc.base.source import Span
 from missionc.diagnostics.code import Code
 from missionc.diagnostics.model import Diagnostic, Fix, Label
 from missionc.resolve.amounts import Amount
-from missionc.resolve.incremental import (
-    Meanings,
-    T,
-    Written,
-)
-from missionc.resolve.names import (
-    Declared,
-    Kind,
-    Names,
-    Unresolved,
-)
+from missionc.resolve.incremental import Meanings, T, Written
+from missionc.resolve.names import Declared, Kind, Names, Unresolved
 from missionc.resolve.typed import Typed
 from missionc.syntax import ast
 from missionc.syntax.references import Mentions, mentions

@@ -17,25 +17,11 @@ from missionc.diagnostics.model import Fix, Label
 from missionc.resolve.context import Context
 from missionc.resolve.definitions import ordered
 from missionc.resolve.grid import on_grid, on_line
-from missionc.resolve.names import (
-    AGENTS,
-    Kind,
-    Unresolved,
-)
+from missionc.resolve.names import AGENTS, Kind, Unresolved
 from missionc.resolve.resolve_dynamics import UNMOVED, resolve_dynamics
 from missionc.resolve.resolve_points import known, resolve_point
-from missionc.resolve.resolve_quantities import (
-    excerpt,
-    number,
-    shown,
-    whole,
-)
-from missionc.resolve.resolve_settings import (
-    known_settings,
-    missing,
-    relation,
-    said_twice,
-)
+from missionc.resolve.resolve_quantities import excerpt, number, shown, whole
+from missionc.resolve.resolve_settings import known_settings, missing, relation, said_twice
 from missionc.resolve.resolve_shapes import NOWHERE
 from missionc.resolve.resolve_vehicles import resolve_vehicle, resolve_yaw
 from missionc.syntax import ast

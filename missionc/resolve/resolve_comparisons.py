@@ -12,24 +12,10 @@ from missionc.diagnostics.model import Fix, Label
 from missionc.ir import About
 from missionc.resolve.amounts import Amount
 from missionc.resolve.context import Context
-from missionc.resolve.names import (
-    AGENTS,
-    UNRESOLVED,
-    Declared,
-    Kind,
-    Unresolved,
-)
+from missionc.resolve.names import AGENTS, UNRESOLVED, Declared, Kind, Unresolved
 from missionc.resolve.resolve_agents import resolve_set
 from missionc.resolve.resolve_points import counted
-from missionc.resolve.resolve_quantities import (
-    NO_AMOUNT,
-    POWERS,
-    added,
-    evaluate,
-    excerpt,
-    is_reported,
-    scaled,
-)
+from missionc.resolve.resolve_quantities import NO_AMOUNT, POWERS, added, evaluate, excerpt, is_reported, scaled
 from missionc.resolve.typed import Typed
 from missionc.syntax import ast
 

@@ -11,17 +11,8 @@ from missionc.diagnostics import code
 from missionc.diagnostics.model import Fix
 from missionc.ir.dynamics import DYNAMICS, Limit, by_word
 from missionc.resolve.context import REPORTED, Context
-from missionc.resolve.resolve_quantities import (
-    number,
-    shown,
-    with_unit_of,
-)
-from missionc.resolve.resolve_settings import (
-    known_settings,
-    missing,
-    relation,
-    unknown_word,
-)
+from missionc.resolve.resolve_quantities import number, shown, with_unit_of
+from missionc.resolve.resolve_settings import known_settings, missing, relation, unknown_word
 from missionc.syntax import ast
 
 SETTINGS: dict[str, tuple[str, ...]] = {

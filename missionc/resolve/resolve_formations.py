@@ -15,19 +15,8 @@ from missionc.diagnostics.model import Fix, Label
 from missionc.resolve.context import REPORTED, Context
 from missionc.resolve.resolve_agents import resolve_set
 from missionc.resolve.resolve_points import padded, resolve_offset
-from missionc.resolve.resolve_quantities import (
-    excerpt,
-    number,
-    shown,
-    whole,
-)
-from missionc.resolve.resolve_settings import (
-    known_settings,
-    missing,
-    relation,
-    said_twice,
-    unknown_word,
-)
+from missionc.resolve.resolve_quantities import excerpt, number, shown, whole
+from missionc.resolve.resolve_settings import known_settings, missing, relation, said_twice, unknown_word
 from missionc.syntax import ast
 
 SETTINGS: dict[str, tuple[str, ...]] = {

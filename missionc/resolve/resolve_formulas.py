@@ -18,33 +18,16 @@ from missionc.ir import About
 from missionc.language.operator import Bounds, Operator
 from missionc.language.operators import by_name
 from missionc.language.predicates import PREDICATES
-from missionc.resolve.check_types import (
-    check,
-    check_definition,
-)
+from missionc.resolve.check_types import check, check_definition
 from missionc.resolve.context import Context
 from missionc.resolve.definitions import ordered
-from missionc.resolve.formula_findings import (
-    no_such_call,
-    not_a_formula,
-    not_on_the_graph,
-)
+from missionc.resolve.formula_findings import no_such_call, not_a_formula, not_on_the_graph
 from missionc.resolve.incremental import Body, Written
-from missionc.resolve.names import (
-    AGENTS,
-    STATE_WORDS,
-    UNRESOLVED,
-    Kind,
-    Unresolved,
-)
+from missionc.resolve.names import AGENTS, STATE_WORDS, UNRESOLVED, Kind, Unresolved
 from missionc.resolve.resolve_agents import resolve_set
 from missionc.resolve.resolve_comparisons import one_agent, resolve_comparison
 from missionc.resolve.resolve_lengths import no_graph, resolve_length
-from missionc.resolve.resolve_quantities import (
-    excerpt,
-    shown,
-    whole,
-)
+from missionc.resolve.resolve_quantities import excerpt, shown, whole
 from missionc.resolve.resolve_shapes import NOWHERE
 from missionc.resolve.resolve_time import resolve_window
 from missionc.resolve.typed import Typed, joined

@@ -15,16 +15,8 @@ from missionc.diagnostics import code
 from missionc.diagnostics.model import Diagnostic, Label
 from missionc.resolve.context import Context
 from missionc.resolve.resolve_formulas import resolve_goal
-from missionc.resolve.resolve_quantities import (
-    excerpt,
-    number,
-    whole,
-)
-from missionc.resolve.resolve_settings import (
-    known_settings,
-    relation,
-    unknown_word,
-)
+from missionc.resolve.resolve_quantities import excerpt, number, whole
+from missionc.resolve.resolve_settings import known_settings, relation, unknown_word
 from missionc.syntax import ast
 
 BACKENDS = (AUTO, *OFFERS)

@@ -13,18 +13,8 @@ from missionc.base.units import Dimension, Metres
 from missionc.diagnostics import code
 from missionc.diagnostics.model import Fix, Label
 from missionc.resolve.context import REPORTED, Context
-from missionc.resolve.names import (
-    Kind,
-    Unresolved,
-    some_of,
-)
-from missionc.resolve.resolve_quantities import (
-    number,
-    shown,
-    swapped,
-    whole,
-    with_unit_of,
-)
+from missionc.resolve.names import Kind, Unresolved, some_of
+from missionc.resolve.resolve_quantities import number, shown, swapped, whole, with_unit_of
 from missionc.syntax import ast
 
 

@@ -20,12 +20,7 @@ from typing import TypeVar
 from missionc import ir
 from missionc.base.limits import Limits
 from missionc.base.source import Span
-from missionc.base.units import (
-    Dimension,
-    Metres,
-    Seconds,
-    Steps,
-)
+from missionc.base.units import Dimension, Metres, Seconds, Steps
 from missionc.diagnostics.model import Diagnostic, has_errors
 from missionc.diagnostics.text_order import in_text_order
 from missionc.resolve.context import Context
@@ -35,11 +30,7 @@ from missionc.resolve.names import collect
 from missionc.resolve.resolve_agents import resolve_groups, resolve_teams
 from missionc.resolve.resolve_formations import resolve_formation
 from missionc.resolve.resolve_formulas import resolve_lets
-from missionc.resolve.resolve_goals import (
-    resolve_objective,
-    resolve_requirements,
-    resolve_solve,
-)
+from missionc.resolve.resolve_goals import resolve_objective, resolve_requirements, resolve_solve
 from missionc.resolve.resolve_graphs import resolve_graph
 from missionc.resolve.resolve_parameters import resolve_parameters
 from missionc.resolve.resolve_points import resolve_point, resolve_world

@@ -9,26 +9,13 @@ import math
 from typing import assert_never
 
 from missionc import ir
-from missionc.base.units import (
-    UNITS,
-    Dimension,
-    Seconds,
-)
+from missionc.base.units import UNITS, Dimension, Seconds
 from missionc.diagnostics import code
 from missionc.diagnostics.model import Label
 from missionc.resolve.amounts import PLAIN
 from missionc.resolve.context import REPORTED, Context
-from missionc.resolve.resolve_points import (
-    as_many,
-    padded,
-    resolve_offset,
-)
-from missionc.resolve.resolve_quantities import (
-    evaluate,
-    fitted,
-    number,
-    shown,
-)
+from missionc.resolve.resolve_points import as_many, padded, resolve_offset
+from missionc.resolve.resolve_quantities import evaluate, fitted, number, shown
 from missionc.syntax import ast
 
 

@@ -16,11 +16,7 @@ from missionc.resolve.amounts import PLAIN
 from missionc.resolve.context import Context
 from missionc.resolve.definitions import ordered
 from missionc.resolve.names import some_of
-from missionc.resolve.resolve_quantities import (
-    NO_AMOUNT,
-    evaluate,
-    measured,
-)
+from missionc.resolve.resolve_quantities import NO_AMOUNT, evaluate, measured
 from missionc.syntax import ast
 from missionc.syntax.parse import parse
 

@@ -22,11 +22,7 @@ from missionc.diagnostics.model import Fix, Label
 from missionc.diagnostics.suggest import NOTHING, nearest
 from missionc.resolve.amounts import PLAIN, Amount, Powers
 from missionc.resolve.context import REPORTED, Context
-from missionc.resolve.names import (
-    STATE_WORDS,
-    Kind,
-    Unresolved,
-)
+from missionc.resolve.names import STATE_WORDS, Kind, Unresolved
 from missionc.syntax import ast
 
 POWERS: dict[Dimension, Powers] = {

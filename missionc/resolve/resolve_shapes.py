@@ -15,24 +15,11 @@ from missionc.diagnostics import code
 from missionc.diagnostics.model import Fix, Label
 from missionc.resolve.context import REPORTED, Context
 from missionc.resolve.definitions import ordered
-from missionc.resolve.names import (
-    Declared,
-    Kind,
-    Unresolved,
-)
+from missionc.resolve.names import Declared, Kind, Unresolved
 from missionc.resolve.polygon_faults import Simple, fault
 from missionc.resolve.resolve_motion import resolve_motion
-from missionc.resolve.resolve_points import (
-    known,
-    no_area,
-    plane_point,
-    resolve_point,
-)
-from missionc.resolve.resolve_quantities import (
-    number,
-    shown,
-    with_unit_of,
-)
+from missionc.resolve.resolve_points import known, no_area, plane_point, resolve_point
+from missionc.resolve.resolve_quantities import number, shown, with_unit_of
 from missionc.syntax import ast
 
 NOWHERE = ir.Box((REPORTED, REPORTED), (REPORTED, REPORTED))

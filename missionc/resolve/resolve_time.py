@@ -12,16 +12,7 @@ from missionc.base.units import Dimension, Steps
 from missionc.diagnostics import code
 from missionc.diagnostics.model import Fix, Label
 from missionc.resolve.context import REPORTED, Context
-from missionc.resolve.resolve_quantities import (
-    POWERS,
-    evaluate,
-    excerpt,
-    fitted,
-    is_reported,
-    number,
-    shown,
-    swapped,
-)
+from missionc.resolve.resolve_quantities import POWERS, evaluate, excerpt, fitted, is_reported, number, shown, swapped
 from missionc.syntax import ast
 
 ROUNDING = 1e-9

@@ -14,18 +14,8 @@ from missionc.data.vehicles import profiles
 from missionc.diagnostics import code
 from missionc.diagnostics.suggest import Nothing
 from missionc.resolve.context import Context
-from missionc.resolve.resolve_quantities import (
-    SI,
-    number,
-    shown,
-    whole,
-    with_unit_of,
-)
-from missionc.resolve.resolve_settings import (
-    known_settings,
-    relation,
-    unknown_word,
-)
+from missionc.resolve.resolve_quantities import SI, number, shown, whole, with_unit_of
+from missionc.resolve.resolve_settings import known_settings, relation, unknown_word
 from missionc.syntax import ast
 
 

@@ -12,11 +12,7 @@ from typing import assert_never
 
 from missionc import ir
 from missionc.resolve.resolve_quantities import SI
-from missionc.resolve.show_ir_formula import (
-    number,
-    show_formula,
-    vector,
-)
+from missionc.resolve.show_ir_formula import number, show_formula, vector
 from missionc.resolve.show_vehicle import show_vehicle, show_yaw
 
 

@@ -13,16 +13,8 @@ from importlib.metadata import PackageNotFoundError, version
 
 from missionc.simulate.controller import Gains
 from missionc.simulate.default_engine import COMMANDS
-from missionc.simulate.disturbance import (
-    GUST_SECONDS,
-    UNDISTURBED,
-    Disturbance,
-)
-from missionc.simulate.engines import (
-    ENGINES,
-    OTHERS,
-    QUADROTOR,
-)
+from missionc.simulate.disturbance import GUST_SECONDS, UNDISTURBED, Disturbance
+from missionc.simulate.engines import ENGINES, OTHERS, QUADROTOR
 from missionc.simulate.firmware_setpoints import SETPOINTS_PER_SECOND
 from missionc.simulate.quadrotor import Vehicle
 from missionc.simulate.trials import Trial

@@ -19,23 +19,11 @@ from missionc.ir import Mission
 from missionc.kernel.nodes import Kernel
 from missionc.simulate import firmware_setpoints
 from missionc.simulate.confidence_interval import Fraction, fraction
-from missionc.simulate.default_engine import (
-    Flown,
-    fly,
-    sample_times,
-)
-from missionc.simulate.disturbance import (
-    UNDISTURBED,
-    Disturbance,
-    drawn,
-)
+from missionc.simulate.default_engine import Flown, fly, sample_times
+from missionc.simulate.disturbance import UNDISTURBED, Disturbance, drawn
 from missionc.simulate.engines import QUADROTOR, fly_with
 from missionc.simulate.firmware_setpoints import setpoints
-from missionc.simulate.judge_flight import (
-    Error,
-    Flight,
-    judge,
-)
+from missionc.simulate.judge_flight import Error, Flight, judge
 from missionc.verify.certificate import Check
 
 MOST_BYTES = 1 << 28

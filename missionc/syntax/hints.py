@@ -10,11 +10,7 @@ from missionc.syntax import slips_of_signs as signs
 from missionc.syntax import slips_of_words as words
 from missionc.syntax.expected import SIGNS, in_words
 from missionc.syntax.parse_table import END
-from missionc.syntax.stopping_place import (
-    Place,
-    finding,
-    just_after,
-)
+from missionc.syntax.stopping_place import Place, finding, just_after
 from missionc.syntax.tokens import quoted
 
 

@@ -6,11 +6,7 @@ from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
 from missionc.base.source import Span
-from missionc.syntax.parse_table import (
-    END,
-    Rule,
-    Table,
-)
+from missionc.syntax.parse_table import END, Rule, Table
 
 
 class Part(NamedTuple):

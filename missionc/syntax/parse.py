@@ -17,11 +17,7 @@ from typing import TypeAlias, cast
 
 from missionc.base.late_dataclass import dataclass
 from missionc.base.limits import DEEPEST, Limits
-from missionc.base.source import (
-    Passage,
-    Source,
-    Span,
-)
+from missionc.base.source import Passage, Source, Span
 from missionc.diagnostics.code import (
     DECLARED_AGAIN,
     EMPTY,

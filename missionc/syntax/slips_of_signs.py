@@ -6,11 +6,7 @@ from missionc.diagnostics.model import Diagnostic, Fix, Label
 from missionc.syntax import forms
 from missionc.syntax.expected import ARITHMETIC, COMPARISONS
 from missionc.syntax.parse_table import END
-from missionc.syntax.stopping_place import (
-    Place,
-    finding,
-    just_after,
-)
+from missionc.syntax.stopping_place import Place, finding, just_after
 from missionc.syntax.tokens import NAME, NUMBER, OPERATORS, STATES, STRAY, UNIT, quoted
 
 

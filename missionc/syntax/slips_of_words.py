@@ -11,12 +11,7 @@ from missionc.diagnostics.model import Diagnostic, Fix
 from missionc.syntax import forms
 from missionc.syntax.expected import FORMULA, SHAPES
 from missionc.syntax.parse_table import END
-from missionc.syntax.stopping_place import (
-    Place,
-    finding,
-    just_after,
-    meant_by,
-)
+from missionc.syntax.stopping_place import Place, finding, just_after, meant_by
 from missionc.syntax.tokens import (
     DECLARATIONS,
     NAME,

@@ -15,11 +15,7 @@ from typing import NamedTuple
 
 from missionc.base.late_dataclass import dataclass
 from missionc.base.limits import Limits
-from missionc.base.source import (
-    Passage,
-    Source,
-    Span,
-)
+from missionc.base.source import Passage, Source, Span
 from missionc.base.units import UNITS
 from missionc.diagnostics.code import NAME_NOT_ALLOWED, NUMBER_OUT_OF_RANGE, UNKNOWN_UNIT
 from missionc.diagnostics.model import Diagnostic, Fix, Label

@@ -18,12 +18,7 @@ from typing import Any, TypeAlias
 
 from missionc.base.strict_json import NotJsonError, parse_json
 from missionc.verify.certificate import Certificate, Check, Figure
-from missionc.verify.compare_documents import (
-    close,
-    difference,
-    is_number,
-    shown,
-)
+from missionc.verify.compare_documents import close, difference, is_number, shown
 from missionc.verify.proof.branch_and_bound import SHARE
 from missionc.verify.proof.proof_boxes import Boxes, fault
 from missionc.verify.tolerances import CERTAIN

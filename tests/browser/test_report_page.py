@@ -11,13 +11,7 @@ import numpy as np
 import pytest
 
 from missionc.output.report.report_html import report
-from tests.support.unpacked_reports import (
-    MOTION,
-    RELAY,
-    flight,
-    plotted,
-    simulation,
-)
+from tests.support.unpacked_reports import MOTION, RELAY, flight, plotted, simulation
 
 pytestmark = pytest.mark.browser
 

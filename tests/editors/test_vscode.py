@@ -16,11 +16,7 @@ from missionc.base.source import Source
 from missionc.diagnostics.code import Severity
 from missionc.pipeline import front_end
 from missionc.version import __version__
-from tests.support.npm import (
-    ROOT,
-    fetch,
-    npm,
-)
+from tests.support.npm import ROOT, fetch, npm
 
 FOLDER = ROOT / "editors" / "vscode"
 GROUND = """mission ground

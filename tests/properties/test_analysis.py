@@ -8,12 +8,7 @@ from missionc import ir
 from missionc.kernel.analysis import steps_ahead
 from missionc.lower.expand import expand
 from tests import reference
-from tests.support.random_runs import (
-    SPAN,
-    Case,
-    cases,
-    mission_of,
-)
+from tests.support.random_runs import SPAN, Case, cases, mission_of
 
 
 def local(formula: ir.Formula) -> bool:

@@ -10,13 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from missionc.curves.bernstein_intervals import (
-    Enclosed,
-    derivative,
-    from_powers,
-    root_above,
-    root_below,
-)
+from missionc.curves.bernstein_intervals import Enclosed, derivative, from_powers, root_above, root_below
 from missionc.verify.proof.interval_margins import at_least, at_most
 
 FLOATS = st.floats(width=32, allow_nan=False, allow_infinity=False)

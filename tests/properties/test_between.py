@@ -22,23 +22,10 @@ from missionc.language.operators import OPERATORS, by_name
 from missionc.lower.expand import expand
 from missionc.monitoring.monitor import truths
 from missionc.verify.between.between_steps import between_steps
-from missionc.verify.between.interval_sets import (
-    Signal,
-    Spans,
-    of_parts,
-    sometime,
-    throughout,
-    until,
-)
+from missionc.verify.between.interval_sets import Signal, Spans, of_parts, sometime, throughout, until
 from missionc.verify.between.motion_clock import STEP, Motion
 from missionc.verify.between.truth_over_time import Evaluation
-from tests.support.random_runs import (
-    SPAN,
-    Case,
-    cases,
-    mission_of,
-    trace_of,
-)
+from tests.support.random_runs import SPAN, Case, cases, mission_of, trace_of
 
 LONG = 12
 """Ticks of the small signals."""

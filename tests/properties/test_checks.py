@@ -17,13 +17,7 @@ from missionc.diagnostics.code import CONTRADICTION, TOO_FAR, VACUOUS
 from missionc.language.operators import by_name
 from missionc.language.walk_formulas import bottom_up
 from tests import reference
-from tests.support.random_runs import (
-    SPAN,
-    Case,
-    cases,
-    formulas,
-    mission_of,
-)
+from tests.support.random_runs import SPAN, Case, cases, formulas, mission_of
 
 
 def asked_of_all(case: Case) -> ir.Formula:

@@ -17,15 +17,7 @@ from missionc.lower.expand import expand
 from missionc.monitoring.monitor import robustness
 from missionc.syntax.ast import Metric
 from tests import reference
-from tests.support.random_runs import (
-    SPAN,
-    Case,
-    cases,
-    leaves,
-    mission_of,
-    run_of,
-    trace_of,
-)
+from tests.support.random_runs import SPAN, Case, cases, leaves, mission_of, run_of, trace_of
 
 pytest.importorskip("torch")
 
@@ -42,11 +34,7 @@ from missionc.backends.clot.cost_graph.cost_graph import (
 from missionc.backends.clot.cost_graph.leaf_margins import UNLIMITED
 from missionc.backends.clot.cost_graph.motion_batch import States, team
 from missionc.backends.clot.cost_graph.robustness import Robustness
-from missionc.backends.clot.optimise.active_set import (
-    Active,
-    Links,
-    activate,
-)
+from missionc.backends.clot.optimise.active_set import Active, Links, activate
 from missionc.backends.clot.optimise.goal_terms import Demand
 from missionc.base.trace import Array, Trace
 from missionc.language.margins.predicate_margins import all_links

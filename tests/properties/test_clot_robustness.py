@@ -37,31 +37,15 @@ from missionc.language.operators import OPERATORS, by_name
 from missionc.lower.expand import expand
 from missionc.monitoring.monitor import robustness
 from tests import reference
-from tests.support.random_runs import (
-    SPAN,
-    Case,
-    cases,
-    leaves,
-    mission_of,
-    snapshots,
-    trace_of,
-)
+from tests.support.random_runs import SPAN, Case, cases, leaves, mission_of, snapshots, trace_of
 
 torch = pytest.importorskip("torch")
 
 from missionc.backends.clot.cost_graph.leaf_margins import UNLIMITED, spanning_tree
 from missionc.backends.clot.cost_graph.leaf_margins import algebraic_connectivity as connectivity_in_torch
 from missionc.backends.clot.cost_graph.leaf_margins import margin as margin_in_torch
-from missionc.backends.clot.cost_graph.motion_batch import (
-    States,
-    team,
-    velocities,
-)
-from missionc.backends.clot.cost_graph.robustness import (
-    Robustness,
-    over,
-    until,
-)
+from missionc.backends.clot.cost_graph.motion_batch import States, team, velocities
+from missionc.backends.clot.cost_graph.robustness import Robustness, over, until
 from missionc.backends.clot.paper.paper_rules import PaperRules
 from missionc.backends.clot.paper.perturbed_robustness import Perturbed
 from missionc.backends.clot.paper.sparsity_pattern import sparsity_pattern

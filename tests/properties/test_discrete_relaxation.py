@@ -10,12 +10,7 @@ from missionc.kernel.nodes import Goal
 from missionc.lower.expand import expand
 from missionc.monitoring.monitor import truth
 from tests import reference
-from tests.support.random_runs import (
-    SPAN,
-    Case,
-    cases,
-    mission_of,
-)
+from tests.support.random_runs import SPAN, Case, cases, mission_of
 
 pytest.importorskip("torch")
 

@@ -18,11 +18,7 @@ from hypothesis import strategies as st
 from missionc import ir
 from missionc.backends.smt.encode.clauses import Clauses
 from missionc.backends.smt.encode.lower import Lowered, lower
-from missionc.backends.smt.encode.lower_motion import (
-    Motion,
-    all_ways,
-    lower_motion,
-)
+from missionc.backends.smt.encode.lower_motion import Motion, all_ways, lower_motion
 from missionc.backends.smt.encode.occupancy import Occupancy
 from missionc.backends.smt.prioritized.single_agent_relaxation import SingleAgentRelaxation
 from missionc.backends.smt.roadmap import roadmap_links
@@ -36,14 +32,7 @@ from missionc.language.operators import OPERATORS
 from missionc.lower.expand import expand
 from missionc.syntax.ast import Metric
 from tests import reference
-from tests.support.random_runs import (
-    SPAN,
-    applied,
-    formulas,
-    mission_of,
-    run_of,
-    trace_of,
-)
+from tests.support.random_runs import SPAN, applied, formulas, mission_of, run_of, trace_of
 from tests.support.small_roadmaps import roadmap_of
 
 GRID = [(x / 2, y / 2) for x in range(5) for y in range(5)]

@@ -17,12 +17,7 @@ from missionc.base.units import Seconds
 from missionc.diagnostics.code import CONTRADICTION, TOO_FAR
 from missionc.output.folder.file_names import file_names
 from missionc.pipeline import driver
-from missionc.pipeline.results import (
-    Compiled,
-    Refused,
-    Unverified,
-    Verified,
-)
+from missionc.pipeline.results import Compiled, Refused, Unverified, Verified
 from missionc.verify.verify_plan import verify, verify_polynomials
 from tests.support.random_flight_missions import random_mission
 

@@ -18,11 +18,7 @@ from missionc.base.limits import Limits
 from missionc.cli.app import main
 from missionc.cli.exit_status import Status
 from missionc.diagnostics.sanitize import plain
-from tests.support.small_missions import (
-    SMALL,
-    WRONG,
-    parked,
-)
+from tests.support.small_missions import SMALL, WRONG, parked
 
 USUAL = 150
 PARTS = 2

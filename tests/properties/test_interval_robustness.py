@@ -21,13 +21,7 @@ from missionc.monitoring.end_columns import FIRST, LAST
 from missionc.monitoring.interval_robustness import Intervals
 from missionc.monitoring.monitor import robustness
 from tests import reference
-from tests.support.random_runs import (
-    BASE,
-    SPAN,
-    Case,
-    cases,
-    mission_of,
-)
+from tests.support.random_runs import BASE, SPAN, Case, cases, mission_of
 
 EXAMPLES = int(os.environ.get("MISSIONC_FUZZ", "150"))
 

@@ -16,13 +16,7 @@ from missionc.language.operators import OPERATORS, by_name
 from missionc.lower.expand import expand
 from missionc.monitoring.monitor import robustness, truth
 from tests import reference
-from tests.support.random_runs import (
-    SPAN,
-    Case,
-    cases,
-    mission_of,
-    snapshots,
-)
+from tests.support.random_runs import SPAN, Case, cases, mission_of, snapshots
 
 SPATIAL = [operator for operator in OPERATORS if operator.spatial]
 

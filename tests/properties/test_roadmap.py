@@ -11,11 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from missionc.backends.smt.roadmap.roadmap import (
-    NoRoadmap,
-    Roadmap,
-    build_roadmaps,
-)
+from missionc.backends.smt.roadmap.roadmap import NoRoadmap, Roadmap, build_roadmaps
 from missionc.base.limits import Limits
 from missionc.base.source import Source
 from missionc.ir import Anywhere, DoubleIntegrator, Mission, Unicycle

@@ -14,12 +14,7 @@ from missionc.diagnostics.model import Diagnostic
 from missionc.syntax import ast
 from missionc.syntax.parse import parse
 from missionc.syntax.show_tree import show
-from tests.support.random_trees import (
-    formulas,
-    mutated,
-    programs,
-    without_spans,
-)
+from tests.support.random_trees import formulas, mutated, programs, without_spans
 
 MUTATIONS = int(os.environ.get("MISSIONC_FUZZ", "200"))
 

@@ -13,21 +13,11 @@ from missionc.base.trace import Trace
 from missionc.base.units import Metres, Seconds
 from missionc.flight.crazyflie import Flyable, crazyflie
 from missionc.kernel.nodes import Kernel
-from missionc.lower.tighten import (
-    moved,
-    tightened,
-    tracking_margin,
-    with_flyable_speeds,
-    with_vehicle_room,
-)
+from missionc.lower.tighten import moved, tightened, tracking_margin, with_flyable_speeds, with_vehicle_room
 from missionc.monitoring.monitor import monitor
 from missionc.pipeline import driver
 from missionc.world.signed_distance import signed_distance
-from tests.support.legal_plans import (
-    NOTHING,
-    mission_of,
-    straight,
-)
+from tests.support.legal_plans import NOTHING, mission_of, straight
 
 HEAD = """\
 mission made

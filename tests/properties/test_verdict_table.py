@@ -19,14 +19,7 @@ from missionc.monitoring.monitor import robustness, truth
 from missionc.monitoring.verdict_table import table
 from missionc.monitoring.witness import Witnesses
 from tests import reference
-from tests.support.random_runs import (
-    SPAN,
-    Case,
-    applied,
-    cases,
-    formulas,
-    mission_of,
-)
+from tests.support.random_runs import SPAN, Case, applied, cases, formulas, mission_of
 
 EXAMPLES = int(os.environ.get("MISSIONC_FUZZ", "60"))
 

@@ -24,13 +24,7 @@ from missionc.pipeline.results import Verified
 from missionc.verify.plan.conservative_advancement import least
 from missionc.verify.plan.obstacle_bodies import solid
 from missionc.verify.verify_plan import verify, verify_polynomials
-from tests.support.legal_plans import (
-    NOTHING,
-    mission_of,
-    moved,
-    straight,
-    wandering,
-)
+from tests.support.legal_plans import NOTHING, mission_of, moved, straight, wandering
 
 ROOT = Path(__file__).resolve().parents[2]
 AGENTS, STEPS = 4, 8

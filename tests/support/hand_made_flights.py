@@ -10,17 +10,8 @@ from numpy.typing import NDArray
 
 from missionc.curves.crazyflie_csv import Pieces, written
 from missionc.flight.crazyflie import Flyable, crazyflie
-from missionc.output.export.verified_flight import (
-    Flight,
-    Part,
-    flight,
-)
-from tests.support.legal_plans import (
-    NOTHING,
-    mission_of,
-    straight,
-    wandering,
-)
+from missionc.output.export.verified_flight import Flight, Part, flight
+from tests.support.legal_plans import NOTHING, mission_of, straight, wandering
 
 Array = NDArray[np.float64]
 

@@ -22,11 +22,7 @@ from missionc.language.operators import OPERATORS
 from missionc.syntax import ast, machine, parse
 from missionc.syntax.show_tree import show
 from missionc.syntax.tokens import LABEL, NAME, NUMBER, TEXT, UNIT
-from tests.support.golden_pages import (
-    blocks,
-    file_name,
-    is_fragment,
-)
+from tests.support.golden_pages import blocks, file_name, is_fragment
 from tests.support.random_trees import programs
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -16,11 +16,7 @@ from hypothesis import strategies as st
 from missionc import ir
 from missionc.base.source import Source, Span
 from missionc.base.trace import Trace
-from missionc.base.units import (
-    Metres,
-    Seconds,
-    Steps,
-)
+from missionc.base.units import Metres, Seconds, Steps
 from missionc.language.operator import Bounds, Operator
 from missionc.language.operators import OPERATORS
 from missionc.syntax.ast import Metric

@@ -11,12 +11,7 @@ import pytest
 import missionc
 from missionc.pipeline.checked import Checked
 from missionc.pipeline.results import Compiled, Monitored
-from tests.support.small_missions import (
-    CONFLICT,
-    SMALL,
-    WRONG,
-    parked,
-)
+from tests.support.small_missions import CONFLICT, SMALL, WRONG, parked
 
 
 def source(text: str) -> missionc.Source:

@@ -11,15 +11,7 @@ import pytest
 from missionc.backends.clot.weights import Spare, Weights
 from missionc.backends.features import Feature
 from missionc.backends.offers import OFFERS
-from tests.support.names_in_pages import (
-    ROOT,
-    dotted,
-    is_defined,
-    is_there,
-    module_files,
-    modules,
-    paths,
-)
+from tests.support.names_in_pages import ROOT, dotted, is_defined, is_there, module_files, modules, paths
 
 BACKENDS = ROOT / "missionc" / "backends"
 DOCS = ROOT / "docs"

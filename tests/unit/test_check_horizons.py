@@ -6,13 +6,7 @@ from missionc.checks.check_horizons import steps_ahead
 from missionc.diagnostics.code import BEYOND_HORIZON, WINDOW_EMPTY
 from missionc.diagnostics.render import render_text
 from missionc.language.walk_formulas import goals
-from tests.support.check_findings import (
-    found,
-    meant,
-    only,
-    text,
-    words,
-)
+from tests.support.check_findings import found, meant, only, text, words
 
 
 def test_a_window_past_the_horizon_is_refused_with_the_part_of_each() -> None:

@@ -17,13 +17,7 @@ from missionc.diagnostics.code import (
 )
 from missionc.diagnostics.model import has_errors
 from missionc.pipeline.driver import check
-from tests.support.check_findings import (
-    findings,
-    found,
-    only,
-    text,
-    words,
-)
+from tests.support.check_findings import findings, found, only, text, words
 
 BRICK = "obstacle brick = box (7.2, 7.2) to (8.8, 8.8)"
 

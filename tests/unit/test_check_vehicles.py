@@ -12,13 +12,7 @@ from missionc.diagnostics.code import (
     OUTSIDE_FLYING_ROOM,
     OUTSIDE_WORLD,
 )
-from tests.support.check_findings import (
-    WORLD,
-    found,
-    only,
-    text,
-    words,
-)
+from tests.support.check_findings import WORLD, found, only, text, words
 
 VOLUME = WORLD.replace("(0, 0)", "(0, 0, 0)").replace("(10, 10)", "(10, 10, 3)")
 HOME = "require home: every drone: eventually[0, 20 s] base"

@@ -18,12 +18,7 @@ from missionc.diagnostics.code import (
     TOO_FAR,
     Code,
 )
-from tests.support.check_findings import (
-    found,
-    only,
-    text,
-    words,
-)
+from tests.support.check_findings import found, only, text, words
 
 SAFE = "require safe: every drone: always[1 s, 20 s] not fire"
 SHELF = "obstacle shelf = box (4, 1) to (5, 2)"

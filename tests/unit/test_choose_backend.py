@@ -10,18 +10,8 @@ from missionc.backends.offers import OFFERS
 from missionc.backends.options import Options
 from missionc.diagnostics.code import CANNOT_EXPRESS, EXTRA_MISSING, NO_BACKEND
 from missionc.diagnostics.model import Diagnostic
-from missionc.lower.choose_backend import (
-    Choice,
-    choose_backend,
-    needs,
-)
-from tests.support.check_findings import (
-    found,
-    meant,
-    only,
-    text,
-    words,
-)
+from missionc.lower.choose_backend import Choice, choose_backend, needs
+from tests.support.check_findings import found, meant, only, text, words
 
 HOPS = "require linked: every drone: always[0, 20 s] (fire implies somewhere[hops 1..2] base)"
 METRES = "require near: every drone: always[0, 20 s] (fire implies somewhere[distance <= 6 m] base)"

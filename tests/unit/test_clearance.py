@@ -11,11 +11,7 @@ from scipy.spatial import cKDTree
 
 from missionc import ir
 from missionc.base.source import Source, Span
-from missionc.base.units import (
-    Metres,
-    Seconds,
-    Steps,
-)
+from missionc.base.units import Metres, Seconds, Steps
 from missionc.world.clearance import (
     Motions,
     clear_motions,

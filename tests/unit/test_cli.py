@@ -13,13 +13,7 @@ import pytest
 from missionc.cli import exit_status
 from missionc.cli.app import main
 from missionc.version import __version__
-from tests.support.small_missions import (
-    CONFLICT,
-    LATE,
-    SMALL,
-    WRONG,
-    parked,
-)
+from tests.support.small_missions import CONFLICT, LATE, SMALL, WRONG, parked
 
 ROOT = Path(__file__).resolve().parents[2]
 Captured = pytest.CaptureFixture[str]

@@ -17,21 +17,13 @@ from missionc.backends.options import Options
 from missionc.base.source import Source
 from missionc.base.trace import Trace
 from missionc.base.units import Seconds
-from missionc.cli.summary import (
-    attempt_lines,
-    compiled_document,
-    compiled_lines,
-)
+from missionc.cli.summary import attempt_lines, compiled_document, compiled_lines
 from missionc.ir import Mission
 from missionc.kernel.nodes import Kernel
 from missionc.pipeline import driver
 from missionc.pipeline.relax import search_relaxations
 from missionc.pipeline.relax.nearest_miss import near_miss
-from missionc.pipeline.results import (
-    Blame,
-    Compiled,
-    Verified,
-)
+from missionc.pipeline.results import Blame, Compiled, Verified
 from tests.support.small_missions import SMALL
 
 TOGETHER = """\

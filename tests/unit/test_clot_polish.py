@@ -9,22 +9,14 @@ import pytest
 
 pytest.importorskip("torch")
 
-from missionc.backends.clot.cost_graph.cost_graph import (
-    CostGraph,
-    Margin,
-    build,
-)
+from missionc.backends.clot.cost_graph.cost_graph import CostGraph, Margin, build
 from missionc.backends.clot.cost_graph.spanning_trees import spanning_tree
 from missionc.backends.clot.optimise.accept import attempt
 from missionc.backends.clot.optimise.control_points import splines, trace
 from missionc.backends.clot.optimise.goal_terms import Demand
 from missionc.backends.clot.optimise.levenberg_marquardt import polish
 from missionc.backends.clot.optimise.motion_residuals import Costs
-from missionc.backends.clot.optimise.residuals import (
-    Group,
-    Rows,
-    rows,
-)
+from missionc.backends.clot.optimise.residuals import Group, Rows, rows
 from missionc.backends.clot.schedule.geodesics import Geodesics
 from missionc.backends.clot.schedule.key_frames import key_frames
 from missionc.backends.clot.schedule.schedule import Schedule, Scheduler

@@ -14,18 +14,8 @@ import torch
 from missionc.backends import load
 from missionc.backends.api import Budget, NotFound, Planned, Progress
 from missionc.backends.clot.backend import BACKEND
-from missionc.backends.clot.cost_graph.cost_graph import (
-    Margin,
-    Of,
-    SomeLinked,
-    build,
-    postorder,
-)
-from missionc.backends.clot.cost_graph.motion_batch import (
-    States,
-    team,
-    velocities,
-)
+from missionc.backends.clot.cost_graph.cost_graph import Margin, Of, SomeLinked, build, postorder
+from missionc.backends.clot.cost_graph.motion_batch import States, team, velocities
 from missionc.backends.clot.cost_graph.robustness import Robustness
 from missionc.backends.clot.optimise.free_distance import Surroundings
 from missionc.backends.clot.paper.prefix import about

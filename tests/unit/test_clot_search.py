@@ -11,24 +11,11 @@ from itertools import combinations, pairwise, permutations, product
 import numpy as np
 import pytest
 
-from missionc.backends.clot.paper.planning_sequence import (
-    Couplings,
-    in_order,
-    of_phases,
-)
+from missionc.backends.clot.paper.planning_sequence import Couplings, in_order, of_phases
 from missionc.backends.clot.paper.search_checkpoint import from_arrays, to_arrays
 from missionc.backends.clot.paper.search_tree import Node, Tree
-from missionc.backends.clot.paper.tree_search import (
-    Candidate,
-    Ending,
-    Expand,
-    TreeSearch,
-)
-from missionc.backends.clot.run.search_settings import (
-    FSOT,
-    PAPER,
-    SearchSettings,
-)
+from missionc.backends.clot.paper.tree_search import Candidate, Ending, Expand, TreeSearch
+from missionc.backends.clot.run.search_settings import FSOT, PAPER, SearchSettings
 
 Lanes = Sequence[set[int]]
 """Where each agent of a row fits; its motion stays in one lane, the number is its place in metres."""

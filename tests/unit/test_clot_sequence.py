@@ -39,11 +39,7 @@ from missionc.kernel.nodes import (
 )
 from missionc.pipeline.driver import check
 from tests.support.check_findings import text
-from tests.support.legal_plans import (
-    NOTHING,
-    SPAN,
-    mission_of,
-)
+from tests.support.legal_plans import NOTHING, SPAN, mission_of
 
 ROOT = Path(__file__).resolve().parents[2]
 

@@ -12,18 +12,8 @@ from numpy.typing import NDArray
 from scipy.linalg import null_space
 from torch import Tensor
 
-from missionc.backends.clot.paper.polytope import (
-    directions,
-    rotations,
-)
-from missionc.backends.clot.paper.prior import (
-    End,
-    Fixed,
-    Free,
-    Prior,
-    prior,
-    smoother,
-)
+from missionc.backends.clot.paper.polytope import directions, rotations
+from missionc.backends.clot.paper.prior import End, Fixed, Free, Prior, prior, smoother
 from missionc.backends.clot.paper.sinkhorn import row_softmax, sinkhorn
 from missionc.backends.clot.paper.transport import transport
 from missionc.backends.clot.run.transport_settings import Coupling, Polytope, TransportSettings

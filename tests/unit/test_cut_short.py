@@ -16,12 +16,7 @@ import pytest
 pytest.importorskip("torch")
 
 from missionc.backends.api import CutShort, NotFound, Progress, Reason
-from missionc.base.signals import (
-    Stopped,
-    asked,
-    hold,
-    stoppable,
-)
+from missionc.base.signals import Stopped, asked, hold, stoppable
 from missionc.base.source import Source
 from missionc.base.units import Seconds
 from missionc.cli import app, compile_request

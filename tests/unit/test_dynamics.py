@@ -17,15 +17,7 @@ from hypothesis import strategies as st
 
 from missionc.ir import DoubleIntegrator, Dynamics, SingleIntegrator, Unicycle
 from missionc.ir.dynamics import DYNAMICS
-from missionc.world.dynamics import (
-    States,
-    can_wait,
-    check_step,
-    headings_along,
-    path_between,
-    steer,
-    turn_in_step,
-)
+from missionc.world.dynamics import States, can_wait, check_step, headings_along, path_between, steer, turn_in_step
 
 ROOT = Path(__file__).resolve().parents[2]
 KINDS = ROOT / "missionc/ir/dynamics"

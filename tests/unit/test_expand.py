@@ -17,13 +17,7 @@ from missionc.kernel.walk import children, postorder
 from missionc.language.operators import by_name
 from missionc.lower.expand import expand
 from missionc.syntax.ast import Metric
-from tests.support.random_runs import (
-    BASE,
-    FIELD,
-    SPAN,
-    graphs_of,
-    mission_of,
-)
+from tests.support.random_runs import BASE, FIELD, SPAN, graphs_of, mission_of
 
 ELSEWHERE = Span(Source("other.mission", "some other words"), 0, 4)
 

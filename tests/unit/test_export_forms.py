@@ -21,18 +21,9 @@ from missionc.diagnostics.code import NOT_EXPORTED
 from missionc.diagnostics.model import Diagnostic
 from missionc.output.export import cubics, skybrush
 from missionc.output.export.compressed import compress
-from missionc.output.export.formats import (
-    FORMATS,
-    Exported,
-    Flight,
-)
+from missionc.output.export.formats import FORMATS, Exported, Flight
 from missionc.output.export.trajectory_memory import raw
-from tests.support.hand_made_flights import (
-    cramped,
-    place,
-    turning,
-    wandered,
-)
+from tests.support.hand_made_flights import cramped, place, turning, wandered
 
 Array = NDArray[np.float64]
 

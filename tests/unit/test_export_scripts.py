@@ -15,12 +15,7 @@ import pytest
 from jinja2.exceptions import SecurityError
 
 from missionc.output.export import fill_templates
-from missionc.output.export.formats import (
-    FORMATS,
-    Exported,
-    Flight,
-    flight,
-)
+from missionc.output.export.formats import FORMATS, Exported, Flight, flight
 from missionc.output.export.trajectory_memory import raw
 from tests.support.hand_made_flights import cramped, wandered
 

@@ -23,20 +23,10 @@ from missionc.diagnostics.model import Diagnostic
 from missionc.flight.crazyflie import Flyable, crazyflie
 from missionc.flight.refusals import proposed
 from missionc.flight.required_performance import required_performance
-from missionc.flight.vehicle_limits import (
-    Limit,
-    cuts,
-    limits_of,
-    peaks,
-)
+from missionc.flight.vehicle_limits import Limit, cuts, limits_of, peaks
 from missionc.verify.flight.vehicle_claims import GRAVITY
 from missionc.world.slow_down import slowed
-from tests.support.legal_plans import (
-    NOTHING,
-    mission_of,
-    pushed,
-    straight,
-)
+from tests.support.legal_plans import NOTHING, mission_of, pushed, straight
 
 STRICT = ir.Vehicle(
     "strict", speed=1.0, vertical_speed=0.5, acceleration=2.0, jerk=20.0, tilt=0.2, thrust=ir.Band(0.9, 1.1)

@@ -6,12 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.support.golden_pages import (
-    agrees,
-    blocks,
-    file_name,
-    play,
-)
+from tests.support.golden_pages import agrees, blocks, file_name, play
 from tests.support.small_missions import SMALL
 
 PAGE = "# A page\n\n```mission\n" + SMALL + "```\n\n## Output\n\n```console\n$ missionc check small.mission\n@```\n"

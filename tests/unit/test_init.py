@@ -10,11 +10,7 @@ import pytest
 from missionc.base.limits import Limits
 from missionc.base.source import Source
 from missionc.cli.app import main
-from missionc.data.templates import (
-    DEFAULT,
-    Template,
-    templates,
-)
+from missionc.data.templates import DEFAULT, Template, templates
 from missionc.pipeline import driver
 from missionc.syntax.format import format_mission
 from missionc.syntax.parse import parse

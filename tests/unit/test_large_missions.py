@@ -9,11 +9,7 @@ from types import FrameType
 import pytest
 
 from missionc.base.source import Source
-from missionc.explain.explanation import (
-    document,
-    explained,
-    lines,
-)
+from missionc.explain.explanation import document, explained, lines
 from missionc.explain.sentences import LONGEST, MOST_PARTS
 from missionc.pipeline.front_end import check
 from tests.support.small_missions import SMALL

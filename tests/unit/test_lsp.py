@@ -17,12 +17,7 @@ from missionc.base.limits import Limits
 from missionc.base.source import Span
 from missionc.diagnostics.code import CODES
 from missionc.language.operators import OPERATORS
-from missionc.lsp import (
-    document_symbols,
-    goto,
-    inlay_hints,
-    quick_fixes,
-)
+from missionc.lsp import document_symbols, goto, inlay_hints, quick_fixes
 from missionc.lsp.background_checks import Checks
 from missionc.lsp.completion import completion
 from missionc.lsp.formatting import formatting
@@ -34,11 +29,7 @@ from missionc.lsp.rename import RefusedError, renamable, rename
 from missionc.syntax.format import format_mission
 from missionc.syntax.tokens import WORDS
 from tests.support.check_findings import text
-from tests.support.open_texts import (
-    edited,
-    marked,
-    opened,
-)
+from tests.support.open_texts import edited, marked, opened
 
 HOME = "require home: every drone: eventually[0, 16 s] (base and eventually[0, 2 s] goal)"
 EVERYWHERE = types.Range(types.Position(0, 0), types.Position(1000, 0))

@@ -27,15 +27,7 @@ from missionc.language.margins.predicate_margins import (
     of_states,
 )
 from missionc.language.predicates import PREDICATES
-from tests.support.random_runs import (
-    BASE,
-    FIELD,
-    MAST,
-    SPAN,
-    graphs_of,
-    mission_of,
-    trace_of,
-)
+from tests.support.random_runs import BASE, FIELD, MAST, SPAN, graphs_of, mission_of, trace_of
 
 
 def random_trace(size: int, steps: int, seed: int = 0) -> Trace:

@@ -15,19 +15,9 @@ from missionc.base.units import Metres, Steps
 from missionc.language.margins import links
 from missionc.language.operators import by_name
 from missionc.lower.expand import expand
-from missionc.monitoring.monitor import (
-    monitor,
-    robustness,
-    truth,
-)
+from missionc.monitoring.monitor import monitor, robustness, truth
 from missionc.syntax.ast import Metric
-from tests.support.random_runs import (
-    BASE,
-    FIELD,
-    SPAN,
-    mission_of,
-    trace_of,
-)
+from tests.support.random_runs import BASE, FIELD, SPAN, mission_of, trace_of
 
 IN_BASE = ir.Holds(ir.Inside(BASE, body=False), SPAN)
 IN_FIELD = ir.Holds(ir.Inside(FIELD, body=False), SPAN)

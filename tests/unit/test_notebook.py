@@ -25,12 +25,7 @@ from missionc.base.source import Source
 from missionc.base.trace import Trace
 from missionc.base.units import Seconds
 from missionc.pipeline.results import Compiled
-from tests.support.small_missions import (
-    CONFLICT,
-    SMALL,
-    WRONG,
-    parked,
-)
+from tests.support.small_missions import CONFLICT, SMALL, WRONG, parked
 
 ROOT = Path(__file__).resolve().parents[2]
 NOTEBOOKS = sorted((ROOT / "examples").glob("*.ipynb"))

@@ -18,14 +18,7 @@ from missionc.output.plot.parallel_lanes import lanes
 from missionc.output.plot.plot import COLOURS, plot
 from missionc.output.plot.silhouette import View, inner_point
 from missionc.verify.plan.obstacle_bodies import solid
-from tests.support.legal_plans import (
-    SPAN,
-    mission_of,
-    moving,
-    still,
-    straight,
-    wandering,
-)
+from tests.support.legal_plans import SPAN, mission_of, moving, still, straight, wandering
 
 CUT = ir.Difference(ir.Polygon(((6.0, 6.0), (9.0, 6.0), (9.0, 9.0), (6.0, 9.0))), ir.Disc((7.5, 7.5), 1.0))
 

@@ -13,24 +13,10 @@ from missionc.curves.piecewise_polynomials import values
 from missionc.simulate import quadrotor
 from missionc.simulate.confidence_interval import fraction
 from missionc.simulate.controller import Gains
-from missionc.simulate.default_engine import (
-    Flown,
-    fly,
-    sample_times,
-)
-from missionc.simulate.disturbance import (
-    UNDISTURBED,
-    Disturbance,
-    Drawn,
-    drawn,
-)
+from missionc.simulate.default_engine import Flown, fly, sample_times
+from missionc.simulate.disturbance import UNDISTURBED, Disturbance, Drawn, drawn
 from missionc.simulate.firmware_setpoints import GRAVITY, setpoints
-from missionc.simulate.quadrotor import (
-    Vehicle,
-    at_rest,
-    heading,
-    moved,
-)
+from missionc.simulate.quadrotor import Vehicle, at_rest, heading, moved
 
 STILL_AIR = replace(Vehicle(), drag=(0.0, 0.0))
 PROPORTIONAL = replace(Gains(), integral=(0.0, 0.0, 0.0))

@@ -20,13 +20,7 @@ from missionc.diagnostics.model import Diagnostic
 from missionc.monitoring.read_trace import read_trace
 from missionc.output.documents.plan_json import plan_json
 from missionc.output.documents.trajectories_csv import trajectories
-from tests.support.legal_plans import (
-    mission_of,
-    planned,
-    pushed,
-    straight,
-    wandering,
-)
+from tests.support.legal_plans import mission_of, planned, pushed, straight, wandering
 
 MISSION = mission_of([[1.0, 1.0], [5.0, 5.0]], 2, step=0.1)
 TABLE = """agent,t,x,y

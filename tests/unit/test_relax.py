@@ -9,22 +9,10 @@ from hypothesis import strategies as st
 from missionc.base.source import Source
 from missionc.pipeline.checked import Checked
 from missionc.pipeline.front_end import check
-from missionc.pipeline.relax import (
-    relax_formulas,
-    relax_time,
-    relax_world,
-)
+from missionc.pipeline.relax import relax_formulas, relax_time, relax_world
 from missionc.pipeline.relax.bisection import Trying
-from missionc.pipeline.relax.conflict_targets import (
-    ConflictTargets,
-    Way,
-    conflict_targets,
-)
-from missionc.pipeline.relax.edits import (
-    Edit,
-    changes,
-    edited,
-)
+from missionc.pipeline.relax.conflict_targets import ConflictTargets, Way, conflict_targets
+from missionc.pipeline.relax.edits import Edit, changes, edited
 from missionc.pipeline.relax.knobs import Knob
 
 RICH = """\

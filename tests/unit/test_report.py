@@ -29,17 +29,7 @@ from missionc.pipeline import driver
 from missionc.pipeline.results import Verified
 from missionc.verify.certificate import Certificate, Check
 from tests.support.small_missions import SMALL
-from tests.support.unpacked_reports import (
-    MOTION,
-    RELAY,
-    flight,
-    lane,
-    links,
-    metres,
-    plotted,
-    simulation,
-    unpacked,
-)
+from tests.support.unpacked_reports import MOTION, RELAY, flight, lane, links, metres, plotted, simulation, unpacked
 
 
 @cache

@@ -11,15 +11,7 @@ from missionc.base.limits import Limits
 from missionc.diagnostics.code import Severity
 from missionc.resolve.resolve_mission import resolve
 from missionc.resolve.show_ir import show_ir
-from tests.support.resolved_missions import (
-    codes,
-    demo,
-    findings,
-    mission,
-    only,
-    program,
-    texts,
-)
+from tests.support.resolved_missions import codes, demo, findings, mission, only, program, texts
 
 SHIPPED = {
     # name: agents, steps, regions, obstacles, edges of its formations, requirements

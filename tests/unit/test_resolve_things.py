@@ -10,20 +10,11 @@ from hypothesis import strategies as st
 
 from missionc import ir
 from missionc.base.limits import Limits
-from missionc.diagnostics.suggest import (
-    Nothing,
-    edits,
-    nearest,
-)
+from missionc.diagnostics.suggest import Nothing, edits, nearest
 from missionc.resolve.grid import on_grid, on_line
 from missionc.resolve.polygon_faults import Simple, fault
 from missionc.resolve.topological_order import in_order
-from tests.support.resolved_missions import (
-    codes,
-    demo,
-    mission,
-    only,
-)
+from tests.support.resolved_missions import codes, demo, mission, only
 
 VOLUME = {
     "world": "world (0, 0, 0) to (10, 10, 3)",

@@ -31,16 +31,8 @@ from missionc.cli import app
 from missionc.diagnostics.code import CHECKPOINT_MISMATCH, CHECKPOINT_UNREADABLE, FILE_TOO_LARGE, NOT_ITS_FLAG
 from missionc.diagnostics.model import Diagnostic
 from missionc.pipeline import driver
-from missionc.pipeline.checkpoint_file import (
-    SCHEMA,
-    from_bytes,
-    to_bytes,
-)
-from missionc.pipeline.results import (
-    Compiled,
-    Refused,
-    Verified,
-)
+from missionc.pipeline.checkpoint_file import SCHEMA, from_bytes, to_bytes
+from missionc.pipeline.results import Compiled, Refused, Verified
 from missionc.syntax.read_file import read_bytes
 from tests.support.small_missions import SMALL
 from tests.unit.test_cut_short import LIMIT, MIXED, ROW, time_is_up

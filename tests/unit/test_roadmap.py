@@ -5,11 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from missionc.backends.smt.roadmap.roadmap import (
-    NoRoadmap,
-    Roadmap,
-    build_roadmaps,
-)
+from missionc.backends.smt.roadmap.roadmap import NoRoadmap, Roadmap, build_roadmaps
 from missionc.backends.smt.roadmap.unique_rows import distinct
 from missionc.base.limits import Limits
 from missionc.base.source import Source

@@ -17,11 +17,7 @@ from missionc.diagnostics.code_page import explain
 from missionc.diagnostics.model import Diagnostic
 from missionc.diagnostics.sarif import render_sarif
 from tests.support.npm import ROOT, fetch
-from tests.support.small_missions import (
-    LATE,
-    SMALL,
-    WRONG,
-)
+from tests.support.small_missions import LATE, SMALL, WRONG
 
 CARRIER = "@microsoft/jest-sarif@1.0.0-beta.0"
 """The npm package that carries the standard's schema; it is read from there, and not kept here."""

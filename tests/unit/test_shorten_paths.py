@@ -10,18 +10,10 @@ import pytest
 import missionc
 from missionc.backends.options import Options
 from missionc.backends.smt.encode.clauses import Clauses
-from missionc.backends.smt.encode.lower_motion import (
-    Motion,
-    all_ways,
-    lower_motion,
-)
+from missionc.backends.smt.encode.lower_motion import Motion, all_ways, lower_motion
 from missionc.backends.smt.lift import lift
 from missionc.backends.smt.refine.collisions import too_near
-from missionc.backends.smt.refine.conflict_limit import (
-    LEAST,
-    MOST,
-    effort,
-)
+from missionc.backends.smt.refine.conflict_limit import LEAST, MOST, effort
 from missionc.backends.smt.refine.lazy_constraints import Effort
 from missionc.backends.smt.roadmap.roadmap import NoRoadmap, build_roadmaps
 from missionc.backends.smt.shorten.minimize_distance import move_lengths

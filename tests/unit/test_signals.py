@@ -13,11 +13,7 @@ from pathlib import Path
 import pytest
 
 from missionc.base.signals import Stopped, stoppable
-from tests.support.busy_processes import (
-    HARD,
-    alive,
-    children,
-)
+from tests.support.busy_processes import HARD, alive, children
 
 ROOT = Path(__file__).resolve().parents[2]
 

@@ -29,22 +29,12 @@ from missionc.replay.reverify import reverify
 from missionc.replay.reverify import reverify_opened as replay_of
 from missionc.simulate.default_engine import Flown, sample_times
 from missionc.simulate.firmware_setpoints import setpoints
-from missionc.simulate.flight_conditions import (
-    LARGEST_SEED,
-    MOST,
-    MOST_FLIGHTS,
-    conditions,
-    trial_of,
-)
+from missionc.simulate.flight_conditions import LARGEST_SEED, MOST, MOST_FLIGHTS, conditions, trial_of
 from missionc.simulate.trials import Trial, Trials
 from missionc.verify.certificate import Check
 from missionc.verify.compare_documents import SAME
 from missionc.version import __version__
-from tests.support.forged_folders import (
-    Files,
-    forged,
-    laid,
-)
+from tests.support.forged_folders import Files, forged, laid
 from tests.support.legal_plans import mission_of
 from tests.support.whole_folder import files as undisturbed
 

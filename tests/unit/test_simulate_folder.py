@@ -25,22 +25,9 @@ from missionc.pipeline.results import Verified
 from missionc.replay.read_folder import OutputFolder, read_folder
 from missionc.replay.simulate_folder import simulate
 from missionc.simulate.disturbance import Disturbance
-from missionc.simulate.judge_flight import (
-    at_steps,
-    judge,
-    room,
-)
-from missionc.simulate.trials import (
-    TRACKING,
-    Trial,
-    run,
-)
-from tests.support.legal_plans import (
-    NOTHING,
-    mission_of,
-    moving,
-    still,
-)
+from missionc.simulate.judge_flight import at_steps, judge, room
+from missionc.simulate.trials import TRACKING, Trial, run
+from tests.support.legal_plans import NOTHING, mission_of, moving, still
 from tests.support.output_folders import content
 
 Captured = pytest.CaptureFixture[str]

@@ -18,21 +18,11 @@ from missionc.base.units import Steps
 from missionc.diagnostics.code import FOLDER_UNREADABLE, NEEDS_MORE_TIME
 from missionc.output.folder.write_folder import write_folder
 from missionc.pipeline import driver
-from missionc.pipeline.results import (
-    Compiled,
-    Refused,
-    Verified,
-)
+from missionc.pipeline.results import Compiled, Refused, Verified
 from missionc.replay.reverify import reverify
 from missionc.verify.verify_plan import verify
 from missionc.world.slow_down import slowed
-from tests.support.legal_plans import (
-    NOTHING,
-    mission_of,
-    pushed,
-    straight,
-    wandering,
-)
+from tests.support.legal_plans import NOTHING, mission_of, pushed, straight, wandering
 from tests.support.small_missions import SMALL
 
 

@@ -10,21 +10,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from missionc import ir
-from missionc.backends.smt.refine.collisions import (
-    CUSHION,
-    Separation,
-    too_near,
-)
+from missionc.backends.smt.refine.collisions import CUSHION, Separation, too_near
 from missionc.backends.smt.refine.lazy_constraints import JointMotion
 from missionc.backends.smt.roadmap.roadmap import Roadmap
 from missionc.backends.smt.sat.solve import Satisfiable, Unsatisfiable
 from missionc.base.units import Metres
 from tests.support.legal_plans import mission_of
-from tests.support.small_roadmaps import (
-    Asked,
-    asked,
-    roadmap_of,
-)
+from tests.support.small_roadmaps import Asked, asked, roadmap_of
 
 SQUARE = [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)]
 FAST = ir.SingleIntegrator(9.0)

@@ -14,13 +14,7 @@ import pytest
 
 from missionc.backends.api import Reason
 from missionc.backends.smt.encode.clauses import Clauses
-from missionc.backends.smt.sat.solve import (
-    Child,
-    Satisfiable,
-    Solvers,
-    Stopped,
-    Unsatisfiable,
-)
+from missionc.backends.smt.sat.solve import Child, Satisfiable, Solvers, Stopped, Unsatisfiable
 
 pytest.importorskip("pysat")
 

@@ -12,12 +12,7 @@ import pytest
 
 from missionc.output.folder.staging import staging, sweep
 from missionc.output.folder.write_folder import write_folder
-from tests.support.output_folders import (
-    content,
-    unlisted,
-    with_manifest,
-    written,
-)
+from tests.support.output_folders import content, unlisted, with_manifest, written
 
 FILES = {"plan.json": b"{}\n", "crazyflie/drone0.csv": b"1,2\n"}
 TOKEN = "0123456789abcdef"

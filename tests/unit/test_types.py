@@ -10,12 +10,7 @@ from missionc import ir
 from missionc.base.limits import Limits
 from missionc.language.predicates import PREDICATES
 from missionc.resolve.show_ir import show_ir
-from tests.support.resolved_missions import (
-    codes,
-    demo,
-    mission,
-    only,
-)
+from tests.support.resolved_missions import codes, demo, mission, only
 
 MOVES = "dynamics single_integrator(speed <= 2 m/s)"
 SCOUT = f"agent scout {{ {MOVES} start at (5, 5) }}"

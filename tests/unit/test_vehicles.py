@@ -18,22 +18,13 @@ from missionc.base.source import Source
 from missionc.base.units import Metres
 from missionc.cli.app import main
 from missionc.data import vehicles as package
-from missionc.data.vehicles import (
-    example,
-    profiles,
-    read_profile,
-)
+from missionc.data.vehicles import example, profiles, read_profile
 from missionc.pipeline.front_end import check
 from missionc.replay.reverify import reverify
 from missionc.resolve.show_ir import show_ir
 from missionc.resolve.show_vehicle import figures_of
 from missionc.world.required_separation import Spacing
-from tests.support.resolved_missions import (
-    codes,
-    demo,
-    mission,
-    only,
-)
+from tests.support.resolved_missions import codes, demo, mission, only
 
 GENTLE = """\
 mission gentle

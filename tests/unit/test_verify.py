@@ -14,16 +14,7 @@ from missionc import ir
 from missionc.base.units import Metres
 from missionc.kernel.nodes import Atom, Goal, Kernel
 from missionc.verify.verify_plan import Certificate, verify
-from tests.support.legal_plans import (
-    NOTHING,
-    SPAN,
-    mission_of,
-    moved,
-    moving,
-    pushed,
-    still,
-    straight,
-)
+from tests.support.legal_plans import NOTHING, SPAN, mission_of, moved, moving, pushed, still, straight
 
 PAIR = [[[1.0, 1.0], [2.0, 1.0], [3.0, 1.0]], [[1.0, 3.0], [2.0, 3.0], [3.0, 3.0]]]
 

@@ -19,21 +19,9 @@ from missionc.cli.watch.live_page import Live
 from missionc.cli.watch.loop import _begin
 from missionc.cli.watch.planner_process import Planner
 from missionc.cli.watch.watched_missions import Missions
-from tests.support.busy_processes import (
-    HARD,
-    alive,
-    children,
-)
-from tests.support.small_missions import (
-    CONFLICT,
-    SMALL,
-    WRONG,
-)
-from tests.support.watch_process import (
-    save_by_rename,
-    until,
-    watching,
-)
+from tests.support.busy_processes import HARD, alive, children
+from tests.support.small_missions import CONFLICT, SMALL, WRONG
+from tests.support.watch_process import save_by_rename, until, watching
 
 PARTED = SMALL.replace("region goal = box (2.2, 2.2) to (3.8, 3.8)\n", 'include "goal.mission"\n')
 GOAL = "region goal = box (2.2, 2.2) to (3.8, 3.8)\n"

@@ -15,12 +15,7 @@ from missionc.cli.app import main
 from missionc.replay.read_folder import OutputFolder, read_folder
 from missionc.replay.rebuild.manifest_entries import check_manifest
 from missionc.replay.reverify import Reverified, reverify
-from tests.support.forged_folders import (
-    Files,
-    forged,
-    hashed,
-    laid,
-)
+from tests.support.forged_folders import Files, forged, hashed, laid
 from tests.support.whole_folder import files
 
 

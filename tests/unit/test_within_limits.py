@@ -20,21 +20,12 @@ from missionc.backends.api import Budget, CutShort, NotFound, Outcome, Planned, 
 from missionc.backends.options import Options
 from missionc.backends.smt.backend import BACKEND
 from missionc.base import memory
-from missionc.base.deadline import (
-    OutOfTime,
-    interrupted_at,
-    last_call,
-)
+from missionc.base.deadline import OutOfTime, interrupted_at, last_call
 from missionc.base.source import Source
 from missionc.base.units import Seconds
 from missionc.ir import Mission
 from missionc.kernel.nodes import Kernel
-from missionc.pipeline import (
-    certify_plan,
-    driver,
-    front_end,
-    plan_with_margin,
-)
+from missionc.pipeline import certify_plan, driver, front_end, plan_with_margin
 from missionc.pipeline.results import Compiled, Verified
 from missionc.pipeline.run_limited import Ended, within
 from tests.support.small_missions import SMALL

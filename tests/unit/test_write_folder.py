@@ -12,20 +12,11 @@ import pytest
 
 from missionc.diagnostics.code import CANNOT_WRITE, OUTPUT_EXISTS
 from missionc.output.folder import write_folder as folder_module
-from missionc.output.folder.file_names import (
-    EXPORT,
-    NEAR_MISS,
-    PROOF,
-)
+from missionc.output.folder.file_names import EXPORT, NEAR_MISS, PROOF
 from missionc.output.folder.ownership import ownership
 from missionc.output.folder.ownership import remove as remove_folder
 from missionc.output.folder.write_folder import refuse, write_folder
-from tests.support.output_folders import (
-    content,
-    unlisted,
-    with_manifest,
-    written,
-)
+from tests.support.output_folders import content, unlisted, with_manifest, written
 
 FILES = {"plan.json": b"{}\n", "crazyflie/drone0.csv": b"1,2\n", "mission/a.mission": b"mission a\n"}
 NEW = {"plan.json": b"new"}

@@ -12,11 +12,7 @@ from missionc.base.trace import Trace
 from missionc.curves.crazyflie_csv import Pieces, read
 from missionc.curves.piecewise_polynomials import values
 from missionc.flight.crazyflie import Flyable, crazyflie
-from tests.support.legal_plans import (
-    NOTHING,
-    mission_of,
-    straight,
-)
+from tests.support.legal_plans import NOTHING, mission_of, straight
 
 
 def pieces_of(path: np.ndarray, yaw: ir.Yaw, vehicle: ir.Vehicle = ir.PLAIN, step: float = 1.0) -> Pieces:

@@ -45,11 +45,7 @@ from missionc.backends.clot.optimise.improve import improve
 from missionc.backends.clot.optimise.levenberg_marquardt import Polished, polish
 from missionc.backends.clot.optimise.motion_residuals import Costs
 from missionc.backends.clot.run.parallel_attempts import run_parallel_attempts
-from missionc.backends.clot.run.presets import (
-    PRESETS,
-    Preset,
-    preset,
-)
+from missionc.backends.clot.run.presets import PRESETS, Preset, preset
 from missionc.backends.clot.run.run_state import (
     Candidate,
     Nearest,

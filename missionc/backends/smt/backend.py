@@ -25,31 +25,13 @@ from missionc.backends.smt.encode.lower_motion import all_ways
 from missionc.backends.smt.lift import lift
 from missionc.backends.smt.prioritized.prioritized_planning import PrioritizedPlanner
 from missionc.backends.smt.refine.lazy_constraints import JointMotion
-from missionc.backends.smt.refine.problem import (
-    LINKS,
-    Problem,
-    Setting,
-)
+from missionc.backends.smt.refine.problem import LINKS, Problem, Setting
 from missionc.backends.smt.refine.unsat_core import minimise
 from missionc.backends.smt.roadmap.labels import Unexpressible
-from missionc.backends.smt.roadmap.roadmap import (
-    NoRoadmap,
-    Roadmap,
-    build_roadmaps,
-)
+from missionc.backends.smt.roadmap.roadmap import NoRoadmap, Roadmap, build_roadmaps
 from missionc.backends.smt.sat.installed_solvers import solver_missing
-from missionc.backends.smt.sat.proof import (
-    CNF,
-    DRAT,
-    Proof,
-    Unproved,
-    prove,
-)
-from missionc.backends.smt.sat.solve import (
-    Solvers,
-    Stopped,
-    Unsatisfiable,
-)
+from missionc.backends.smt.sat.proof import CNF, DRAT, Proof, Unproved, prove
+from missionc.backends.smt.sat.solve import Solvers, Stopped, Unsatisfiable
 from missionc.backends.smt.shorten.improve import improve
 from missionc.base.memory import left
 from missionc.base.signals import hold

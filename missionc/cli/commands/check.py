@@ -9,13 +9,7 @@ import click
 
 from missionc.cli import options
 from missionc.cli.exit_status import Status, say
-from missionc.cli.options import (
-    Pairs,
-    existing,
-    files,
-    of_mission,
-    read_limits,
-)
+from missionc.cli.options import Pairs, existing, files, of_mission, read_limits
 from missionc.diagnostics.model import has_errors
 from missionc.diagnostics.render import counts
 from missionc.pipeline.checked import Checked

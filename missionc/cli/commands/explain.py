@@ -10,22 +10,11 @@ import click
 from click.shell_completion import CompletionItem
 
 from missionc.cli.exit_status import Status, say
-from missionc.cli.options import (
-    Pairs,
-    existing,
-    files,
-    of_mission,
-    one_of,
-    read_limits,
-)
+from missionc.cli.options import Pairs, existing, files, of_mission, one_of, read_limits
 from missionc.diagnostics.code import CODES
 from missionc.diagnostics.code_page import explain as page_of
 from missionc.diagnostics.suggest import nearest
-from missionc.explain.explanation import (
-    document,
-    explained,
-    lines,
-)
+from missionc.explain.explanation import document, explained, lines
 from missionc.language.walk_formulas import goals
 from missionc.pipeline.front_end import check
 

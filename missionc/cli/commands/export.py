@@ -8,11 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from missionc.cli import summary
-from missionc.cli.exit_status import (
-    Status,
-    say,
-    status_of,
-)
+from missionc.cli.exit_status import Status, say, status_of
 from missionc.cli.options import (
     export_name,
     exports,

@@ -10,21 +10,12 @@ import click
 from missionc.base.limits import Limits
 from missionc.base.source import Source
 from missionc.cli.exit_status import Status, say
-from missionc.cli.options import (
-    existing,
-    files,
-    limits_and_form,
-    read_limits,
-)
+from missionc.cli.options import existing, files, limits_and_form, read_limits
 from missionc.diagnostics.model import Diagnostic
 from missionc.output.folder.write_file import refuse_file, write_file
 from missionc.syntax.format import format_mission
 from missionc.syntax.parse import parse
-from missionc.syntax.read_file import (
-    changed_meanwhile,
-    read_source,
-    read_standard_input,
-)
+from missionc.syntax.read_file import changed_meanwhile, read_source, read_standard_input
 
 STANDARD_INPUT = Path("-")
 

@@ -17,11 +17,7 @@ from missionc.base.limits import Limits
 from missionc.base.source import Source
 from missionc.cli.exit_status import Status, say
 from missionc.cli.options import form_flag
-from missionc.data.templates import (
-    DEFAULT,
-    Template,
-    templates,
-)
+from missionc.data.templates import DEFAULT, Template, templates
 from missionc.diagnostics.code import NAME_NOT_ALLOWED, OUTPUT_EXISTS
 from missionc.diagnostics.model import Diagnostic
 from missionc.output.folder.write_file import refuse_file, write_file

@@ -8,13 +8,7 @@ import click
 
 from missionc.cli import summary
 from missionc.cli.exit_status import Status, say
-from missionc.cli.options import (
-    Pairs,
-    existing,
-    files,
-    of_mission,
-    read_limits,
-)
+from missionc.cli.options import Pairs, existing, files, of_mission, read_limits
 from missionc.pipeline import driver
 
 

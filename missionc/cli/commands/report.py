@@ -6,19 +6,8 @@ from pathlib import Path
 
 import click
 
-from missionc.cli.exit_status import (
-    Status,
-    say,
-    status_of,
-)
-from missionc.cli.options import (
-    file_to_write,
-    folder,
-    folders,
-    limits_and_form,
-    named,
-    read_limits,
-)
+from missionc.cli.exit_status import Status, say, status_of
+from missionc.cli.options import file_to_write, folder, folders, limits_and_form, named, read_limits
 from missionc.diagnostics.model import Diagnostic
 
 TITLE = "· missionc report</title>".encode()
@@ -39,11 +28,7 @@ HEAD = 4096
 def command(path: Path, output: Path | None, limits: tuple[tuple[str, str], ...], form: str) -> Status:
     """Draw the page of a compiled folder anew, from its files; one that fails is drawn too."""
     from missionc.output.folder.overlap import Output, overlapping
-    from missionc.output.folder.write_file import (
-        beside,
-        refuse_file,
-        write_file,
-    )
+    from missionc.output.folder.write_file import beside, refuse_file, write_file
     from missionc.replay.render_report import render_report
     from missionc.replay.reverify import reverify
 

@@ -11,14 +11,7 @@ import click
 
 from missionc.cli import summary
 from missionc.cli.exit_status import Status, say
-from missionc.cli.options import (
-    Number,
-    file_to_write,
-    folder,
-    folders,
-    limits_and_form,
-    read_limits,
-)
+from missionc.cli.options import Number, file_to_write, folder, folders, limits_and_form, read_limits
 from missionc.cli.progress import ProgressLine
 from missionc.diagnostics.model import Diagnostic
 

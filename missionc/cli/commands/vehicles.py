@@ -6,11 +6,7 @@ import click
 
 from missionc.cli import summary
 from missionc.cli.exit_status import Status
-from missionc.cli.options import (
-    form_flag,
-    one_of,
-    vehicle_name,
-)
+from missionc.cli.options import form_flag, one_of, vehicle_name
 from missionc.data.vehicles import profiles
 from missionc.diagnostics.sanitize import as_json
 from missionc.resolve.show_vehicle import show_vehicle

@@ -7,17 +7,8 @@ from pathlib import Path
 import click
 
 from missionc.cli import summary
-from missionc.cli.exit_status import (
-    Status,
-    say,
-    status_of,
-)
-from missionc.cli.options import (
-    folder,
-    folders,
-    limits_and_form,
-    read_limits,
-)
+from missionc.cli.exit_status import Status, say, status_of
+from missionc.cli.options import folder, folders, limits_and_form, read_limits
 
 
 @click.command("verify")

@@ -9,16 +9,8 @@ from pathlib import Path
 
 from missionc.backends.offers import OFFERS
 from missionc.cli.browser import said
-from missionc.cli.compile_request import (
-    CompileRequest,
-    check,
-    folder_of,
-)
-from missionc.cli.exit_status import (
-    Status,
-    say,
-    say_line,
-)
+from missionc.cli.compile_request import CompileRequest, check, folder_of
+from missionc.cli.exit_status import Status, say, say_line
 from missionc.cli.watch.file_changes import EVERY
 from missionc.cli.watch.live_page import Live
 from missionc.cli.watch.planner_process import Ended, Planner

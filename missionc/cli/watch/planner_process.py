@@ -14,18 +14,9 @@ from multiprocessing.connection import Connection
 from multiprocessing.context import SpawnProcess
 from typing import Self
 
-from missionc.base.signals import (
-    HANDLED,
-    Stopped,
-    end_with_parent,
-    stoppable,
-)
+from missionc.base.signals import HANDLED, Stopped, end_with_parent, stoppable
 from missionc.cli.compile_request import CompileRequest
-from missionc.cli.exit_status import (
-    Status,
-    defect,
-    say,
-)
+from missionc.cli.exit_status import Status, defect, say
 from missionc.diagnostics.render import render_text
 
 PATIENCE = (0.5, 2.0)

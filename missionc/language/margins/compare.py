@@ -13,13 +13,7 @@ from collections.abc import Callable
 from typing import assert_never
 
 from missionc.ir import Altitude, Beacon, Compare, Coordinate, DistanceBetween, DistanceTo, Feature, Region, Speed
-from missionc.world.signed_distance import (
-    Array,
-    Namespace,
-    distance_between,
-    length,
-    signed_distance,
-)
+from missionc.world.signed_distance import Array, Namespace, distance_between, length, signed_distance
 
 
 def margin(predicate: Compare, dimension: int, value: Callable[[Feature], Array]) -> Array:

@@ -6,12 +6,7 @@ import operator
 from functools import reduce
 
 from missionc.ir import Formation, FormationEdge
-from missionc.world.signed_distance import (
-    Array,
-    Namespace,
-    distance_between,
-    length,
-)
+from missionc.world.signed_distance import Array, Namespace, distance_between, length
 
 
 def edge_error(xp: Namespace, edge: FormationEdge, first_position: Array, second_position: Array) -> Array:

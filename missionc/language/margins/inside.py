@@ -3,11 +3,7 @@
 from __future__ import annotations
 
 from missionc.ir import Region
-from missionc.world.signed_distance import (
-    Array,
-    Namespace,
-    signed_distance,
-)
+from missionc.world.signed_distance import Array, Namespace, signed_distance
 
 
 def margin(xp: Namespace, region: Region, radius: Array | float, position: Array) -> Array:

@@ -6,11 +6,7 @@ from functools import reduce
 from typing import assert_never
 
 from missionc.ir import BeaconCover, Graph, Proximity
-from missionc.world.signed_distance import (
-    Array,
-    Namespace,
-    distance_between,
-)
+from missionc.world.signed_distance import Array, Namespace, distance_between
 
 
 def margin(xp: Namespace, graph: Graph, first_position: Array, second_position: Array) -> Array:

@@ -25,21 +25,10 @@ from missionc.ir import (
     Predicate,
     Touches,
 )
-from missionc.language.margins import (
-    compare,
-    connected,
-    formation,
-    inside,
-    region,
-    touches,
-)
+from missionc.language.margins import compare, connected, formation, inside, region, touches
 from missionc.language.margins.connected import algebraic_connectivity
 from missionc.language.margins.links import all_links, link_margin
-from missionc.world.signed_distance import (
-    Array,
-    Namespace,
-    distance_between,
-)
+from missionc.world.signed_distance import Array, Namespace, distance_between
 
 __all__ = [
     "algebraic_connectivity",

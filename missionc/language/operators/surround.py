@@ -14,11 +14,7 @@ from missionc.ir import Length
 from missionc.kernel.nodes import All, Any, Node, Not, Reach, Route
 from missionc.language.operator import Bounds, Fixity, Operator, Use
 from missionc.language.operators import escape
-from missionc.language.route_lengths import (
-    measured_in_hops,
-    most_hops,
-    whole_hops,
-)
+from missionc.language.route_lengths import measured_in_hops, most_hops, whole_hops
 
 
 def expand(use: Use) -> Node:

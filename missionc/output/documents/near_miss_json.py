@@ -4,11 +4,7 @@ from __future__ import annotations
 
 from missionc.backends.api import Attempt
 from missionc.ir import Mission
-from missionc.output.json_layout import (
-    compact,
-    listed,
-    record,
-)
+from missionc.output.json_layout import compact, listed, record
 
 
 def near_miss_json(mission: Mission, attempt: Attempt, planned_for: str) -> str:

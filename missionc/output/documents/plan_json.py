@@ -7,11 +7,7 @@ import numpy as np
 from missionc.base.trace import Plan, Trace
 from missionc.ir import Graph, Mission
 from missionc.language.margins.links import all_links, pieces
-from missionc.output.json_layout import (
-    compact,
-    listed,
-    record,
-)
+from missionc.output.json_layout import compact, listed, record
 
 
 def plan_json(mission: Mission, plan: Plan) -> str:

@@ -13,17 +13,9 @@ from dataclasses import dataclass
 
 from missionc.curves.crazyflie_csv import written
 from missionc.diagnostics.model import Diagnostic
-from missionc.output.export.compressed import (
-    Compressed,
-    as_polynomials,
-    compress,
-)
+from missionc.output.export.compressed import Compressed, as_polynomials, compress
 from missionc.output.export.crazyswarm2 import uri
-from missionc.output.export.export_form import (
-    Exported,
-    Format,
-    refused,
-)
+from missionc.output.export.export_form import Exported, Format, refused
 from missionc.output.export.fill_templates import render
 from missionc.output.export.takeoff_and_landing import PHASES, shared_column
 from missionc.output.export.trajectory_memory import raw

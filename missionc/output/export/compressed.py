@@ -19,12 +19,7 @@ import numpy as np
 
 from missionc.base.trace import Array
 from missionc.curves.crazyflie_csv import Pieces
-from missionc.curves.piecewise_polynomials import (
-    Curves,
-    Indices,
-    control_points,
-    speed_bounds,
-)
+from missionc.curves.piecewise_polynomials import Curves, Indices, control_points, speed_bounds
 
 CONSTANT, SEVENTH = 0, 3
 """Types of an axis; 1 and 2, linear and cubic, are not used."""

@@ -7,17 +7,9 @@ Source:
 from __future__ import annotations
 
 from missionc.diagnostics.model import Diagnostic
-from missionc.output.export.export_form import (
-    Exported,
-    Format,
-    refused,
-)
+from missionc.output.export.export_form import Exported, Format, refused
 from missionc.output.export.fill_templates import render
-from missionc.output.export.takeoff_and_landing import (
-    GROUND,
-    PHASES,
-    shared_column,
-)
+from missionc.output.export.takeoff_and_landing import GROUND, PHASES, shared_column
 from missionc.output.export.trajectory_memory import raw
 from missionc.output.export.verified_flight import Flight
 

@@ -16,12 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from missionc.base.trace import Array
-from missionc.curves.piecewise_polynomials import (
-    Curves,
-    Indices,
-    control_points,
-    refined,
-)
+from missionc.curves.piecewise_polynomials import Curves, Indices, control_points, refined
 
 CLOSE = 1e-3
 """Metres: a cubic that may stray further is halved."""

@@ -12,12 +12,7 @@ import math
 from collections.abc import Mapping
 
 from missionc.output.export.export_form import Exported, Format
-from missionc.output.export.samples import (
-    RATE,
-    Samples,
-    clock,
-    sampled,
-)
+from missionc.output.export.samples import RATE, Samples, clock, sampled
 from missionc.output.export.verified_flight import Flight
 
 NAME = "mcap"

@@ -12,11 +12,7 @@ from __future__ import annotations
 import numpy as np
 
 from missionc.output.export.export_form import Exported, Format
-from missionc.output.export.samples import (
-    RATE,
-    fixed,
-    sampled,
-)
+from missionc.output.export.samples import RATE, fixed, sampled
 from missionc.output.export.verified_flight import Flight
 
 NAME = "px4"

@@ -11,13 +11,7 @@ import math
 from missionc.base.trace import Array
 from missionc.output.export.export_form import Exported, Format
 from missionc.output.export.fill_templates import yaml
-from missionc.output.export.samples import (
-    RATE,
-    Samples,
-    clock,
-    fixed,
-    sampled,
-)
+from missionc.output.export.samples import RATE, Samples, clock, fixed, sampled
 from missionc.output.export.verified_flight import Flight
 
 NAME = "ros2"

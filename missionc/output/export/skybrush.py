@@ -19,16 +19,8 @@ import numpy as np
 
 from missionc.curves.piecewise_polynomials import Curves, control_points
 from missionc.diagnostics.model import Diagnostic
-from missionc.output.export.cubics import (
-    CLOSE,
-    Cubics,
-    cubics,
-)
-from missionc.output.export.export_form import (
-    Exported,
-    Format,
-    refused,
-)
+from missionc.output.export.cubics import CLOSE, Cubics, cubics
+from missionc.output.export.export_form import Exported, Format, refused
 from missionc.output.export.verified_flight import Flight, Part
 
 NAME = "skybrush"

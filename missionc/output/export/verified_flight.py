@@ -7,11 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from missionc.base.trace import Array, Trace
-from missionc.curves.crazyflie_csv import (
-    Pieces,
-    curves_of,
-    read,
-)
+from missionc.curves.crazyflie_csv import Pieces, curves_of, read
 from missionc.curves.piecewise_polynomials import Curves, values
 from missionc.ir import Agent, Mission
 from missionc.kernel.nodes import Kernel

@@ -24,11 +24,7 @@ from pathlib import Path, PurePosixPath
 from missionc.base.limits import Limits
 from missionc.diagnostics.code import FOLDER_UNREADABLE
 from missionc.diagnostics.model import Diagnostic
-from missionc.output.folder.file_names import (
-    MANIFEST,
-    MANIFEST_SCHEMA,
-    PLAN,
-)
+from missionc.output.folder.file_names import MANIFEST, MANIFEST_SCHEMA, PLAN
 from missionc.output.folder.unwritable import reason, shown
 from missionc.output.folder.walk_folder import entries, is_normal
 from missionc.syntax.read_file import read_bytes

@@ -28,13 +28,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from missionc.output.folder.file_names import MANIFEST
-from missionc.output.folder.ownership import (
-    Ours,
-    listed,
-    ownership,
-    remove,
-    remove_folders,
-)
+from missionc.output.folder.ownership import Ours, listed, ownership, remove, remove_folders
 from missionc.output.folder.walk_folder import entries
 
 NAME = re.compile(r"\.missionc-([0-9a-f]{16})")

@@ -25,11 +25,7 @@ from missionc.diagnostics.model import Diagnostic
 from missionc.ir import Agent, Mission, Obstacle, Path, Still
 from missionc.output.plot.label_places import name_place
 from missionc.output.plot.parallel_lanes import lanes
-from missionc.output.plot.silhouette import (
-    View,
-    draw_shape,
-    inner_point,
-)
+from missionc.output.plot.silhouette import View, draw_shape, inner_point
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

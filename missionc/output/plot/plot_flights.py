@@ -12,15 +12,7 @@ import numpy as np
 
 from missionc.ir import Mission
 from missionc.output.documents.trajectories_csv import COLUMNS
-from missionc.output.plot.plot import (
-    GREY,
-    INK,
-    LONG_SIDE,
-    PAD,
-    draw_view,
-    rendered,
-    style,
-)
+from missionc.output.plot.plot import GREY, INK, LONG_SIDE, PAD, draw_view, rendered, style
 from missionc.output.plot.silhouette import View
 from missionc.simulate.default_engine import Flown
 from missionc.simulate.trials import Trials

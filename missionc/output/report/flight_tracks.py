@@ -8,11 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from missionc.base.trace import Trace
-from missionc.curves.crazyflie_csv import (
-    Pieces,
-    curves_of,
-    read,
-)
+from missionc.curves.crazyflie_csv import Pieces, curves_of, read
 from missionc.curves.piecewise_polynomials import Curves, motion
 from missionc.ir import Mission
 from missionc.output.report.sample_tracks import Placed, Sampled

@@ -24,11 +24,7 @@ from missionc.output.folder.file_names import input_name
 from missionc.output.report.charts import charts
 from missionc.output.report.flight_tracks import Flights, flights
 from missionc.output.report.outlines import inner_point, solids
-from missionc.output.report.pack import (
-    PER_METRE,
-    pack,
-    thousandths,
-)
+from missionc.output.report.pack import PER_METRE, pack, thousandths
 from missionc.output.report.requirement_lanes import Places, lanes
 from missionc.output.report.tightest_margins import checks
 from missionc.verify.certificate import Certificate

@@ -2,11 +2,7 @@
 
 from __future__ import annotations
 
-from missionc.pipeline.results import (
-    Compiled,
-    Explained,
-    Relaxation,
-)
+from missionc.pipeline.results import Compiled, Explained, Relaxation
 
 
 def explained_lines(compiled: Compiled) -> list[str]:

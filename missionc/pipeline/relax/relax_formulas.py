@@ -11,17 +11,8 @@ from missionc.language.route_lengths import most_hops
 from missionc.language.walk_formulas import formulas
 from missionc.pipeline.checked import Checked
 from missionc.pipeline.relax.conflict_targets import ConflictTargets, Way
-from missionc.pipeline.relax.edits import (
-    Edit,
-    is_in_main_file,
-    spot,
-)
-from missionc.pipeline.relax.knobs import (
-    Knob,
-    less,
-    more,
-    whole,
-)
+from missionc.pipeline.relax.edits import Edit, is_in_main_file, spot
+from missionc.pipeline.relax.knobs import Knob, less, more, whole
 from missionc.resolve.resolve_quantities import excerpt
 from missionc.syntax import ast
 from missionc.syntax.references import nodes

@@ -5,21 +5,10 @@ from __future__ import annotations
 from missionc.base.source import Span
 from missionc.checks.check_horizons import steps_ahead
 from missionc.ir import Apply, Mission, Preference, Requirement, Window
-from missionc.language.walk_formulas import (
-    bottom_up,
-    formulas,
-    goals,
-    operator_words,
-)
+from missionc.language.walk_formulas import bottom_up, formulas, goals, operator_words
 from missionc.pipeline.checked import Checked
 from missionc.pipeline.relax.conflict_targets import ConflictTargets, Way
-from missionc.pipeline.relax.edits import (
-    Edit,
-    Spot,
-    declared,
-    is_in_main_file,
-    spot,
-)
+from missionc.pipeline.relax.edits import Edit, Spot, declared, is_in_main_file, spot
 from missionc.pipeline.relax.knobs import Knob
 from missionc.syntax import ast
 from missionc.syntax.references import nodes

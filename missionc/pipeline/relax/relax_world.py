@@ -10,20 +10,8 @@ from missionc.diagnostics.model import Fix
 from missionc.ir import Mission
 from missionc.pipeline.checked import Checked
 from missionc.pipeline.relax.conflict_targets import ConflictTargets, Way
-from missionc.pipeline.relax.edits import (
-    ROUND,
-    Edit,
-    declared,
-    is_in_main_file,
-    spot,
-)
-from missionc.pipeline.relax.knobs import (
-    Knob,
-    less,
-    more,
-    notch,
-    whole,
-)
+from missionc.pipeline.relax.edits import ROUND, Edit, declared, is_in_main_file, spot
+from missionc.pipeline.relax.knobs import Knob, less, more, notch, whole
 from missionc.resolve.resolve_quantities import shown
 from missionc.syntax import ast
 

@@ -26,18 +26,10 @@ from missionc.kernel.nodes import Kernel
 from missionc.pipeline.checked import Checked
 from missionc.pipeline.front_end import check
 from missionc.pipeline.plan_with_margin import plan_with_margin
-from missionc.pipeline.relax import (
-    relax_formulas,
-    relax_time,
-    relax_world,
-)
+from missionc.pipeline.relax import relax_formulas, relax_time, relax_world
 from missionc.pipeline.relax.bisection import Trying
 from missionc.pipeline.relax.conflict_targets import conflict_targets
-from missionc.pipeline.relax.edits import (
-    Edit,
-    changes,
-    edited,
-)
+from missionc.pipeline.relax.edits import Edit, changes, edited
 from missionc.pipeline.relax.knobs import Knob
 from missionc.pipeline.relax.nearest_miss import near_miss
 from missionc.pipeline.results import Blame, Explained, Relaxation, Trial

@@ -5,12 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 from missionc.diagnostics.code import EXTRA_MISSING
-from missionc.output.export.formats import (
-    FORMATS,
-    Exported,
-    Flight,
-    flight,
-)
+from missionc.output.export.formats import FORMATS, Exported, Flight, flight
 from missionc.replay.read_folder import OutputFolder, option
 from missionc.replay.rebuild.verdict import verdict
 from missionc.verify.certificate import Check

@@ -14,22 +14,10 @@ from missionc.backends.api import CutShort
 from missionc.backends.offers import OFFERS
 from missionc.backends.options import DESCRIBED, Recorded
 from missionc.data.vehicles import profiles
-from missionc.output.folder.file_names import (
-    MANIFEST,
-    MISSION,
-    REPORT,
-    SIMULATION,
-    file_names,
-    polynomials_file,
-)
+from missionc.output.folder.file_names import MANIFEST, MISSION, REPORT, SIMULATION, file_names, polynomials_file
 from missionc.output.folder.manifest import PACKAGES
 from missionc.pipeline.provenance import inputs
-from missionc.replay.read_folder import (
-    CERTIFICATE,
-    PLAN,
-    VEHICLE,
-    OutputFolder,
-)
+from missionc.replay.read_folder import CERTIFICATE, PLAN, VEHICLE, OutputFolder
 from missionc.replay.rebuild.export_files import FOLDER
 from missionc.replay.rebuild.verdict import verdict
 from missionc.verify.certificate import Check

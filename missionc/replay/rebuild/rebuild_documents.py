@@ -13,23 +13,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from missionc.base.limits import Limits
-from missionc.curves.crazyflie_csv import (
-    Pieces,
-    read,
-    written,
-)
+from missionc.curves.crazyflie_csv import Pieces, read, written
 from missionc.output.documents.trajectories_csv import trajectories
-from missionc.output.folder.file_names import (
-    REPORT,
-    SIMULATION,
-    file_names,
-    polynomials_file,
-)
-from missionc.replay.read_folder import (
-    CERTIFICATE,
-    PLAN,
-    OutputFolder,
-)
+from missionc.output.folder.file_names import REPORT, SIMULATION, file_names, polynomials_file
+from missionc.replay.read_folder import CERTIFICATE, PLAN, OutputFolder
 from missionc.replay.rebuild.export_files import check_exports
 from missionc.replay.rebuild.manifest_entries import check_manifest
 from missionc.replay.rebuild.plan_document import check_plan, plan_of

@@ -18,33 +18,17 @@ from missionc.base.strict_json import NotJsonError, parse_json
 from missionc.curves.crazyflie_csv import Pieces, read
 from missionc.ir import Mission
 from missionc.monitoring.monitor import monitor
-from missionc.output.documents.simulation_json import (
-    DIGITS,
-    simulation_json,
-    simulation_record,
-)
-from missionc.output.folder.file_names import (
-    SIMULATION,
-    SIMULATION_SCHEMA,
-    SIMULATIONS_BEFORE,
-)
+from missionc.output.documents.simulation_json import DIGITS, simulation_json, simulation_record
+from missionc.output.folder.file_names import SIMULATION, SIMULATION_SCHEMA, SIMULATIONS_BEFORE
 from missionc.replay.read_folder import OutputFolder
 from missionc.replay.rebuild.simulation_ties import settled
 from missionc.replay.rebuild.verdict import unjudged, verdict
 from missionc.simulate import engines
 from missionc.simulate.engines import QUADROTOR, EngineError
 from missionc.simulate.flight_conditions import conditions, trial_of
-from missionc.simulate.trials import (
-    Trial,
-    Trials,
-    run,
-)
+from missionc.simulate.trials import Trial, Trials, run
 from missionc.verify.certificate import Check
-from missionc.verify.compare_documents import (
-    SAME,
-    difference,
-    shown,
-)
+from missionc.verify.compare_documents import SAME, difference, shown
 
 VERSION = re.compile(r"[0-9A-Za-z.+!_-]{1,64}")
 AGREED: Mapping[str, float] = {QUADROTOR: SAME, "rotorpy": 1e-6, "crazyflow": 1e-4}

@@ -19,16 +19,8 @@ from numpy.typing import NDArray
 from missionc.base.trace import Array
 from missionc.curves.crazyflie_csv import Pieces
 from missionc.simulate import firmware_setpoints
-from missionc.simulate.default_engine import (
-    COMMANDS,
-    Flown,
-    sample_times,
-)
-from missionc.simulate.firmware_setpoints import (
-    GRAVITY,
-    SETPOINTS_PER_SECOND,
-    setpoints,
-)
+from missionc.simulate.default_engine import COMMANDS, Flown, sample_times
+from missionc.simulate.firmware_setpoints import GRAVITY, SETPOINTS_PER_SECOND, setpoints
 
 HOVERED = 11
 """Seconds before the start, for the integral in its controller: what a start script takes (``takeoff_and_landing``)."""

@@ -18,11 +18,7 @@ from missionc.base.trace import Array
 from missionc.curves.crazyflie_csv import Pieces
 from missionc.simulate import firmware_setpoints
 from missionc.simulate.default_engine import Flown, sample_times
-from missionc.simulate.firmware_setpoints import (
-    GRAVITY,
-    SETPOINTS_PER_SECOND,
-    setpoints,
-)
+from missionc.simulate.firmware_setpoints import GRAVITY, SETPOINTS_PER_SECOND, setpoints
 
 
 def fly(pieces: Sequence[Pieces], seconds: float) -> Flown:

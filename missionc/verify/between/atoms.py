@@ -34,13 +34,7 @@ from missionc.ir import (
     Speed,
     Touches,
 )
-from missionc.language.margins import (
-    compare,
-    formation,
-    inside,
-    region,
-    touches,
-)
+from missionc.language.margins import compare, formation, inside, region, touches
 from missionc.language.margins.predicate_margins import holds, link_margin
 from missionc.verify.between.interval_sets import Signal
 from missionc.verify.between.motion_clock import STEP, Motion

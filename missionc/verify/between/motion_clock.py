@@ -8,12 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from missionc.base.trace import Array
-from missionc.curves.piecewise_polynomials import (
-    Curves,
-    Indices,
-    speed_bounds,
-    values,
-)
+from missionc.curves.piecewise_polynomials import Curves, Indices, speed_bounds, values
 from missionc.ir import Mission
 
 STEP = 1 << 32

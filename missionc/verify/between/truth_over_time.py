@@ -36,14 +36,7 @@ from missionc.kernel.normal_form import dual
 from missionc.kernel.walk import children, postorder
 from missionc.verify.between import links_over_time
 from missionc.verify.between.atoms import atom_signals
-from missionc.verify.between.interval_sets import (
-    Signal,
-    asked_until,
-    of_parts,
-    sometime,
-    throughout,
-    until,
-)
+from missionc.verify.between.interval_sets import Signal, asked_until, of_parts, sometime, throughout, until
 from missionc.verify.between.links_over_time import Links
 from missionc.verify.between.motion_clock import STEP, Motion
 

@@ -12,18 +12,9 @@ import math
 import numpy as np
 
 from missionc.base.trace import Array
-from missionc.curves.bernstein_intervals import (
-    GROWN,
-    Enclosed,
-    derivative,
-    from_powers,
-)
+from missionc.curves.bernstein_intervals import GROWN, Enclosed, derivative, from_powers
 from missionc.curves.crazyflie_csv import Pieces
-from missionc.curves.piecewise_polynomials import (
-    Curves,
-    Indices,
-    values,
-)
+from missionc.curves.piecewise_polynomials import Curves, Indices, values
 from missionc.ir import Agent, Fixed, Mission
 from missionc.verify.certificate import Check, judged
 from missionc.verify.flight.flight_curves import ALLOWANCE, cut

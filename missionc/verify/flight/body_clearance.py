@@ -15,11 +15,7 @@ from typing import assert_never
 import numpy as np
 
 from missionc.base.trace import Array
-from missionc.curves.bernstein_intervals import (
-    GROWN,
-    Enclosed,
-    lowered,
-)
+from missionc.curves.bernstein_intervals import GROWN, Enclosed, lowered
 from missionc.curves.piecewise_polynomials import Indices
 from missionc.ir import Ball, Box, Difference, Disc, Intersection, Polygon, Prism, Shape, Union
 from missionc.verify.flight.flight_curves import ALLOWANCE

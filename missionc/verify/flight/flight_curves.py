@@ -8,13 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from missionc.base.trace import Array
-from missionc.curves.bernstein_intervals import (
-    GROWN,
-    Enclosed,
-    derivative,
-    from_powers,
-    root_above,
-)
+from missionc.curves.bernstein_intervals import GROWN, Enclosed, derivative, from_powers, root_above
 from missionc.ir import Mission, Obstacle, Path, Still
 
 HALVINGS = 3

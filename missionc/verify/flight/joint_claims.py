@@ -11,21 +11,12 @@ from __future__ import annotations
 import numpy as np
 
 from missionc.base.trace import Array
-from missionc.curves.bernstein_intervals import (
-    Enclosed,
-    lowered,
-    raised,
-)
+from missionc.curves.bernstein_intervals import Enclosed, lowered, raised
 from missionc.curves.piecewise_polynomials import Indices
 from missionc.ir import Mission, Obstacle, Still
 from missionc.verify.flight.body_clearance import clear_of
 from missionc.verify.flight.flight_curves import Flight, seen_from
-from missionc.verify.proof.claims import (
-    Claim,
-    Judge,
-    everyone,
-    of_agents,
-)
+from missionc.verify.proof.claims import Claim, Judge, everyone, of_agents
 from missionc.verify.proof.interval_margins import at_least, between
 from missionc.verify.tolerances import CERTAIN, ROUNDING
 

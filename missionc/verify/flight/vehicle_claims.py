@@ -16,17 +16,8 @@ from missionc.curves.piecewise_polynomials import Indices
 from missionc.ir import PLAIN, Mission, Vehicle
 from missionc.verify.certificate import Check
 from missionc.verify.flight.flight_curves import Flight
-from missionc.verify.proof.claims import (
-    Claim,
-    Judge,
-    of_agents,
-)
-from missionc.verify.proof.interval_margins import (
-    at_most,
-    between,
-    in_band,
-    upright,
-)
+from missionc.verify.proof.claims import Claim, Judge, of_agents
+from missionc.verify.proof.interval_margins import at_most, between, in_band, upright
 from missionc.verify.tolerances import CERTAIN, MOTION
 
 GRAVITY = 9.81

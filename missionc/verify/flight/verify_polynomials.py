@@ -22,25 +22,12 @@ from missionc.kernel.nodes import Kernel
 from missionc.verify.certificate import Certificate, Check, Figure
 from missionc.verify.flight.agent_flight import check_flight, tube
 from missionc.verify.flight.flight_curves import Flight
-from missionc.verify.flight.joint_claims import (
-    downwash,
-    obstacles,
-    separation,
-    world,
-)
+from missionc.verify.flight.joint_claims import downwash, obstacles, separation, world
 from missionc.verify.flight.prove_claim import prove
-from missionc.verify.flight.vehicle_claims import (
-    PIECE_BYTES,
-    check_memory,
-    limits,
-)
+from missionc.verify.flight.vehicle_claims import PIECE_BYTES, check_memory, limits
 from missionc.verify.plan.requirements_at_steps import check_requirements
 from missionc.verify.proof.branch_and_bound import branch_and_bound
-from missionc.verify.proof.claims import (
-    Claim,
-    everyone,
-    of_agents,
-)
+from missionc.verify.proof.claims import Claim, everyone, of_agents
 from missionc.verify.proof.interval_margins import at_most
 from missionc.verify.proof.proof_boxes import Boxes
 from missionc.verify.tolerances import ROUNDING

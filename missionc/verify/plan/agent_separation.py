@@ -8,12 +8,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from missionc.base.trace import Array
-from missionc.curves.piecewise_polynomials import (
-    Curves,
-    Indices,
-    speed_bounds,
-    values,
-)
+from missionc.curves.piecewise_polynomials import Curves, Indices, speed_bounds, values
 from missionc.ir import Mission
 from missionc.verify.certificate import Check
 from missionc.verify.plan.conservative_advancement import least

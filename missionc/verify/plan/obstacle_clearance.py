@@ -7,13 +7,7 @@ from typing import assert_never
 import numpy as np
 
 from missionc.base.trace import Array
-from missionc.curves.piecewise_polynomials import (
-    Curves,
-    Indices,
-    refined,
-    speed_bounds,
-    values,
-)
+from missionc.curves.piecewise_polynomials import Curves, Indices, refined, speed_bounds, values
 from missionc.ir import Mission, Obstacle, Path, Still
 from missionc.verify.certificate import Check
 from missionc.verify.plan.conservative_advancement import Least, least

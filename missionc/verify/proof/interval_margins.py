@@ -7,13 +7,7 @@ import math
 import numpy as np
 
 from missionc.base.trace import Array
-from missionc.curves.bernstein_intervals import (
-    GROWN,
-    Enclosed,
-    lowered,
-    root_above,
-    root_below,
-)
+from missionc.curves.bernstein_intervals import GROWN, Enclosed, lowered, root_above, root_below
 from missionc.curves.piecewise_polynomials import Indices
 from missionc.verify.proof.claims import Bounds, Judge
 

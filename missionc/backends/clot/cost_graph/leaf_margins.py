@@ -25,13 +25,7 @@ from missionc.ir import (
     Predicate,
     Touches,
 )
-from missionc.language.margins import (
-    compare,
-    formation,
-    inside,
-    region,
-    touches,
-)
+from missionc.language.margins import compare, formation, inside, region, touches
 from missionc.language.margins.connected import restricted
 from missionc.language.margins.predicate_margins import link_margin
 from missionc.world.signed_distance import distance_between

@@ -30,11 +30,7 @@ from missionc.backends.clot.cost_graph.cost_graph import (
     Until,
     below,
 )
-from missionc.backends.clot.cost_graph.leaf_margins import (
-    UNLIMITED,
-    all_links,
-    margin,
-)
+from missionc.backends.clot.cost_graph.leaf_margins import UNLIMITED, all_links, margin
 from missionc.backends.clot.cost_graph.motion_batch import States, Team
 from missionc.backends.clot.cost_graph.route_metres import length_value
 from missionc.backends.clot.torch_device import places

@@ -34,11 +34,7 @@ from missionc.backends.clot.cost_graph.cost_graph import (
     Until,
 )
 from missionc.backends.clot.cost_graph.leaf_margins import UNLIMITED
-from missionc.backends.clot.cost_graph.unroll_routes import (
-    Place,
-    that_break,
-    that_make,
-)
+from missionc.backends.clot.cost_graph.unroll_routes import Place, that_break, that_make
 from missionc.base.trace import Array, Flags
 from missionc.ir import Graph
 

@@ -17,11 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from missionc.base.trace import (
-    Array,
-    Flags,
-    Trace,
-)
+from missionc.base.trace import Array, Flags, Trace
 from missionc.ir import Exactly, Mission
 
 Indices = NDArray[np.int64]

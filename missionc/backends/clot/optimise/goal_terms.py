@@ -9,25 +9,10 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from missionc.backends.clot.cost_graph.cost_graph import (
-    EveryLinked,
-    Length,
-    Margin,
-    SomeLinked,
-    Term,
-    postorder,
-)
-from missionc.backends.clot.cost_graph.motion_batch import (
-    States,
-    Team,
-    team,
-)
+from missionc.backends.clot.cost_graph.cost_graph import EveryLinked, Length, Margin, SomeLinked, Term, postorder
+from missionc.backends.clot.cost_graph.motion_batch import States, Team, team
 from missionc.backends.clot.cost_graph.robustness import Robustness
-from missionc.backends.clot.optimise.active_set import (
-    Active,
-    Choices,
-    activate,
-)
+from missionc.backends.clot.optimise.active_set import Active, Choices, activate
 from missionc.base.trace import Array
 from missionc.ir import Mission
 

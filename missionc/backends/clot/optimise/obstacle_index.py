@@ -16,11 +16,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from missionc.backends.clot.optimise.stacked_shapes import (
-    Lists,
-    Stacked,
-    lists,
-)
+from missionc.backends.clot.optimise.stacked_shapes import Lists, Stacked, lists
 from missionc.base.trace import Array
 from missionc.ir import Mission, Obstacle, Path, Still
 from missionc.world.clearance import offset

@@ -14,11 +14,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from missionc.backends.clot.paper.prior import (
-    Fixed,
-    Free,
-    prior,
-)
+from missionc.backends.clot.paper.prior import Fixed, Free, prior
 from missionc.backends.clot.schedule.geodesics import Geodesics, along
 from missionc.backends.clot.schedule.key_frames import KeyFrame
 from missionc.backends.clot.schedule.schedule import Schedule

@@ -38,12 +38,7 @@ from missionc.backends.clot.cost_graph.cost_graph import (
 )
 from missionc.backends.clot.cost_graph.leaf_margins import UNLIMITED
 from missionc.backends.clot.paper.perturbed_robustness import Perturbed
-from missionc.backends.clot.paper.sparsity_pattern import (
-    TermPattern,
-    Window,
-    mark,
-    window,
-)
+from missionc.backends.clot.paper.sparsity_pattern import TermPattern, Window, mark, window
 from missionc.base.trace import Flags
 
 

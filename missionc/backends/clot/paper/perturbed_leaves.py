@@ -12,11 +12,7 @@ import torch
 from torch import Tensor
 
 from missionc.backends.clot.cost_graph.leaf_margins import UNLIMITED, margin
-from missionc.backends.clot.cost_graph.motion_batch import (
-    States,
-    Team,
-    velocities,
-)
+from missionc.backends.clot.cost_graph.motion_batch import States, Team, velocities
 from missionc.backends.clot.paper.sparsity_pattern import TermPattern
 from missionc.backends.clot.torch_device import places
 from missionc.ir import Compare, Connected, DistanceBetween, DistanceTo, Feature, Graph, InFormation, Predicate

@@ -37,21 +37,11 @@ from missionc.backends.clot.cost_graph.cost_graph import (
     Until,
 )
 from missionc.backends.clot.cost_graph.leaf_margins import UNLIMITED
-from missionc.backends.clot.cost_graph.motion_batch import (
-    States,
-    Team,
-    velocities,
-)
+from missionc.backends.clot.cost_graph.motion_batch import States, Team, velocities
 from missionc.backends.clot.cost_graph.robustness import Robustness
 from missionc.backends.clot.cost_graph.route_metres import length_value
 from missionc.backends.clot.paper.perturbed_leaves import moved_links, moved_margin
-from missionc.backends.clot.paper.sparsity_pattern import (
-    Rows,
-    SparsityPattern,
-    TermPattern,
-    Window,
-    window,
-)
+from missionc.backends.clot.paper.sparsity_pattern import Rows, SparsityPattern, TermPattern, Window, window
 from missionc.backends.clot.torch_device import places
 from missionc.ir import Graph, Predicate
 

@@ -12,11 +12,7 @@ import torch
 from torch import Tensor
 
 from missionc.backends.clot.cost_graph.cost_graph import Term, postorder
-from missionc.backends.clot.cost_graph.motion_batch import (
-    States,
-    Team,
-    velocities,
-)
+from missionc.backends.clot.cost_graph.motion_batch import States, Team, velocities
 from missionc.backends.clot.cost_graph.robustness import Robustness
 from missionc.backends.clot.optimise.free_distance import Surroundings
 from missionc.backends.clot.torch_device import places

@@ -15,12 +15,7 @@ from missionc.backends.api import Budget, Progress, UnusableSnapshot
 from missionc.backends.clot.cost_graph.cost_graph import CostGraph
 from missionc.backends.clot.paper.expand_agent import Expansion, scale
 from missionc.backends.clot.paper.first_motions import FirstMotions
-from missionc.backends.clot.paper.planning_sequence import (
-    Couplings,
-    Offers,
-    couplings,
-    in_order,
-)
+from missionc.backends.clot.paper.planning_sequence import Couplings, Offers, couplings, in_order
 from missionc.backends.clot.paper.search_checkpoint import from_arrays, to_arrays
 from missionc.backends.clot.paper.tree_search import TreeSearch
 from missionc.backends.clot.run.presets import Preset, SequenceChoice

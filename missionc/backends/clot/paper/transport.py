@@ -27,10 +27,7 @@ from typing import TypeAlias, assert_never
 import torch
 from torch import Tensor
 
-from missionc.backends.clot.paper.polytope import (
-    directions,
-    rotations,
-)
+from missionc.backends.clot.paper.polytope import directions, rotations
 from missionc.backends.clot.paper.prior import smoother
 from missionc.backends.clot.paper.sinkhorn import row_softmax, sinkhorn
 from missionc.backends.clot.run.transport_settings import Coupling, TransportSettings

@@ -17,11 +17,7 @@ from typing import Protocol
 import numpy as np
 
 from missionc.backends.clot.paper.planning_sequence import Offers
-from missionc.backends.clot.paper.search_tree import (
-    Node,
-    Tree,
-    near,
-)
+from missionc.backends.clot.paper.search_tree import Node, Tree, near
 from missionc.backends.clot.run.search_settings import SearchSettings
 from missionc.base.trace import Array
 

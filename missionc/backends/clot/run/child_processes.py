@@ -18,11 +18,7 @@ from typing import Any, Generic, NoReturn, TypeAlias, TypeVar
 
 from missionc.backends.api import Progress
 from missionc.base.memory import copies
-from missionc.base.signals import (
-    HANDLED,
-    end_with_parent,
-    leave_signals,
-)
+from missionc.base.signals import HANDLED, end_with_parent, leave_signals
 
 Piece = TypeVar("Piece")
 Answer = TypeVar("Answer")

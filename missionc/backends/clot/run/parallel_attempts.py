@@ -15,14 +15,7 @@ from typing import Protocol, TypeAlias
 from missionc.backends.api import Attempt, Budget, Snapshot, forget, ignore
 from missionc.backends.clot.cost_graph.cost_graph import CostGraph
 from missionc.backends.clot.run.child_processes import Say, children
-from missionc.backends.clot.run.run_state import (
-    Candidate,
-    Nearest,
-    Reached,
-    State,
-    from_snapshot,
-    to_snapshot,
-)
+from missionc.backends.clot.run.run_state import Candidate, Nearest, Reached, State, from_snapshot, to_snapshot
 from missionc.backends.options import Options
 from missionc.backends.run_account import Account
 from missionc.base.signals import asked, hold

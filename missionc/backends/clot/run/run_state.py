@@ -13,12 +13,7 @@ from typing import Any
 import numpy as np
 
 from missionc.backends.api import Attempt, Snapshot, UnusableSnapshot
-from missionc.backends.clot.cost_graph.cost_graph import (
-    CostGraph,
-    Greatest,
-    Ranked,
-    SomeLinked,
-)
+from missionc.backends.clot.cost_graph.cost_graph import CostGraph, Greatest, Ranked, SomeLinked
 from missionc.backends.clot.optimise.active_set import Choices
 from missionc.backends.clot.optimise.control_points import splines
 from missionc.base.trace import Array

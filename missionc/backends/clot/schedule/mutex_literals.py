@@ -6,12 +6,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import TypeAlias
 
-from missionc.backends.clot.cost_graph.cost_graph import (
-    Least,
-    Margin,
-    Of,
-    Term,
-)
+from missionc.backends.clot.cost_graph.cost_graph import Least, Margin, Of, Term
 from missionc.backends.clot.schedule.tasks import Hold, Outline
 from missionc.ir import Predicate
 

@@ -29,25 +29,9 @@ from missionc.backends.clot.schedule.mutex_literals import (
     timed_literals,
 )
 from missionc.backends.clot.schedule.perturbed_distances import PerturbedDistances
-from missionc.backends.clot.schedule.tasks import (
-    Decision,
-    Event,
-    Hold,
-    Option,
-    Outline,
-)
+from missionc.backends.clot.schedule.tasks import Decision, Event, Hold, Option, Outline
 from missionc.base.trace import Array
-from missionc.ir import (
-    Anywhere,
-    Connected,
-    Exactly,
-    InFormation,
-    Inside,
-    Mission,
-    Predicate,
-    Region,
-    Touches,
-)
+from missionc.ir import Anywhere, Connected, Exactly, InFormation, Inside, Mission, Predicate, Region, Touches
 from missionc.world.sampling import points_in
 from missionc.world.signed_distance import signed_distance
 

@@ -22,28 +22,15 @@ from typing import assert_never
 
 import numpy as np
 
-from missionc.backends.smt.encode.clauses import (
-    FALSE,
-    NOTHING,
-    TRUE,
-    Clauses,
-    Literals,
-)
+from missionc.backends.smt.encode.clauses import FALSE, NOTHING, TRUE, Clauses, Literals
 from missionc.backends.smt.encode.lower_atoms import Atoms
 from missionc.backends.smt.encode.lower_motion import Motion
-from missionc.backends.smt.encode.lower_on_demand import (
-    Ask,
-    choose,
-    join,
-)
+from missionc.backends.smt.encode.lower_on_demand import Ask, choose, join
 from missionc.backends.smt.encode.lower_places import Places, cheap_first
 from missionc.backends.smt.encode.lower_routes import Route
 from missionc.backends.smt.encode.lower_windows import Windows
 from missionc.backends.smt.encode.occupancy import Occupancy
-from missionc.backends.smt.roadmap.labels import (
-    Labels,
-    Unexpressible,
-)
+from missionc.backends.smt.roadmap.labels import Labels, Unexpressible
 from missionc.backends.smt.roadmap.roadmap import Indices
 from missionc.ir import Mission
 from missionc.kernel.nodes import (

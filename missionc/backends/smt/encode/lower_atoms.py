@@ -11,19 +11,9 @@ from typing import assert_never
 
 import numpy as np
 
-from missionc.backends.smt.encode.clauses import (
-    FALSE,
-    TRUE,
-    Clauses,
-    Literals,
-)
+from missionc.backends.smt.encode.clauses import FALSE, TRUE, Clauses, Literals
 from missionc.backends.smt.encode.lower_motion import Motion
-from missionc.backends.smt.roadmap.labels import (
-    Labels,
-    Unexpressible,
-    others,
-    simplified,
-)
+from missionc.backends.smt.roadmap.labels import Labels, Unexpressible, others, simplified
 from missionc.backends.smt.roadmap.roadmap import Indices
 from missionc.base.trace import Flags
 from missionc.ir import Compare, Connected, InFormation, Inside, Predicate, Touches

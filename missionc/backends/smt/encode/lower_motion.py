@@ -18,12 +18,7 @@ from functools import cache
 
 import numpy as np
 
-from missionc.backends.smt.encode.clauses import (
-    FALSE,
-    TRUE,
-    Clauses,
-    Literals,
-)
+from missionc.backends.smt.encode.clauses import FALSE, TRUE, Clauses, Literals
 from missionc.backends.smt.roadmap.roadmap import Indices, Roadmap
 from missionc.base.memory import reserve
 from missionc.base.trace import Array, Flags

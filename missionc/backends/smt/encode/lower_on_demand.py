@@ -9,12 +9,7 @@ from collections.abc import Callable, Iterable
 
 import numpy as np
 
-from missionc.backends.smt.encode.clauses import (
-    FALSE,
-    TRUE,
-    Clauses,
-    Literals,
-)
+from missionc.backends.smt.encode.clauses import FALSE, TRUE, Clauses, Literals
 from missionc.backends.smt.roadmap.roadmap import Indices
 
 Ask = Callable[[Indices], Literals]

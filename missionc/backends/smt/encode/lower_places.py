@@ -20,22 +20,10 @@ from typing import Protocol
 
 import numpy as np
 
-from missionc.backends.smt.encode.clauses import (
-    FALSE,
-    TRUE,
-    Literals,
-)
-from missionc.backends.smt.encode.lower_on_demand import (
-    Ask,
-    choose,
-    join,
-)
+from missionc.backends.smt.encode.clauses import FALSE, TRUE, Literals
+from missionc.backends.smt.encode.lower_on_demand import Ask, choose, join
 from missionc.backends.smt.encode.lower_routes import Route, Routes
-from missionc.backends.smt.encode.occupancy import (
-    Agents,
-    Occupancy,
-    Tables,
-)
+from missionc.backends.smt.encode.occupancy import Agents, Occupancy, Tables
 from missionc.backends.smt.roadmap.labels import Labels
 from missionc.backends.smt.roadmap.roadmap import Indices
 from missionc.kernel.nodes import All, Any, AtLeast, Atom, EveryNeighbour, EveryReach, Is, Neighbour, Node, Not, Reach

@@ -8,18 +8,9 @@ from typing import Protocol
 
 import numpy as np
 
-from missionc.backends.smt.encode.clauses import (
-    NOTHING,
-    TRUE,
-    Literals,
-)
+from missionc.backends.smt.encode.clauses import NOTHING, TRUE, Literals
 from missionc.backends.smt.encode.lower_on_demand import choose
-from missionc.backends.smt.encode.occupancy import (
-    Agents,
-    Define,
-    Occupancy,
-    Tables,
-)
+from missionc.backends.smt.encode.occupancy import Agents, Define, Occupancy, Tables
 from missionc.backends.smt.roadmap.roadmap import Indices
 from missionc.backends.smt.roadmap.roadmap_links import Links, links_between
 from missionc.ir import Graph

@@ -7,13 +7,7 @@ from typing import Protocol
 
 import numpy as np
 
-from missionc.backends.smt.encode.clauses import (
-    FALSE,
-    NOTHING,
-    TRUE,
-    Clauses,
-    Literals,
-)
+from missionc.backends.smt.encode.clauses import FALSE, NOTHING, TRUE, Clauses, Literals
 from missionc.backends.smt.roadmap.roadmap import Indices
 from missionc.kernel.nodes import Node, Release, Until
 

@@ -6,13 +6,7 @@ from collections.abc import Callable, Hashable
 
 import numpy as np
 
-from missionc.backends.smt.encode.clauses import (
-    FALSE,
-    NOTHING,
-    TRUE,
-    Clauses,
-    Literals,
-)
+from missionc.backends.smt.encode.clauses import FALSE, NOTHING, TRUE, Clauses, Literals
 from missionc.backends.smt.encode.lower_motion import Motion
 from missionc.backends.smt.roadmap.roadmap import Indices
 

@@ -10,12 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from missionc.backends.smt.prioritized.requirement_parts import (
-    NOBODY,
-    Agents,
-    Part,
-    agents_named_by,
-)
+from missionc.backends.smt.prioritized.requirement_parts import NOBODY, Agents, Part, agents_named_by
 from missionc.backends.smt.roadmap.labels import Labels
 from missionc.backends.smt.roadmap.own_state import own_state, states_of
 from missionc.base.trace import Flags

@@ -38,11 +38,7 @@ from missionc.backends.smt.prioritized.reservations import Reservations
 from missionc.backends.smt.prioritized.single_agent_relaxation import SingleAgentRelaxation
 from missionc.backends.smt.prioritized.single_agent_search import SingleAgentSearch
 from missionc.backends.smt.refine.lazy_constraints import Effort, JointMotion
-from missionc.backends.smt.refine.problem import (
-    LINKS,
-    Problem,
-    Setting,
-)
+from missionc.backends.smt.refine.problem import LINKS, Problem, Setting
 from missionc.backends.smt.roadmap.labels import Labels
 from missionc.backends.smt.roadmap.roadmap import Indices, Roadmap
 from missionc.backends.smt.sat.solve import Solvers

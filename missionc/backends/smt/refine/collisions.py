@@ -11,11 +11,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from missionc.backends.smt.encode.clauses import (
-    FALSE,
-    Clauses,
-    Literals,
-)
+from missionc.backends.smt.encode.clauses import FALSE, Clauses, Literals
 from missionc.backends.smt.encode.lower_motion import Motion, add_at_most_one
 from missionc.backends.smt.roadmap.roadmap import Indices
 from missionc.base.trace import Array

@@ -10,23 +10,11 @@ import numpy as np
 
 from missionc.backends.api import Progress, Reason
 from missionc.backends.run_account import Account
-from missionc.backends.smt.encode.clauses import (
-    FALSE,
-    TRUE,
-    Clauses,
-    Literals,
-    TooLarge,
-)
+from missionc.backends.smt.encode.clauses import FALSE, TRUE, Clauses, Literals, TooLarge
 from missionc.backends.smt.encode.lower_motion import Motion
 from missionc.backends.smt.refine.collisions import Separation, too_near
 from missionc.backends.smt.roadmap.roadmap import Indices
-from missionc.backends.smt.sat.solve import (
-    Answer,
-    Satisfiable,
-    Solvers,
-    Stopped,
-    Unsatisfiable,
-)
+from missionc.backends.smt.sat.solve import Answer, Satisfiable, Solvers, Stopped, Unsatisfiable
 from missionc.base.trace import Flags
 from missionc.ir import Mission
 

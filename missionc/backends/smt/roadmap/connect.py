@@ -20,12 +20,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from missionc.backends.smt.roadmap.edges import (
-    NONE,
-    Edges,
-    are_clear,
-    joined,
-)
+from missionc.backends.smt.roadmap.edges import NONE, Edges, are_clear, joined
 from missionc.backends.smt.roadmap.sample_nodes import Ground
 from missionc.backends.smt.roadmap.unique_rows import distinct
 from missionc.base.memory import reserve

@@ -20,12 +20,7 @@ from missionc.ir import (
     Mission,
     Predicate,
 )
-from missionc.language.margins.predicate_margins import (
-    formation_margin,
-    holds,
-    of_pair,
-    of_states,
-)
+from missionc.language.margins.predicate_margins import formation_margin, holds, of_pair, of_states
 
 
 class Unexpressible(ValueError):

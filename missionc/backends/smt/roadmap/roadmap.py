@@ -13,12 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from missionc.backends.smt.roadmap.grow import grow
-from missionc.backends.smt.roadmap.sample_nodes import (
-    Ground,
-    NoRoadmap,
-    free_ground,
-    sample_nodes,
-)
+from missionc.backends.smt.roadmap.sample_nodes import Ground, NoRoadmap, free_ground, sample_nodes
 from missionc.backends.smt.roadmap.unroll import Unrolled, unroll
 from missionc.base.memory import reserve
 from missionc.base.trace import Array, Flags

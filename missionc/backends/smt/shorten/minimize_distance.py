@@ -20,12 +20,7 @@ from missionc.backends.smt.refine.conflict_limit import effort
 from missionc.backends.smt.refine.lazy_constraints import JointMotion, LazyConstraints
 from missionc.backends.smt.roadmap.roadmap import Indices
 from missionc.backends.smt.sat.solve import Stopped, Unsatisfiable
-from missionc.backends.smt.shorten.cost_to_go import (
-    CostToGo,
-    cost_to_go,
-    disjunctive_tasks,
-    single_agent_tasks,
-)
+from missionc.backends.smt.shorten.cost_to_go import CostToGo, cost_to_go, disjunctive_tasks, single_agent_tasks
 from missionc.backends.smt.shorten.held_goals import Goals
 from missionc.backends.smt.shorten.unary_totalizer import add_totalizer
 from missionc.base.trace import Array

@@ -5,12 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from missionc.backends.api import Progress
-from missionc.backends.smt.encode.clauses import (
-    FALSE,
-    Clauses,
-    Literals,
-    TooLarge,
-)
+from missionc.backends.smt.encode.clauses import FALSE, Clauses, Literals, TooLarge
 from missionc.backends.smt.encode.lower_motion import Motion
 from missionc.backends.smt.refine.conflict_limit import effort
 from missionc.backends.smt.refine.lazy_constraints import JointMotion, LazyConstraints

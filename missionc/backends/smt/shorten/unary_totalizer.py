@@ -10,12 +10,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from missionc.backends.smt.encode.clauses import (
-    FALSE,
-    TRUE,
-    Clauses,
-    Literals,
-)
+from missionc.backends.smt.encode.clauses import FALSE, TRUE, Clauses, Literals
 from missionc.backends.smt.encode.lower_motion import Motion
 from missionc.backends.smt.shorten.cost_to_go import CostToGo
 from missionc.base.trace import Array
