@@ -189,6 +189,7 @@ def test_every_predicate_with_a_margin_has_a_module_of_its_name() -> None:
     modules = {path.stem for path in folder("docs/errors").parents[1].glob("missionc/language/margins/*.py")}
     assert {predicate.name for predicate in PREDICATES} - {"member"} == modules - {
         "__init__",
+        "link",
         "links",
         "predicate_margins",
     }
