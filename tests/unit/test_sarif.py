@@ -97,7 +97,7 @@ def defective(capsys: Captured, monkeypatch: pytest.MonkeyPatch) -> Any:
         raise ZeroDivisionError
 
     monkeypatch.delenv("MISSIONC_TRACEBACK", raising=False)
-    monkeypatch.setattr("missionc.pipeline.driver.check", broken)
+    monkeypatch.setattr("missionc.cli.commands.check.check", broken)
     assert main(["check", "small.mission", "--format=sarif"]) == 70
     return json.loads(capsys.readouterr().out)
 
