@@ -35,6 +35,7 @@ HEADINGS = {
     "missionc.pipeline.results": "What comes back",
     "missionc.backends.options": "Planning: options",
     "missionc.backends.api": "Planning: progress, outcomes",
+    "missionc.diagnostics.code": "Findings: how severe",
     "missionc.diagnostics.model": "Findings",
     "missionc.base.limits": "Limits of size",
     "missionc.base.source": "Texts",
