@@ -40,7 +40,7 @@ describe("the extension", () => {
   const noted = () => fs.readFileSync(notes, "utf8").trim().split("\n");
 
   async function eventually(line) {
-    for (let tries = 0; tries < 200; tries++) {
+    for (let tries = 0; tries < 1200; tries++) {
       if (fs.existsSync(notes) && noted().includes(line)) return;
       await new Promise((later) => setTimeout(later, 25));
     }
