@@ -63,16 +63,8 @@ Bits: TypeAlias = int
 """Agents, each a bit of it."""
 
 
-@dataclass(frozen=True, slots=True)
-class May:
-    """The agents of whom a formula may be true, and false, at the first and at the last step."""
-
-    true: tuple[Bits, Bits]
-    false: tuple[Bits, Bits]
-
-    @property
-    def opposite(self) -> May:
-        return May(self.false, self.true)
+May: TypeAlias = tuple[Bits, Bits]
+"""The agents of whom a formula may be true, at the first and at the last step."""
 
 
 @dataclass(slots=True, eq=False)
@@ -84,7 +76,8 @@ class Ends:
     tries: tuple[tuple[Joint, ...], tuple[Joint, ...]]
     """At the first, and at the last step."""
     middles: tuple[Joint, Joint]
-    atoms: dict[Predicate, May] = field(default_factory=dict)
+    atoms: dict[Predicate, tuple[May, May]] = field(default_factory=dict)
+    """By predicate: of whom it may be true, and of whom it may be false."""
     links: dict[tuple[Graph, int], tuple[dict[int, Bits], dict[int, Bits]]] = field(default_factory=dict)
 
 
@@ -103,7 +96,7 @@ def possible(mission: Mission, roots: Iterable[Node], ground: FreeSpace) -> set[
     known: dict[Node, May] = {}
     for node in postorder(roots):
         known[node] = _may(ends, node, [known[child] for child in children(node)])
-    return {root for root in roots if known[root].true[FIRST] & 1}
+    return {root for root in roots if known[root][FIRST] & 1}
 
 
 def _end(agent: Agent, column: int) -> Given | None:
@@ -149,59 +142,60 @@ def _middle(place: Given | None, ground: FreeSpace) -> Place | None:
 def _may(ends: Ends, node: Node, below: list[May]) -> May:
     everyone = ends.everyone
     match node:
-        case Atom(predicate):
-            if predicate not in ends.atoms:
-                ends.atoms[predicate] = _of_predicate(ends, predicate)
-            return ends.atoms[predicate]
-        case Is(agents):
-            bits = bits_of(tuple(agents))
-            return May((bits, bits), (everyone & ~bits, everyone & ~bits))
-        case Not():
-            return below[0].opposite
+        case Not(body):
+            return _leaf(ends, body, holds=False)
         case All():
-            return _all(everyone, below)
+            return _each(lambda at: reduce(and_, (part[at] for part in below), everyone))
         case Any():
-            return _all(everyone, [each.opposite for each in below]).opposite
-        case AtLeast(count, parts):
-            return _each(
-                lambda at: _enough(everyone, count, [each.true[at] for each in below]),
-                lambda at: _enough(everyone, len(parts) - count + 1, [each.false[at] for each in below]),
-            )
+            return _each(lambda at: reduce(or_, (part[at] for part in below), 0))
+        case AtLeast(count):
+            return _each(lambda at: _enough(everyone, count, [part[at] for part in below]))
         case At(agent):
-            return _each(
-                lambda at: _of_all(ends, below[0].true[at], agent), lambda at: _of_all(ends, below[0].false[at], agent)
-            )
+            return _each(lambda at: everyone if below[0][at] >> agent & 1 else 0)
         case Eventually(_, low, high):
-            return _sometime(ends, below[0], low, high)
+            return _each(lambda at: _eventually(ends, below[0], low, high, at))
         case Always(_, low, high):
-            return _sometime(ends, below[0].opposite, low, high).opposite
+            return _each(lambda at: _always(ends, below[0], low, high, at))
         case Until(_, _, low, high):
             return _until(ends, below[0], below[1], low, high)
         case Release(_, _, low, high):
-            return _until(ends, below[0].opposite, below[1].opposite, low, high).opposite
+            return _release(ends, below[1], low, high)
         case Neighbour(graph):
-            return _nearby(ends, graph, below[0])
+            return _each(lambda at: _one_link(ends, graph, below[0][at], at))
         case EveryNeighbour(graph):
-            return _nearby(ends, graph, below[0].opposite).opposite
+            outside = everyone & ~bits_of(graph.agents)
+            return _each(lambda at: outside | _no_other_link(ends, graph, below[0][at], at))
         case Reach(graph, _, _, hops):
             return _reach(ends, graph, below[0], below[1], hops)
         case EveryReach(graph, _, _, hops):
-            return _reach(ends, graph, below[0].opposite, below[1].opposite, hops).opposite
-        case Route(graph) | EveryRoute(graph) | PathLength(graph):
+            return _every_reach(ends, graph, below[0], below[1], hops)
+        case Route(graph) | EveryRoute(graph):
             return _in_metres(ends, graph)
+        case Atom() | Is() | PathLength():
+            return _leaf(ends, node, holds=True)
         case _:
             assert_never(node)
 
 
-def _each(true: Callable[[int], Bits], false: Callable[[int], Bits]) -> May:
-    return May((true(FIRST), true(LAST)), (false(FIRST), false(LAST)))
+def _leaf(ends: Ends, node: Node, *, holds: bool) -> May:
+    """The agents of whom a leaf, or its negation, may be true."""
+    match node:
+        case Atom(predicate):
+            if predicate not in ends.atoms:
+                ends.atoms[predicate] = _of_predicate(ends, predicate)
+            true, false = ends.atoms[predicate]
+            return true if holds else false
+        case Is(agents):
+            bits = bits_of(tuple(agents))
+            return _each(lambda _: bits if holds else ends.everyone & ~bits)
+        case PathLength(graph):
+            return _in_metres(ends, graph)
+        case _:
+            raise AssertionError("a kernel in negation normal form negates its leaves alone")
 
 
-def _all(everyone: Bits, parts: list[May]) -> May:
-    return _each(
-        lambda at: reduce(and_, (part.true[at] for part in parts), everyone),
-        lambda at: reduce(or_, (part.false[at] for part in parts), 0),
-    )
+def _each(true: Callable[[int], Bits]) -> May:
+    return true(FIRST), true(LAST)
 
 
 def _enough(everyone: Bits, count: int, parts: list[Bits]) -> Bits:
@@ -215,30 +209,31 @@ def _enough(everyone: Bits, count: int, parts: list[Bits]) -> Bits:
     return least[-1]
 
 
-def _of_all(ends: Ends, bits: Bits, agent: int) -> Bits:
-    return ends.everyone if bits >> agent & 1 else 0
+def _eventually(ends: Ends, body: May, low: int, high: int | None, column: int) -> Bits:
+    known, whole = columns(ends.mission.steps, low, high, column)
+    return reduce(or_, (body[at] for at in known), 0 if whole else ends.everyone)
 
 
-def _sometime(ends: Ends, body: May, low: int, high: int | None) -> May:
-    true, false = [], []
-    for column in (FIRST, LAST):
-        known, whole = columns(ends.mission.steps, low, high, column)
-        true.append(reduce(or_, (body.true[at] for at in known), 0 if whole else ends.everyone))
-        false.append(reduce(and_, (body.false[at] for at in known), ends.everyone))
-    return May((true[FIRST], true[LAST]), (false[FIRST], false[LAST]))
+def _always(ends: Ends, body: May, low: int, high: int | None, column: int) -> Bits:
+    known, _ = columns(ends.mission.steps, low, high, column)
+    return reduce(and_, (body[at] for at in known), ends.everyone)
 
 
 def _until(ends: Ends, hold: May, end: May, low: int, high: int | None) -> May:
     """As ``Intervals`` has it: whatever comes later, the left side has to hold now."""
-    at_some = _sometime(ends, end, low, high)
     if high == 0:
-        return at_some
-    later = _sometime(ends, end, max(low, 1), high)
-    now = end if low == 0 else May((0, 0), (ends.everyone, ends.everyone))
-    last = at_some if high is None else May((0, ends.everyone), (0, ends.everyone))
-    return May(
-        (now.true[FIRST] | hold.true[FIRST] & later.true[FIRST], last.true[LAST]), (now.false[FIRST], last.false[LAST])
-    )
+        return _each(lambda at: _eventually(ends, end, low, high, at))
+    now = end[FIRST] if low == 0 else 0
+    later = _eventually(ends, end, max(low, 1), high, FIRST)
+    return now | hold[FIRST] & later, _eventually(ends, end, low, high, LAST) if high is None else ends.everyone
+
+
+def _release(ends: Ends, end: May, low: int, high: int | None) -> May:
+    """The dual: what comes later may free the right side, but not now."""
+    if high == 0:
+        return _each(lambda at: _always(ends, end, low, high, at))
+    now = end[FIRST] if low == 0 else ends.everyone
+    return now, _always(ends, end, low, high, LAST) if high is None else ends.everyone
 
 
 # ----------------------------------------------------------------------- graphs
@@ -265,40 +260,33 @@ def _link(graph: Graph, one: int, other: int, joint: Joint) -> float | None:
     return None if here is None or there is None else float(link.margin(plain_floats, graph, here, there))
 
 
-def _nearby(ends: Ends, graph: Graph, body: May) -> May:
-    members = bits_of(graph.agents)
-    return _each(
-        lambda at: _one_link(ends, graph, body.true[at], at),
-        lambda at: ends.everyone & ~members | _no_link(ends, graph, body.false[at], at),
-    )
-
-
 def _one_link(ends: Ends, graph: Graph, found: Bits, column: int) -> Bits:
     """The agents that may be linked to one that may be found."""
     linked, _ = _links(ends, graph, column)
     return bits_of(tuple(agent for agent, others in linked.items() if others & found))
 
 
-def _no_link(ends: Ends, graph: Graph, lost: Bits, column: int) -> Bits:
-    """The agents that may have no link but to what may be lost."""
+def _no_other_link(ends: Ends, graph: Graph, these: Bits, column: int) -> Bits:
+    """The agents of the graph that may have no link but to these."""
     members = bits_of(graph.agents)
     _, apart = _links(ends, graph, column)
-    return bits_of(tuple(agent for agent, others in apart.items() if members & ~(others | lost) == 0))
+    return bits_of(tuple(agent for agent, others in apart.items() if members & ~(others | these) == 0))
 
 
 def _reach(ends: Ends, graph: Graph, through: May, end: May, hops: int) -> May:
-    def true(at: int) -> Bits:
-        return _steadily(hops, end.true[at], lambda found: found | through.true[at] & _one_link(ends, graph, found, at))
+    def longer(found: Bits, at: int) -> Bits:
+        return found | through[at] & _one_link(ends, graph, found, at)
 
-    def false(at: int) -> Bits:
-        outside = ends.everyone & ~bits_of(graph.agents)
+    return _each(lambda at: _steadily(hops, end[at], partial(longer, at=at)))
 
-        def longer(lost: Bits) -> Bits:
-            return lost & (outside | through.false[at] | _no_link(ends, graph, lost, at))
 
-        return _steadily(hops, end.false[at], longer)
+def _every_reach(ends: Ends, graph: Graph, through: May, end: May, hops: int) -> May:
+    outside = ends.everyone & ~bits_of(graph.agents)
 
-    return _each(true, false)
+    def longer(left: Bits, at: int) -> Bits:
+        return left & (outside | through[at] | _no_other_link(ends, graph, left, at))
+
+    return _each(lambda at: _steadily(hops, end[at], partial(longer, at=at)))
 
 
 def _steadily(times: int, bits: Bits, change: Callable[[Bits], Bits]) -> Bits:
@@ -313,11 +301,12 @@ def _steadily(times: int, bits: Bits, change: Callable[[Bits], Bits]) -> Bits:
 
 def _in_metres(ends: Ends, graph: Graph) -> May:
     """Lengths are known of given points alone, and not looked at here."""
-    bits = []
-    for column in (FIRST, LAST):
+
+    def bits(column: int) -> Bits:
         exact = all(isinstance(_end(ends.mission.agents[agent], column), Exactly) for agent in graph.agents)
-        bits.append(0 if exact else ends.everyone)
-    return May((bits[FIRST], bits[LAST]), (bits[FIRST], bits[LAST]))
+        return 0 if exact else ends.everyone
+
+    return _each(bits)
 
 
 # ------------------------------------------------------------------- predicates
@@ -334,7 +323,8 @@ def _tried(ends: Ends, column: int, margin: Callable[[Joint], float | None]) -> 
     return true, false
 
 
-def _of_predicate(ends: Ends, predicate: Predicate) -> May:
+def _of_predicate(ends: Ends, predicate: Predicate) -> tuple[May, May]:
+    """The agents of whom it may be true, and of whom it may be false."""
     true, false = [0, 0], [0, 0]
     team = predicate.about_team
     for column in (FIRST, LAST):
@@ -348,7 +338,7 @@ def _of_predicate(ends: Ends, predicate: Predicate) -> May:
             false[column] |= alike * may_not
             if team:
                 break
-    return May((true[FIRST], true[LAST]), (false[FIRST], false[LAST]))
+    return (true[FIRST], true[LAST]), (false[FIRST], false[LAST])
 
 
 def _connected(ends: Ends, predicate: Connected, column: int) -> tuple[Bits, Bits]:
