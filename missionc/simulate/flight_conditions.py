@@ -6,7 +6,6 @@ out  the record; or Trial
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import asdict, fields
 from importlib.metadata import PackageNotFoundError, version
@@ -14,15 +13,24 @@ from importlib.metadata import PackageNotFoundError, version
 from missionc.simulate.controller import Gains
 from missionc.simulate.default_engine import COMMANDS
 from missionc.simulate.disturbance import GUST_SECONDS, UNDISTURBED, Disturbance
-from missionc.simulate.engines import ENGINES, OTHERS, QUADROTOR
 from missionc.simulate.firmware_setpoints import SETPOINTS_PER_SECOND
 from missionc.simulate.quadrotor import Vehicle
+from missionc.simulate.trial_bounds import (
+    ENGINES,
+    LARGEST_SEED,
+    MOST_CLOCK_ERROR,
+    MOST_FLIGHTS,
+    MOST_MASS_ERROR,
+    MOST_START_ERROR,
+    MOST_WIND,
+    OTHERS,
+    QUADROTOR,
+)
 from missionc.simulate.trials import Trial
+from missionc.verify.compare_documents import is_number
 from missionc.version import __version__
 
-MOST_FLIGHTS = 100_000
-LARGEST_SEED = 2**32 - 1
-MOST = Disturbance(wind=100.0, gust=100.0, mass=0.5, start=1.0, clock=1.0)
+MOST = Disturbance(MOST_WIND, MOST_WIND, MOST_MASS_ERROR / 100, MOST_START_ERROR, MOST_CLOCK_ERROR)
 """The most of everything that the command line takes."""
 BROUGHT = {
     "rotorpy": ("rotorpy.vehicles.crazyflie_params", "rotorpy.controllers.quadrotor_control.SE3Control", 1),
@@ -83,8 +91,7 @@ def _disturbance(record: object) -> Disturbance | None:
 
 
 def _within(value: object, most: float) -> bool:
-    number = isinstance(value, int | float) and not isinstance(value, bool)
-    return number and math.isfinite(value) and 0 <= value <= most  # type: ignore[arg-type, operator]
+    return is_number(value) and 0 <= value <= most
 
 
 def _whole(value: object, least: int, most: int) -> bool:

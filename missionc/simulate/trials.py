@@ -21,9 +21,10 @@ from missionc.simulate import firmware_setpoints
 from missionc.simulate.confidence_interval import Fraction, fraction
 from missionc.simulate.default_engine import Flown, fly, sample_times
 from missionc.simulate.disturbance import UNDISTURBED, Disturbance, drawn
-from missionc.simulate.engines import QUADROTOR, fly_with
+from missionc.simulate.engines import fly_with
 from missionc.simulate.firmware_setpoints import setpoints
 from missionc.simulate.judge_flight import Error, Flight, judge
+from missionc.simulate.trial_bounds import QUADROTOR
 from missionc.verify.certificate import Check
 
 MOST_BYTES = 1 << 28
@@ -39,7 +40,7 @@ class Trial:
     """How to fly.
 
     Args:
-        engine: one of ``engines.ENGINES``; those but the first fly once and undisturbed.
+        engine: one of ``trial_bounds.ENGINES``; those but the first fly once and undisturbed.
         flights: how many.
         seed: of everything that is drawn.
         kept: paths of so many flights, the first ones, are given back.

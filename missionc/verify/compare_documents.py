@@ -16,6 +16,9 @@ SAME = 1e-8
 FRACTION = re.compile(r"-?\d+\.\d+(?:e[+-]?\d+)?|-?\d+e[+-]\d+")
 """A number with a fraction or an exponent, as Python writes it."""
 
+VERSION = re.compile(r"[0-9A-Za-z.+!_-]{1,64}")
+"""A text that may be the version of a package."""
+
 LONGEST = 40
 """Characters of a text that a message repeats."""
 
@@ -101,3 +104,8 @@ def _of_lists(read: object, computed: list[object], place: str, same: float) -> 
 
 def _named(place: str) -> str:
     return f"its `{place}`" if place else "it"
+
+
+def is_version(value: object) -> TypeGuard[str]:
+    """A text that may be the version of a package."""
+    return isinstance(value, str) and VERSION.fullmatch(value) is not None

@@ -29,7 +29,8 @@ from missionc.replay.reverify import reverify
 from missionc.replay.reverify import reverify_opened as replay_of
 from missionc.simulate.default_engine import Flown, sample_times
 from missionc.simulate.firmware_setpoints import setpoints
-from missionc.simulate.flight_conditions import LARGEST_SEED, MOST, MOST_FLIGHTS, conditions, trial_of
+from missionc.simulate.flight_conditions import MOST, conditions, trial_of
+from missionc.simulate.trial_bounds import LARGEST_SEED, MOST_FLIGHTS
 from missionc.simulate.trials import Trial, Trials
 from missionc.verify.certificate import Check
 from missionc.verify.compare_documents import SAME

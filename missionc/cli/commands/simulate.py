@@ -14,9 +14,16 @@ from missionc.cli.exit_status import Status, say
 from missionc.cli.options import Number, file_to_write, folder, folders, limits_and_form, read_limits
 from missionc.cli.progress import ProgressLine
 from missionc.diagnostics.model import Diagnostic
+from missionc.simulate.trial_bounds import (
+    ENGINES,
+    LARGEST_SEED,
+    MOST_CLOCK_ERROR,
+    MOST_FLIGHTS,
+    MOST_MASS_ERROR,
+    MOST_START_ERROR,
+    MOST_WIND,
+)
 
-ENGINES = ("quadrotor", "rotorpy", "crazyflow")
-MOST_FLIGHTS = 100_000
 DRAWN = 20
 """Flights whose paths are drawn."""
 
@@ -28,7 +35,7 @@ def wind(value: str) -> tuple[float, float]:
         numbers = [float(word) for word in words]
     except ValueError:
         numbers = []
-    if not 1 <= len(numbers) <= 2 or not all(0 <= number <= 100 for number in numbers):
+    if not 1 <= len(numbers) <= 2 or not all(0 <= number <= MOST_WIND for number in numbers):
         raise click.UsageError(f"`{value}` is not a wind such as 1 or 1,0.5, in m/s")
     return numbers[0], numbers[1] if len(numbers) > 1 else 0.0
 
@@ -41,20 +48,22 @@ def wind(value: str) -> tuple[float, float]:
 @click.option("--wind", "air", type=wind, default="0", metavar="MEAN[,GUST]", help="In m/s; level, from anywhere.")
 @click.option(
     "--mass-error",
-    type=Number(0, 50),
+    type=Number(0, MOST_MASS_ERROR),
     default=0.0,
     metavar="PERCENT",
     help="Each vehicle weighs up to so much more or less than its controller thinks.",
 )
 @click.option(
     "--start-error",
-    type=Number(0, 1),
+    type=Number(0, MOST_START_ERROR),
     default=0.0,
     metavar="METRES",
     help="Each begins up to so far beside its start, along x and along y.",
 )
-@click.option("--clock-error", type=Number(0, 1), default=0.0, metavar="SECONDS", help="Each begins up to so late.")
-@click.option("--seed", type=click.IntRange(0, 2**32 - 1), default=0, show_default=True, metavar="N")
+@click.option(
+    "--clock-error", type=Number(0, MOST_CLOCK_ERROR), default=0.0, metavar="SECONDS", help="Each begins up to so late."
+)
+@click.option("--seed", type=click.IntRange(0, LARGEST_SEED), default=0, show_default=True, metavar="N")
 @click.option("--trace", type=file_to_write, metavar="FILE", help="Write the first flight's path: FILE.csv.")
 @click.option("--plot", type=file_to_write, metavar="FILE", help="Draw the flights: FILE.svg or FILE.png.")
 @click.option("--quiet", is_flag=True, help="No progress.")

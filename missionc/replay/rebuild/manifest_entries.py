@@ -7,7 +7,6 @@ only its types and ranges are looked at.
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Iterator, Mapping
 
 from missionc.backends.api import CutShort
@@ -21,10 +20,9 @@ from missionc.replay.read_folder import CERTIFICATE, PLAN, VEHICLE, OutputFolder
 from missionc.replay.rebuild.export_files import FOLDER
 from missionc.replay.rebuild.verdict import verdict
 from missionc.verify.certificate import Check
-from missionc.verify.compare_documents import shown
+from missionc.verify.compare_documents import is_version, shown
 
 KEYS = ("schema", "mission", "backend", "seed", "cut_short", "inputs", "files", "versions", "options")
-VERSION = re.compile(r"[0-9A-Za-z.+!_-]{1,64}")
 LARGEST_SEED = 2**63 - 1
 
 
@@ -61,13 +59,9 @@ def _versions(versions: object) -> str:
     if not isinstance(versions, dict) or not {"missionc", "python"} <= set(versions):
         return "its `versions` do not say which compiler wrote it"
     for name, number in versions.items():
-        if name not in ("missionc", "python", *PACKAGES) or not _is_version(number):
+        if name not in ("missionc", "python", *PACKAGES) or not is_version(number):
             return f"its `versions` have {shown(name)} at {shown(number)}, which cannot be"
     return ""
-
-
-def _is_version(number: object) -> bool:
-    return isinstance(number, str) and VERSION.fullmatch(number) is not None
 
 
 OPTIONS: Mapping[str, Callable[[str], bool]] = {

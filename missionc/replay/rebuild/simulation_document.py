@@ -7,7 +7,6 @@ fails, and is told apart from one of a document that is wrong.
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Mapping
 from typing import Any
 
@@ -24,13 +23,13 @@ from missionc.replay.read_folder import OutputFolder
 from missionc.replay.rebuild.simulation_ties import settled
 from missionc.replay.rebuild.verdict import unjudged, verdict
 from missionc.simulate import engines
-from missionc.simulate.engines import QUADROTOR, EngineError
+from missionc.simulate.engines import EngineError
 from missionc.simulate.flight_conditions import conditions, trial_of
+from missionc.simulate.trial_bounds import QUADROTOR
 from missionc.simulate.trials import Trial, Trials, run
 from missionc.verify.certificate import Check
-from missionc.verify.compare_documents import SAME, difference, shown
+from missionc.verify.compare_documents import SAME, difference, is_version, shown
 
-VERSION = re.compile(r"[0-9A-Za-z.+!_-]{1,64}")
 AGREED: Mapping[str, float] = {QUADROTOR: SAME, "rotorpy": 1e-6, "crazyflow": 1e-4}
 """How far the same flight may differ between machines, in the figures' units: rotorpy chooses its steps by what it
 sees, and crazyflow counts in float32."""
@@ -121,8 +120,4 @@ def _as_json(value: object) -> object:
 
 def _are_versions(found: object, engine: str) -> bool:
     names = {"missionc", engine} - {QUADROTOR}
-    return (
-        isinstance(found, dict)
-        and set(found) == names
-        and all(isinstance(each, str) and VERSION.fullmatch(each) for each in found.values())
-    )
+    return isinstance(found, dict) and set(found) == names and all(is_version(each) for each in found.values())

@@ -19,10 +19,8 @@ from missionc.curves.crazyflie_csv import Pieces
 from missionc.diagnostics.code import EXTRA_MISSING
 from missionc.diagnostics.model import Diagnostic
 from missionc.simulate.default_engine import Flown
+from missionc.simulate.trial_bounds import OTHERS, QUADROTOR
 
-QUADROTOR = "quadrotor"
-OTHERS = ("rotorpy", "crazyflow")
-ENGINES = (QUADROTOR, *OTHERS)
 LONGEST = 200
 """Characters of what an engine says that a message repeats."""
 
