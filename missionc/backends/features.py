@@ -40,7 +40,7 @@ class Offer:
     Args:
         name: after ``solve with`` and ``--backend``.
         features: all that a mission it plans may need.
-        options: the names of those of ``Options`` that it hears of.
+        options: the names of those of ``Options`` that change a plan of it.
         checkpoints: whether a run of it can be put aside and taken up again.
         home: the module that has it, as ``BACKEND``.
         package: what has to be installed to load it; empty for nothing.

@@ -1,4 +1,4 @@
-"""Options of a compilation that change its plan: for each its flag, its values, its help, and when it is recorded.
+"""Planner options of a compilation: for each its flag, its values, its help, and when the manifest records it.
 
 An option is a field of ``Options`` and an entry of ``DESCRIBED``; the command
 line, the manifest and its verification are made of these.

@@ -1,4 +1,4 @@
-"""``dataclass`` of the standard library, its methods made when they are first needed instead of at import.
+"""Lazily made data classes: ``dataclass`` of the standard library, its methods made at their first use, not at import.
 
 The standard library writes a text for each method of each class and compiles it;
 of the two hundred classes that a check loads that took as long as everything

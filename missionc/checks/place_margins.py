@@ -1,4 +1,4 @@
-"""Margins of predicates at given places of the agents, in plain numbers."""
+"""Robustness margins of predicates at given places of the agents, in plain numbers."""
 
 from __future__ import annotations
 

@@ -72,7 +72,7 @@ def unknown(place: Vector) -> float:
 
 
 def depth_in(shape: Shape) -> Measure:
-    """A set that has the places of a shape, and any more."""
+    """The depth of places in a set that has those of a shape, and any more."""
     outside = measured_outside(shape)
 
     def depth(place: Vector) -> float:
@@ -83,7 +83,7 @@ def depth_in(shape: Shape) -> Measure:
 
 
 def away_from(shape: Shape) -> Measure:
-    """A set that has the places of a shape, or any fewer."""
+    """The distance of places from a set that has those of a shape, or any fewer."""
 
     def away(place: Vector) -> float:
         return _if_positive(signed_distance(plain_floats, shape, Place(place)))

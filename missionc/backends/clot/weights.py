@@ -1,4 +1,4 @@
-"""Weights of the costs, and the slack that each margin is asked to have. The one place for both.
+"""Cost weights of trajectory optimisation, and the robustness that each margin is asked to have to spare.
 
 Costs add up over agents and steps. Shortfalls of margins are in metres (of speed and
 acceleration, in the metres they move within a step), and count squared. Each figure says

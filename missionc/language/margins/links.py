@@ -1,4 +1,4 @@
-"""Margins of a graph's links: positive where two agents are linked."""
+"""Margins of the edges of a communication graph: positive where two agents are linked."""
 
 from __future__ import annotations
 
