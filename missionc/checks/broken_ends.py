@@ -130,7 +130,7 @@ def _finding(
             written.setdefault(place.span, []).append(f"`{mission.agents[agent].name}`")
     amount = abs(_bound(known, culprit))
     by = f", by {metres(amount)}" if ROUNDING < amount < np.inf else ""
-    spread = any(intervals.reach[agent, culprit.column] > 0 for agent in agents)
+    spread = any(intervals.radius[agent, culprit.column] > 0 for agent in agents)
     at_best = " at best, wherever in their regions they are" if spread and by else ""
     verdict = "false" if culprit.upper is not says_opposite(culprit.node) else "true, which it must not be,"
     finishing = listed(names) + (f" {verb}es" if verb == "finish" else f" {verb}s") if len(names) == 1 else ""

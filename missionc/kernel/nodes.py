@@ -49,6 +49,7 @@ class Not:
 class All:
     """Every part; true where there are none."""
 
+    every = True
     parts: tuple[Node, ...]
     span: Span | None = None
     dual: bool = False
@@ -58,6 +59,7 @@ class All:
 class Any:
     """Some part; false where there are none."""
 
+    every = False
     parts: tuple[Node, ...]
     span: Span | None = None
     dual: bool = False
@@ -77,6 +79,7 @@ class AtLeast:
 class Always:
     """At every step from ``low`` to ``high`` ahead; ``high`` None is the mission's last step."""
 
+    every = True
     body: Node
     low: int
     high: int | None
@@ -88,6 +91,7 @@ class Always:
 class Eventually:
     """At some step from ``low`` to ``high`` ahead; ``high`` None is the mission's last step."""
 
+    every = False
     body: Node
     low: int
     high: int | None
@@ -99,6 +103,7 @@ class Eventually:
 class Until:
     """``end`` at some step from ``low`` to ``high`` ahead, ``hold`` at every step from now up to, not at, that one."""
 
+    every = False
     hold: Node
     end: Node
     low: int
@@ -111,6 +116,7 @@ class Until:
 class Release:
     """The dual of ``Until``: at every step from ``low`` to ``high`` ahead ``end``, or ``hold`` at one before it."""
 
+    every = True
     hold: Node
     end: Node
     low: int
@@ -123,6 +129,7 @@ class Release:
 class Neighbour:
     """Now, at some agent linked to this one."""
 
+    every = False
     graph: Graph
     body: Node
     span: Span | None = None
@@ -133,6 +140,7 @@ class Neighbour:
 class EveryNeighbour:
     """The dual of ``Neighbour``: now, at every agent linked to this one."""
 
+    every = True
     graph: Graph
     body: Node
     span: Span | None = None
@@ -148,6 +156,7 @@ class Reach:
     ``Is`` and ``Neighbour``.
     """
 
+    every = False
     graph: Graph
     through: Node
     end: Node
@@ -160,6 +169,7 @@ class Reach:
 class EveryReach:
     """The dual of ``Reach``: each such route has a ``through`` agent before its last, or ends at an ``end`` agent."""
 
+    every = True
     graph: Graph
     through: Node
     end: Node
@@ -172,6 +182,7 @@ class EveryReach:
 class Route:
     """``Reach`` for a length in metres: a route without repeated agents whose length is within the bounds."""
 
+    every = False
     graph: Graph
     through: Node
     end: Node
@@ -185,6 +196,7 @@ class Route:
 class EveryRoute:
     """The dual of ``Route``, as ``EveryReach`` is that of ``Reach``."""
 
+    every = True
     graph: Graph
     through: Node
     end: Node
@@ -219,6 +231,13 @@ Node: TypeAlias = (
     "Atom | Is | Not | All | Any | AtLeast | Always | Eventually | Until | Release | Neighbour | EveryNeighbour "
     "| Reach | EveryReach | Route | EveryRoute | PathLength | At"
 )
+
+WindowNode: TypeAlias = "Always | Eventually"
+UntilNode: TypeAlias = "Until | Release"
+NeighbourNode: TypeAlias = "Neighbour | EveryNeighbour"
+ReachNode: TypeAlias = "Reach | EveryReach"
+RouteNode: TypeAlias = "Route | EveryRoute"
+"""A constructor and its dual: where ``every``, the one that asks for each step, neighbour or route."""
 
 
 def says_opposite(node: Node) -> bool:

@@ -11,7 +11,7 @@ everything else is monotone.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -32,24 +32,9 @@ from missionc.ir import (
     Place,
     Predicate,
 )
-from missionc.kernel.nodes import (
-    Always,
-    Atom,
-    Eventually,
-    EveryNeighbour,
-    EveryReach,
-    EveryRoute,
-    Neighbour,
-    Node,
-    Not,
-    PathLength,
-    Reach,
-    Release,
-    Route,
-    Until,
-)
-from missionc.kernel.normal_form import dual
-from missionc.kernel.walk import children, more_than, postorder
+from missionc.kernel.evaluate import Domain, evaluate
+from missionc.kernel.nodes import NeighbourNode, Node, PathLength, ReachNode, RouteNode, UntilNode, WindowNode
+from missionc.kernel.walk import more_than, postorder
 from missionc.language.margins.compare import scale
 from missionc.language.margins.links import all_links
 from missionc.language.margins.predicate_margins import formation_margin, margin
@@ -73,17 +58,17 @@ class Interval:
     most: Array
 
 
-class Intervals:
-    """The robustness intervals of formulas; ``position`` and ``reach`` bound where agents are at the two steps."""
+class Intervals(Domain[Interval]):
+    """The domain of robustness intervals; ``position`` and ``radius`` bound where agents are at the two steps."""
 
     def __init__(self, mission: Mission, atlas: Atlas) -> None:
         self.mission = mission
         starts = [_around(agent.start, atlas) for agent in mission.agents]
         ends = [_around(agent.finish, atlas) for agent in mission.agents]
         self.position = np.array([[start[0], end[0]] for start, end in zip(starts, ends, strict=True)])
-        self.reach = np.array([[start[1], end[1]] for start, end in zip(starts, ends, strict=True)])
+        self.radius = np.array([[start[1], end[1]] for start, end in zip(starts, ends, strict=True)])
         still = np.zeros_like(self.position)
-        trace = Trace(mission.step, self.position, still, np.zeros(self.reach.shape))
+        trace = Trace(mission.step, self.position, still, np.zeros(self.radius.shape))
         self.least, self.most = (Evaluation(ROBUSTNESS, mission, trace) for _ in range(2))
         self.graphs: set[Graph] = set()
         self.predicates: dict[Predicate, Interval] = {}
@@ -92,18 +77,13 @@ class Intervals:
     def of(self, roots: Iterable[Node]) -> dict[Node, Interval]:
         """The intervals of the formulas and of all below them; none where there are too many to look at."""
         roots = tuple(roots)
-        if more_than(MOST_NODES, roots):
-            return {}
-        known: dict[Node, Interval] = {}
-        for node in postorder(roots):
-            known[node] = self._interval(node, [known[child] for child in children(node)])
-        return known
+        return {} if more_than(MOST_NODES, roots) else evaluate(postorder(roots), self)
 
     def links(self, graph: Graph) -> Interval:
         """(2, members, members) each, metres."""
         if graph not in self.graphs:
             members = list(graph.agents)
-            reach = self.reach[members].T
+            reach = self.radius[members].T
             change = reach[:, :, None] + reach[:, None, :]
             itself = np.arange(len(members))
             change[:, itself, itself] = 0.0
@@ -121,34 +101,80 @@ class Intervals:
             self.worst[formation, column] = edges[int(np.argmin(margins))]
         return self.worst[formation, column]
 
-    def _interval(self, node: Node, below: list[Interval]) -> Interval:
-        match node:
-            case Atom(predicate):
-                if predicate not in self.predicates:
-                    self.predicates[predicate] = self._of_predicate(predicate)
-                return self.predicates[predicate]
-            case Not():
-                return _denied(below[0])
-            case Eventually(_, low, high):
-                return self._sometime(below[0], low, high)
-            case Always(_, low, high):
-                return _denied(self._sometime(_denied(below[0]), low, high))
-            case Until(_, _, low, high):
-                return self._until(below[0], below[1], low, high)
-            case Release(_, _, low, high):
-                return _denied(self._until(_denied(below[0]), _denied(below[1]), low, high))
-            case Neighbour(graph) | Reach(graph) | Route(graph) | PathLength(graph):
-                return self._spatial(node, graph, below)
-            case EveryNeighbour() | EveryReach() | EveryRoute():
-                return _denied(self._interval(dual(node, children(node)), [_denied(each) for each in below]))
-            case _:
-                return self._monotone(node, below)
+    def atom(self, predicate: Predicate, holds: bool) -> Interval:
+        if predicate not in self.predicates:
+            self.predicates[predicate] = self._of_predicate(predicate)
+        return self.predicates[predicate] if holds else _denied(self.predicates[predicate])
 
-    def _monotone(self, node: Node, below: list[Interval]) -> Interval:
+    def member(self, agents: frozenset[int], holds: bool) -> Interval:
+        return self._each(lambda side: side.member(agents, holds))
+
+    def meet(self, parts: Sequence[Interval]) -> Interval:
+        return self._each(lambda side, *below: side.meet(below), *parts)
+
+    def join(self, parts: Sequence[Interval]) -> Interval:
+        return self._each(lambda side, *below: side.join(below), *parts)
+
+    def at_least(self, count: int, parts: Sequence[Interval]) -> Interval:
+        return self._each(lambda side, *below: side.at_least(count, below), *parts)
+
+    def at(self, agent: int, body: Interval) -> Interval:
+        return self._each(lambda side, below: side.at(agent, below), body)
+
+    def window(self, node: WindowNode, body: Interval) -> Interval:
+        if node.every:
+            return _denied(self._sometime(_denied(body), node.low, node.high))
+        return self._sometime(body, node.low, node.high)
+
+    def until(self, node: UntilNode, hold: Interval, end: Interval) -> Interval:
+        if node.every:
+            return _denied(self._until(_denied(hold), _denied(end), node.low, node.high))
+        return self._until(hold, end, node.low, node.high)
+
+    def neighbour(self, node: NeighbourNode, body: Interval) -> Interval:
+        return self._linked(node.graph, node.every, lambda side, body: side.neighbour(node, body), body)
+
+    def reach(self, node: ReachNode, through: Interval, end: Interval) -> Interval:
+        return self._linked(node.graph, node.every, lambda side, *below: side.reach(node, *below), through, end)
+
+    def route(self, node: RouteNode, through: Interval, end: Interval) -> Interval:
+        return self._measured(node.graph, node.every, lambda side, *below: side.route(node, *below), through, end)
+
+    def path_length(self, node: PathLength, holds: bool) -> Interval:
+        return self._measured(node.graph, not holds, lambda side: side.path_length(node, holds))
+
+    def _each(self, value: Callable[..., Values], *below: Interval, denied: bool = False) -> Interval:
+        """The least by what is least below, and the most by what is most: all is monotone.
+
+        Args:
+            denied: the more links there are, the less the value.
+        """
+        fewest, widest = (self.most, self.least) if denied else (self.least, self.most)
         return Interval(
-            _spread(self.least.value(node, tuple(each.least for each in below))),
-            _spread(self.most.value(node, tuple(each.most for each in below))),
+            _spread(value(fewest, *(each.least for each in below))),
+            _spread(value(widest, *(each.most for each in below))),
         )
+
+    def _linked(self, graph: Graph, every: bool, value: Callable[..., Values], *below: Interval) -> Interval:
+        if len(graph.agents) > MOST_MEMBERS:
+            return self._unknown()
+        self.links(graph)
+        return self._each(value, *below, denied=every)
+
+    def _measured(self, graph: Graph, every: bool, value: Callable[..., Values], *below: Interval) -> Interval:
+        """A length is that of the places in the middle, and stands for no others."""
+        unknown = self._unknown()
+        if len(graph.agents) > MOST_ROUTES:
+            return unknown
+        found = self._linked(graph, every, value, *below)
+        exact = (self.radius[list(graph.agents)] == 0).all(axis=0)
+        border = _open if every else _closed
+        return Interval(
+            np.where(exact, border(found.least), unknown.least), np.where(exact, border(found.most), unknown.most)
+        )
+
+    def _unknown(self) -> Interval:
+        return Interval(np.full(self.radius.shape, -np.inf), np.full(self.radius.shape, np.inf))
 
     def _of_predicate(self, predicate: Predicate) -> Interval:
         value = np.atleast_2d(margin(predicate, self.mission, self.least.trace))
@@ -158,7 +184,7 @@ class Intervals:
 
     def _change(self, predicate: Predicate) -> Array:
         """By how much the margin can differ from that at the places in the middle: (agents, 2) or (1, 2), metres."""
-        reach = self.reach
+        reach = self.radius
         match predicate:
             case InFormation(formation):
                 edges = [reach[edge.first] + reach[edge.second] for edge in formation.edges]
@@ -174,7 +200,7 @@ class Intervals:
                 return reach
 
     def _moved(self, feature: Feature) -> Array:
-        reach = self.reach
+        reach = self.radius
         match feature:
             case DistanceTo(int(other)):
                 return np.asarray(reach + reach[other])
@@ -209,22 +235,6 @@ class Intervals:
         least = np.broadcast_to(end.least if low == 0 else np.full((1, 2), -np.inf), most.shape).copy()
         least[:, LAST] = np.where(high is None, at_some.least[:, LAST], -np.inf)
         return Interval(least, most)
-
-    def _spatial(self, node: Neighbour | Reach | Route | PathLength, graph: Graph, below: list[Interval]) -> Interval:
-        shape = self.reach.shape
-        tried = isinstance(node, Route | PathLength)
-        if len(graph.agents) > (MOST_ROUTES if tried else MOST_MEMBERS):
-            return Interval(np.full(shape, -np.inf), np.full(shape, np.inf))
-        self.links(graph)
-        found = self._monotone(node, below)
-        if not tried:
-            return found
-        # A length is that of the places in the middle, and stands for no others.
-        exact = (self.reach[list(graph.agents)] == 0).all(axis=0)
-        return Interval(
-            np.where(exact, _closed(found.least), -np.inf) + np.zeros(shape),
-            np.where(exact, _closed(found.most), np.inf) + np.zeros(shape),
-        )
 
 
 def _around(place: Place | None, atlas: Atlas) -> tuple[tuple[float, ...], float]:

@@ -22,6 +22,7 @@ import numpy as np
 from missionc.base.trace import Array, Flags, Trace
 from missionc.ir import Mission
 from missionc.kernel.analysis import relevance, relevance_below
+from missionc.kernel.evaluate import value_of
 from missionc.kernel.nodes import All, Always, Any, At, AtLeast, Eventually, Node, Release, Until
 from missionc.kernel.walk import children, postorder
 from missionc.monitoring.evaluate import Evaluation
@@ -125,7 +126,7 @@ def _unfolded(
                 least, most = _denied(_until(node, *failing, steps, logic), logic)
             case _:
                 below = [found.get(child) or (values[child][:, :1],) * 2 for child in children(node)]
-                least, most = (evaluation.value(node, tuple(pair[side] for pair in below)) for side in (0, 1))
+                least, most = (value_of(node, [pair[side] for pair in below], evaluation) for side in (0, 1))
         found[node] = (least, most)
     return found
 

@@ -26,7 +26,7 @@ def length_value(term: Length, team: Team, states: States, parts: tuple[Tensor, 
     given = [sign * _numbers(part.expand(batch, agents, steps)).reshape(agents, -1) for part in parts]
     trace = Trace(team.mission.step, position, np.zeros_like(position), np.zeros(position.shape[:2]))
     route = Route(term.graph, All(()), All(()), term.low, term.high)
-    value = Evaluation(ROBUSTNESS, team.mission, trace).value(route, tuple(given))
+    value = Evaluation(ROBUSTNESS, team.mission, trace).route(route, *given)
     value = sign * np.clip(value, -UNLIMITED, UNLIMITED).reshape(agents, batch, steps).swapaxes(0, 1)
     return states.position.new_tensor(value)
 

@@ -1,0 +1,160 @@
+"""Evaluation of kernel formulas over a domain: a lattice of values, with what windows and links make of them.
+
+in   formulas, a Domain
+out  the value of each
+
+A domain knows what leaves are worth, and what each group of constructors makes of
+the values below. ``node.every`` tells the two of a group apart: the one asks for every
+step, neighbour or route, the other for some.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from typing import Generic, TypeVar, assert_never
+
+from missionc.ir import Predicate
+from missionc.kernel.nodes import (
+    All,
+    Always,
+    Any,
+    At,
+    AtLeast,
+    Atom,
+    Eventually,
+    EveryNeighbour,
+    EveryReach,
+    EveryRoute,
+    Is,
+    Neighbour,
+    NeighbourNode,
+    Node,
+    Not,
+    PathLength,
+    Reach,
+    ReachNode,
+    Release,
+    Route,
+    RouteNode,
+    Until,
+    UntilNode,
+    WindowNode,
+)
+from missionc.kernel.walk import children, postorder
+
+Value = TypeVar("Value")
+
+
+class Domain(ABC, Generic[Value]):
+    """The values that formulas may have; one of a formula says what it is worth to every agent at every step."""
+
+    @abstractmethod
+    def atom(self, predicate: Predicate, holds: bool) -> Value:
+        """The predicate, or with False its negation."""
+
+    @abstractmethod
+    def member(self, agents: frozenset[int], holds: bool) -> Value:
+        """To be one of these agents (mission indices), or with False none of them."""
+
+    @abstractmethod
+    def path_length(self, node: PathLength, holds: bool) -> Value:
+        """The shortest way to an agent, within its bounds or with False outside them."""
+
+    @abstractmethod
+    def meet(self, parts: Sequence[Value]) -> Value:
+        """All of the parts; the greatest value where there are none."""
+
+    @abstractmethod
+    def join(self, parts: Sequence[Value]) -> Value:
+        """Some of the parts; the least value where there are none."""
+
+    @abstractmethod
+    def at_least(self, count: int, parts: Sequence[Value]) -> Value:
+        """So many of the parts or more."""
+
+    @abstractmethod
+    def window(self, node: WindowNode, body: Value) -> Value:
+        """Every, or some, step of a window."""
+
+    @abstractmethod
+    def until(self, node: UntilNode, hold: Value, end: Value) -> Value:
+        """``Until``, or where ``every`` its dual ``Release``."""
+
+    @abstractmethod
+    def at(self, agent: int, body: Value) -> Value:
+        """The body at that agent."""
+
+    @abstractmethod
+    def neighbour(self, node: NeighbourNode, body: Value) -> Value:
+        """Every, or some, agent linked to this one."""
+
+    @abstractmethod
+    def reach(self, node: ReachNode, through: Value, end: Value) -> Value:
+        """Every, or some, route of so many links."""
+
+    @abstractmethod
+    def route(self, node: RouteNode, through: Value, end: Value) -> Value:
+        """Every, or some, route of a length in metres."""
+
+
+def evaluate(roots: Iterable[Node], domain: Domain[Value]) -> dict[Node, Value]:
+    """The value of each of these formulas.
+
+    A node's value is forgotten once the last formula that needs it has its own, so that
+    many nodes need little memory. Ask for ``postorder(roots)`` to have all of them.
+    """
+    wanted = tuple(roots)
+    order = postorder(wanted)
+    needed = Counter(child for node in order for child in children(node))
+    needed.update(wanted)
+    known: dict[Node, Value] = {}
+    for node in order:
+        known[node] = value_of(node, [known[child] for child in children(node)], domain)
+        for child in children(node):
+            needed[child] -= 1
+            if not needed[child]:
+                del known[child]
+    return {node: known[node] for node in wanted}
+
+
+def value_of(node: Node, below: Sequence[Value], domain: Domain[Value]) -> Value:
+    """A formula's value from those of the formulas directly below it."""
+    match node:
+        case Atom() | Is() | PathLength():
+            return _leaf(node, True, domain)
+        case Not(body):
+            return _leaf(body, False, domain)
+        case All():
+            return domain.meet(below)
+        case Any():
+            return domain.join(below)
+        case AtLeast(count):
+            return domain.at_least(count, below)
+        case Always() | Eventually():
+            return domain.window(node, below[0])
+        case Until() | Release():
+            return domain.until(node, below[0], below[1])
+        case At(agent):
+            return domain.at(agent, below[0])
+        case Neighbour() | EveryNeighbour():
+            return domain.neighbour(node, below[0])
+        case Reach() | EveryReach():
+            return domain.reach(node, below[0], below[1])
+        case Route() | EveryRoute():
+            return domain.route(node, below[0], below[1])
+        case _:
+            assert_never(node)
+
+
+def _leaf(node: Node, holds: bool, domain: Domain[Value]) -> Value:
+    match node:
+        case Atom(predicate):
+            return domain.atom(predicate, holds)
+        case Is(agents):
+            return domain.member(agents, holds)
+        case PathLength():
+            return domain.path_length(node, holds)
+        case _:
+            raise AssertionError("a kernel in negation normal form negates its leaves alone")
