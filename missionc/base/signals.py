@@ -18,6 +18,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
 
+from missionc.base.deadline import OutOfTime
+
 HANDLED = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 PATIENCE = 1.5
@@ -104,11 +106,11 @@ def _next_signal(told: int) -> int:
 
 @contextmanager
 def _lost_in_silence() -> Iterator[None]:
-    """Within, a ``Stopped`` that code lets not out, as that of a destructor, is no longer reported."""
+    """Within, an interruption that code lets not out, as that of a destructor, is not reported: it comes again."""
     before = sys.unraisablehook
 
     def report(unraisable: sys.UnraisableHookArgs) -> None:
-        if unraisable.exc_type is not Stopped:
+        if unraisable.exc_type not in (Stopped, OutOfTime):
             before(unraisable)
 
     sys.unraisablehook = report

@@ -107,6 +107,26 @@ def relevance_below(begin: Mapping[Node, Flags]) -> Iterator[tuple[Node, Flags]]
                 assert_never(node)
 
 
+def agents_asked(root: Node) -> dict[Node, set[int]]:
+    """The agents that each formula may be asked of, where the root is asked of the first."""
+    order = postorder((root,))
+    asked: dict[Node, set[int]] = {node: set() for node in order}
+    asked[root].add(0)
+    for node in reversed(order):
+        match node:
+            case At(agent, body):
+                asked[body].add(agent)
+            case Neighbour(graph, body) | EveryNeighbour(graph, body):
+                asked[body].update(graph.agents)
+            case Reach(graph) | EveryReach(graph) | Route(graph) | EveryRoute(graph):
+                asked[node.through].update(graph.agents)
+                asked[node.end].update(graph.agents, asked[node])
+            case _:
+                for child in children(node):
+                    asked[child] |= asked[node]
+    return asked
+
+
 def _ahead(where: Flags, low: int, high: int | None) -> Flags:
     """The steps from ``low`` to ``high`` ahead of these."""
     steps = where.shape[1]

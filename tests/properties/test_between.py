@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from typing import TypeVar
 
 import numpy as np
 import pytest
@@ -14,12 +15,14 @@ from missionc import ir
 from missionc.base.trace import Flags, Trace
 from missionc.base.units import Seconds, Steps
 from missionc.curves.piecewise_polynomials import motion
+from missionc.ir import Mission
 from missionc.kernel.analysis import steps_ahead
-from missionc.kernel.nodes import All, Always, Any, Eventually, Node, Not, Release, Until
-from missionc.kernel.walk import children, postorder
+from missionc.kernel.nodes import Node, UntilNode, WindowNode
 from missionc.language.operator import Bounds, Operator
 from missionc.language.operators import OPERATORS, by_name
 from missionc.lower.expand import expand
+from missionc.monitoring.evaluate import Evaluation as Truth
+from missionc.monitoring.logic import TRUTH, Values
 from missionc.monitoring.monitor import truths
 from missionc.verify.between.between_steps import between_steps
 from missionc.verify.between.interval_sets import Signal, Spans, of_parts, sometime, throughout, until
@@ -150,40 +153,30 @@ def finer(trace: Trace) -> Trace:
     return Trace(Seconds(1 / FINER), position, move[:, step], np.zeros(position.shape[:2]))
 
 
-def stretched(root: Node) -> Node:
-    """The formula with its windows counted in the finer steps.
+class FinerTruth(Truth):
+    """Truth where a mission's step is so many finer ones: windows are counted in those.
 
     What holds until something else is not asked at those from which it looks past the last one.
     """
-    new: dict[Node, Node] = {}
-    ahead = steps_ahead((root,))
-    for node in postorder((root,)):
-        below = [new[child] for child in children(node)]
-        match node:
-            case Always(_, low, high) | Eventually(_, low, high):
-                far = None if high is None else high * FINER
-                new[node] = type(node)(below[0], low * FINER, far)
-            case Until(hold, _, low, high):
-                further = ahead[hold] * FINER
-                beyond = Not(Eventually(All(()), further, further))
-                far = None if high is None else high * FINER
-                new[node] = Until(Any((below[0], beyond)), below[1], low * FINER, far)
-            case Release(hold, _, low, high):
-                further = ahead[hold] * FINER
-                within = Eventually(All(()), further, further)
-                far = None if high is None else high * FINER
-                new[node] = Release(All((below[0], within)), below[1], low * FINER, far)
-            case _:
-                new[node] = with_children(node, below)
-    return new[root]
+
+    def __init__(self, mission: Mission, trace: Trace, formula: Node) -> None:
+        super().__init__(TRUTH, mission, trace)
+        self.ahead = steps_ahead((formula,))
+
+    def window(self, node: WindowNode, body: Values) -> Values:
+        return super().window(stretched(node), body)
+
+    def until(self, node: UntilNode, hold: Values, end: Values) -> Values:
+        hold = np.broadcast_to(hold, (len(hold), self.steps)).copy()
+        hold[:, max(self.steps - self.ahead[node.hold] * FINER, 0) :] = not node.every
+        return super().until(stretched(node), hold, end)
 
 
-def with_children(node: Node, below: list[Node]) -> Node:
-    if hasattr(node, "parts"):
-        return replace(node, parts=tuple(below))
-    return replace(
-        node, **dict(zip([name for name in ("body", "through", "end") if hasattr(node, name)], below, strict=True))
-    )
+Windowed = TypeVar("Windowed", bound="WindowNode | UntilNode")
+
+
+def stretched(node: Windowed) -> Windowed:
+    return replace(node, low=node.low * FINER, high=None if node.high is None else node.high * FINER)
 
 
 def judged(case: Case, trace: Trace) -> tuple[Signal, Flags]:
@@ -195,8 +188,8 @@ def judged(case: Case, trace: Trace) -> tuple[Signal, Flags]:
     formula = kernel.requirements[0].formula
     signal = Evaluation(Motion(mission, motion(mission, trace))).of(formula)[formula][0]
     slow = replace(mission, step=Seconds(1 / FINER), steps=Steps(steps * FINER))
-    longer = stretched(formula)
-    return signal, truths((longer,), slow, finer(trace))[longer][0]
+    found = FinerTruth(slow, finer(trace), formula).values((formula,))[formula]
+    return signal, np.broadcast_to(found, (size, steps * FINER + 1))[0]
 
 
 def contradictions(signal: Signal, flags: Flags, ticks: range) -> list[int]:

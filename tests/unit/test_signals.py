@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 
+from missionc.base.deadline import OutOfTime
 from missionc.base.signals import Stopped, stoppable
 from tests.support.busy_processes import HARD, alive, children
 
@@ -61,6 +62,25 @@ def test_the_first_signal_is_an_exception_with_the_exit_status() -> None:
     assert signal.getsignal(signal.SIGTERM) is before
 
 
+@pytest.mark.parametrize("interruption", [Stopped(signal.SIGTERM), OutOfTime()])
+def test_an_interruption_that_a_destructor_swallows_is_not_reported(
+    interruption: BaseException, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    class Deaf:
+        def __init__(self, error: BaseException) -> None:
+            self.error = error
+
+        def __del__(self) -> None:
+            raise self.error
+
+    reported: list[object] = []
+    monkeypatch.setattr(sys, "unraisablehook", lambda unraisable: reported.append(unraisable.exc_type))
+    with stoppable():
+        Deaf(interruption)
+        Deaf(ValueError())
+    assert reported == [ValueError]
+
+
 def test_what_mends_errors_does_not_catch_a_signal() -> None:
     assert not issubclass(Stopped, Exception)
 
@@ -75,6 +95,7 @@ def ran(code: str) -> subprocess.CompletedProcess[str]:
 def test_a_signal_that_code_swallows_ends_the_process_all_the_same(number: signal.Signals) -> None:
     ended = ran(f"""
 import signal, time
+from missionc.base.deadline import OutOfTime
 from missionc.base.signals import stoppable
 class Swallows:
     def __del__(self):
@@ -89,6 +110,7 @@ with stoppable():
 def test_a_signal_ends_the_process_in_the_middle_of_work_that_no_handler_interrupts() -> None:
     ended = ran("""
 import os, signal, threading, zlib
+from missionc.base.deadline import OutOfTime
 from missionc.base.signals import stoppable
 large = bytes(1 << 30)
 with stoppable():
@@ -103,6 +125,7 @@ with stoppable():
 def test_who_is_started_to_outlive_its_terminal_does() -> None:
     ended = ran("""
 import signal
+from missionc.base.deadline import OutOfTime
 from missionc.base.signals import stoppable
 signal.signal(signal.SIGHUP, signal.SIG_IGN)
 with stoppable():
