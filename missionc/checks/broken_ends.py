@@ -19,25 +19,18 @@ from missionc.diagnostics.model import Diagnostic, Label
 from missionc.ir import BeaconCover, Compare, DistanceBetween, DistanceTo, Exactly, InFormation, Mission, Place
 from missionc.ir.wording import listed, metres, seconds
 from missionc.kernel.nodes import (
-    All,
-    Always,
-    Any,
-    At,
-    AtLeast,
     Atom,
-    Eventually,
-    EveryNeighbour,
-    EveryReach,
     Goal,
     Kernel,
-    Neighbour,
+    LinkNode,
+    NeighbourNode,
     Node,
     Not,
-    Reach,
-    Release,
-    Until,
+    ReachNode,
+    UntilNode,
     says_opposite,
 )
+from missionc.kernel.walk import asks
 from missionc.monitoring.end_columns import FIRST
 from missionc.monitoring.interval_robustness import Interval, Intervals
 from missionc.world.signed_distance import distance_between
@@ -95,23 +88,15 @@ def _culprit(intervals: Intervals, known: dict[Node, Interval], root: Node) -> C
 
 def _below(intervals: Intervals, place: Culprit) -> Iterator[Culprit]:
     """The places that a node's bound may be that of."""
-    agent, column, upper = place.agent, place.column, place.upper
-    match place.node:
-        case Not(body):
-            yield Culprit(body, agent, column, not upper)
-        case At(other, body):
-            yield Culprit(body, other, column, upper)
-        case All(parts) | Any(parts) | AtLeast(_, parts):
-            yield from (Culprit(part, agent, column, upper) for part in parts)
-        case Always(body, low, high) | Eventually(body, low, high):
-            known, _ = intervals.columns(low, high, column)
-            yield from (Culprit(body, agent, step, upper) for step in known)
-        case Until(hold, end, low, high) | Release(hold, end, low, high):
-            if high != 0:
-                yield Culprit(hold, agent, column, upper)
-            yield from (Culprit(end, agent, step, upper) for step in intervals.columns(low, high, column)[0])
-        case _:
-            return
+    node, upper = place.node, place.upper is not isinstance(place.node, Not)
+    if isinstance(node, LinkNode):
+        return
+    for ask in asks(node):
+        agent = place.agent if ask.of_itself else ask.agents[0]
+        steps = intervals.columns(ask.low, ask.high, place.column)[0]
+        if isinstance(node, UntilNode) and ask.node is node.hold:
+            steps = [place.column]  # whatever comes later, it has to hold now
+        yield from (Culprit(ask.node, agent, step, upper) for step in steps)
 
 
 # ------------------------------------------------------------------ messages
@@ -183,9 +168,10 @@ def _because(
             if whom is None:
                 return (culprit.agent,), []
             return (culprit.agent, whom), [apart(culprit.agent, whom)]
-        case Neighbour(graph) | Reach(graph) | EveryNeighbour(graph) | EveryReach(graph):
+        case _ if isinstance(culprit.node, NeighbourNode | ReachNode):
+            graph = culprit.node.graph
             bounds = intervals.links(graph)
-            most = culprit.upper is isinstance(culprit.node, Neighbour | Reach)
+            most = culprit.upper is not culprit.node.every
             links = np.triu((bounds.most if most else bounds.least)[culprit.column], 1)
             found = np.argwhere((np.abs(links) == amount) & (links != 0))
             if len(found) == 0 or isinstance(graph, BeaconCover):

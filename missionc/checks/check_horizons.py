@@ -13,7 +13,6 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterable, Mapping
-from typing import assert_never
 
 from missionc.base.late_dataclass import dataclass
 from missionc.base.source import Span
@@ -22,27 +21,8 @@ from missionc.diagnostics.model import Diagnostic, Fix, Label
 from missionc.diagnostics.text_order import in_text_order
 from missionc.ir import Apply, Formula, Mission, Preference, Requirement, Window
 from missionc.ir.wording import seconds
-from missionc.kernel.nodes import (
-    All,
-    Always,
-    Any,
-    At,
-    AtLeast,
-    Atom,
-    Eventually,
-    EveryNeighbour,
-    EveryReach,
-    EveryRoute,
-    Is,
-    Neighbour,
-    Node,
-    Not,
-    PathLength,
-    Reach,
-    Release,
-    Route,
-    Until,
-)
+from missionc.kernel.nodes import Node
+from missionc.kernel.walk import Ask, asks
 from missionc.language.walk_formulas import bottom_up, formulas, goals, meaning, once, operands, operator_words
 
 _HORIZON = re.compile(r"horizon\s+([0-9.eE+-]+\s*[a-z]*)\Z")
@@ -123,29 +103,14 @@ def _needed(node: Node, below: Mapping[Node, float]) -> float:
     """The steps that must lie ahead of where the node stands, given those that its placeholders need."""
     if node in below:
         return below[node]
-    match node:
-        case Atom() | Is() | PathLength():
-            return 0
-        case Not(body) | Neighbour(_, body) | EveryNeighbour(_, body) | At(_, body):
-            return _needed(body, below)
-        case All(parts) | Any(parts) | AtLeast(_, parts):
-            return max((_needed(part, below) for part in parts), default=0)
-        case Reach() | EveryReach() | Route() | EveryRoute():
-            return max(_needed(node.through, below), _needed(node.end, below))
-        case Always(body, low, high) | Eventually(body, low, high):
-            return _under_window(_needed(body, below), low, high, 0)
-        case Until(hold, end, low, high) | Release(hold, end, low, high):
-            held = _under_window(_needed(hold, below), low, high, 1) if high != 0 else 0
-            return max(held, _under_window(_needed(end, below), low, high, 0))
-        case _:
-            assert_never(node)
+    return max((_under_window(_needed(ask.node, below), ask) for ask in asks(node)), default=0)
 
 
-def _under_window(needed: float, low: int, high: int | None, before: int) -> float:
-    """The steps needed where something is asked up to ``before`` steps before the end of a window."""
-    if high is None:
-        return low if needed <= before else math.inf
-    return high - before + needed
+def _under_window(needed: float, ask: Ask) -> float:
+    """The steps needed where something is asked all through a window."""
+    if ask.high is None:
+        return ask.low if needed <= ask.before_last else math.inf
+    return ask.high + needed
 
 
 # ------------------------------------------------------------------ messages

@@ -9,40 +9,21 @@ place; what is not found may be possible all the same. Agents are the bits of a 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import field
 from functools import partial, reduce
 from itertools import islice
 from operator import and_, or_
-from typing import TypeAlias, assert_never
+from typing import TypeAlias
 
 from missionc.base.late_dataclass import dataclass
 from missionc.checks.free_space import FreeSpace
 from missionc.checks.place_margins import Joint, margin_at
-from missionc.ir import Agent, Connected, Exactly, Graph, Mission, Predicate
+from missionc.ir import Agent, Exactly, Graph, Mission, Predicate
 from missionc.ir import Place as Given
-from missionc.kernel.nodes import (
-    All,
-    Always,
-    Any,
-    At,
-    AtLeast,
-    Atom,
-    Eventually,
-    EveryNeighbour,
-    EveryReach,
-    EveryRoute,
-    Is,
-    Neighbour,
-    Node,
-    Not,
-    PathLength,
-    Reach,
-    Release,
-    Route,
-    Until,
-)
-from missionc.kernel.walk import children, more_than, postorder
+from missionc.kernel.evaluate import Domain, evaluate
+from missionc.kernel.nodes import NeighbourNode, Node, PathLength, ReachNode, RouteNode, UntilNode, WindowNode
+from missionc.kernel.walk import more_than
 from missionc.language.margins import link
 from missionc.language.walk_formulas import bits_of
 from missionc.monitoring.end_columns import FIRST, LAST, MOST_NODES, columns
@@ -68,17 +49,116 @@ May: TypeAlias = tuple[Bits, Bits]
 
 
 @dataclass(slots=True, eq=False)
-class Ends:
-    """The two ends of a mission with few agents, and what was found of them."""
+class Ends(Domain[May]):
+    """The domain of whom a formula may hold at the two ends of a mission with few agents."""
 
     mission: Mission
     everyone: Bits
     tries: tuple[tuple[Joint, ...], tuple[Joint, ...]]
     """At the first, and at the last step."""
-    middles: tuple[Joint, Joint]
     atoms: dict[Predicate, tuple[May, May]] = field(default_factory=dict)
     """By predicate: of whom it may be true, and of whom it may be false."""
-    links: dict[tuple[Graph, int], tuple[dict[int, Bits], dict[int, Bits]]] = field(default_factory=dict)
+    known_links: dict[tuple[Graph, int], tuple[dict[int, Bits], dict[int, Bits]]] = field(default_factory=dict)
+
+    def atom(self, predicate: Predicate, holds: bool) -> May:
+        if predicate not in self.atoms:
+            self.atoms[predicate] = _of_predicate(self, predicate)
+        true, false = self.atoms[predicate]
+        return true if holds else false
+
+    def member(self, agents: frozenset[int], holds: bool) -> May:
+        bits = bits_of(tuple(agents))
+        return (bits if holds else self.everyone & ~bits,) * 2
+
+    def meet(self, parts: Sequence[May]) -> May:
+        return _each(lambda at: reduce(and_, (part[at] for part in parts), self.everyone))
+
+    def join(self, parts: Sequence[May]) -> May:
+        return _each(lambda at: reduce(or_, (part[at] for part in parts), 0))
+
+    def at_least(self, count: int, parts: Sequence[May]) -> May:
+        return _each(lambda at: _enough(self.everyone, count, [part[at] for part in parts]))
+
+    def at(self, agent: int, body: May) -> May:
+        return _each(lambda column: self.everyone if body[column] >> agent & 1 else 0)
+
+    def window(self, node: WindowNode, body: May) -> May:
+        return _each(lambda at: self._window(node.every, body, node.low, node.high, at))
+
+    def until(self, node: UntilNode, hold: May, end: May) -> May:
+        """As ``Intervals`` has it: whatever comes later, the left side of *until* has to hold now."""
+        low, high = node.low, node.high
+        if high == 0:
+            return _each(lambda at: self._window(node.every, end, low, high, at))
+        now = end[FIRST] if low == 0 else self.everyone if node.every else 0
+        if not node.every:
+            now |= hold[FIRST] & self._window(False, end, max(low, 1), high, FIRST)
+        return now, self._window(node.every, end, low, high, LAST) if high is None else self.everyone
+
+    def neighbour(self, node: NeighbourNode, body: May) -> May:
+        if not node.every:
+            return _each(lambda at: self._one_link(node.graph, body[at], at))
+        return _each(lambda at: self._outside(node.graph) | self._no_other_link(node.graph, body[at], at))
+
+    def reach(self, node: ReachNode, through: May, end: May) -> May:
+        graph, outside = node.graph, self._outside(node.graph)
+
+        def longer(found: Bits, at: int) -> Bits:
+            if not node.every:
+                return found | through[at] & self._one_link(graph, found, at)
+            return found & (outside | through[at] | self._no_other_link(graph, found, at))
+
+        return _each(lambda at: _steadily(node.hops, end[at], partial(longer, at=at)))
+
+    def route(self, node: RouteNode, through: May, end: May) -> May:
+        return self._in_metres(node.graph)
+
+    def path_length(self, node: PathLength, holds: bool) -> May:
+        return self._in_metres(node.graph)
+
+    def _window(self, every: bool, body: May, low: int, high: int | None, column: int) -> Bits:
+        known, whole = columns(self.mission.steps, low, high, column)
+        if every:
+            return reduce(and_, (body[at] for at in known), self.everyone)
+        return reduce(or_, (body[at] for at in known), 0 if whole else self.everyone)
+
+    def _outside(self, graph: Graph) -> Bits:
+        return self.everyone & ~bits_of(graph.agents)
+
+    def _links(self, graph: Graph, column: int) -> tuple[dict[int, Bits], dict[int, Bits]]:
+        """For each of the graph's agents those it may be linked to, and those it may not be."""
+        if (graph, column) not in self.known_links:
+            linked, apart = dict.fromkeys(graph.agents, 0), dict.fromkeys(graph.agents, 0)
+            for one in graph.agents:
+                for other in graph.agents:
+                    if one < other:
+                        true, false = _tried(self, column, partial(_link, graph, one, other))
+                        for here, there in ((one, other), (other, one)):
+                            linked[here] |= true << there
+                            apart[here] |= false << there
+                apart[one] |= 1 << one
+            self.known_links[graph, column] = linked, apart
+        return self.known_links[graph, column]
+
+    def _one_link(self, graph: Graph, found: Bits, column: int) -> Bits:
+        """The agents that may be linked to one that may be found."""
+        linked, _ = self._links(graph, column)
+        return bits_of(tuple(agent for agent, others in linked.items() if others & found))
+
+    def _no_other_link(self, graph: Graph, these: Bits, column: int) -> Bits:
+        """The agents of the graph that may have no link but to these."""
+        members = bits_of(graph.agents)
+        _, apart = self._links(graph, column)
+        return bits_of(tuple(agent for agent, others in apart.items() if members & ~(others | these) == 0))
+
+    def _in_metres(self, graph: Graph) -> May:
+        """Lengths are known of given points alone, and not looked at here."""
+
+        def bits(column: int) -> Bits:
+            exact = all(isinstance(_end(self.mission.agents[agent], column), Exactly) for agent in graph.agents)
+            return 0 if exact else self.everyone
+
+        return _each(bits)
 
 
 def possible(mission: Mission, roots: Iterable[Node], ground: FreeSpace) -> set[Node]:
@@ -87,15 +167,8 @@ def possible(mission: Mission, roots: Iterable[Node], ground: FreeSpace) -> set[
     if len(mission.agents) > FEW or more_than(MOST_NODES, roots):
         return set()
     starts, finishes = ([_end(agent, column) for agent in mission.agents] for column in (FIRST, LAST))
-    ends = Ends(
-        mission,
-        (1 << len(mission.agents)) - 1,
-        (_tries(starts, ground), _tries(finishes, ground)),
-        (_middles(starts, ground), _middles(finishes, ground)),
-    )
-    known: dict[Node, May] = {}
-    for node in postorder(roots):
-        known[node] = _may(ends, node, [known[child] for child in children(node)])
+    ends = Ends(mission, (1 << len(mission.agents)) - 1, (_tries(starts, ground), _tries(finishes, ground)))
+    known = evaluate(roots, ends)
     return {root for root in roots if known[root][FIRST] & 1}
 
 
@@ -122,78 +195,6 @@ def _choices(place: Given | None, ground: FreeSpace) -> list[Place | None]:
     return [Place(seed) for seed in islice((seed for seed in area.seeds() if area.depth(seed) > SURE), PLACES)]
 
 
-def _middles(places: list[Given | None], ground: FreeSpace) -> Joint:
-    """The middle of the box around each agent's place."""
-    return tuple(_middle(place, ground) for place in places)
-
-
-def _middle(place: Given | None, ground: FreeSpace) -> Place | None:
-    if place is None:
-        return None
-    if isinstance(place, Exactly):
-        return Place(place.point)
-    low, high = ground.atlas.bounds(ground.atlas.outer(place.region.shape))
-    return Place((a + b) / 2 for a, b in zip(low, high, strict=True))
-
-
-# --------------------------------------------------------------------- formulas
-
-
-def _may(ends: Ends, node: Node, below: list[May]) -> May:
-    everyone = ends.everyone
-    match node:
-        case Not(body):
-            return _leaf(ends, body, holds=False)
-        case All():
-            return _each(lambda at: reduce(and_, (part[at] for part in below), everyone))
-        case Any():
-            return _each(lambda at: reduce(or_, (part[at] for part in below), 0))
-        case AtLeast(count):
-            return _each(lambda at: _enough(everyone, count, [part[at] for part in below]))
-        case At(agent):
-            return _each(lambda at: everyone if below[0][at] >> agent & 1 else 0)
-        case Eventually(_, low, high):
-            return _each(lambda at: _eventually(ends, below[0], low, high, at))
-        case Always(_, low, high):
-            return _each(lambda at: _always(ends, below[0], low, high, at))
-        case Until(_, _, low, high):
-            return _until(ends, below[0], below[1], low, high)
-        case Release(_, _, low, high):
-            return _release(ends, below[1], low, high)
-        case Neighbour(graph):
-            return _each(lambda at: _one_link(ends, graph, below[0][at], at))
-        case EveryNeighbour(graph):
-            outside = everyone & ~bits_of(graph.agents)
-            return _each(lambda at: outside | _no_other_link(ends, graph, below[0][at], at))
-        case Reach(graph, _, _, hops):
-            return _reach(ends, graph, below[0], below[1], hops)
-        case EveryReach(graph, _, _, hops):
-            return _every_reach(ends, graph, below[0], below[1], hops)
-        case Route(graph) | EveryRoute(graph):
-            return _in_metres(ends, graph)
-        case Atom() | Is() | PathLength():
-            return _leaf(ends, node, holds=True)
-        case _:
-            assert_never(node)
-
-
-def _leaf(ends: Ends, node: Node, *, holds: bool) -> May:
-    """The agents of whom a leaf, or its negation, may be true."""
-    match node:
-        case Atom(predicate):
-            if predicate not in ends.atoms:
-                ends.atoms[predicate] = _of_predicate(ends, predicate)
-            true, false = ends.atoms[predicate]
-            return true if holds else false
-        case Is(agents):
-            bits = bits_of(tuple(agents))
-            return _each(lambda _: bits if holds else ends.everyone & ~bits)
-        case PathLength(graph):
-            return _in_metres(ends, graph)
-        case _:
-            raise AssertionError("a kernel in negation normal form negates its leaves alone")
-
-
 def _each(true: Callable[[int], Bits]) -> May:
     return true(FIRST), true(LAST)
 
@@ -209,84 +210,9 @@ def _enough(everyone: Bits, count: int, parts: list[Bits]) -> Bits:
     return least[-1]
 
 
-def _eventually(ends: Ends, body: May, low: int, high: int | None, column: int) -> Bits:
-    known, whole = columns(ends.mission.steps, low, high, column)
-    return reduce(or_, (body[at] for at in known), 0 if whole else ends.everyone)
-
-
-def _always(ends: Ends, body: May, low: int, high: int | None, column: int) -> Bits:
-    known, _ = columns(ends.mission.steps, low, high, column)
-    return reduce(and_, (body[at] for at in known), ends.everyone)
-
-
-def _until(ends: Ends, hold: May, end: May, low: int, high: int | None) -> May:
-    """As ``Intervals`` has it: whatever comes later, the left side has to hold now."""
-    if high == 0:
-        return _each(lambda at: _eventually(ends, end, low, high, at))
-    now = end[FIRST] if low == 0 else 0
-    later = _eventually(ends, end, max(low, 1), high, FIRST)
-    return now | hold[FIRST] & later, _eventually(ends, end, low, high, LAST) if high is None else ends.everyone
-
-
-def _release(ends: Ends, end: May, low: int, high: int | None) -> May:
-    """The dual: what comes later may free the right side, but not now."""
-    if high == 0:
-        return _each(lambda at: _always(ends, end, low, high, at))
-    now = end[FIRST] if low == 0 else ends.everyone
-    return now, _always(ends, end, low, high, LAST) if high is None else ends.everyone
-
-
-# ----------------------------------------------------------------------- graphs
-
-
-def _links(ends: Ends, graph: Graph, column: int) -> tuple[dict[int, Bits], dict[int, Bits]]:
-    """For each of the graph's agents those it may be linked to, and those it may not be."""
-    if (graph, column) not in ends.links:
-        linked, apart = dict.fromkeys(graph.agents, 0), dict.fromkeys(graph.agents, 0)
-        for one in graph.agents:
-            for other in graph.agents:
-                if one < other:
-                    true, false = _tried(ends, column, partial(_link, graph, one, other))
-                    for here, there in ((one, other), (other, one)):
-                        linked[here] |= true << there
-                        apart[here] |= false << there
-            apart[one] |= 1 << one
-        ends.links[graph, column] = linked, apart
-    return ends.links[graph, column]
-
-
 def _link(graph: Graph, one: int, other: int, joint: Joint) -> float | None:
     here, there = joint[one], joint[other]
     return None if here is None or there is None else float(link.margin(plain_floats, graph, here, there))
-
-
-def _one_link(ends: Ends, graph: Graph, found: Bits, column: int) -> Bits:
-    """The agents that may be linked to one that may be found."""
-    linked, _ = _links(ends, graph, column)
-    return bits_of(tuple(agent for agent, others in linked.items() if others & found))
-
-
-def _no_other_link(ends: Ends, graph: Graph, these: Bits, column: int) -> Bits:
-    """The agents of the graph that may have no link but to these."""
-    members = bits_of(graph.agents)
-    _, apart = _links(ends, graph, column)
-    return bits_of(tuple(agent for agent, others in apart.items() if members & ~(others | these) == 0))
-
-
-def _reach(ends: Ends, graph: Graph, through: May, end: May, hops: int) -> May:
-    def longer(found: Bits, at: int) -> Bits:
-        return found | through[at] & _one_link(ends, graph, found, at)
-
-    return _each(lambda at: _steadily(hops, end[at], partial(longer, at=at)))
-
-
-def _every_reach(ends: Ends, graph: Graph, through: May, end: May, hops: int) -> May:
-    outside = ends.everyone & ~bits_of(graph.agents)
-
-    def longer(left: Bits, at: int) -> Bits:
-        return left & (outside | through[at] | _no_other_link(ends, graph, left, at))
-
-    return _each(lambda at: _steadily(hops, end[at], partial(longer, at=at)))
 
 
 def _steadily(times: int, bits: Bits, change: Callable[[Bits], Bits]) -> Bits:
@@ -297,16 +223,6 @@ def _steadily(times: int, bits: Bits, change: Callable[[Bits], Bits]) -> Bits:
             break
         bits = after
     return bits
-
-
-def _in_metres(ends: Ends, graph: Graph) -> May:
-    """Lengths are known of given points alone, and not looked at here."""
-
-    def bits(column: int) -> Bits:
-        exact = all(isinstance(_end(ends.mission.agents[agent], column), Exactly) for agent in graph.agents)
-        return 0 if exact else ends.everyone
-
-    return _each(bits)
 
 
 # ------------------------------------------------------------------- predicates
@@ -328,9 +244,6 @@ def _of_predicate(ends: Ends, predicate: Predicate) -> tuple[May, May]:
     true, false = [0, 0], [0, 0]
     team = predicate.about_team
     for column in (FIRST, LAST):
-        if isinstance(predicate, Connected):
-            true[column], false[column] = _connected(ends, predicate, column)
-            continue
         for agent in ends.mission.agents:
             may, may_not = _tried(ends, column, partial(margin_at, ends.mission, predicate, agent))
             alike = ends.everyone if team else 1 << agent.index
@@ -339,26 +252,3 @@ def _of_predicate(ends: Ends, predicate: Predicate) -> tuple[May, May]:
             if team:
                 break
     return (true[FIRST], true[LAST]), (false[FIRST], false[LAST])
-
-
-def _connected(ends: Ends, predicate: Connected, column: int) -> tuple[Bits, Bits]:
-    """As ``Intervals`` has it: in the middle of the places, but for an agent that may be anywhere."""
-    middles = ends.middles[column]
-    anywhere = bits_of(tuple(number for number, place in enumerate(middles) if place is None))
-    if any(anywhere >> agent & 1 for agent in predicate.agents):
-        return anywhere, anywhere
-    together = _together(predicate, middles, SURE)
-    torn = not _together(predicate, middles, -SURE)
-    return ends.everyone if together else anywhere, ends.everyone if torn else anywhere
-
-
-def _together(predicate: Connected, middles: Joint, least: float) -> bool:
-    """Whether links of more than ``least`` metres of margin connect the agents."""
-    left = set(predicate.agents)
-    waiting = [left.pop()] if left else []
-    while waiting:
-        here = waiting.pop()
-        near = {there for there in left if (_link(predicate.graph, here, there, middles) or 0.0) > least}
-        left -= near
-        waiting.extend(near)
-    return not left

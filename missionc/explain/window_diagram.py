@@ -8,32 +8,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import assert_never
 
 from missionc.base.late_dataclass import dataclass
 from missionc.ir import Apply, Formula, Mission, Window
 from missionc.ir.wording import seconds
-from missionc.kernel.nodes import (
-    All,
-    Always,
-    Any,
-    At,
-    AtLeast,
-    Atom,
-    Eventually,
-    EveryNeighbour,
-    EveryReach,
-    EveryRoute,
-    Is,
-    Neighbour,
-    Node,
-    Not,
-    PathLength,
-    Reach,
-    Release,
-    Route,
-    Until,
-)
+from missionc.kernel.nodes import Node, UntilNode, WindowNode
+from missionc.kernel.walk import asks, children
 from missionc.language.walk_formulas import meaning, operands
 
 WIDTH = 100
@@ -147,18 +127,10 @@ def _words(formula: Apply, mission: Mission, nested: bool) -> str:
 
 def _window(node: Node) -> tuple[int, int | None] | None:
     """The bounds of the window that closes last in an operator's meaning."""
-    match node:
-        case Always(_, low, high) | Eventually(_, low, high) | Until(_, _, low, high) | Release(_, _, low, high):
-            return low, high
-        case Not(body) | Neighbour(_, body) | EveryNeighbour(_, body) | At(_, body):
-            return _window(body)
-        case All(parts) | Any(parts) | AtLeast(_, parts):
-            found = [window for window in map(_window, parts) if window is not None]
-            return max(found, key=lambda window: math.inf if window[1] is None else window[1], default=None)
-        case Atom() | Is() | PathLength() | Reach() | EveryReach() | Route() | EveryRoute():
-            return None
-        case _:
-            assert_never(node)
+    if isinstance(node, WindowNode | UntilNode):
+        return node.low, node.high
+    found = [window for window in map(_window, children(node)) if window is not None]
+    return max(found, key=lambda window: math.inf if window[1] is None else window[1], default=None)
 
 
 def _placed(window: tuple[int, int | None], step: int, steps: int) -> tuple[int, int]:
@@ -177,19 +149,6 @@ def _asked(node: Node, place: Node, low: int, high: int, steps: int) -> Iterator
     if node is place:
         yield min(low, steps), min(high, steps)
         return
-    match node:
-        case Always(body, near, far) | Eventually(body, near, far):
-            yield from _asked(body, place, low + near, steps if far is None else high + far, steps)
-        case Until(hold, end, near, far) | Release(hold, end, near, far):
-            if far != 0:
-                yield from _asked(hold, place, low, steps - 1 if far is None else high + far - 1, steps)
-            yield from _asked(end, place, low + near, steps if far is None else high + far, steps)
-        case Not(body) | Neighbour(_, body) | EveryNeighbour(_, body) | At(_, body):
-            yield from _asked(body, place, low, high, steps)
-        case All(parts) | Any(parts) | AtLeast(_, parts):
-            for part in parts:
-                yield from _asked(part, place, low, high, steps)
-        case Atom() | Is() | PathLength() | Reach() | EveryReach() | Route() | EveryRoute():
-            return
-        case _:
-            assert_never(node)
+    for ask in asks(node):
+        last = steps - ask.before_last if ask.high is None else high + ask.high
+        yield from _asked(ask.node, place, low + ask.low, last, steps)

@@ -210,6 +210,7 @@ class EveryRoute:
 class PathLength:
     """The shortest way from here to that agent, in metres along the links, is within the bounds."""
 
+    every = False
     graph: Graph
     agent: int
     low: float
@@ -232,12 +233,15 @@ Node: TypeAlias = (
     "| Reach | EveryReach | Route | EveryRoute | PathLength | At"
 )
 
-WindowNode: TypeAlias = "Always | Eventually"
-UntilNode: TypeAlias = "Until | Release"
-NeighbourNode: TypeAlias = "Neighbour | EveryNeighbour"
-ReachNode: TypeAlias = "Reach | EveryReach"
-RouteNode: TypeAlias = "Route | EveryRoute"
+WindowNode: TypeAlias = Always | Eventually
+UntilNode: TypeAlias = Until | Release
+NeighbourNode: TypeAlias = Neighbour | EveryNeighbour
+ReachNode: TypeAlias = Reach | EveryReach
+RouteNode: TypeAlias = Route | EveryRoute
 """A constructor and its dual: where ``every``, the one that asks for each step, neighbour or route."""
+
+LinkNode: TypeAlias = NeighbourNode | ReachNode | RouteNode | PathLength
+"""Constructors that read the links of a graph."""
 
 
 def says_opposite(node: Node) -> bool:

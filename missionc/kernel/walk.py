@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import assert_never
 
+from missionc.base.late_dataclass import dataclass
 from missionc.kernel.nodes import (
     All,
     Always,
@@ -41,6 +42,53 @@ def children(node: Node) -> tuple[Node, ...]:
             return (hold, end)
         case Reach() | EveryReach() | Route() | EveryRoute():
             return (node.through, node.end)
+        case _:
+            assert_never(node)
+
+
+@dataclass(frozen=True, slots=True)
+class Ask:
+    """What a node asks of one below it: at which steps ahead, and of whom.
+
+    Args:
+        high: None is the mission's last step, or ``before_last`` the one before it.
+        of_itself: it asks the agent that it is asked of.
+        agents: it asks each of these too; ``linked``, where it is asked of one of them.
+    """
+
+    node: Node
+    low: int = 0
+    high: int | None = 0
+    before_last: bool = False
+    of_itself: bool = True
+    agents: tuple[int, ...] = ()
+    linked: bool = False
+
+
+def asks(node: Node) -> tuple[Ask, ...]:
+    """What the node asks of those directly below it.
+
+    Source:
+        [strel] Definition 5, with ``until``'s left side asked one step less far.
+    """
+    match node:
+        case Atom() | Is() | PathLength():
+            return ()
+        case Not() | All() | Any() | AtLeast():
+            return tuple(map(Ask, children(node)))
+        case Always(body, low, high) | Eventually(body, low, high):
+            return (Ask(body, low, high),)
+        case Until(hold, end, low, high) | Release(hold, end, low, high):
+            held = () if high == 0 else (Ask(hold, 0, None if high is None else high - 1, before_last=high is None),)
+            return (*held, Ask(end, low, high))
+        case At(agent, body):
+            return (Ask(body, of_itself=False, agents=(agent,)),)
+        case Neighbour(graph, body) | EveryNeighbour(graph, body):
+            return (Ask(body, of_itself=False, agents=graph.agents, linked=True),)
+        case Reach(graph) | EveryReach(graph) | Route(graph) | EveryRoute(graph):
+            # A route without links ends where it begins, also outside the graph.
+            through = Ask(node.through, of_itself=False, agents=graph.agents, linked=True)
+            return through, Ask(node.end, agents=graph.agents, linked=True)
         case _:
             assert_never(node)
 

@@ -23,7 +23,7 @@ from missionc.base.trace import Array, Flags, Trace
 from missionc.ir import Mission
 from missionc.kernel.analysis import relevance, relevance_below
 from missionc.kernel.evaluate import value_of
-from missionc.kernel.nodes import All, Always, Any, At, AtLeast, Eventually, Node, Release, Until
+from missionc.kernel.nodes import All, Any, At, AtLeast, Node, UntilNode, WindowNode
 from missionc.kernel.walk import children, postorder
 from missionc.monitoring.evaluate import Evaluation
 from missionc.monitoring.logic import ROBUSTNESS, TRUTH, Logic, Values
@@ -82,7 +82,7 @@ def table(
 
 
 def _temporal(node: Node) -> bool:
-    return isinstance(node, Always | Eventually | Until | Release)
+    return isinstance(node, WindowNode | UntilNode)
 
 
 def _same_moment(node: Node) -> bool:
@@ -114,27 +114,25 @@ def _unfolded(
     logic, steps = evaluation.logic, evaluation.steps
     found: dict[Node, tuple[Values, Values]] = {}
     for node in verdict:
-        match node:
-            case Always(body, low, high):
-                most, least = _running(np.minimum, values[body], low, high, steps, logic.top, logic.bottom)
-            case Eventually(body, low, high):
-                least, most = _running(np.maximum, values[body], low, high, steps, logic.bottom, logic.top)
-            case Until():
-                least, most = _until(node, values[node.hold], values[node.end], steps, logic)
-            case Release(hold, end):
-                failing = (logic.negate(values[hold]), logic.negate(values[end]))
-                least, most = _denied(_until(node, *failing, steps, logic), logic)
-            case _:
-                below = [found.get(child) or (values[child][:, :1],) * 2 for child in children(node)]
-                least, most = (value_of(node, [pair[side] for pair in below], evaluation) for side in (0, 1))
+        if isinstance(node, WindowNode):
+            least, most = _running(logic, node.every, values[node.body], node.low, node.high, steps)
+        elif isinstance(node, UntilNode):
+            hold, end = (logic.negate(values[part]) if node.every else values[part] for part in children(node))
+            least, most = _until(node, hold, end, steps, logic)
+            if node.every:
+                least, most = _denied((least, most), logic)
+        else:
+            below = [found.get(child) or (values[child][:, :1],) * 2 for child in children(node)]
+            least, most = (value_of(node, [pair[side] for pair in below], evaluation) for side in (0, 1))
         found[node] = (least, most)
     return found
 
 
-def _running(
-    choose: np.ufunc, body: Values, low: int, high: int | None, steps: int, nothing: object, otherwise: object
-) -> tuple[Values, Values]:
-    """What the window comes to so far; and the same once it has passed, ``otherwise`` before that."""
+def _running(logic: Logic, every: bool, body: Values, low: int, high: int | None, steps: int) -> tuple[Values, Values]:
+    """The least and the most that a window can come to: what it comes to so far, and that once it has passed."""
+    choose, nothing, otherwise = (
+        (np.minimum, logic.top, logic.bottom) if every else (np.maximum, logic.bottom, logic.top)
+    )
     body = np.broadcast_to(body, (len(body), steps))
     last = steps - 1 if high is None else min(high, steps - 1)
     so_far = np.full(body.shape, nothing)
@@ -143,7 +141,7 @@ def _running(
         so_far[:, last + 1 :] = so_far[:, last : last + 1]
     at_last = so_far.copy()
     at_last[:, :last] = otherwise
-    return so_far, at_last
+    return (at_last, so_far) if every else (so_far, at_last)
 
 
 def _denied(bounds: tuple[Values, Values], logic: Logic) -> tuple[Values, Values]:
@@ -152,11 +150,11 @@ def _denied(bounds: tuple[Values, Values], logic: Logic) -> tuple[Values, Values
     return logic.negate(most), logic.negate(least)
 
 
-def _until(node: Until | Release, hold: Values, end: Values, steps: int, logic: Logic) -> tuple[Values, Values]:
+def _until(node: UntilNode, hold: Values, end: Values, steps: int, logic: Logic) -> tuple[Values, Values]:
     hold, end = np.broadcast_arrays(hold, end, np.empty((1, steps)))[:2]
     held = np.minimum.accumulate(hold, axis=1)
     before = np.concatenate([np.full((len(hold), 1), logic.top), held[:, :-1]], axis=1)
-    freed, _ = _running(np.maximum, np.minimum(before, end), node.low, node.high, steps, logic.bottom, logic.top)
+    freed, _ = _running(logic, False, np.minimum(before, end), node.low, node.high, steps)
     last = steps - 1 if node.high is None else min(node.high, steps - 1)
     most = np.maximum(freed, held)
     most[:, last:] = freed[:, last:]

@@ -9,30 +9,21 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from enum import Enum
-from typing import TypeVar, assert_never
+from typing import TypeVar
 
 from missionc.base.source import Span
 from missionc.ir import InFormation, Inside, Touches
 from missionc.kernel.nodes import (
-    All,
-    Always,
-    Any,
-    At,
     AtLeast,
     Atom,
-    Eventually,
-    EveryNeighbour,
-    EveryReach,
-    EveryRoute,
-    Is,
-    Neighbour,
+    NeighbourNode,
     Node,
     Not,
     PathLength,
-    Reach,
-    Release,
-    Route,
-    Until,
+    ReachNode,
+    RouteNode,
+    UntilNode,
+    WindowNode,
 )
 from missionc.kernel.walk import children
 
@@ -89,31 +80,22 @@ def _note(found: ConflictTargets, node: Node, sign: int) -> None:
             _add(found.formations, formation.name, sign)
         case Atom():
             _add(found.comparisons, span, sign)
-        case Eventually() | Until():
-            _add(found.windows, span, sign)
-        case Always() | Release():
-            _add(found.windows, span, -sign)
         case AtLeast():
             # That too few hold is that enough of the others fail: the number that is written goes the other way.
             _add(found.counts, span, sign if node.dual else -sign)
-        case Neighbour(graph):
-            _add(found.graphs, graph.name, sign)
-        case EveryNeighbour(graph):
-            _add(found.graphs, graph.name, -sign)
-        case EveryReach(graph) | EveryRoute(graph):
-            _add(found.graphs, graph.name, -sign)
-            _add(found.lengths, span, -sign)
-        case Reach(graph) | Route(graph):
-            _add(found.graphs, graph.name, sign)
-            _add(found.lengths, span, sign)
         case PathLength(graph):
             # A wider graph has shorter ways, and links where there were none: how that bears on a bound is open.
             _add(found.graphs, graph.name, 0)
             _add(found.lengths, span, sign)
-        case Is() | Not() | All() | Any() | At():
-            pass
+        case _ if isinstance(node, WindowNode | UntilNode):
+            _add(found.windows, span, -sign if node.every else sign)
+        case _ if isinstance(node, NeighbourNode | ReachNode | RouteNode):
+            sign = -sign if node.every else sign
+            _add(found.graphs, node.graph.name, sign)
+            if not isinstance(node, NeighbourNode):
+                _add(found.lengths, span, sign)
         case _:
-            assert_never(node)
+            pass
 
 
 def _add(ways: dict[Key, Way], key: Key | None, sign: int) -> None:

@@ -5,17 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from missionc.ir import BeaconCover, Compare, DistanceBetween, Graph, InFormation
-from missionc.kernel.nodes import (
-    Atom,
-    EveryNeighbour,
-    EveryReach,
-    EveryRoute,
-    Neighbour,
-    Node,
-    PathLength,
-    Reach,
-    Route,
-)
+from missionc.kernel.nodes import Atom, LinkNode, Node
 from missionc.language.margins.links import link_margin
 from missionc.verify.between.counterexample import Culprit
 from missionc.verify.between.motion_clock import STEP, Motion
@@ -79,13 +69,10 @@ def _text(node: Node) -> str:
 
 def _because(culprit: Culprit, motion: Motion) -> str:
     """The links that this moment has and the steps around it have not, or the other way round."""
-    match culprit.node:
-        case Neighbour(graph) | Reach(graph) | Route(graph) | PathLength(graph):
-            linked = culprit.value
-        case EveryNeighbour(graph) | EveryReach(graph) | EveryRoute(graph):
-            linked = not culprit.value
-        case _:
-            return ""
+    node = culprit.node
+    if not isinstance(node, LinkNode):
+        return ""
+    graph, linked = node.graph, culprit.value is not node.every
     changed = _changed_links(graph, culprit, linked, motion)
     names = [agent.name for agent in motion.mission.agents]
     found = [f"{names[one]} and {names[other]} are {length:.3f} m apart" for one, other, length in changed[:MOST_LINKS]]
