@@ -51,6 +51,14 @@ class Judgement:
         return f"violates {self.name}{much}{when}{by}"
 
 
+@dataclass(frozen=True, slots=True)
+class Judgements:
+    """What the monitor found for every goal."""
+
+    requirements: tuple[Judgement, ...]
+    preferences: tuple[Judgement, ...]
+
+
 def judgement_lines(judgements: tuple[Judgement, ...], step: Seconds) -> list[str]:
     """One line for each requirement: its name, verdict and robustness, in columns."""
     width = max((len(each.name) for each in judgements), default=0)

@@ -287,7 +287,7 @@ def simulated_lines(simulated: Simulated) -> list[str]:
     trials, opened = simulated.trials, simulated.opened
     if trials is None or opened is None:
         return []
-    mission, trial = opened.mission, trials.trial
+    mission, trial, planned = opened.mission, trials.trial, simulated.planned
     verdict = "as required" if trials.passed else "not as required"
     lines = [
         f"{mission.name}: flown by {trial.engine}, {_many(len(mission.agents), 'agent')}, "
@@ -296,8 +296,9 @@ def simulated_lines(simulated: Simulated) -> list[str]:
     if opened.differing:
         lines.append(f"note: {_many(len(opened.differing), 'file')} changed since the folder was written")
     first = trials.flights[0]
-    if trial.flights == 1:
-        lines += _compared(simulated.planned, (*first.requirements, *first.preferences), mission.step)
+    if trial.flights == 1 and planned is not None:
+        before = (*planned.requirements, *planned.preferences)
+        lines += _compared(before, (*first.requirements, *first.preferences), mission.step)
     else:
         fractions = trials.fractions()
         width = max(map(len, fractions))
@@ -333,8 +334,8 @@ def _compared(planned: tuple[Judgement, ...], flown: tuple[Judgement, ...], step
 
 def simulated_document(simulated: Simulated) -> dict[str, object]:
     """``passed`` is null where nothing was flown."""
-    if simulated.trials is None or simulated.opened is None:
+    if simulated.trials is None or simulated.opened is None or simulated.planned is None:
         return {"passed": None}
     from missionc.output.documents.simulation_json import simulation_record
 
-    return simulation_record(simulated.opened.mission, simulated.planned, simulated.trials)
+    return simulation_record(simulated.opened.mission, simulated.planned.requirements, simulated.trials)

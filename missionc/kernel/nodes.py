@@ -240,13 +240,16 @@ ReachNode: TypeAlias = Reach | EveryReach
 RouteNode: TypeAlias = Route | EveryRoute
 """A constructor and its dual: where ``every``, the one that asks for each step, neighbour or route."""
 
+LeafNode: TypeAlias = Atom | Is | PathLength
+"""Constructors over no other node."""
+
 LinkNode: TypeAlias = NeighbourNode | ReachNode | RouteNode | PathLength
 """Constructors that read the links of a graph."""
 
 
 def says_opposite(node: Node) -> bool:
     """Whether the node says the opposite of its words."""
-    return not isinstance(node, Atom | Is | Not | PathLength) and node.dual
+    return not isinstance(node, Not | LeafNode) and node.dual
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -10,7 +10,7 @@ negation below it stays the node it is.
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import replace
+from dataclasses import fields, replace
 from typing import TypeAlias, assert_never
 
 from missionc.kernel.nodes import (
@@ -25,6 +25,7 @@ from missionc.kernel.nodes import (
     EveryReach,
     EveryRoute,
     Is,
+    LeafNode,
     Neighbour,
     Node,
     Not,
@@ -38,6 +39,11 @@ from missionc.kernel.walk import children, postorder
 
 Forms: TypeAlias = dict[tuple[Node, bool], Node]
 """By formula and polarity: with False, the negation."""
+
+PAIRS = ((All, Any), (Always, Eventually), (Until, Release), (Neighbour, EveryNeighbour), (Reach, EveryReach))
+DUALS: dict[type[Node], type[Node]] = {AtLeast: AtLeast, At: At, Route: EveryRoute, EveryRoute: Route}
+DUALS |= {one: other for pair in PAIRS for one, other in (pair, pair[::-1])}
+"""The constructor that has the same fields and says the opposite of the opposites below it."""
 
 
 def negation_normal_form(formula: Node) -> Node:
@@ -105,36 +111,7 @@ def rebuilt(node: Node, parts: tuple[Node, ...]) -> Node:
 
 def dual(node: Node, parts: tuple[Node, ...]) -> Node:
     """The node that fails where this one holds, over nodes that fail where those below it hold."""
-    match node:
-        case All(_, span):
-            return Any(parts, span, not node.dual)
-        case Any(_, span):
-            return All(parts, span, not node.dual)
-        case AtLeast(count, _, span):
-            return AtLeast(len(parts) - count + 1, parts, span, not node.dual)
-        case Always(_, low, high, span):
-            return Eventually(parts[0], low, high, span, not node.dual)
-        case Eventually(_, low, high, span):
-            return Always(parts[0], low, high, span, not node.dual)
-        case Until(_, _, low, high, span):
-            return Release(parts[0], parts[1], low, high, span, not node.dual)
-        case Release(_, _, low, high, span):
-            return Until(parts[0], parts[1], low, high, span, not node.dual)
-        case Neighbour(graph, _, span):
-            return EveryNeighbour(graph, parts[0], span, not node.dual)
-        case EveryNeighbour(graph, _, span):
-            return Neighbour(graph, parts[0], span, not node.dual)
-        case Reach(graph, _, _, hops, span):
-            return EveryReach(graph, parts[0], parts[1], hops, span, not node.dual)
-        case EveryReach(graph, _, _, hops, span):
-            return Reach(graph, parts[0], parts[1], hops, span, not node.dual)
-        case Route(graph, _, _, low_m, high_m, span):
-            return EveryRoute(graph, parts[0], parts[1], low_m, high_m, span, not node.dual)
-        case EveryRoute(graph, _, _, low_m, high_m, span):
-            return Route(graph, parts[0], parts[1], low_m, high_m, span, not node.dual)
-        case At(agent, _, span):
-            return At(agent, parts[0], span, not node.dual)
-        case Atom() | Is() | PathLength() | Not():
-            raise AssertionError("a leaf has no dual but its negation")
-        case _:
-            assert_never(node)
+    assert not isinstance(node, Not | LeafNode), "a leaf has no dual but its negation"
+    same = {each.name: getattr(node, each.name) for each in fields(node)}
+    opposite = rebuilt(DUALS[type(node)](**{**same, "dual": not node.dual}), parts)
+    return replace(opposite, count=len(parts) - opposite.count + 1) if isinstance(opposite, AtLeast) else opposite

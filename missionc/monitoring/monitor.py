@@ -10,7 +10,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from missionc.base.judgement import Judgement
+from missionc.base.judgement import Judgement, Judgements
 from missionc.base.trace import Array, Flags, Trace
 from missionc.ir import Mission
 from missionc.kernel.nodes import Goal, Kernel, Node
@@ -19,22 +19,23 @@ from missionc.monitoring.logic import ROBUSTNESS, TRUTH, Logic, Values
 from missionc.monitoring.violation import first_violation
 
 
-def monitor(mission: Mission, kernel: Kernel, trace: Trace) -> tuple[Judgement, ...]:
-    """Judges every requirement, then every preference, at step 0.
+def monitor(mission: Mission, kernel: Kernel, trace: Trace) -> Judgements:
+    """Judges every requirement and every preference, at step 0.
 
     Raises:
         ValueError: the trace has other agents than the mission, or fewer steps.
     """
     if trace.position.shape[1] <= mission.steps:
         raise ValueError(f"the trace has {trace.position.shape[1]} states, the mission {mission.steps + 1}")
-    goals = kernel.requirements + kernel.preferences
-    formulas = [goal.formula for goal in goals]
+    formulas = [goal.formula for goal in kernel.requirements + kernel.preferences]
     truths = Evaluation(TRUTH, mission, trace).values(formulas)
     robustness = Evaluation(ROBUSTNESS, mission, trace).values(formulas)
-    return tuple(
-        _judged(goal, bool(truths[goal.formula][0, 0]), float(robustness[goal.formula][0, 0]), mission, trace)
-        for goal in goals
-    )
+
+    def judged(goal: Goal) -> Judgement:
+        of = goal.formula
+        return _judged(goal, bool(truths[of][0, 0]), float(robustness[of][0, 0]), mission, trace)
+
+    return Judgements(tuple(map(judged, kernel.requirements)), tuple(map(judged, kernel.preferences)))
 
 
 def truth(node: Node, mission: Mission, trace: Trace) -> Flags:

@@ -58,7 +58,6 @@ def certify_plan(
         continuous: as for ``driver.plan``.
     """
     # Imported here: what judges and writes plans loads scipy, for which nobody waits who only checks.
-    from missionc.monitoring.monitor import monitor
     from missionc.output.output_files import Provenance, emit
     from missionc.verify.verify_plan import verify
 
@@ -78,14 +77,15 @@ def certify_plan(
     budget.listen(Progress("verify"))
     with watch.stage("verify"):
         certificate = verify(mission, kernel, trace)
-        judgements = monitor(mission, kernel, trace)[: len(kernel.requirements)]
     if not certificate.passed and options.stretch != 1:
         from missionc.flight.refusals import not_slower
 
-        return Certified(checked, Refused(), (not_slower(mission, certificate, judgements, options.stretch),))
+        return Certified(
+            checked, Refused(), (not_slower(mission, certificate, certificate.judgements, options.stretch),)
+        )
     if not certificate.passed:
         return Certified(checked, Unverified(certificate, report), (no_plan.not_verified(certificate),))
-    verified = Plan(mission.name, choice.backend, budget.seed, trace, judgements)
+    verified = Plan(mission.name, choice.backend, budget.seed, trace, certificate.judgements)
     budget.listen(Progress("emit"))
     with watch.stage("emit"):
         cut_short = report.cut_short.value if report.cut_short else ""

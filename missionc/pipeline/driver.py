@@ -326,11 +326,10 @@ def monitor(
     if motion is None:
         return Monitored(checked, (), (), (*checked.findings, *findings))
     judgements = judge(checked.mission, checked.kernel, motion)
-    asked = len(checked.kernel.requirements)
     between: tuple[Between, ...] = ()
     if continuous:
         from missionc.curves.piecewise_polynomials import motion as motion_of
         from missionc.verify.between.between_steps import between_steps
 
         between = between_steps(checked.mission, checked.kernel, motion, motion_of(checked.mission, motion))
-    return Monitored(checked, judgements[:asked], judgements[asked:], checked.findings, between)
+    return Monitored(checked, judgements.requirements, judgements.preferences, checked.findings, between)

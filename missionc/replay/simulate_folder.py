@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from missionc.base.judgement import Judgement
+from missionc.base.judgement import Judgements
 from missionc.base.limits import Limits
 from missionc.curves.crazyflie_csv import Pieces, read
 from missionc.diagnostics.code import EXTRA_MISSING, FOLDER_REFUSED
@@ -31,13 +31,13 @@ from missionc.simulate.trials import Trial, Trials, nobody, run
 class Simulated:
     """What the flights of a folder came to; ``trials`` is absent where its files could not be flown.
 
-    ``planned`` are the requirements, then the preferences, as the plan keeps them.
+    ``planned`` is how the plan keeps them.
     """
 
     folder: Path
     findings: tuple[Diagnostic, ...]
     opened: OutputFolder | None = None
-    planned: tuple[Judgement, ...] = ()
+    planned: Judgements | None = None
     trials: Trials | None = None
 
     @property

@@ -80,14 +80,13 @@ def judge(
     """
     trace = at_steps(mission, times, position, velocity, heading)
     judged = monitor(mission, kernel, trace)
-    count = len(kernel.requirements)
     error = np.linalg.norm(position - planned, axis=-1)
     return Flight(
         tuple(_error(times, own) for own in error),
         error.max(axis=0),
         trace,
-        judged[:count],
-        judged[count:],
+        judged.requirements,
+        judged.preferences,
         tuple(room(mission, times, position)),
     )
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from enum import Enum
 
+from missionc.base.judgement import Judgement
 from missionc.verify.proof.proof_boxes import Boxes
 
 
@@ -71,7 +72,12 @@ class Between:
 
 @dataclass(frozen=True, slots=True)
 class Certificate:
-    """Everything that was checked on one plan; ``boxes`` prove those checks that are about every moment of a flight."""
+    """Everything that was checked on one plan.
+
+    Args:
+        boxes: the proofs of those checks that are about every moment of a flight.
+        judgements: how the monitor judged each requirement, where the plan has the right shape to be judged.
+    """
 
     mission: str
     checks: tuple[Check, ...]
@@ -79,6 +85,7 @@ class Certificate:
     warnings: tuple[str, ...] = ()
     between: tuple[Between, ...] = ()
     boxes: tuple[Boxes, ...] = ()
+    judgements: tuple[Judgement, ...] = ()
 
     @property
     def passed(self) -> bool:

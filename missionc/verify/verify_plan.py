@@ -13,6 +13,7 @@ from missionc.base.trace import Trace
 from missionc.curves.piecewise_polynomials import motion
 from missionc.ir import Mission
 from missionc.kernel.nodes import Kernel
+from missionc.monitoring.monitor import monitor
 from missionc.verify.between.between_steps import verify_between
 from missionc.verify.certificate import Certificate, Check, Figure
 from missionc.verify.flight.verify_polynomials import verify_polynomials
@@ -35,7 +36,8 @@ def verify(mission: Mission, kernel: Kernel, trace: Trace) -> Certificate:
     if not shape.passed:
         return Certificate(mission.name, (shape,))
     curves = motion(mission, trace)
-    requirements, preferences = check_requirements(mission, kernel, trace)
+    judgements = monitor(mission, kernel, trace)
+    requirements, preferences = check_requirements(mission, judgements)
     checks = (
         shape,
         *check_dynamics(mission, trace),
@@ -45,4 +47,5 @@ def verify(mission: Mission, kernel: Kernel, trace: Trace) -> Certificate:
         *check_separation(mission, curves),
         *requirements,
     )
-    return Certificate(mission.name, checks, (*preferences, *connectivity(mission, trace)))
+    figures = (*preferences, *connectivity(mission, trace))
+    return Certificate(mission.name, checks, figures, judgements=judgements.requirements)

@@ -62,7 +62,7 @@ def test_a_judgement_agrees_with_the_reference_and_its_sign_with_its_verdict(cas
     mission = mission_of(size, case.run.last, ir.Requirement("asked", every, SPAN))
     kernel, _ = expand(mission)
     assert kernel is not None
-    (judgement,) = monitor(mission, kernel, case.trace)
+    (judgement,) = monitor(mission, kernel, case.trace).requirements
     assert judgement.satisfied == reference.truth(every, case.run, 0, 0)
     assert judgement.robustness >= 0 if judgement.satisfied else judgement.robustness <= 0
     assert (judgement.step is None) == judgement.satisfied
@@ -79,7 +79,7 @@ def test_a_broken_always_is_broken_first_where_the_monitor_says(data: st.DataObj
     every = ir.AtLeastOf("every", size, ir.AgentSet("drone", (0, 1, 2), SPAN), always, SPAN)
     kernel, _ = expand(mission_of(size, last, ir.Requirement("asked", every, SPAN)))
     assert kernel is not None
-    (judgement,) = monitor(mission, kernel, trace)
+    (judgement,) = monitor(mission, kernel, trace).requirements
     run = run_of(mission, trace)
     broken = [
         [f"drone[{agent}]" for agent in range(size) if not reference.truth(body, run, agent, step)]

@@ -75,13 +75,13 @@ def test_a_tightened_requirement_survives_that_agents_are_off(requirement: str) 
         # Near each other and slow, so that most of what is asked happens at times.
         middle = generator.uniform(0.5, 5.5, 2)
         places = middle + generator.normal(0, generator.uniform(0.2, 1.5), (3, 5, 2))
-        if not monitor(*tighter, at(places))[0].satisfied:
+        if not monitor(*tighter, at(places)).requirements[0].satisfied:
             continue
         held += 1
         turn = generator.uniform(0, 2 * np.pi, (3, 5))
         off = margin * np.stack([np.cos(turn), np.sin(turn)], axis=-1)
         for sign in (-1, 0, 1):
-            assert monitor(mission, kernel, at(places + sign * off))[0].satisfied
+            assert monitor(mission, kernel, at(places + sign * off)).requirements[0].satisfied
     assert held > 5
 
 

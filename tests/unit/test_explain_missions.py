@@ -145,7 +145,7 @@ def test_the_nearest_miss_is_the_one_that_fails_by_least(conflict: Compiled) -> 
         assert isinstance(outcome, Verified)
         trace = outcome.plan.trace
         if trace.position.shape[:2] == (len(mission.agents), mission.steps + 1):
-            broken = [each for each in monitor(mission, kernel, trace) if not each.satisfied]
+            broken = [each for each in monitor(mission, kernel, trace).requirements if not each.satisfied]
             fails += [broken[0].robustness] if len(broken) == 1 else []
     missed = why(conflict).near_miss
     assert missed is not None

@@ -41,7 +41,7 @@ def judged(formula: ir.Formula, trace: Trace) -> Judgement:
     mission = mission_of(size, states - 1, ir.Requirement("asked", formula, SPAN))
     kernel, _ = expand(mission)
     assert kernel is not None
-    (judgement,) = monitor(mission, kernel, trace)
+    (judgement,) = monitor(mission, kernel, trace).requirements
     return judgement
 
 
@@ -118,12 +118,13 @@ def test_what_is_false_anyway_fails_at_once_and_because_of_nobody() -> None:
     assert (judgement.robustness, judgement.step, judgement.agents) == (-math.inf, 0, ())
 
 
-def test_requirements_are_judged_before_preferences() -> None:
+def test_requirements_and_preferences_are_judged_apart() -> None:
     mission = mission_of(3, 3, ir.Requirement("asked", of("every", IN_BASE, 0), SPAN))
     mission = replace(mission, preferences=(ir.Preference("wished", of("some", IN_FIELD, 0), 1.0, SPAN),))
     kernel, _ = expand(mission)
     assert kernel is not None
-    asked, wished = monitor(mission, kernel, LEAVING)
+    judged = monitor(mission, kernel, LEAVING)
+    (asked,), (wished,) = judged.requirements, judged.preferences
     assert (asked.name, asked.satisfied) == ("asked", True)
     assert (wished.name, wished.satisfied) == ("wished", False)
 

@@ -325,7 +325,7 @@ def test_another_engine_flies_its_simulation_again(monkeypatch: pytest.MonkeyPat
     monkeypatch.setattr("missionc.simulate.flight_conditions.version", lambda name: "3.0.0")
     monkeypatch.setattr("missionc.simulate.engines.import_module", lambda name: SimpleNamespace(fly=fly))
     trials = fly_again(opened(), Trial("rotorpy"))
-    planned = monitor(opened().mission, opened().kernel, opened().trace)
+    planned = monitor(opened().mission, opened().kernel, opened().trace).requirements
     made = simulation_record(opened().mission, planned, trials)
     assert judged(simulation_json(opened().mission, made, trials.flown)).passed
     made["tracking"][0]["most"] += 1e-3  # type: ignore[index]

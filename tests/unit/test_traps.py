@@ -45,7 +45,7 @@ def test_the_two_readings_differ_on_the_run(trap: Trap) -> None:
     kernel, found = expand(made, Limits())
     assert kernel is not None
     assert not found
-    said = {judged.name: judged.satisfied for judged in monitor(made, kernel, trace)}
+    said = {judged.name: judged.satisfied for judged in monitor(made, kernel, trace).requirements}
     assert said == {"asked": trap.example.holds, "otherwise": not trap.example.holds}
 
 

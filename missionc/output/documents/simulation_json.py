@@ -26,13 +26,13 @@ def simulation_record(mission: Mission, planned: Sequence[Judgement], trials: Tr
     """What flights were flown, and what they came to.
 
     Args:
-        planned: the requirements as the plan keeps them; what follows them is left out.
+        planned: the requirements as the plan keeps them.
     """
     first = trials.flights[0]
     return {
         "passed": trials.passed,
         **conditions(trials.trial, float(mission.horizon)),
-        "planned": [each.as_record() for each in planned[: len(first.requirements)]],
+        "planned": [each.as_record() for each in planned],
         "requirements": [each.as_record() for each in first.requirements],
         "fractions": {
             name: {"held": each.held, "of": each.flights, "low": each.low, "high": each.high}

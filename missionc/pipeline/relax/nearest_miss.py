@@ -14,7 +14,6 @@ from missionc.base.trace import Plan, Trace
 from missionc.diagnostics.model import Diagnostic
 from missionc.ir import Mission
 from missionc.kernel.nodes import Kernel
-from missionc.monitoring.monitor import monitor
 from missionc.output.documents.near_miss_json import near_miss_json
 from missionc.output.plot.plot import plot
 from missionc.output.report.report_html import Plotted, report
@@ -66,9 +65,10 @@ def _miss(mission: Mission, kernel: Kernel, trace: Trace) -> Attempt | None:
     """What a motion of this mission comes to that breaks one requirement, and nothing else."""
     if trace.position.shape[:2] != (len(mission.agents), mission.steps + 1):
         return None
-    if [failure.name for failure in verify(mission, kernel, trace).failures] != ["requirement"]:
+    certificate = verify(mission, kernel, trace)
+    if [failure.name for failure in certificate.failures] != ["requirement"]:
         return None
-    miss = Attempt(monitor(mission, kernel, trace)[: len(kernel.requirements)], (), trace)
+    miss = Attempt(certificate.judgements, (), trace)
     return miss if len(miss.violated) == 1 else None
 
 

@@ -21,7 +21,7 @@ def plan_of(opened: OutputFolder) -> Plan:
         backend if isinstance(backend, str) else "",
         seed if isinstance(seed, int) else 0,
         trace,
-        monitor(mission, kernel, trace)[: len(kernel.requirements)],
+        monitor(mission, kernel, trace).requirements,
     )
 
 

@@ -95,7 +95,7 @@ def _flown(opened: OutputFolder, trial: Trial) -> Trials:
 def _differing(found: dict[str, Any], opened: OutputFolder, trials: Trials) -> str | None:
     """The first place where the document says something else than its flights come to."""
     mission, same = opened.mission, AGREED[trials.trial.engine]
-    planned = monitor(mission, opened.kernel, opened.trace)
+    planned = monitor(mission, opened.kernel, opened.trace).requirements
     made = _document(mission, simulation_record(mission, planned, trials), trials)
     said = {key: value for key, value in found.items() if key != "flight"}
     path = made.pop("flight")

@@ -19,6 +19,7 @@ from missionc.curves.crazyflie_csv import Pieces, read
 from missionc.curves.piecewise_polynomials import Curves, motion
 from missionc.ir import PLAIN, Agent, Mission
 from missionc.kernel.nodes import Kernel
+from missionc.monitoring.monitor import monitor
 from missionc.verify.certificate import Certificate, Check, Figure
 from missionc.verify.flight.agent_flight import check_flight, tube
 from missionc.verify.flight.flight_curves import Flight
@@ -133,7 +134,7 @@ def _requirements(mission: Mission, kernel: Kernel, trace: Trace, flight: Flight
     """
     steps = np.asarray(mission.step * np.arange(mission.steps + 1), dtype=np.float64)
     level = Curves(flight.times, flight.coefficients[:, :, : mission.dimension])
-    required, _ = check_requirements(mission, kernel, replace(trace, position=level.at(steps)))
+    required, _ = check_requirements(mission, monitor(mission, kernel, replace(trace, position=level.at(steps))))
     return [
         replace(
             check,

@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-from missionc.base.trace import Trace
+from missionc.base.judgement import Judgements
 from missionc.ir import Mission
-from missionc.kernel.nodes import Kernel
-from missionc.monitoring.monitor import monitor
 from missionc.verify.certificate import Check, Figure
 
 
-def check_requirements(mission: Mission, kernel: Kernel, trace: Trace) -> tuple[list[Check], list[Figure]]:
+def check_requirements(mission: Mission, judgements: Judgements) -> tuple[list[Check], list[Figure]]:
     """A check for each requirement, whose margin is the robustness; preferences bind nobody and are figures."""
-    judgements = monitor(mission, kernel, trace)
-    required, preferred = judgements[: len(kernel.requirements)], judgements[len(kernel.requirements) :]
     checks = [
         Check(
             name="requirement",
@@ -25,6 +21,6 @@ def check_requirements(mission: Mission, kernel: Kernel, trace: Trace) -> tuple[
             agents=judgement.agents,
             detail="judged at the steps by the monitor",
         )
-        for judgement in required
+        for judgement in judgements.requirements
     ]
-    return checks, [Figure("preference", judgement.name, judgement.robustness, "m") for judgement in preferred]
+    return checks, [Figure("preference", each.name, each.robustness, "m") for each in judgements.preferences]

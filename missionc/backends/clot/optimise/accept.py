@@ -24,7 +24,7 @@ ROUNDING = 1e-9
 def attempt(mission: Mission, kernel: Kernel, trace: Trace) -> Attempt:
     """What a motion comes to."""
     faults = [*_places(mission, trace), *_dynamics(mission, trace), *_bodies(mission, trace), *_apart(mission, trace)]
-    return Attempt(monitor(mission, kernel, trace)[: len(kernel.requirements)], tuple(faults), trace)
+    return Attempt(monitor(mission, kernel, trace).requirements, tuple(faults), trace)
 
 
 def _places(mission: Mission, trace: Trace) -> list[Fault]:

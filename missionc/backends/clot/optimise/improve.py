@@ -114,8 +114,7 @@ MEASURES = {Objective.DISTANCE: travelled, Objective.ENERGY: effort}
 
 
 def _kept(name: str, mission: Mission, kernel: Kernel, made: Trace) -> bool:
-    judged = monitor(mission, kernel, made)[len(kernel.requirements) :]
-    return any(each.name == name and each.satisfied for each in judged)
+    return any(each.name == name and each.satisfied for each in monitor(mission, kernel, made).preferences)
 
 
 def _as_many(mission: Mission, kernel: Kernel, before: Trace, after: Trace) -> bool:
