@@ -93,7 +93,7 @@ def overruns(formula: ir.Formula, step: int, last: int) -> bool:
 @given(st.data(), st.integers(1, 5), st.integers(0, 4))
 def test_a_horizon_is_refused_exactly_where_a_formula_looks_past_it(data: st.DataObject, steps: int, more: int) -> None:
     mission = mission_of(2, steps)
-    formula = data.draw(formulas(mission, steps + more, 4))
+    formula = data.draw(formulas(2, steps + more, 4))
     mission = replace(mission, requirements=(ir.Requirement("asked", formula, SPAN),))
     assert bool(check_horizons(mission)) == overruns(formula, 0, steps)
 

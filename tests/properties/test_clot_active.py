@@ -123,7 +123,7 @@ def test_what_lengths_of_routes_rest_on_is_worth_what_they_are(data: st.DataObje
     low = data.draw(st.sampled_from([0.0, 0.0, 0.5, 1.5]))
     high = low + data.draw(st.sampled_from([0.5, 1.0, math.inf]))
     operator = by_name[name]
-    operands = tuple(data.draw(leaves(mission)) for _ in range(operator.arity))
+    operands = tuple(data.draw(leaves(5)) for _ in range(operator.arity))
     bounds = ir.Length(graph, Metric.METRES, low, high, SPAN)
     formula: ir.Formula = ir.Apply(operator, operands, bounds, SPAN, ">=", 2)
     if not holds:

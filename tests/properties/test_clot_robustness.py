@@ -177,7 +177,7 @@ def test_until_and_release_reach_to_the_end_of_the_mission(count: int, low: int,
 def test_a_margin_in_torch_is_the_margin(data: st.DataObject, seed: int) -> None:
     size = data.draw(st.integers(1, 4))
     mission = mission_of(size, 3)
-    leaf = data.draw(leaves(mission).filter(lambda formula: isinstance(formula, ir.Holds)))
+    leaf = data.draw(leaves(size).filter(lambda formula: isinstance(formula, ir.Holds)))
     trace = trace_of((np.random.default_rng(seed).integers(0, 9, (size, 4, 2)) / 4).tolist())
     expected = np.clip(np.atleast_2d(margin(leaf.predicate, mission, trace)), -UNLIMITED, UNLIMITED)
     found = margin_in_torch(leaf.predicate, team(mission, dtype=torch.float64), states_of(trace))
@@ -265,7 +265,7 @@ def test_a_moved_waypoint_of_each_kind_of_leaf_is_worth_what_the_moved_motion_is
     """Each leaf alone, in a window to its last step, and in nested windows that start late."""
     size, count = data.draw(st.integers(1, 4)), data.draw(st.integers(1, 6))
     mission = mission_of(size, count - 1)
-    leaf = Margin(data.draw(leaves(mission).filter(lambda one: isinstance(one, ir.Holds))).predicate, True)
+    leaf = Margin(data.draw(leaves(size).filter(lambda one: isinstance(one, ir.Holds))).predicate, True)
     late = LeastOver(
         GreatestOver(leaf, 0, min(2, count - 1)), count - 1 - min(2, count - 1), count - 1 - min(2, count - 1)
     )

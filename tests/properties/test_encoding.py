@@ -69,7 +69,7 @@ def cases(draw: st.DrawFn, first: Operator | None = None) -> Case:
             st.permutations(range(len(places))).map(lambda order: order[:size]), min_size=steps + 1, max_size=steps + 1
         )
     )
-    formula = draw(formulas(mission, steps, 3)) if first is None else draw(applied(first, mission, steps, 2))
+    formula = draw(formulas(size, steps, 3)) if first is None else draw(applied(first, size, steps, 2))
     return Case(mission, roadmaps, np.array(states).T, expressible(formula, mission), draw(st.sampled_from([1, 2, 9])))
 
 

@@ -74,7 +74,7 @@ def test_a_broken_always_is_broken_first_where_the_monitor_says(data: st.DataObj
     places = np.random.default_rng(data.draw(seeds)).integers(0, 5, (size, last + 1, 2)) / 2
     trace = trace_of(places.tolist())
     mission = mission_of(size, last)
-    body = data.draw(leaves(mission))
+    body = data.draw(leaves(size))
     always = ir.Apply(by_name["always"], (body,), ir.Window(Steps(0), Steps(last), SPAN), SPAN)
     every = ir.AtLeastOf("every", size, ir.AgentSet("drone", (0, 1, 2), SPAN), always, SPAN)
     kernel, _ = expand(mission_of(size, last, ir.Requirement("asked", every, SPAN)))

@@ -39,15 +39,14 @@ def windows_below_routes(draw: st.DrawFn) -> Case:
     """Formulas whose routes, as a rule, look at others' windows; and conditions and quantifiers around them."""
     case = draw(cases(draw(st.sampled_from([operator for operator in OPERATORS if operator.spatial]))))
     size, steps = len(case.trace.position), case.run.last
-    mission = mission_of(size, steps)
     operator = draw(st.sampled_from([each for each in OPERATORS if each.bounds is Bounds.TIME or each.name == "next"]))
     route = case.formula
     if isinstance(route, ir.Apply):
-        inside = tuple(draw(applied(operator, mission, steps, 1)) for _ in route.operands)
+        inside = tuple(draw(applied(operator, size, steps, 1)) for _ in route.operands)
         route = replace(route, operands=inside)
     around = draw(st.sampled_from(["nothing", "not", "and", "every", "some"]))
     if around in ("not", "and"):
-        other = draw(formulas(mission, steps, 1))
+        other = draw(formulas(size, steps, 1))
         operands = (route,) if around == "not" else (route, other)
         route = ir.Apply(by_name[around], operands, None, SPAN)
     elif around != "nothing":

@@ -1,7 +1,9 @@
 """Hypothesis strategies: small missions, random formulas over every operator, and runs of a few steps.
 
 Positions lie on a coarse grid, so that ties (an agent on a border, a link of
-exactly the radius) come up often.
+exactly the radius) come up often. Regions, graphs and formations depend on the
+number of agents alone, and so does every strategy: each is made once, because
+making one takes longer than drawing from it.
 """
 
 from __future__ import annotations
@@ -9,6 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from hypothesis import strategies as st
@@ -27,6 +30,7 @@ SPAN = Span(Source("test.mission", "words"), 0, 5)
 BASE = ir.Region("base", ir.Box((0.0, 0.0), (1.0, 1.5)), SPAN)
 FIELD = ir.Region("field", ir.Disc((1.5, 1.0), 1.0), SPAN)
 WET = ir.Region("wet", ir.Difference(FIELD.shape, BASE.shape), SPAN)
+REGIONS = (BASE, FIELD, WET)
 MAST = ir.Beacon("mast", (1.0, 0.5), SPAN)
 
 
@@ -56,7 +60,7 @@ def mission_of(size: int, steps: int, *requirements: ir.Requirement) -> ir.Missi
         step=Seconds(1.0),
         steps=Steps(steps),
         world=ir.World((0.0, 0.0), (3.0, 3.0), SPAN),
-        regions=(BASE, FIELD, WET),
+        regions=REGIONS,
         obstacles=(),
         beacons=(MAST,),
         agents=agents,
@@ -74,6 +78,7 @@ def mission_of(size: int, steps: int, *requirements: ir.Requirement) -> ir.Missi
     )
 
 
+@cache
 def graphs_of(size: int) -> tuple[ir.Graph, ...]:
     everyone = tuple(range(size))
     return (
@@ -84,6 +89,7 @@ def graphs_of(size: int) -> tuple[ir.Graph, ...]:
     )
 
 
+@cache
 def formations_of(size: int) -> tuple[ir.Formation, ...]:
     if size < 2:
         return ()
@@ -115,52 +121,53 @@ def run_of(mission: ir.Mission, trace: Trace) -> Run:
     )
 
 
+@cache
+def positions(size: int, steps: int) -> st.SearchStrategy[list[list[tuple[float, ...]]]]:
+    """Where each agent is at each step, on the grid."""
+    coordinate = st.sampled_from([0.0, 0.5, 1.0, 1.5, 2.0])
+    places = st.lists(st.tuples(coordinate, coordinate), min_size=steps + 1, max_size=steps + 1)
+    return st.lists(places, min_size=size, max_size=size)
+
+
+@cache
 @st.composite
 def cases(draw: st.DrawFn, first: Operator | None = None) -> Case:
     """A run of up to 4 agents and 6 steps, and a formula; with ``first``, one that begins with that operator."""
     size, steps = draw(st.integers(1, 4)), draw(st.integers(1, 6))
-    coordinate = st.sampled_from([0.0, 0.5, 1.0, 1.5, 2.0])
-    positions = draw(
-        st.lists(
-            st.lists(st.tuples(coordinate, coordinate), min_size=steps + 1, max_size=steps + 1),
-            min_size=size,
-            max_size=size,
-        )
-    )
-    mission = mission_of(size, steps)
-    trace = trace_of(positions)
-    formula = draw(formulas(mission, steps, 3)) if first is None else draw(applied(first, mission, steps, 2))
-    return Case(run_of(mission, trace), trace, formula)
+    trace = trace_of(draw(positions(size, steps)))
+    formula = draw(formulas(size, steps, 3)) if first is None else draw(applied(first, size, steps, 2))
+    return Case(run_of(mission_of(size, steps), trace), trace, formula)
 
 
+@cache
 @st.composite
 def snapshots(draw: st.DrawFn, operator: Operator) -> Case:
     """Four agents scattered along a strip at one step, and a spatial operator with plain operands and a lower bound."""
     generator = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
     places = [(x / 4, y / 4) for x, y in generator.integers((0, 0), (13, 4), (4, 2)).tolist()]
-    mission = mission_of(4, 0)
-    graph = draw(st.sampled_from(mission.graphs[:2]))
+    graph = draw(st.sampled_from(graphs_of(4)[:2]))
     metric = draw(st.sampled_from(Metric))
     low = draw(st.integers(1, 3)) if metric is Metric.HOPS else draw(st.sampled_from([0.5, 1.0, 2.0]))
     bounds = ir.Length(graph, metric, float(low), low + draw(st.sampled_from([0.0, 1.0, math.inf])), SPAN)
-    operands = tuple(draw(leaves(mission)) for _ in range(operator.arity))
+    operands = tuple(draw(leaves(4)) for _ in range(operator.arity))
     formula = ir.Apply(operator, operands, bounds, SPAN, ">=", draw(st.integers(1, 2)))
     trace = trace_of([[place] for place in places])
-    return Case(run_of(mission, trace), trace, formula)
+    return Case(run_of(mission_of(4, 0), trace), trace, formula)
 
 
-def formulas(mission: ir.Mission, budget: int, depth: int) -> st.SearchStrategy[ir.Formula]:
+@cache
+def formulas(size: int, budget: int, depth: int) -> st.SearchStrategy[ir.Formula]:
     """Formulas that look at most ``budget`` steps ahead."""
     if depth == 0:
-        return leaves(mission)
-    operators = st.sampled_from(OPERATORS).flatmap(lambda one: applied(one, mission, budget, depth))
-    return st.one_of(leaves(mission), operators, quantified(mission, budget, depth))
+        return leaves(size)
+    operators = st.sampled_from(OPERATORS).flatmap(lambda one: applied(one, size, budget, depth))
+    return st.one_of(leaves(size), operators, quantified(size, budget, depth))
 
 
+@cache
 @st.composite
-def quantified(draw: st.DrawFn, mission: ir.Mission, budget: int, depth: int) -> ir.Formula:
-    size = len(mission.agents)
-    body = draw(formulas(mission, budget, depth - 1))
+def quantified(draw: st.DrawFn, size: int, budget: int, depth: int) -> ir.Formula:
+    body = draw(formulas(size, budget, depth - 1))
     if draw(st.booleans()):
         return ir.OfAgent(draw(st.integers(0, size - 1)), body, SPAN)
     kind = draw(st.sampled_from(["every", "some", "at least"]))
@@ -169,12 +176,13 @@ def quantified(draw: st.DrawFn, mission: ir.Mission, budget: int, depth: int) ->
     return ir.AtLeastOf(kind, number, ir.AgentSet("these", members, SPAN), body, SPAN)
 
 
+@cache
 @st.composite
-def applied(draw: st.DrawFn, operator: Operator, mission: ir.Mission, budget: int, depth: int) -> ir.Formula:
+def applied(draw: st.DrawFn, operator: Operator, size: int, budget: int, depth: int) -> ir.Formula:
     bounds: ir.Window | ir.Length | None = None
     if operator.name == "next":
         if budget == 0:
-            return draw(leaves(mission))
+            return draw(leaves(size))
         budget -= 1
     elif operator.bounds is Bounds.TIME:
         low = draw(st.integers(0, budget))
@@ -184,21 +192,22 @@ def applied(draw: st.DrawFn, operator: Operator, mission: ir.Mission, budget: in
         else:
             bounds, budget = ir.Window(Steps(low), None, SPAN), 0
     elif operator.bounds is Bounds.LENGTH:
-        bounds = draw(lengths(mission))
+        bounds = draw(lengths(size))
     budgets = [budget] * operator.arity
     if operator.name in ("until", "release") and isinstance(bounds, ir.Window) and bounds.high != 0:
         # The left side is asked up to the step before the last one of the window.
         budgets[0] += 1
-    operands = tuple(draw(formulas(mission, each, depth - 1)) for each in budgets)
+    operands = tuple(draw(formulas(size, each, depth - 1)) for each in budgets)
     if operator.name == "count":
         comparison = draw(st.sampled_from([">=", ">", "<", "<=", "="]))
         return ir.Apply(operator, operands, bounds, SPAN, comparison, draw(st.integers(0, 3)))
     return ir.Apply(operator, operands, bounds, SPAN)
 
 
+@cache
 @st.composite
-def lengths(draw: st.DrawFn, mission: ir.Mission) -> ir.Length:
-    graph = draw(st.sampled_from(mission.graphs))
+def lengths(draw: st.DrawFn, size: int) -> ir.Length:
+    graph = draw(st.sampled_from(graphs_of(size)))
     if draw(st.booleans()):
         low = draw(st.integers(0, 3))
         high = draw(st.one_of(st.just(math.inf), st.integers(low, low + 3).map(float)))
@@ -208,17 +217,17 @@ def lengths(draw: st.DrawFn, mission: ir.Mission) -> ir.Length:
     return ir.Length(graph, Metric.METRES, near, far, SPAN)
 
 
-def leaves(mission: ir.Mission) -> st.SearchStrategy[ir.Formula]:
-    size = len(mission.agents)
+@cache
+def leaves(size: int) -> st.SearchStrategy[ir.Formula]:
     members = st.lists(st.integers(0, size - 1), min_size=1, max_size=size, unique=True).map(tuple)
     predicates: list[st.SearchStrategy[ir.Predicate]] = [
-        st.builds(ir.Inside, st.sampled_from(mission.regions), st.booleans()),
-        st.builds(ir.Touches, st.sampled_from(mission.regions)),
-        comparisons(mission),
-        st.builds(ir.Connected, st.just(mission.graphs[0]), members),
+        st.builds(ir.Inside, st.sampled_from(REGIONS), st.booleans()),
+        st.builds(ir.Touches, st.sampled_from(REGIONS)),
+        comparisons(size),
+        st.builds(ir.Connected, st.just(graphs_of(size)[0]), members),
     ]
-    if mission.formations:
-        predicates.append(st.builds(ir.InFormation, st.sampled_from(mission.formations)))
+    if formations_of(size):
+        predicates.append(st.builds(ir.InFormation, st.sampled_from(formations_of(size))))
     return st.one_of(
         st.one_of(predicates).map(lambda predicate: ir.Holds(predicate, SPAN)),
         members.map(lambda agents: ir.Belongs(ir.AgentSet("these", agents, SPAN), SPAN)),
@@ -226,13 +235,14 @@ def leaves(mission: ir.Mission) -> st.SearchStrategy[ir.Formula]:
     )
 
 
-def comparisons(mission: ir.Mission) -> st.SearchStrategy[ir.Compare]:
-    agent = st.integers(0, len(mission.agents) - 1)
+@cache
+def comparisons(size: int) -> st.SearchStrategy[ir.Compare]:
+    agent = st.integers(0, size - 1)
     features: st.SearchStrategy[ir.Feature] = st.one_of(
         st.builds(ir.Coordinate, st.integers(0, 1)),
         st.builds(ir.Speed),
         st.builds(ir.Altitude),
-        st.builds(ir.DistanceTo, st.one_of(st.sampled_from(mission.regions), st.just(MAST), agent)),
+        st.builds(ir.DistanceTo, st.one_of(st.sampled_from(REGIONS), st.just(MAST), agent)),
         st.builds(ir.DistanceBetween, agent, agent),
     )
     terms = st.lists(st.tuples(st.sampled_from([1.0, -1.0, 2.0]), features), min_size=1, max_size=2).map(tuple)
