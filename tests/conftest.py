@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import shutil
 from collections.abc import Iterator
@@ -51,6 +52,11 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
         for item in items:
             if item.get_closest_marker("node"):
                 item.add_marker(pytest.mark.skip(reason="there is no Node.js with npm"))
+
+
+def pytest_collection_finish() -> None:
+    """What is loaded by now stays until the end: no collection of garbage walks through it again."""
+    gc.freeze()
 
 
 @pytest.fixture(scope="module")
