@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import multiprocessing
 import os
 import signal
 import subprocess
@@ -10,13 +12,14 @@ import time
 from collections.abc import Callable, Iterator
 from itertools import count
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
 pytest.importorskip("torch")
 
 from missionc.backends import load
-from missionc.backends.api import CutShort, NotFound, Progress, Reason, Report, ignore
+from missionc.backends.api import Attempt, CutShort, NotFound, Progress, Reason, Report, ignore
 from missionc.backends.clot import backend as clot
 from missionc.backends.clot.backend import Run
 from missionc.backends.clot.run import parallel_attempts
@@ -64,7 +67,6 @@ def compiled(
     listen: Callable[[Progress], None] = ignore,
     keep: Callable[[bytes], object] | None = None,
     resume: bytes | None = None,
-    limit: float = 200.0,
 ) -> Compiled:
     return driver.compile(
         Source("a.mission", text),
@@ -73,7 +75,7 @@ def compiled(
         listen=listen,
         keep=keep,
         resume=resume,
-        time_limit=Seconds(limit),
+        time_limit=Seconds(200.0),
     )
 
 
@@ -254,9 +256,27 @@ def slow_first(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Run, "attempt", slow)
 
 
+@pytest.fixture
+def end_time(monkeypatch: pytest.MonkeyPatch) -> Callable[[], None]:
+    """Puts the clock past every deadline, in the children too, when it is called."""
+    ended = multiprocessing.get_context("fork").Event()
+    clock = SimpleNamespace(monotonic=lambda: math.inf if ended.is_set() else time.monotonic())
+    monkeypatch.setattr(clot, "time", clock)
+    return ended.set
+
+
 @pytest.mark.usefixtures("slow_first")
-def test_when_time_is_up_the_plan_of_a_later_attempt_is_the_best_so_far() -> None:
-    outcome = compiled(PAIR, 2, limit=6.0).outcome
+def test_when_time_is_up_the_plan_of_a_later_attempt_is_the_best_so_far(
+    end_time: Callable[[], None], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    hold = parallel_attempts.hold
+
+    def hold_until_the_end() -> None:
+        hold()
+        end_time()
+
+    monkeypatch.setattr(parallel_attempts, "hold", hold_until_the_end)
+    outcome = compiled(PAIR, 2).outcome
     assert isinstance(outcome, Verified)
     assert outcome.report.cut_short is CutShort.TIME
 
@@ -276,8 +296,17 @@ def test_a_signal_ends_the_wait_for_an_earlier_attempt(monkeypatch: pytest.Monke
     assert outcome.report.cut_short is CutShort.SIGNAL
 
 
-def test_without_a_plan_the_time_limit_gives_the_best_candidate() -> None:
-    outcome = compiled(NEVER, 2, limit=4.0).outcome
+def test_without_a_plan_the_time_limit_gives_the_best_candidate(
+    end_time: Callable[[], None], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    consider = Run.consider
+
+    def consider_the_last(run: Run, nearest: Nearest, come_to: Attempt) -> None:
+        consider(run, nearest, come_to)
+        end_time()
+
+    monkeypatch.setattr(Run, "consider", consider_the_last)
+    outcome = compiled(NEVER, 2).outcome
     assert isinstance(outcome, NotFound)
     assert outcome.reason is Reason.TIME
     assert outcome.best is not None

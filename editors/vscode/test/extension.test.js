@@ -6,7 +6,7 @@ const { spawnSync } = require("node:child_process");
 const fs = require("node:fs");
 const os = require("node:os");
 const path = require("node:path");
-const { afterEach, beforeEach, describe, it } = require("node:test");
+const { afterEach, beforeEach, describe, it, mock } = require("node:test");
 const { FOLDER } = require("./scopes");
 const { extensionIn, fakeVscode } = require("./fake-vscode");
 
@@ -16,35 +16,37 @@ const BUNDLE = path.join(FOLDER, "dist", "extension.js");
 const STUB = path.join(__dirname, "server-stub.js");
 
 describe("the extension", () => {
-  let folder, notes, extension;
+  let folder, notes, extension, servers;
 
   beforeEach(() => {
+    // The client gives a server two seconds to end. Here nobody's time runs out, however slow the machine is.
+    mock.timers.enable({ apis: ["setTimeout"] });
+    servers = [];
     folder = fs.mkdtempSync(path.join(os.tmpdir(), "mission-"));
     notes = path.join(folder, "notes");
     process.env.STUB_NOTES = notes;
   });
 
   afterEach(async () => {
-    await extension?.deactivate();
+    await ended();
+    mock.timers.reset();
     delete process.env.STUB_FAILS;
     fs.rmSync(folder, { recursive: true });
   });
 
   async function activated(options) {
     const found = fakeVscode(options);
-    extension = extensionIn(found.fake, BUNDLE);
+    extension = extensionIn(found.fake, BUNDLE, (server) => servers.push(server));
     await extension.activate({ subscriptions: [] });
     return found;
   }
 
   const noted = () => fs.readFileSync(notes, "utf8").trim().split("\n");
 
-  async function eventually(line) {
-    for (let tries = 0; tries < 1200; tries++) {
-      if (fs.existsSync(notes) && noted().includes(line)) return;
-      await new Promise((later) => setTimeout(later, 25));
-    }
-    assert.fail(`no \`${line}\` in: ${fs.existsSync(notes) ? noted().join(", ") : "nothing"}`);
+  /** The extension is put away, and the servers it started have ended. */
+  async function ended() {
+    await extension?.deactivate();
+    await Promise.all(servers);
   }
 
   function open(found, name, text, { saved = true } = {}) {
@@ -58,8 +60,9 @@ describe("the extension", () => {
 
   it("starts `missionc lsp` over standard input and output, and shakes hands", async () => {
     const { done } = await activated({ path: STUB });
-    await eventually("initialized");
+    await ended();
     assert.ok(noted().includes("lsp"));
+    assert.ok(noted().includes("initialized"));
     assert.deepEqual(done.errors, []);
     assert.deepEqual([...done.commands.keys()].sort(), contributed());
   });
@@ -73,8 +76,8 @@ describe("the extension", () => {
 
   it("ends the server when it is deactivated", async () => {
     await activated({ path: STUB });
-    await extension.deactivate();
-    await eventually("exit");
+    await ended();
+    assert.ok(noted().includes("exit"));
   });
 
   it("starts the server anew on command, and when its path changes", async () => {

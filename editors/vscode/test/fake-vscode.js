@@ -2,6 +2,7 @@
 // What a test asks about is written out; whatever else is called, constructed or read gives something like it.
 "use strict";
 
+const childProcess = require("node:child_process");
 const Module = require("node:module");
 
 /** A thing that may be called, constructed, read and disposed of. */
@@ -67,10 +68,20 @@ function fakeVscode({ path, answer }) {
   return { fake, done, uri };
 }
 
-/** The extension as it is shipped, with this in the place of VS Code. */
-function extensionIn(fake, file) {
+/**
+ * The extension as it is shipped, with this in the place of VS Code.
+ *
+ * @param {(ended: Promise<unknown>) => void} started hears of each process that it starts, and when that has ended.
+ */
+function extensionIn(fake, file, started) {
   const load = Module._load;
-  Module._load = (name, ...rest) => (name === "vscode" ? fake : load(name, ...rest));
+  const spawn = (...words) => {
+    const child = childProcess.spawn(...words);
+    started(new Promise((ended) => child.on("error", ended).on("close", ended)));
+    return child;
+  };
+  const instead = { vscode: fake, child_process: { ...childProcess, spawn } };
+  Module._load = (name, ...rest) => instead[name.replace(/^node:/, "")] ?? load(name, ...rest);
   try {
     delete require.cache[require.resolve(file)];
     return require(file);
