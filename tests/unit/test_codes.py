@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import re
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -17,24 +18,28 @@ PAGES = {path.stem for path in (ROOT / "docs" / "errors").glob("*.md")}
 CONSTANTS = {name: value for name, value in vars(codes).items() if isinstance(value, Code)}
 
 
+@cache
 def words_of_the_package() -> set[str]:
     """Every name read anywhere in the package but where codes are defined."""
     found: set[str] = set()
     for path in (ROOT / "missionc").rglob("*.py"):
         if path.name != "code.py":
-            tree = ast.parse(path.read_text(encoding="utf-8"))
-            found |= {node.id for node in ast.walk(tree) if isinstance(node, ast.Name)}
-            found |= {node.attr for node in ast.walk(tree) if isinstance(node, ast.Attribute)}
+            for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+                match node:
+                    case ast.Name(id=word) | ast.Attribute(attr=word):
+                        found.add(word)
     return found
 
 
-WORDS = words_of_the_package()
-TESTS = "\n".join(
-    path.read_text(encoding="utf-8")
-    for pattern in ("*.py", "golden/*.md")
-    for path in (ROOT / "tests").rglob(pattern)
-    if path.name != "test_codes.py"
-)
+@cache
+def all_tests() -> str:
+    """All tests as one text, but for this file."""
+    return "\n".join(
+        path.read_text(encoding="utf-8")
+        for pattern in ("*.py", "golden/*.md")
+        for path in (ROOT / "tests").rglob(pattern)
+        if path.name != "test_codes.py"
+    )
 
 
 def test_a_code_has_one_name_and_one_number() -> None:
@@ -48,7 +53,7 @@ def test_a_number_that_was_given_up_is_not_given_again() -> None:
 
 @pytest.mark.parametrize("constant", sorted(CONSTANTS))
 def test_a_code_is_emitted_somewhere(constant: str) -> None:
-    assert constant in WORDS
+    assert constant in words_of_the_package()
 
 
 @pytest.mark.parametrize("name", sorted(CODES))
@@ -60,7 +65,7 @@ def test_a_code_is_explained(name: str) -> None:
 def test_a_code_is_pinned_by_a_test(name: str) -> None:
     """By its number or its constant; its own page does not count: that shows only that it can be earned."""
     constant = next(key for key, value in CONSTANTS.items() if value.name == name)
-    assert re.search(rf"\b({name}|{constant})\b", TESTS)
+    assert re.search(rf"\b({name}|{constant})\b", all_tests())
 
 
 def test_every_page_explains_a_code() -> None:
