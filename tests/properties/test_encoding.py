@@ -8,6 +8,7 @@ of that motion, and its negation exactly where it does not.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cache
 from unittest.mock import patch
 
 import numpy as np
@@ -36,6 +37,7 @@ from tests.support.random_runs import SPAN, applied, formulas, mission_of, run_o
 from tests.support.small_roadmaps import roadmap_of
 
 GRID = [(x / 2, y / 2) for x in range(5) for y in range(5)]
+PLACES = st.lists(st.sampled_from(GRID), min_size=6, max_size=9, unique=True)
 
 
 @dataclass(frozen=True)
@@ -55,6 +57,14 @@ class Case:
         return run_of(self.mission, trace_of(positions))
 
 
+@cache
+def joint_motions(places: int, size: int, steps: int) -> st.SearchStrategy[list[list[int]]]:
+    """The places that agents are at, each at another, by step and agent."""
+    order = st.permutations(range(places)).map(lambda order: order[:size])
+    return st.lists(order, min_size=steps + 1, max_size=steps + 1)
+
+
+@cache
 @st.composite
 def cases(draw: st.DrawFn, first: Operator | None = None) -> Case:
     """Up to 4 agents on one or two roadmaps of a few states; any move is allowed."""
@@ -62,13 +72,9 @@ def cases(draw: st.DrawFn, first: Operator | None = None) -> Case:
     mission = mission_of(size, steps)
     split = draw(st.integers(1, size))
     groups = [tuple(range(split)), tuple(range(split, size))]
-    places = draw(st.lists(st.sampled_from(GRID), min_size=6, max_size=9, unique=True))
+    places = draw(PLACES)
     roadmaps = tuple(roadmap_of(group, places, steps) for group in groups if group)
-    states = draw(
-        st.lists(
-            st.permutations(range(len(places))).map(lambda order: order[:size]), min_size=steps + 1, max_size=steps + 1
-        )
-    )
+    states = draw(joint_motions(len(places), size, steps))
     formula = draw(formulas(size, steps, 3)) if first is None else draw(applied(first, size, steps, 2))
     return Case(mission, roadmaps, np.array(states).T, expressible(formula, mission), draw(st.sampled_from([1, 2, 9])))
 
