@@ -1,11 +1,10 @@
-"""How long after a key the language server shows what is wrong, in a mission of 500 lines.
+"""How long after a key the language server shows what is wrong, in missions of 30, 120 and 500 lines.
 
     python bench/lsp_latency.py [KEYS]
 
 Types into the middle of the mission, a key every 200 ms, and waits for the diagnostics of each version; once more
-with completion, symbols, hints, highlights and fixes asked for after every key, as an editor does; and once with a
-server that remembers nothing of the version before. Every other key changes a number, in turn of a
-requirement, a named formula, a region and an obstacle (on which everything rests), which leaves a whole mission
+with completion, symbols, hints, highlights and fixes asked for after every key, as an editor does. Every other key
+changes a number, in turn of a requirement, a named formula, a region and an obstacle, which leaves a whole mission
 to check to its end; between them a requirement is written, which is broken until its last letter. Prints
 percentiles in milliseconds, from the change sent to the diagnostics read, protocol and processes included; those
 of the whole missions by themselves; and the server's processor time for one of those, on average, which other
@@ -20,7 +19,7 @@ import subprocess
 import sys
 import threading
 import time
-from itertools import pairwise
+from itertools import pairwise, product
 from pathlib import Path
 from queue import Queue
 
@@ -30,7 +29,8 @@ sys.path.insert(0, str(ROOT / "bench"))
 from check_time import mission  # noqa: E402
 
 URI = "file:///somewhere/typed.mission"
-LINES = 500
+SIZES = (30, 120, 500)
+"""Lines of the missions."""
 TYPED = "require typed: every drone: always[0, 7 s] (safe or not survivor)"
 CHANGED = (
     f"obstacle typed_rock = disc at (9.5, 0.5) radius 0.2\nregion typed_spot = disc at (5, 9.5) radius 0.3\n"
@@ -40,24 +40,6 @@ NUMBERS = ("7 s", "5 m", "0.3", "0.2")
 """Of CHANGED, each in turn."""
 BETWEEN = 0.2
 """Seconds from key to key: a quick typist."""
-
-FORGETFUL = """
-from missionc.pipeline.front_end import Kept
-from missionc.lsp import text
-from missionc.lsp.server import serve
-from missionc.syntax import passages
-from missionc.world.layered_geometry import _buffered
-
-
-class Forgetful(text.Memory):
-    read = property(lambda memory: passages.Kept(), lambda memory, kept: None)
-    checked = property(lambda memory: Kept(), lambda memory, kept: _buffered.cache_clear())
-
-
-import missionc.lsp.server as server
-server.Memory = Forgetful
-serve()
-"""
 
 
 class Editor:
@@ -111,10 +93,10 @@ class Editor:
         self.server.wait(10)
 
 
-def typed(count: int) -> list[str]:
+def typed(size: int, count: int) -> list[str]:
     """The text after each key: something changed, or a requirement written, in the middle, again and again."""
-    lines = mission(LINES).splitlines()
-    head, tail = "\n".join(lines[: LINES // 2]), "\n".join(lines[LINES // 2 :])
+    lines = mission(size).splitlines()
+    head, tail = "\n".join(lines[: size // 2]), "\n".join(lines[size // 2 :])
     written = [TYPED[: 1 + key // 2 % len(TYPED)] if key % 2 else whole(key) for key in range(count)]
     return [f"{head}\n{words}\n{tail}\n" for words in written]
 
@@ -126,11 +108,11 @@ def whole(key: int) -> str:
     return CHANGED.replace(number, f"{float(value) * factor:.0f} {unit}" if unit else f"{float(value) * factor:g}")
 
 
-def ask(editor: Editor, version: int) -> None:
+def ask(editor: Editor, size: int, version: int) -> None:
     """What VS Code asks of a text that has changed."""
     document = {"textDocument": {"uri": URI}}
-    everything = {"start": {"line": 0, "character": 0}, "end": {"line": LINES + 5, "character": 0}}
-    here = {"line": LINES // 2, "character": 12}
+    everything = {"start": {"line": 0, "character": 0}, "end": {"line": size + 5, "character": 0}}
+    here = {"line": size // 2, "character": 12}
     for number, (method, more) in enumerate(
         {
             "completion": {"position": here},
@@ -144,21 +126,21 @@ def ask(editor: Editor, version: int) -> None:
         editor.send(asked)
 
 
-def measure(command: list[str], texts: list[str], busy: bool) -> tuple[list[float], list[float]]:
+def measure(size: int, keys: int, busy: bool) -> tuple[list[float], list[float]]:
     """Seconds from each change to its diagnostics, and of the server's processor until the next one."""
-    editor = Editor(command)
-    item = {"uri": URI, "languageId": "mission", "version": 0, "text": mission(LINES)}
+    editor = Editor([sys.executable, "-m", "missionc", "lsp"])
+    item = {"uri": URI, "languageId": "mission", "version": 0, "text": mission(size)}
     editor.send({"method": "textDocument/didOpen", "params": {"textDocument": item}})
     editor.shows(0)
     took: list[float] = []
     used = [editor.processor()]
-    for version, text in enumerate(texts, start=1):
+    for version, text in enumerate(typed(size, keys), start=1):
         begin = time.perf_counter()
         document = {"uri": URI, "version": version}
         params = {"textDocument": document, "contentChanges": [{"text": text}]}
         editor.send({"method": "textDocument/didChange", "params": params})
         if busy:
-            ask(editor, version)
+            ask(editor, size, version)
         editor.shows(version)
         took.append(time.perf_counter() - begin)
         time.sleep(max(0.0, BETWEEN - took[-1]))
@@ -169,15 +151,10 @@ def measure(command: list[str], texts: list[str], busy: bool) -> tuple[list[floa
 
 def main(keys: int) -> None:
     heads = f"{'median':>7} {'95 %':>7} {'worst':>7}  whole: {'median':>7} {'95 %':>7}"
-    print(f"{'server':<24} {heads}   processor   milliseconds, {keys} keys")
-    as_it_is, forgetful = ["-m", "missionc", "lsp"], ["-c", FORGETFUL]
-    rows = {
-        "as it is": (as_it_is, False),
-        "that is asked besides": (as_it_is, True),
-        "that remembers nothing": (forgetful, False),
-    }
-    for name, (command, busy) in rows.items():
-        took, used = measure([sys.executable, *command], typed(keys), busy)
+    print(f"{'mission':<24} {heads}   processor   milliseconds, {keys} keys")
+    for size, busy in product(SIZES, (False, True)):
+        name = f"{size} lines{', asked besides' if busy else ''}"
+        took, used = measure(size, keys, busy)
         every = " ".join(f"{1000 * share(took, part):7.0f}" for part in (0.5, 0.95, 1))
         of_whole = " ".join(f"{1000 * share(took[::2], part):7.0f}" for part in (0.5, 0.95))
         mean = 1000 * sum(used[::2]) / len(used[::2])

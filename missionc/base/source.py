@@ -1,8 +1,4 @@
-"""Source text of missions and spans in it; line and column are worked out when a message is shown.
-
-In an editor a text changes while most of its lines stay. What was read of a passage that stays is not read
-again: its spans count from where the passage begins, so that they move along when something is put in before it.
-"""
+"""Source text of missions and spans in it; line and column are worked out when a message is shown."""
 
 from __future__ import annotations
 
@@ -25,23 +21,6 @@ class Source:
         ends = accumulate(len(line) + 1 for line in self.text.split("\n"))
         object.__setattr__(self, "line_starts", (0, *islice(ends, self.text.count("\n"))))
 
-    @property
-    def stands(self) -> tuple[Source, int]:
-        """The whole of a source is a passage of it that begins at 0."""
-        return self, 0
-
-    @property
-    def source(self) -> Source:
-        return self
-
-    @property
-    def begin(self) -> int:
-        return 0
-
-    @property
-    def size(self) -> int:
-        return len(self.text)
-
     def place(self, offset: int) -> tuple[int, int]:
         """Line and column of an offset, both counted from 1."""
         line = bisect_right(self.line_starts, offset)
@@ -54,62 +33,18 @@ class Source:
         return self.text[start:end].rstrip("\r\n")
 
 
-@dataclass(slots=True, eq=False)
-class Passage:
-    """``size`` characters: where they stand, source and offset, in the newest text that has them.
-
-    Set as one, so that whoever asks from another thread gets both of the same text.
-    """
-
-    stands: tuple[Source, int]
-    size: int
-
-    @staticmethod
-    def of(source: Source, begin: int, end: int) -> Passage:
-        """From one offset up to, but not at, another."""
-        return Passage((source, begin), end - begin)
-
-    @property
-    def source(self) -> Source:
-        return self.stands[0]
-
-    @property
-    def begin(self) -> int:
-        return self.stands[1]
-
-
-@dataclass(frozen=True, slots=True, match_args=False)
+@dataclass(frozen=True, slots=True)
 class Span:
-    """The characters ``first`` up to, but not at, ``last`` of a source, or of a passage of one.
+    """The characters ``start`` up to, but not at, ``end`` of a source."""
 
-    ``start`` and ``end`` are the same place counted in the source as it is now.
-    """
-
-    whole: Source | Passage
-    first: int
-    last: int
-
-    __match_args__ = ("source", "start", "end")
-
-    @property
-    def source(self) -> Source:
-        return self.whole.source
-
-    @property
-    def start(self) -> int:
-        return self.whole.begin + self.first
-
-    @property
-    def end(self) -> int:
-        return self.whole.begin + self.last
+    source: Source
+    start: int
+    end: int
 
     @property
     def text(self) -> str:
-        source, begin = self.whole.stands
-        return source.text[begin + self.first : begin + self.last]
+        return self.source.text[self.start : self.end]
 
     def to(self, other: Span) -> Span:
         """From the start of this span to the end of the other."""
-        if self.whole is other.whole:
-            return Span(self.whole, self.first, other.last)
         return Span(self.source, self.start, other.end)

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import field, replace
+from dataclasses import field
 from enum import Enum
 
 from missionc.base.late_dataclass import dataclass
-from missionc.base.recent_cache import Recent
-from missionc.checks.literals import Literal, Places, Rule
-from missionc.checks.sure_facts import SureFacts
+from missionc.checks.literals import Places
 from missionc.ir import Agent, Mission, Obstacle, Shape, Still
 from missionc.world.area import Area
 from missionc.world.configuration_space import Atlas, common, covers, disjoint, empty, without
@@ -31,58 +29,31 @@ class Lies(Enum):
     OPEN = "somewhere in the world"
 
 
-@dataclass(slots=True, eq=False)
-class Deduced:
-    """What has been deduced of a world, its obstacles and its agents, and need not be again while those stay."""
-
-    free: Recent[tuple[float, float | None], Area] = field(default_factory=Recent)
-    lies: Recent[Shape, Lies] = field(default_factory=Recent)
-    must: SureFacts | None = None
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class FreeSpace:
-    """Outer bounds of where an agent's centre can be, by its radius.
-
-    ``rests_on`` is all of the mission that they, and what is ``deduced`` from them, depend on; ``rules`` rest on
-    the atlas alone.
-    """
+    """Outer bounds of where an agent's centre can be, by its radius; each question is answered once."""
 
     mission: Mission
-    rests_on: tuple[object, ...]
     atlas: Atlas
     standing: Area
     """At most the points of the obstacles that never move."""
     filled: Area
     """The same, and a hair's breadth around them, which no agent's centre can be in either."""
-    rules: Recent[tuple[float, float, Literal], Rule]
-    deduced: Deduced = field(default_factory=Deduced)
+    known_free: dict[tuple[float, float | None], Area] = field(default_factory=dict)
+    known_lies: dict[Shape, Lies] = field(default_factory=dict)
 
     @staticmethod
-    def of(mission: Mission, before: FreeSpace | None = None) -> FreeSpace:
-        """The free space of a mission whose world is not flat; ``before`` is that of an earlier version of it."""
+    def of(mission: Mission) -> FreeSpace:
+        """The free space of a mission whose world is not flat."""
         dimension = mission.dimension
         shapes = [region.shape for region in mission.regions]
         for obstacle in mission.obstacles:
             times = (0.0,) if isinstance(obstacle.motion, Still) else (0.0, float(mission.horizon))
             shapes.extend(moved(obstacle.shape, displaced(obstacle, time, dimension)) for time in times)
         atlas = Atlas.of(mission.world, shapes)
-        rules: Recent[tuple[float, float, Literal], Rule] = Recent()
-        if before is not None and before.atlas.alike(atlas):
-            atlas, rules = before.atlas, before.rules
-        rests_on = (
-            atlas,
-            mission.agents,
-            mission.obstacles,
-            mission.separation,
-            mission.clearance,
-            mission.horizon,
-        )
-        if before is not None and before.rests_on == rests_on:
-            return replace(before, mission=mission)
         still = [obstacle.shape for obstacle in mission.obstacles if isinstance(obstacle.motion, Still)]
         standing = atlas.union([atlas.inner(shape) for shape in still])
-        return FreeSpace(mission, rests_on, atlas, standing, atlas.grown(standing, _hair(mission), outer=False), rules)
+        return FreeSpace(mission, atlas, standing, atlas.grown(standing, _hair(mission), outer=False))
 
     def fills(self, obstacle: Obstacle, area: Area) -> bool:
         """Whether an obstacle that stands still covers an area by itself, but for a hair's breadth."""
@@ -91,7 +62,9 @@ class FreeSpace:
 
     def lies(self, shape: Shape) -> Lies:
         """Whether anybody's centre may be in a shape that stays."""
-        return self.deduced.lies.of(shape, lambda: self._lies(shape))
+        if shape not in self.known_lies:
+            self.known_lies[shape] = self._lies(shape)
+        return self.known_lies[shape]
 
     def _lies(self, shape: Shape) -> Lies:
         area = self.atlas.outer(shape)
@@ -104,11 +77,13 @@ class FreeSpace:
     def places(self, agents: Sequence[Agent]) -> Places:
         """Where literals let the centre of any of these agents be."""
         radii = [agent.radius for agent in agents]
-        return Places(self.atlas, min(radii), max(radii), self.rules)
+        return Places(self.atlas, min(radii), max(radii))
 
     def free(self, radius: float, time: float | None = None) -> Area:
         """Where the centre of an agent can be: ever, or (moving obstacles regarded too) at a time, in seconds."""
-        return self.deduced.free.of((radius, time), lambda: self._free(radius, time))
+        if (radius, time) not in self.known_free:
+            self.known_free[radius, time] = self._free(radius, time)
+        return self.known_free[radius, time]
 
     def _free(self, radius: float, time: float | None) -> Area:
         mission, atlas = self.mission, self.atlas

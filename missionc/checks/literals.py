@@ -8,7 +8,6 @@ from dataclasses import field, replace
 from typing import TypeAlias
 
 from missionc.base.late_dataclass import dataclass
-from missionc.base.recent_cache import Recent
 from missionc.ir import Beacon, Compare, Coordinate, DistanceTo, Feature, Inside, Predicate, Region, Touches, Vector
 from missionc.world.area import Area
 from missionc.world.configuration_space import Atlas, covers, disjoint
@@ -87,28 +86,21 @@ def _all_beyond(rule: Rule, area: Area) -> bool:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Places:
-    """Where literals let the centre of an agent be, whose radius is between two bounds in metres.
-
-    ``lately`` are rules that were made of the same world before.
-    """
+    """Where literals let the centre of an agent be, whose radius is between two bounds in metres."""
 
     atlas: Atlas
     least: float
     most: float
-    lately: Recent[tuple[float, float, Literal], Rule]
     known: dict[Literal, Rule] = field(default_factory=dict)
 
     def rule(self, literal: Literal) -> Rule:
         if literal not in self.known:
             if len(self.known) < MOST_RULES:
-                rule = self.lately.of((self.least, self.most, literal), lambda: self._made(literal))
+                rule = Rule(literal, comparison(literal), self._within(literal), self._beyond(literal))
             else:
                 rule = Rule(literal, comparison(literal), UNBOUNDED, UNBOUNDED)
             self.known[literal] = rule
         return self.known[literal]
-
-    def _made(self, literal: Literal) -> Rule:
-        return Rule(literal, comparison(literal), self._within(literal), self._beyond(literal))
 
     def _within(self, literal: Literal) -> Bound:
         atlas = self.atlas

@@ -9,13 +9,13 @@ the bits of a number.
 from __future__ import annotations
 
 from collections.abc import Hashable, Mapping
-from dataclasses import dataclass, fields
+from dataclasses import field
 from typing import assert_never
 
+from missionc.base.late_dataclass import dataclass
 from missionc.checks.free_space import FreeSpace, Lies
 from missionc.checks.literals import MOST_RULES, Literal, comparison, nowhere
 from missionc.checks.route_conditions import ends_at_once, needed_here, needed_somewhere
-from missionc.checks.sure_facts import Sure, SureFacts
 from missionc.checks.value_ranges import of_comparison
 from missionc.ir import (
     Agent,
@@ -41,51 +41,49 @@ from missionc.language.walk_formulas import bits_of, formulas, meaning
 TRUE, FALSE = 1, -1
 """The numbers of what is simply true, and false."""
 
-ROOM = 2
-"""Times as many formulas as the mission has: beyond that those of earlier versions are forgotten."""
-
 MOST_MEMBERS = 64
 """Parts of a conjunction that are compared with one another."""
 
 
-@dataclass(slots=True, kw_only=True)
-class MustAnalysis(SureFacts):
-    """What is sure in one version of a mission."""
+@dataclass(frozen=True, slots=True)
+class Sure:
+    """The agents of whom a formula is surely true, and surely false; ``number`` says which formulas are the same."""
+
+    number: int
+    true: int
+    false: int
+
+    @property
+    def opposite(self) -> Sure:
+        return Sure(-self.number, self.false, self.true)
+
+
+@dataclass(slots=True, eq=False)
+class MustAnalysis:
+    """What is sure of the formulas of a mission; ``everyone`` is the bits of all agents."""
 
     ground: FreeSpace
+    everyone: int
+    kinds: tuple[tuple[Agent, int], ...]
+    """One agent of each kind (those alike in all but name), and the bits of all of that kind."""
+    sure: dict[Formula, Sure] = field(default_factory=dict)
+    numbers: dict[Hashable, int] = field(default_factory=dict)
+    members: dict[int, frozenset[int]] = field(default_factory=dict)
+    predicates: dict[Predicate, tuple[int, int]] = field(default_factory=dict)
 
 
 def must_analysis(ground: FreeSpace) -> MustAnalysis:
     """The must analysis of every formula in the mission's goals."""
-    before = ground.deduced.must
-    known = _nothing_yet(ground) if before is None else _as_before(ground, before)
-    _look_at_all(known)
-    if len(known.predicates) >= MOST_RULES and before is not None:
-        known = _nothing_yet(ground)  # which predicates there is room for depends on the order of this version alone
-        _look_at_all(known)
-    full = len(known.predicates) >= MOST_RULES or len(known.sure) > ROOM * len(formulas(ground.mission))
-    ground.deduced.must = None if full else known
-    return known
-
-
-def _as_before(ground: FreeSpace, facts: SureFacts) -> MustAnalysis:
-    return MustAnalysis(**{each.name: getattr(facts, each.name) for each in fields(SureFacts)}, ground=ground)
-
-
-def _look_at_all(known: MustAnalysis) -> None:
-    for formula in formulas(known.ground.mission):
-        if formula not in known.sure:
-            known.sure[formula] = _of_formula(known, formula)
-
-
-def _nothing_yet(ground: FreeSpace) -> MustAnalysis:
     agents = ground.mission.agents
     kinds: dict[Hashable, tuple[Agent, int]] = {}
     for agent in agents:
         key = (agent.radius, agent.dynamics, agent.altitude)
         first, bits = kinds.get(key, (agent, 0))
         kinds[key] = (first, bits | 1 << agent.index)
-    return MustAnalysis(everyone=(1 << len(agents)) - 1, kinds=tuple(kinds.values()), ground=ground)
+    known = MustAnalysis(ground, (1 << len(agents)) - 1, tuple(kinds.values()))
+    for formula in formulas(ground.mission):
+        known.sure[formula] = _of_formula(known, formula)
+    return known
 
 
 def _of_formula(known: MustAnalysis, formula: Formula) -> Sure:

@@ -36,7 +36,7 @@ from missionc.kernel.nodes import (
     Route,
     Until,
 )
-from missionc.language.walk_formulas import bits_of, meaning, once
+from missionc.language.walk_formulas import bits_of, meaning
 
 EVER = 1 << 40
 """A step later than any mission's last."""
@@ -125,26 +125,12 @@ class Visit:
 
 def necessary_conditions(mission: Mission, formula: Formula) -> NecessaryConditions:
     """The necessary facts of a requirement's formula, at step 0."""
-    return _known(mission, Instant(formula, True, THE_TEAM), mission.steps)
+    return _gather(mission, Visit(formula, True, THE_TEAM, AT_ONCE), mission.steps)
 
 
 def gather_instant(mission: Mission, instant: Instant) -> NecessaryConditions:
     """The necessary facts of a formula that holds at an unknown step, in steps from there."""
-    return _known(mission, instant, None)
-
-
-@once
-def _of_formula(formula: Formula) -> dict[tuple[bool, Those], tuple[object, NecessaryConditions]]:
-    """What has been gathered from a formula last, and what it rested on: its agents and the last step."""
-    return {}
-
-
-def _known(mission: Mission, instant: Instant, last: int | None) -> NecessaryConditions:
-    known, asked = _of_formula(instant.formula), (instant.positive, instant.who)
-    if asked not in known or known[asked][0] != (mission.agents, last):
-        visit = Visit(instant.formula, instant.positive, instant.who, AT_ONCE)
-        known[asked] = (mission.agents, last), _gather(mission, visit, last)
-    return known[asked][1]
+    return _gather(mission, Visit(instant.formula, instant.positive, instant.who, AT_ONCE), None)
 
 
 def _gather(mission: Mission, root: Visit, last: int | None) -> NecessaryConditions:

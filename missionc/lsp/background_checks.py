@@ -68,7 +68,6 @@ class Checks:
             return
         if self._is_newest(text):
             text.found = found
-            text.memory.meant = found.mission or text.memory.meant
             self._publish(text)
 
     def _check(self, text: OpenText) -> Checked:
@@ -77,7 +76,7 @@ class Checks:
                 raise SupersededError
 
         before("reading")
-        return check(text.source, limits=LIMITS, kept=text.memory.checked, before=before)
+        return check(text.source, limits=LIMITS, before=before)
 
     def _is_newest(self, text: OpenText) -> bool:
         return self._newest.get(text.uri) is text

@@ -12,7 +12,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from missionc.base.limits import Limits
-from missionc.base.source import Passage, Source
+from missionc.base.source import Source, Span
 from missionc.syntax import parse_table
 from missionc.syntax.machine import Machine
 from missionc.syntax.parse import feed
@@ -64,8 +64,8 @@ def spot(source: Source, offset: int, limits: Limits) -> Spot | None:
         return None
     word = _WORD.search(text, line, offset)
     start = word.start() if word else offset
-    begin = next(begin for begin, end in passages(text) if start < end or end == len(text))
-    tokens, _ = tokenise(Passage.of(source, begin, start), limits)
+    begin = next(each.start for each in passages(source) if start < each.end or each.end == len(text))
+    tokens, _ = tokenise(Span(source, begin, start), limits)
     return _after(tokens[:-1], start, not text[line:start].strip())
 
 

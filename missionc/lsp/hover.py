@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from lsprotocol import types
 
-from missionc.base.source import Passage, Span
+from missionc.base.source import Span
 from missionc.checks.check_horizons import steps_ahead
 from missionc.explain.explanation import explained
 from missionc.ir import Mission, Preference, Requirement
@@ -48,8 +48,8 @@ def _token(text: OpenText, offset: int) -> tuple[Token | None, Token | None]:
     """The word at a place, and the one before it."""
     if len(text.source.text) > LIMITS.file_bytes:
         return None, None
-    begin, end = next((begin, end) for begin, end in passages(text.source.text) if offset <= end)
-    tokens, _ = tokenise(Passage.of(text.source, begin, end), LIMITS)
+    passage = next(passage for passage in passages(text.source) if offset <= passage.end)
+    tokens, _ = tokenise(passage, LIMITS)
     for number, token in enumerate(tokens[:-1]):
         if token.span.start <= offset < token.span.end or (token.span.end == offset and token.text[-1].isalnum()):
             return (tokens[number - 1] if number else None), token

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
@@ -16,34 +16,22 @@ from missionc.ir import Mission
 from missionc.lsp.outline import Outline
 from missionc.lsp.positions import Places
 from missionc.pipeline.checked import Checked
-from missionc.pipeline.front_end import Kept
-from missionc.syntax import passages
 
 LIMITS = Limits()
 
 
-@dataclass(slots=True)
-class Memory:
-    """What one version of a text leaves to the next.
-
-    ``read`` is for the thread that answers, ``checked`` for the one that checks; ``meant`` is the last version
-    without errors of resolution, as meant.
-    """
-
-    read: passages.Kept = field(default_factory=passages.Kept)
-    checked: Kept = field(default_factory=Kept)
-    meant: Mission | None = None
-
-
 @dataclass(eq=False)
 class OpenText:
-    """One version of a text in the editor. ``found`` is what its check says, once it is done."""
+    """One version of a text in the editor.
+
+    ``found`` is what its check says, once it is done; ``before`` the mission as it was meant last, in versions before.
+    """
 
     uri: str
     version: int
     source: Source
     encoding: str
-    memory: Memory
+    before: Mission | None = None
     found: Checked | None = None
 
     @cached_property
@@ -52,12 +40,12 @@ class OpenText:
 
     @cached_property
     def outline(self) -> Outline:
-        return Outline.of(self.source, LIMITS, self.memory.read)
+        return Outline.of(self.source, LIMITS)
 
     @property
     def mission(self) -> Mission | None:
         """As meant: of this version where it is known, else of the last one that meant something."""
-        return self.found.mission if self.found and self.found.mission else self.memory.meant
+        return self.found.mission if self.found and self.found.mission else self.before
 
     def uri_of(self, source: Source) -> str:
         """The URI of this text, or of a file that it includes."""

@@ -12,14 +12,15 @@ from itertools import pairwise
 from pathlib import Path
 
 from missionc.base.limits import Limits
-from missionc.base.source import Passage, Source, Span
+from missionc.base.source import Source, Span
+from missionc.diagnostics.model import Diagnostic
 from missionc.resolve.names import STATE_WORDS, Kind, Named, kind_of
 from missionc.syntax import ast
 from missionc.syntax.parse import read
-from missionc.syntax.passages import Kept, passages
+from missionc.syntax.passages import passages
 from missionc.syntax.read_file import loader
 from missionc.syntax.references import references
-from missionc.syntax.tokens import LABEL, NAME, Token, tokenise
+from missionc.syntax.tokens import LABEL, MOST_FINDINGS, NAME, Token, tokenise
 
 KEYWORDS = {
     "param": Kind.PARAM,
@@ -61,9 +62,9 @@ class Outline:
     declared: dict[str, tuple[Name, Named | None]]
 
     @staticmethod
-    def of(source: Source, limits: Limits, kept: Kept) -> Outline:
-        declarations, findings = read(source, limits, loader(Path(source.name), source.name, limits), kept)
-        broken = tuple(_unread(source, limits, kept)) if len(source.text) <= limits.file_bytes else ()
+    def of(source: Source, limits: Limits) -> Outline:
+        declarations, findings = read(source, limits, loader(Path(source.name), source.name, limits))
+        broken = tuple(_unread(source, limits, findings)) if len(source.text) <= limits.file_bytes else ()
         declared: dict[str, tuple[Name, Named | None]] = {}
         for declaration in declarations:
             if isinstance(declaration, Named):
@@ -124,11 +125,13 @@ def _names(
             yield Name(token.text, token.span, kinds[token.text], declares=token.span.start in starts)
 
 
-def _unread(source: Source, limits: Limits, kept: Kept) -> Iterator[Token]:
-    """The words of the passages in which something is wrong."""
-    for begin, end in passages(source.text):
-        if source.text[begin:end] not in kept.declared:
-            tokens, _ = tokenise(Passage.of(source, begin, end), limits)
+def _unread(source: Source, limits: Limits, findings: list[Diagnostic]) -> Iterator[Token]:
+    """The words of the passages in which something is wrong, and of those after too many errors."""
+    wrong = [each.primary.span.start for each in findings if each.primary and each.primary.span.source is source]
+    left = max(wrong, default=0) if len(findings) >= MOST_FINDINGS else len(source.text)
+    for passage in passages(source):
+        if passage.end > left or any(passage.start <= place < passage.end for place in wrong):
+            tokens, _ = tokenise(passage, limits)
             yield from tokens[:-1]
 
 

@@ -11,7 +11,6 @@ from missionc.base.source import Source
 from missionc.lsp.open_text import LIMITS, OpenText
 from missionc.lsp.outline import Name, Outline
 from missionc.resolve.names import STATE_WORDS
-from missionc.syntax.passages import Kept
 from missionc.syntax.tokens import nameable, reserved
 
 REQUEST_FAILED = int(types.LSPErrorCodes.RequestFailed)
@@ -88,7 +87,7 @@ def _keeps_its_meaning(text: OpenText, name: Name, new: str, places: list[Name])
         parts += [text.source.text[end : place.span.start], new]
         end = place.span.end
     renamed = Source(text.source.name, "".join([*parts, text.source.text[end:]]))
-    after = Outline.of(renamed, LIMITS, Kept())
+    after = Outline.of(renamed, LIMITS)
     mine = [other for other in places if other.span.source is text.source]
     found = [other for other in after.names if other.text == new and other.label == name.label]
     there = [other for other in found if other.span.source is renamed]

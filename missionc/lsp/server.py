@@ -20,7 +20,7 @@ from missionc.lsp.formatting import formatting
 from missionc.lsp.goto import definition, highlights, references
 from missionc.lsp.hover import hover
 from missionc.lsp.inlay_hints import hints
-from missionc.lsp.open_text import Memory, OpenText, name_of
+from missionc.lsp.open_text import OpenText, name_of
 from missionc.lsp.publish_diagnostics import diagnostics
 from missionc.lsp.quick_fixes import fixes
 from missionc.lsp.rename import renamable, rename
@@ -42,8 +42,8 @@ class Server(LanguageServer):
         known = self.open.get(uri)
         written = self.workspace.get_text_document(uri).source
         encoding = types.PositionEncodingKind(self.workspace.position_encoding or "utf-16")
-        memory = known.memory if known else Memory()
-        self.open[uri] = OpenText(uri, version, Source(name_of(uri), written), encoding, memory)
+        before = known.mission if known else None
+        self.open[uri] = OpenText(uri, version, Source(name_of(uri), written), encoding, before)
         self.checks.ask(self.open[uri])
 
     async def settled(self, uri: str) -> OpenText | None:

@@ -28,9 +28,7 @@ from missionc.ir import PLAIN
 from missionc.lower.choose_backend import choose_backend
 from missionc.lower.expand import expand
 from missionc.pipeline.checked import Checked
-from missionc.resolve.incremental import Meanings
 from missionc.resolve.resolve_mission import resolve
-from missionc.syntax import passages
 from missionc.syntax.parse import parse
 from missionc.syntax.read_file import Loader, loader, read_source
 from missionc.syntax.tokens import MOST_FINDINGS
@@ -41,19 +39,6 @@ ANY_BACKEND = "any"
 
 def ignore(stage: str) -> None:
     """Nobody needs to know which stage runs."""
-
-
-@dataclass(slots=True)
-class Kept:
-    """What one check of a text leaves to the next, so that only what has changed since is looked at again.
-
-    Of one file and one set of limits. The results of earlier checks speak of the text as it is now, and where it is
-    being checked in another thread, of neither.
-    """
-
-    read: passages.Kept = field(default_factory=passages.Kept)
-    meant: Meanings = field(default_factory=Meanings)
-    ground: FreeSpace | None = None
 
 
 @dataclass(slots=True)
@@ -81,7 +66,6 @@ def check(
     limits: Limits | None = None,
     stretch: float = 1.0,
     vehicle: str = "",
-    kept: Kept | None = None,
     before: Callable[[str], None] = ignore,
     load: Loader | None = None,
 ) -> Checked:
@@ -94,7 +78,6 @@ def check(
         limits: of the sizes a mission may have.
         stretch: how many times as long as written the mission lasts, in whole steps; its windows stay as they are.
         vehicle: the name of the profile that flies teams which name none; empty for none.
-        kept: what is known of the same file from before it was changed; from then on, what is known of it now.
         before: called with the name of each stage before it runs; what it raises ends the check.
         load: finds what the mission includes; read from beside it if left out.
 
@@ -103,7 +86,7 @@ def check(
     """
     if vehicle and vehicle not in profiles():
         raise ValueError(f"there is no vehicle `{vehicle}`")
-    limits, kept = limits or Limits(), kept or Kept()
+    limits = limits or Limits()
     name = file.name if isinstance(file, Source) else str(file)
     source = file if isinstance(file, Source) else read_source(Path(file), name, limits)
     if isinstance(source, Diagnostic):
@@ -133,19 +116,18 @@ def check(
         )
 
     with watch.stage("parse"):
-        program, findings = parse(source, limits, load_and_keep, kept.read)
+        program, findings = parse(source, limits, load_and_keep)
     if program is None or has_errors(findings):
         return so_far(findings)
     with watch.stage("resolve"):
         flown = profiles()[vehicle] if vehicle else PLAIN
-        mission, more = resolve(program, dict(overrides or {}), limits, stretch, flown, kept.meant)
+        mission, more = resolve(program, dict(overrides or {}), limits, stretch, flown)
     findings = [*findings, *more]
     if mission is None or has_errors(findings):
         return replace(so_far(findings), program=program)
     choice = None
     with watch.stage("check"):
-        ground = None if mission.world.flat else FreeSpace.of(mission, kept.ground)
-        kept.ground = ground
+        ground = None if mission.world.flat else FreeSpace.of(mission)
         findings += [*check_horizons(mission), *check_world(mission, ground), *check_requirements(mission, ground)]
         if backend != ANY_BACKEND:
             choice, more = choose_backend(mission, None if backend == "auto" else backend)

@@ -20,11 +20,9 @@ from missionc.base.source import Span
 from missionc.diagnostics.code import Code
 from missionc.diagnostics.model import Diagnostic, Fix, Label
 from missionc.resolve.amounts import Amount
-from missionc.resolve.incremental import Meanings, T, Written
 from missionc.resolve.names import Declared, Kind, Names, Unresolved
 from missionc.resolve.typed import Typed
 from missionc.syntax import ast
-from missionc.syntax.references import Mentions, mentions
 
 D = TypeVar("D")
 
@@ -61,10 +59,6 @@ class Context:
     everyone: tuple[int, ...] = ()
     vehicle: ir.Vehicle = ir.PLAIN
     """The vehicle of teams that name none."""
-    before: Meanings = field(default_factory=Meanings)
-    """The meanings of the version of the text before."""
-    meant: Meanings = field(default_factory=Meanings)
-    """The meanings of this version, for the next."""
     members: int = 0
     edges: int = 0
 
@@ -86,18 +80,6 @@ class Context:
     def find(self, name: ast.Name, *kinds: Kind, needed: str = "") -> Declared | Unresolved:
         """The declaration of a name of one of these kinds, or UNRESOLVED once it is reported."""
         return self.names.find(name, kinds, needed or kinds[0].value, self.findings)
-
-    def same(self, new: T) -> T:
-        """The thing as it was in the version before, where it is the same; else the new one."""
-        thing = self.meant.things[type(new), new.name] = self.before.thing(new)
-        return thing
-
-    def mentions(self, written: object) -> Mentions:
-        """What a declaration, or a part of one, says by name."""
-        key = Written(written)
-        known = self.before.mentions.get(key) or self.meant.mentions.get(key) or mentions(written)
-        self.meant.mentions[key] = known
-        return known
 
     def declared(self, kind: type[D]) -> list[D]:
         """The declarations of this kind, in order; of two with one name, the first."""

@@ -11,11 +11,12 @@ from missionc.diagnostics import code
 from missionc.diagnostics.model import Label
 from missionc.resolve.context import Context
 from missionc.resolve.topological_order import in_order
+from missionc.syntax.references import mentions
 
 
 def ordered(context: Context, bodies: Mapping[str, object]) -> list[str]:
     """The names, each after those its body refers to; the ones on a cycle are reported and left out."""
-    rests_on = {name: context.mentions(body).names for name, body in bodies.items()}
+    rests_on = {name: mentions(body).names for name, body in bodies.items()}
     order, cycles = in_order(rests_on)
     for cycle in cycles:
         _defined_by_itself(context, cycle)

@@ -120,9 +120,9 @@ def _team(context: Context, team: ast.Team, size: float) -> None:
             vehicle=vehicle,
             yaw=yaw,
         )
-        context.agents.append(context.same(agent))
+        context.agents.append(agent)
     members = tuple(range(first, len(context.agents)))
-    context.sets[name] = context.same(ir.AgentSet(name, members, team.name.span))
+    context.sets[name] = ir.AgentSet(name, members, team.name.span)
 
 
 def _settings(context: Context) -> tuple[str, ...]:
@@ -206,7 +206,7 @@ def resolve_groups(context: Context) -> None:
             if not _room(context, len(agents), member.span):
                 break
             named.update(dict.fromkeys(agents))
-        context.sets[name] = context.same(ir.AgentSet(name, tuple(named), group.name.span))
+        context.sets[name] = ir.AgentSet(name, tuple(named), group.name.span)
 
 
 def resolve_set(context: Context, reference: ast.Name | ast.Member) -> ir.AgentSet:

@@ -6,7 +6,6 @@ says MC005 MC101 MC104 MC201 MC203 MC204 MC207 MC208 MC209 MC210
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import replace
 from typing import assert_never
 
@@ -22,7 +21,6 @@ from missionc.resolve.check_types import check, check_definition
 from missionc.resolve.context import Context
 from missionc.resolve.definitions import ordered
 from missionc.resolve.formula_findings import no_such_call, not_a_formula, not_on_the_graph
-from missionc.resolve.incremental import Body, Written
 from missionc.resolve.names import AGENTS, STATE_WORDS, UNRESOLVED, Kind, Unresolved
 from missionc.resolve.resolve_agents import resolve_set
 from missionc.resolve.resolve_comparisons import one_agent, resolve_comparison
@@ -48,65 +46,14 @@ def resolve_lets(context: Context) -> None:
     """Every named formula, the ones that others are made of first."""
     lets = {let.name.text: let for let in context.declared(ast.Let)}
     for name in ordered(context, {name: let.body for name, let in lets.items()}):
-        context.lets[name] = _unless_known(context, lets[name].body, _definition)
+        context.lets[name] = check_definition(context, resolve_formula(context, lets[name].body))
 
 
 def resolve_goal(context: Context, formula: ast.Formula) -> ir.Formula:
     """The formula of a requirement or preference, which is about the team."""
-    return _unless_known(context, formula, _goal).formula
-
-
-def _definition(context: Context, body: ast.Formula) -> Typed:
-    return check_definition(context, resolve_formula(context, body))
-
-
-def _goal(context: Context, body: ast.Formula) -> Typed:
-    resolved = resolve_formula(context, body)
+    resolved = resolve_formula(context, formula)
     check(context, resolved, About.TEAM, "require")
-    return resolved
-
-
-def _unless_known(context: Context, body: ast.Formula, make: Callable[[Context, ast.Formula], Typed]) -> Typed:
-    """What was made of it in the version before, where there was nothing to say of it and it rests on the same."""
-    known, names = context.before.bodies.get(Written(body)), context.mentions(body).names
-    rests_on = (*_rests_on(context), *(_stands_for(context, name) for name in names))
-    if known is None or known.rests_on != rests_on or context.members + known.members > context.limits.formula_nodes:
-        findings, members = len(context.findings), context.members
-        meant = make(context, body)
-        if len(context.findings) > findings or context.members > context.limits.formula_nodes:
-            return meant  # something was said of it, or has been said once for all that come after
-        known = Body(rests_on, meant, context.members - members)
-    else:
-        context.members += known.members
-    context.meant.bodies[Written(body)] = known
-    return known.meant
-
-
-def _rests_on(context: Context) -> tuple[object, ...]:
-    """All that formulas are resolved by, beside what their names stand for; a route may leave its graph out."""
-    return context.step, context.steps, context.dimension, context.limits, *context.graphs.values()
-
-
-def _stands_for(context: Context, name: str) -> tuple[Kind, object] | None:
-    """What a name in a formula means, found under its kind alone; of a team also how large it says that it is."""
-    declared = context.names.declared.get(name)
-    if declared is None:
-        return None
-    match declared.kind:
-        case Kind.PARAM:
-            return declared.kind, context.params.get(name)
-        case Kind.REGION:
-            return declared.kind, context.regions.get(name)
-        case Kind.BEACON:
-            return declared.kind, context.beacons.get(name)
-        case Kind.TEAM | Kind.AGENT | Kind.GROUP:
-            return declared.kind, (context.sets.get(name), context.sizes.get(name))
-        case Kind.FORMATION:
-            return declared.kind, context.formations.get(name)
-        case Kind.LET:
-            return declared.kind, context.lets.get(name)
-        case Kind.GRAPH | Kind.OBSTACLE:  # all graphs are regarded; of an obstacle nothing can be asked
-            return declared.kind, None
+    return resolved.formula
 
 
 def resolve_formula(context: Context, formula: ast.Formula) -> Typed:

@@ -25,7 +25,6 @@ from missionc.diagnostics.model import Diagnostic, has_errors
 from missionc.diagnostics.text_order import in_text_order
 from missionc.resolve.context import Context
 from missionc.resolve.delete_declaration import deleted
-from missionc.resolve.incremental import Meanings
 from missionc.resolve.names import collect
 from missionc.resolve.resolve_agents import resolve_groups, resolve_teams
 from missionc.resolve.resolve_formations import resolve_formation
@@ -48,20 +47,15 @@ def resolve(
     limits: Limits,
     stretch: float = 1.0,
     vehicle: ir.Vehicle = ir.PLAIN,
-    meant: Meanings | None = None,
 ) -> tuple[ir.Mission | None, list[Diagnostic]]:
     """The mission as meant, and all that there is to say about it.
 
     Args:
         stretch: it lasts so many times as long as written.
         vehicle: what flies its teams that name none.
-        meant: what the same text meant before it was changed; from then on, what it means now.
     """
     findings: list[Diagnostic] = []
-    meant = meant or Meanings()
-    context = Context(
-        collect(program, findings), limits, findings, vehicle=vehicle, before=meant.forgotten(), meant=meant
-    )
+    context = Context(collect(program, findings), limits, findings, vehicle=vehicle)
     resolve_parameters(context, overrides)
     name = _only(context, program, ast.MissionName, "the mission's name", "start with `mission NAME`")
     time = _only(context, program, ast.Time, "the time", "add `time step 1 s, horizon 20 s`")
@@ -118,15 +112,15 @@ def _resolve_things(context: Context, program: ast.Program) -> None:
     resolve_regions(context)
     for beacon in context.declared(ast.Beacon):
         place = resolve_point(context, beacon.position)
-        context.beacons[beacon.name.text] = context.same(ir.Beacon(beacon.name.text, place, beacon.name.span))
+        context.beacons[beacon.name.text] = ir.Beacon(beacon.name.text, place, beacon.name.span)
     if not any(isinstance(item, ast.Team) for item in program.declarations):
         missing(context, "a team or an agent", _start(program), "add `team drone[5] { … }` or `agent scout { … }`")
     resolve_teams(context)
     resolve_groups(context)
     for graph in context.declared(ast.Graph):
-        context.graphs[graph.name.text] = context.same(resolve_graph(context, graph))
+        context.graphs[graph.name.text] = resolve_graph(context, graph)
     for formation in context.declared(ast.Formation):
-        context.formations[formation.name.text] = context.same(resolve_formation(context, formation))
+        context.formations[formation.name.text] = resolve_formation(context, formation)
 
 
 Item = TypeVar("Item", ast.MissionName, ast.Time, ast.World, ast.Separation, ast.Clearance, ast.Minimize, ast.Solve)

@@ -48,10 +48,10 @@ def resolve_regions(context: Context) -> None:
         shape = shapes.get(name, NOWHERE)
         match item:
             case ast.Region():
-                context.regions[name] = context.same(ir.Region(name, shape, item.name.span))
+                context.regions[name] = ir.Region(name, shape, item.name.span)
             case ast.Obstacle():
                 motion = resolve_motion(context, item.motion)
-                context.obstacles[name] = context.same(ir.Obstacle(name, shape, motion, item.name.span))
+                context.obstacles[name] = ir.Obstacle(name, shape, motion, item.name.span)
 
 
 def resolve_shape(context: Context, shape: ast.Shape, made: dict[str, ir.Shape]) -> ir.Shape:

@@ -16,6 +16,7 @@ from missionc.resolve.context import Context
 from missionc.resolve.delete_declaration import deleted
 from missionc.resolve.names import Kind, Named
 from missionc.syntax import ast
+from missionc.syntax.references import mentions
 
 ACT_BY_BEING_THERE = (Kind.TEAM, Kind.AGENT, Kind.OBSTACLE)
 
@@ -26,7 +27,7 @@ def unused(context: Context, program: ast.Program) -> list[Diagnostic]:
     used = set(names.suggested)
     kinds_used: set[Kind] = set()
     for declaration in program.declarations:
-        mentioned = context.mentions(declaration)
+        mentioned = mentions(declaration)
         used.update(mentioned.names)
         kinds_used.update([Kind.BEACON] * mentioned.every_beacon + [Kind.GRAPH] * mentioned.only_graph)
     times = Counter(each.name.text for each in program.declarations if isinstance(each, Named))

@@ -17,7 +17,7 @@ from itertools import groupby
 
 from missionc.base.late_dataclass import dataclass
 from missionc.base.limits import Limits
-from missionc.base.source import Source
+from missionc.base.source import Source, Span
 from missionc.syntax import ast
 from missionc.syntax.parse_table import END
 from missionc.syntax.tokens import LABEL, NAME, NUMBER, UNIT, Token, tokenise
@@ -72,7 +72,7 @@ def format_mission(source: Source, program: ast.Program, limits: Limits) -> str:
         source: read without a finding.
         program: what it says.
     """
-    tokens, _ = tokenise(source, limits)
+    tokens, _ = tokenise(Span(source, 0, len(source.text)), limits)
     lines = _lines(source.text, tokens, _items(program))
     for _, run in groupby(lines, key=_Tables()):
         _align(list(run))

@@ -5,8 +5,7 @@
     says MC001, MC003 to MC008, MC011 to MC013, MC202, and what ``load`` says
 
 Declarations are read one by one: after an error in one, reading goes on at the
-next, so that all the errors of a file are found in one run. Passages of the text
-that were read before, and are ``kept``, are not read again.
+next, so that all the errors of a file are found in one run.
 """
 
 from __future__ import annotations
@@ -17,7 +16,7 @@ from typing import TypeAlias, cast
 
 from missionc.base.late_dataclass import dataclass
 from missionc.base.limits import DEEPEST, Limits
-from missionc.base.source import Passage, Source, Span
+from missionc.base.source import Source, Span
 from missionc.diagnostics.code import (
     DECLARED_AGAIN,
     EMPTY,
@@ -33,7 +32,7 @@ from missionc.syntax.build_formula import MisreadError
 from missionc.syntax.hints import explain
 from missionc.syntax.machine import Machine, TooDeepError
 from missionc.syntax.parse_table import END
-from missionc.syntax.passages import Kept, passages
+from missionc.syntax.passages import passages
 from missionc.syntax.stopping_place import Place
 from missionc.syntax.tokens import LABEL, MOST_FINDINGS, NAME, Token, tokenise
 
@@ -44,11 +43,9 @@ Load: TypeAlias = Callable[[str, Span], Source | Diagnostic]
 Outcome: TypeAlias = ast.Declaration | Diagnostic
 
 
-def parse(
-    source: Source, limits: Limits, load: Load, kept: Kept | None = None
-) -> tuple[ast.Program | None, list[Diagnostic]]:
+def parse(source: Source, limits: Limits, load: Load) -> tuple[ast.Program | None, list[Diagnostic]]:
     """The program a text says, or all that is wrong with it, in file order."""
-    declarations, findings = read(source, limits, load, kept or Kept())
+    declarations, findings = read(source, limits, load)
     if not declarations and not findings:
         findings = [_empty(source)]
     if findings:
@@ -56,21 +53,20 @@ def parse(
     return ast.Program(tuple(declarations), Span(source, 0, len(source.text))), []
 
 
-def read(source: Source, limits: Limits, load: Load, kept: Kept) -> tuple[list[ast.Declaration], list[Diagnostic]]:
+def read(source: Source, limits: Limits, load: Load) -> tuple[list[ast.Declaration], list[Diagnostic]]:
     """The declarations that can be read, those of included files at their place; and all that is wrong."""
-    return _Reader(limits, load, {source.name: Span(source, 0, 0)}, kept).read(source, ())
+    return _Reader(limits, load, {source.name: Span(source, 0, 0)}).read(source, ())
 
 
-def read_passage(passage: Passage, limits: Limits) -> tuple[list[Outcome], list[Diagnostic]]:
+def read_passage(passage: Span, limits: Limits) -> tuple[list[Outcome], list[Diagnostic]]:
     """The declarations of a passage, or what is wrong with each; and what is wrong with single words."""
-    begin, end = passage.begin, passage.begin + passage.size
     tokens, odd = tokenise(passage, limits)
-    outcomes = _read_declarations(tokens, 0, end, limits)
+    outcomes = _read_declarations(tokens, 0, passage.end, limits)
     if any(isinstance(outcome, Diagnostic) for outcome in outcomes):
         # What is said of an error speaks of the words around the passage as well.
         tokens, _ = tokenise(_with_neighbours(passage), limits)
-        first = next(at for at, token in enumerate(tokens) if token.span.start >= begin)
-        outcomes = _read_declarations(tokens, first, end, limits)
+        first = next(at for at, token in enumerate(tokens) if token.span.start >= passage.start)
+        outcomes = _read_declarations(tokens, first, passage.end, limits)
     return outcomes, odd
 
 
@@ -78,14 +74,12 @@ def read_passage(passage: Passage, limits: Limits) -> tuple[list[Outcome], list[
 class _Reader:
     """Reads a file and those it includes.
 
-    ``read_already`` is where each file was first included; ``sizes`` are theirs, in bytes;
-    ``kept`` is of the file that includes the others.
+    ``read_already`` is where each file was first included; ``sizes`` are theirs, in bytes.
     """
 
     limits: Limits
     load: Load
     read_already: dict[str, Span]
-    kept: Kept
     sizes: list[int] = field(default_factory=list)
 
     def read(self, source: Source, chain: tuple[Span, ...]) -> tuple[list[ast.Declaration], list[Diagnostic]]:
@@ -93,26 +87,15 @@ class _Reader:
         self.sizes.append(len(source.text.encode("utf-8", "replace")))
         if sum(self.sizes) > self.limits.file_bytes:
             return [], [_too_large(source, self.sizes, chain, self.limits)]
-        kept = Kept() if chain else self.kept
-        before = kept.forgotten()
         declarations: list[ast.Declaration] = []
         findings: list[Diagnostic] = []
-        for begin, end in passages(source.text):
-            again = before.found(source, begin, end)
-            if again is not None:
-                kept.keep(*again)
-                declarations += again[1]
-                continue
-            passage = Passage.of(source, begin, end)
+        for passage in passages(source):
             outcomes, odd = read_passage(passage, self.limits)
             said, wrong = self._followed(outcomes, odd, source, chain)
             declarations += said
             findings += wrong
-            if not wrong and not any(isinstance(outcome, ast.Include) for outcome in outcomes):
-                kept.keep(passage, tuple(said))
             if len(findings) >= MOST_FINDINGS:
                 break
-        before.lost()
         return declarations, findings
 
     def _followed(
@@ -153,12 +136,11 @@ class _Reader:
                 return self.read(loaded, chain)
 
 
-def _with_neighbours(passage: Passage) -> Passage:
+def _with_neighbours(passage: Span) -> Span:
     """From the beginning of the passage before one to the end of the passage after it."""
-    cuts = list(passages(passage.source.text))
-    here = next(at for at, (first, _) in enumerate(cuts) if first == passage.begin)
-    begin, end = cuts[max(here - 1, 0)][0], cuts[min(here + 1, len(cuts) - 1)][1]
-    return Passage.of(passage.source, begin, end)
+    cuts = list(passages(passage.source))
+    here = cuts.index(passage)
+    return cuts[max(here - 1, 0)].to(cuts[min(here + 1, len(cuts) - 1)])
 
 
 def _read_declarations(tokens: Sequence[Token], here: int, end: int, limits: Limits) -> list[Outcome]:

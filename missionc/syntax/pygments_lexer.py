@@ -14,7 +14,7 @@ from pygments.lexer import Lexer
 from pygments.token import Comment, Error, Keyword, Name, Number, Operator, Punctuation, String, Whitespace
 
 from missionc.base.limits import Limits
-from missionc.base.source import Source
+from missionc.base.source import Source, Span
 from missionc.syntax.tokens import LABEL, NAME, NUMBER, SPELLINGS, STATES, STRAY, TEXT, UNIT, Token, tokenise
 
 if TYPE_CHECKING:
@@ -58,7 +58,7 @@ class MissionLexer(Lexer):
 
     def get_tokens_unprocessed(self, text: str) -> Iterator[tuple[int, TokenType, str]]:
         """Every character of a text once, in order, each stretch with its colour."""
-        tokens, _ = tokenise(Source("", text), Limits())
+        tokens, _ = tokenise(Span(Source("", text), 0, len(text)), Limits())
         at, before = 0, None
         for token in tokens:
             yield from _between(text, at, token.span.start)

@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 from missionc.base.late_dataclass import dataclass
 from missionc.base.limits import Limits
-from missionc.base.source import Passage, Source, Span
+from missionc.base.source import Source, Span
 from missionc.base.units import UNITS
 from missionc.diagnostics.code import NAME_NOT_ALLOWED, NUMBER_OUT_OF_RANGE, UNKNOWN_UNIT
 from missionc.diagnostics.model import Diagnostic, Fix, Label
@@ -186,12 +186,12 @@ _NAME_FORM = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 _BEFORE_COLON = re.compile(r"\s*:")
 
 
-def tokenise(whole: Source | Passage, limits: Limits) -> tuple[list[Token], list[Diagnostic]]:
-    """The tokens of a text, or of whole lines of one, END last, and what is wrong with single ones of them."""
-    text, begin = whole.source.text, whole.begin
-    last = begin + whole.size
+def tokenise(lines: Span, limits: Limits) -> tuple[list[Token], list[Diagnostic]]:
+    """The tokens of whole lines of a text, END last, and what is wrong with single ones of them."""
+    source, begin, last = lines.source, lines.start, lines.end
+    text = source.text
     tokens: list[Token] = []
-    findings = _unseen(whole.source, begin, last)
+    findings = _unseen(source, begin, last)
     position = begin
     while (match := _TOKEN.match(text, position, last)) and (group := match.lastgroup) != "end":
         assert group is not None
@@ -213,12 +213,12 @@ def tokenise(whole: Source | Passage, limits: Limits) -> tuple[list[Token], list
         if kind in (NAME, written) and written in SPELLINGS:
             word = SPELLINGS[written].text
             kind = SPELLINGS[written].token or word
-        token = Token(kind, written, Span(whole, start - begin, end - begin), word, starts_line)
+        token = Token(kind, written, Span(source, start, end), word, starts_line)
         tokens.append(token)
         if kind in _CHECKS and len(findings) < MOST_FINDINGS:
             findings += _CHECKS[kind](token, limits)
         position = end
-    tokens.append(Token(END, "", Span(whole, whole.size, whole.size), starts_line=True))
+    tokens.append(Token(END, "", Span(source, last, last), starts_line=True))
     return tokens, findings
 
 

@@ -11,12 +11,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import field
 from functools import cache
 from typing import TYPE_CHECKING
 
 from missionc.base.late_dataclass import dataclass
-from missionc.base.recent_cache import Recent
 from missionc.ir import Ball, Box, Shape, Vector, World
 from missionc.world.area import (
     MANY,
@@ -50,7 +48,6 @@ class Atlas:
     world: World
     heights: Heights
     layers: Callable[[], Layers]
-    known: Recent[tuple[Shape, bool], Area] = field(default_factory=Recent)
 
     @staticmethod
     def of(world: World, shapes: Iterable[Shape]) -> Atlas:
@@ -63,18 +60,13 @@ class Atlas:
 
         return Atlas(world, heights, cache(layers))
 
-    def alike(self, other: Atlas) -> bool:
-        """Whether the other has the same layers of the same world."""
-        corners = (self.world.low, self.world.high) == (other.world.low, other.world.high)
-        return corners and self.heights == other.heights
-
     def outer(self, shape: Shape) -> Area:
         """At least the points of the shape."""
-        return self.known.of((shape, True), lambda: self._of(shape, outer=True))
+        return self._of(shape, outer=True)
 
     def inner(self, shape: Shape) -> Area:
         """At most the points of the shape."""
-        return self.known.of((shape, False), lambda: self._of(shape, outer=False))
+        return self._of(shape, outer=False)
 
     def whole(self) -> Area:
         """The world."""

@@ -10,7 +10,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import field
-from functools import lru_cache
 from typing import TypeAlias, assert_never
 
 import numpy as np
@@ -18,7 +17,6 @@ import shapely
 from numpy.typing import NDArray
 
 from missionc.base.late_dataclass import dataclass
-from missionc.base.recent_cache import Recent
 from missionc.base.trace import Array
 from missionc.ir import Ball, Box, Difference, Disc, Intersection, Polygon, Prism, Shape, Union, Vector, World
 from missionc.world.height_layers import QUARTER, WIDEN, Heights, cross_section, meets
@@ -38,7 +36,7 @@ class Layers:
 
     world: World
     heights: Array
-    known: Recent[tuple[Shape, bool], Geometry] = field(default_factory=Recent)
+    known: dict[tuple[Shape, bool], Geometry] = field(default_factory=dict)
 
     @staticmethod
     def of_world(world: World, heights: Heights) -> Layers:
@@ -158,7 +156,9 @@ class Layers:
         return (self.world.low[2], self.world.high[2]) if self.world.dimension == 3 else (-math.inf, math.inf)
 
     def of(self, shape: Shape, *, outer: bool) -> Geometry:
-        return self.known.of((shape, outer), lambda: self._made(shape, outer=outer))
+        if (shape, outer) not in self.known:
+            self.known[shape, outer] = self._made(shape, outer=outer)
+        return self.known[shape, outer]
 
     def _made(self, shape: Shape, *, outer: bool) -> Geometry:
         everywhere = Prism(-math.inf, math.inf)
@@ -199,9 +199,7 @@ def _disc(centre: Vector, radius: float, *, outer: bool) -> shapely.Geometry:
     return _buffered(shapely.Point(centre[0], centre[1]), radius * (WIDEN if outer else 1.0))
 
 
-@lru_cache(maxsize=8192)
 def _buffered(geometry: shapely.Geometry, distance: float) -> shapely.Geometry:
-    """Kept from one mission to the next: an editor checks the same shapes at every key."""
     return shapely.buffer(geometry, distance, quad_segs=QUARTER)
 
 

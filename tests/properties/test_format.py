@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from missionc.base.limits import Limits
-from missionc.base.source import Source
+from missionc.base.source import Source, Span
 from missionc.syntax.format import format_mission
 from missionc.syntax.parse import parse
 from missionc.syntax.show_tree import show
@@ -37,7 +37,7 @@ def tree(text: str) -> str:
 
 
 def words(text: str) -> list[str]:
-    return [token.text for token in tokenise(Source("a.mission", text), Limits())[0]]
+    return [token.text for token in tokenise(Span(Source("a.mission", text), 0, len(text)), Limits())[0]]
 
 
 def comments(text: str) -> list[str]:
@@ -54,7 +54,7 @@ def same(text: str) -> None:
 
 def shaken(text: str, chance: random.Random) -> str:
     """Other white space, other line ends, and comments, wherever they may stand."""
-    tokens, _ = tokenise(Source("a.mission", text), Limits())
+    tokens, _ = tokenise(Span(Source("a.mission", text), 0, len(text)), Limits())
     parts: list[str] = []
     end = 0
     for token in tokens:

@@ -21,7 +21,7 @@ from missionc.lsp.formatting import formatting
 from missionc.lsp.goto import definition, highlights, references
 from missionc.lsp.hover import hover
 from missionc.lsp.inlay_hints import hints
-from missionc.lsp.open_text import Memory, OpenText
+from missionc.lsp.open_text import OpenText
 from missionc.lsp.publish_diagnostics import diagnostics
 from missionc.lsp.quick_fixes import fixes
 from missionc.lsp.rename import RefusedError, renamable, rename
@@ -62,13 +62,14 @@ def test_no_edit_and_no_request_at_any_place_goes_unanswered() -> None:
     converter = converters.get_converter()
     chance = random.Random(int(os.environ.get("MISSIONC_SEED", "0")))
     answered = dict.fromkeys(range(len(REQUESTS)), 0)
-    text, memory = "", Memory()
+    text, before = "", None
     for number in range(int(os.environ.get("MISSIONC_FUZZ", USUAL))):
         if number % RESTART == 0:
-            text, memory = chance.choice(MISSIONS), Memory()
+            text, before = chance.choice(MISSIONS), None
         text = typed(text, chance)
         try:
-            here = opened(text, chance.choice(ENCODINGS), memory, checked=chance.random() < 0.5)
+            here = opened(text, chance.choice(ENCODINGS), before, checked=chance.random() < 0.5)
+            before = here.mission
             if here.found is not None:
                 converter.unstructure(diagnostics(here, here.found.findings))
             for which in (chance.randrange(len(REQUESTS)), chance.randrange(len(REQUESTS))):

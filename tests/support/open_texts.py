@@ -5,7 +5,8 @@ from __future__ import annotations
 from lsprotocol import types
 
 from missionc.base.source import Source
-from missionc.lsp.open_text import Memory, OpenText
+from missionc.ir import Mission
+from missionc.lsp.open_text import OpenText
 from missionc.pipeline.front_end import check
 
 NAME = "/somewhere/typed.mission"
@@ -15,16 +16,15 @@ URI = f"file://{NAME}"
 def opened(
     text: str,
     encoding: str = types.PositionEncodingKind.Utf16,
-    memory: Memory | None = None,
+    before: Mission | None = None,
     checked: bool = True,
     name: str = NAME,
     version: int = 1,
 ) -> OpenText:
     """A text as the server holds it, once it is checked."""
-    found = OpenText(f"file://{name}", version, Source(name, text), encoding, memory or Memory())
+    found = OpenText(f"file://{name}", version, Source(name, text), encoding, before)
     if checked:
-        found.found = check(found.source, kept=found.memory.checked)
-        found.memory.meant = found.found.mission or found.memory.meant
+        found.found = check(found.source)
     return found
 
 

@@ -22,7 +22,6 @@ from missionc.lsp.background_checks import Checks
 from missionc.lsp.completion import completion
 from missionc.lsp.formatting import formatting
 from missionc.lsp.hover import hover
-from missionc.lsp.open_text import Memory
 from missionc.lsp.positions import Places
 from missionc.lsp.publish_diagnostics import diagnostics
 from missionc.lsp.rename import RefusedError, renamable, rename
@@ -133,9 +132,8 @@ def test_the_older_of_two_versions_is_never_published() -> None:
     async def run() -> list[int]:
         published: list[int] = []
         checks = Checks(lambda checked: published.append(checked.version))
-        memory = Memory()
         for version in range(5):
-            checks.ask(opened(text(HOME), memory=memory, checked=False, version=version))
+            checks.ask(opened(text(HOME), checked=False, version=version))
         while not published:
             await asyncio.sleep(0.01)
         await asyncio.sleep(0.2)
@@ -189,11 +187,9 @@ def test_every_keyword_that_a_reader_might_not_know_says_something() -> None:
 
 
 def test_the_last_sentence_that_was_understood_is_kept_while_another_line_is_broken() -> None:
-    memory = Memory()
-    opened(text(HOME), memory=memory)
     broken = text(HOME, "require other: every dron")
     place = broken.index("home") + 1
-    here = opened(broken, memory=memory)
+    here = opened(broken, before=opened(text(HOME)).mission)
     found = hover(here, here.places.position(place))
     assert found is not None
     assert isinstance(found.contents, types.MarkupContent)

@@ -9,7 +9,7 @@ from lsprotocol import types
 
 from missionc.lsp.background_checks import Checks
 from missionc.lsp.goto import highlights, references
-from missionc.lsp.open_text import Memory, OpenText
+from missionc.lsp.open_text import OpenText
 from missionc.lsp.rename import rename
 from tests.support.open_texts import opened
 from tests.support.small_missions import SMALL
@@ -32,10 +32,7 @@ def test_who_waits_gets_the_version_that_came_while_it_waited() -> None:
     async def waited() -> tuple[OpenText, OpenText, list[int]]:
         published: list[int] = []
         checks = Checks(lambda text: published.append(text.version))
-        memory = Memory()
-        first, second = (
-            opened(SMALL + "#\n" * number, memory=memory, checked=False, version=number) for number in (1, 2)
-        )
+        first, second = (opened(SMALL + "#\n" * number, checked=False, version=number) for number in (1, 2))
         checks.ask(first)
         waiting = asyncio.create_task(checks.settled(first.uri))
         await asyncio.sleep(0)
