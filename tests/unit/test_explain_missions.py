@@ -238,9 +238,9 @@ def test_a_plan_that_fails_verification_is_no_relaxation(monkeypatch: pytest.Mon
 
 def test_there_is_no_more_work_than_there_is_time() -> None:
     backend = Picky("steps", 10_000)
-    begin = time.monotonic()
+    begin = time.process_time()
     found = explained(SMALL, backend, limit=1e-6)
-    assert time.monotonic() - begin < 5.0
+    assert time.process_time() - begin < 5.0
     assert backend.asked == []
     assert (found.blame, found.trials, found.relaxations, found.near_miss) == (Blame.UNKNOWN, (), (), None)
     assert found.cut_short
