@@ -1,27 +1,53 @@
-"""The look-ahead and the relevance of kernel formulas: the steps each needs, the agents and steps it matters at."""
+"""The analysis of kernel formulas: look-ahead, relevance, the agents each is about, and its conjuncts."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from functools import reduce
+from typing import NamedTuple
 
 import numpy as np
 
 from missionc.base.trace import Flags
-from missionc.kernel.nodes import Node
-from missionc.kernel.walk import Ask, asks, postorder
+from missionc.ir import Graph, Predicate
+from missionc.kernel.nodes import (
+    All,
+    Always,
+    At,
+    Atom,
+    EveryNeighbour,
+    EveryReach,
+    Is,
+    LinkNode,
+    NeighbourNode,
+    Node,
+    Not,
+    PathLength,
+    ReachNode,
+    RouteNode,
+)
+from missionc.kernel.walk import Ask, asks, children, postorder
 
 
-def steps_ahead(roots: Iterable[Node]) -> dict[Node, int]:
-    """The look-ahead of every node, where the mission lasts long enough; a window to the end counts to where it begins.
+def steps_ahead(
+    roots: Iterable[Node], to_end: int = 0, of_predicate: Callable[[Predicate], int] = lambda _: 0
+) -> dict[Node, int]:
+    """The look-ahead of every node, where the mission lasts long enough.
+
+    Args:
+        to_end: what a window to the end counts beyond where it begins.
+        of_predicate: by how many steps a predicate itself looks ahead.
 
     Source:
         [strel] Definition 5.
     """
     known: dict[Node, int] = {}
     for node in postorder(roots):
-        known[node] = max(
-            (ask.low if ask.high is None else ask.high + known[ask.node] for ask in asks(node)), default=0
-        )
+        if isinstance(node, Atom):
+            known[node] = of_predicate(node.predicate)
+        else:
+            looks = (ask.low + to_end if ask.high is None else ask.high + known[ask.node] for ask in asks(node))
+            known[node] = max(looks, default=0)
     return known
 
 
@@ -34,6 +60,122 @@ def agents_asked(root: Node) -> dict[Node, set[int]]:
         for ask in asks(node):
             asked[ask.node].update(ask.agents, asked[node] if ask.of_itself else ())
     return asked
+
+
+def reads_lengths(node: Node) -> bool:
+    """Whether it is about lengths in metres, itself or what it denies."""
+    return isinstance(node.body if isinstance(node, Not) else node, RouteNode | PathLength)
+
+
+def linked_by(roots: Iterable[Node]) -> tuple[Graph, ...]:
+    """The graphs whose links, lengths apart, some of these formulas read."""
+    nodes = (node for node in postorder(roots) if isinstance(node, NeighbourNode | ReachNode))
+    return tuple(dict.fromkeys(node.graph for node in nodes))
+
+
+def helped_by_more(roots: Iterable[Node]) -> dict[Node, bool]:
+    """Whether agents that join can only make each node true."""
+    known: dict[Node, bool] = {}
+    for node in postorder(roots):
+        hindered = isinstance(node, EveryNeighbour | EveryReach) or reads_lengths(node)
+        known[node] = not hindered and all(known[child] for child in children(node))
+    return known
+
+
+def same_for_all(roots: Iterable[Node]) -> dict[Node, bool]:
+    """Whether the truth of each node is the same whichever agent it is asked of."""
+    known: dict[Node, bool] = {}
+    for node in postorder(roots):
+        match node:
+            case Atom(predicate):
+                known[node] = predicate.about_team
+            case At():
+                known[node] = True
+            case _:
+                alike = not isinstance(node, Is | LinkNode)
+                known[node] = alike and all(known[child] for child in children(node))
+    return known
+
+
+def about_whom(roots: Iterable[Node], agents: int, named: Callable[[Predicate], Collection[int]]) -> dict[Node, Flags]:
+    """The agents whose motion may matter to every node.
+
+    Args:
+        agents: how many the mission has.
+        named: those whose states a predicate reads, whoever it is asked of.
+
+    Returns:
+        (agents, agents): the motion of the first may matter where the second is asked.
+    """
+    known: dict[Node, Flags] = {}
+    nobody = np.zeros((agents, agents), dtype=np.bool_)
+    for node in postorder(roots):
+        below = [known[child] for child in children(node)]
+        about: Flags = np.asarray(reduce(np.logical_or, below, nobody))
+        match node:
+            case Atom(predicate):
+                about = np.eye(agents, dtype=np.bool_)
+                about[list(range(agents) if predicate.about_team else named(predicate))] = True
+            case At(agent):
+                about = np.broadcast_to(about[:, [agent]], nobody.shape)
+            case _ if isinstance(node, ReachNode | RouteNode):
+                about = below[1] | _among(node.graph, about)
+            case _ if isinstance(node, LinkNode):
+                about = _among(node.graph, about)
+            case _:
+                pass
+        known[node] = about
+    return known
+
+
+def _among(graph: Graph, about: Flags) -> Flags:
+    """Whose motion matters to every member of a graph: its members, and who matters to one of them."""
+    members = list(graph.agents)
+    mover = np.asarray(about[:, members].any(axis=1))
+    mover[members] = True
+    found = np.zeros_like(about)
+    found[:, members] = mover[:, None]
+    return found
+
+
+class Conjunct(NamedTuple):
+    """A formula that must hold of an agent, or of the team (None), throughout windows, the outermost first."""
+
+    agent: int | None
+    windows: tuple[Always, ...]
+    formula: Node
+
+    @property
+    def steps(self) -> slice | None:
+        """The steps at which it must hold; None where windows are nested, which are more than one range."""
+        match self.windows:
+            case ():
+                return slice(0, 1)
+            case (window,):
+                return slice(window.low, None if window.high is None else window.high + 1)
+            case _:
+                return None
+
+
+def conjuncts(formulas: Iterable[Node]) -> Iterator[Conjunct]:
+    """What all must hold so that these formulas do at step 0, in their order, each once."""
+    work = [Conjunct(None, (), formula) for formula in formulas][::-1]
+    seen: set[Conjunct] = set()
+    while work:
+        what = work.pop()
+        if what in seen:
+            continue
+        seen.add(what)
+        agent, windows, node = what
+        match node:
+            case All(parts):
+                work.extend(Conjunct(agent, windows, part) for part in reversed(parts))
+            case Always(body):
+                work.append(Conjunct(agent, (*windows, node), body))
+            case At(who, body):
+                work.append(Conjunct(who, windows, body))
+            case _:
+                yield what
 
 
 def relevance(formulas: Iterable[Node], agents: int, last: int) -> Iterator[tuple[Node, Flags]]:

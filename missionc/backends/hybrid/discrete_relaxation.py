@@ -10,38 +10,32 @@ the requirement, so that where it cannot hold on a roadmap the whole cannot eith
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from math import ceil, floor
-from typing import assert_never
 
-from missionc.ir import InFormation
-from missionc.kernel.analysis import steps_ahead
+from missionc.ir import InFormation, Predicate
+from missionc.kernel.analysis import reads_lengths, steps_ahead
+from missionc.kernel.evaluate import Domain, evaluate
 from missionc.kernel.nodes import (
     All,
-    Always,
     Any,
     At,
     AtLeast,
     Atom,
-    Eventually,
-    EveryNeighbour,
-    EveryReach,
-    EveryRoute,
     Goal,
     Is,
     Kernel,
-    Neighbour,
+    NeighbourNode,
     Node,
     Not,
     PathLength,
-    Reach,
-    Release,
-    Route,
-    Until,
+    ReachNode,
+    RouteNode,
+    UntilNode,
+    WindowNode,
 )
-from missionc.kernel.normal_form import rebuilt
-from missionc.kernel.walk import children, postorder
+from missionc.kernel.walk import postorder
 
 YES, NO = All(()), Any(())
 
@@ -82,79 +76,75 @@ class Discrete:
 
 def discrete(kernel: Kernel, steps: int, ticks: int) -> Discrete:
     """What a roadmap of so many ``ticks`` can be asked for of a mission of so many ``steps``."""
-    nodes = postorder(goal.formula for goal in kernel.requirements)
-    measured = set[Node]()
-    for node in nodes:
-        if _measures(node) or any(child in measured for child in children(node)):
-            measured.add(node)
-    goals = _goals(kernel, nodes, Clock(steps, ticks))
+    goals = _goals(kernel, Clock(steps, ticks))
     ahead = steps_ahead(goal.formula for goal in goals)
     if any(ahead[goal.formula] > ticks for goal in goals):
-        goals = _goals(kernel, nodes, Clock(steps, ticks, careful=False))
-    whole = frozenset(goal.name for goal in kernel.requirements if goal.formula not in measured)
+        goals = _goals(kernel, Clock(steps, ticks, careful=False))
+    whole = frozenset(goal.name for goal in kernel.requirements if not any(map(_measures, postorder((goal.formula,)))))
     return Discrete(Kernel(tuple(goal for goal in goals if goal.formula is not YES), ()), whole)
 
 
 def _measures(node: Node) -> bool:
-    match node:
-        case Atom(InFormation()) | Route() | EveryRoute() | PathLength():
-            return True
-        case Not(body):
-            return _measures(body)
-        case _:
-            return False
+    return reads_lengths(node) or (isinstance(node, Atom) and isinstance(node.predicate, InFormation))
 
 
-def _goals(kernel: Kernel, nodes: Iterable[Node], clock: Clock) -> list[Goal]:
-    known: dict[Node, Node] = {}
-    for node in nodes:
-        known[node] = _asked(node, tuple(known[child] for child in children(node)), clock)
-    return [Goal(goal.name, known[goal.formula], goal.span) for goal in kernel.requirements]
+def _goals(kernel: Kernel, clock: Clock) -> list[Goal]:
+    asked = evaluate((goal.formula for goal in kernel.requirements), Relaxation(clock))
+    return [Goal(goal.name, asked[goal.formula], goal.span) for goal in kernel.requirements]
 
 
-def _asked(node: Node, below: tuple[Node, ...], clock: Clock) -> Node:
-    """What is asked for in place of a node, over what is in place of those below it."""
-    match node:
-        case _ if _measures(node):
-            return YES
-        case Atom() | Is() | Not():
-            return node
-        case All():
-            return _joined(node, list(below), YES, NO)
-        case Any():
-            return _joined(node, list(below), NO, YES)
-        case AtLeast(count):
-            left = count - sum(part is YES for part in below)
-            open_ = tuple(part for part in below if part is not YES and part is not NO)
-            return YES if left <= 0 else NO if left > len(open_) else replace(node, count=left, parts=open_)
-        case Until(_, _, low, high) | Release(_, _, low, high):
-            settled = NO if isinstance(node, Until) else YES
-            return settled if below[1] is settled else _on_clock(rebuilt(node, below), low, high, clock)
-        case Neighbour() | EveryNeighbour():
-            settled = NO if isinstance(node, Neighbour) else YES
-            return settled if below[0] is settled else rebuilt(node, below)
-        case _ if below[-1] is YES or below[-1] is NO:
-            return below[-1]
-        case Always(_, low, high) | Eventually(_, low, high):
-            return _on_clock(rebuilt(node, below), low, high, clock)
-        case Reach() | EveryReach() | At():
-            return rebuilt(node, below)
-        case Route() | EveryRoute() | PathLength():
-            raise AssertionError("measured")
-        case _:
-            assert_never(node)
+@dataclass(frozen=True, slots=True)
+class Relaxation(Domain[Node]):
+    """The domain of what is asked for in place of a formula; ``YES`` and ``NO`` are settled."""
+
+    clock: Clock
+
+    def atom(self, predicate: Predicate, holds: bool) -> Node:
+        return YES if isinstance(predicate, InFormation) else _signed(Atom(predicate), holds)
+
+    def member(self, agents: frozenset[int], holds: bool) -> Node:
+        return _signed(Is(agents), holds)
+
+    def path_length(self, node: PathLength, holds: bool) -> Node:
+        return YES
+
+    def meet(self, parts: Sequence[Node]) -> Node:
+        left = tuple(part for part in parts if part is not YES)
+        return NO if NO in left else All(left) if left else YES
+
+    def join(self, parts: Sequence[Node]) -> Node:
+        left = tuple(part for part in parts if part is not NO)
+        return YES if YES in left else Any(left) if left else NO
+
+    def at_least(self, count: int, parts: Sequence[Node]) -> Node:
+        count -= sum(part is YES for part in parts)
+        left = tuple(part for part in parts if not _settled(part))
+        return YES if count <= 0 else NO if count > len(left) else AtLeast(count, left)
+
+    def window(self, node: WindowNode, body: Node) -> Node:
+        low, high = self.clock.window(node.low, node.high, node.every)
+        return body if _settled(body) else replace(node, body=body, low=low, high=high)
+
+    def until(self, node: UntilNode, hold: Node, end: Node) -> Node:
+        low, high = self.clock.window(node.low, node.high, node.every)
+        return end if end is (YES if node.every else NO) else replace(node, hold=hold, end=end, low=low, high=high)
+
+    def at(self, agent: int, body: Node) -> Node:
+        return body if _settled(body) else At(agent, body)
+
+    def neighbour(self, node: NeighbourNode, body: Node) -> Node:
+        return body if body is (YES if node.every else NO) else replace(node, body=body)
+
+    def reach(self, node: ReachNode, through: Node, end: Node) -> Node:
+        return end if _settled(end) else replace(node, through=through, end=end)
+
+    def route(self, node: RouteNode, through: Node, end: Node) -> Node:
+        return YES
 
 
-def _on_clock(node: Node, low: int, high: int | None, clock: Clock) -> Node:
-    """A window in ticks."""
-    assert isinstance(node, Always | Eventually | Until | Release)
-    begin, end = clock.window(low, high, every=isinstance(node, Always | Release))
-    return replace(node, low=begin, high=end)
+def _signed(leaf: Node, holds: bool) -> Node:
+    return leaf if holds else Not(leaf)
 
 
-def _joined(node: All | Any, parts: list[Node], neutral: Node, decisive: Node) -> Node:
-    """A conjunction or disjunction without the parts that are settled."""
-    if any(part is decisive for part in parts):
-        return decisive
-    kept = tuple(part for part in parts if part is not neutral)
-    return replace(node, parts=kept) if kept else neutral
+def _settled(node: Node) -> bool:
+    return node is YES or node is NO

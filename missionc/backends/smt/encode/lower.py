@@ -25,7 +25,7 @@ import numpy as np
 from missionc.backends.smt.encode.clauses import FALSE, NOTHING, TRUE, Clauses, Literals
 from missionc.backends.smt.encode.lower_atoms import Atoms
 from missionc.backends.smt.encode.lower_motion import Motion
-from missionc.backends.smt.encode.lower_on_demand import Ask, choose, join
+from missionc.backends.smt.encode.lower_on_demand import Ask, at_least, choose, join
 from missionc.backends.smt.encode.lower_places import Places, cheap_first
 from missionc.backends.smt.encode.lower_routes import Route
 from missionc.backends.smt.encode.lower_windows import Windows
@@ -33,6 +33,7 @@ from missionc.backends.smt.encode.occupancy import Occupancy
 from missionc.backends.smt.roadmap.labels import Labels, Unexpressible
 from missionc.backends.smt.roadmap.roadmap import Indices
 from missionc.ir import Mission
+from missionc.kernel.analysis import same_for_all
 from missionc.kernel.nodes import (
     All,
     Always,
@@ -55,7 +56,6 @@ from missionc.kernel.nodes import (
     Until,
 )
 from missionc.kernel.nodes import Route as MetricRoute
-from missionc.kernel.walk import children
 
 DEEP = 20_000
 """Frames: formulas nest some hundreds deep, and each level takes a few."""
@@ -134,21 +134,8 @@ class Formulas:
     def of_team(self, node: Node) -> bool:
         """Whether its truth is the same whichever agent it is asked of."""
         if node not in self._of_team:
-            self._of_team[node] = self._same_for_all(node)
+            self._of_team |= same_for_all((node,))
         return self._of_team[node]
-
-    def _same_for_all(self, node: Node) -> bool:
-        match node:
-            case Atom(predicate):
-                return predicate.about_team
-            case At():
-                return True
-            case Is() | PathLength() | Neighbour() | EveryNeighbour():
-                return False
-            case Reach() | EveryReach() | MetricRoute() | EveryRoute():
-                return False
-            case _:
-                return all(map(self.of_team, children(node)))
 
     def _define(self, node: Node, agents: Indices, steps: Indices) -> Literals:
         if not self.of_team(node) and self.places.decides(node):
@@ -158,30 +145,23 @@ class Formulas:
                 return self.atoms.holds(predicate, True, agents, steps)
             case Not(Atom(predicate)):
                 return self.atoms.holds(predicate, False, agents, steps)
-            case Is(members):
-                return np.where(np.isin(agents, list(members)), TRUE, FALSE).astype(np.int32)
-            case Not(Is(members)):
-                return np.where(np.isin(agents, list(members)), FALSE, TRUE).astype(np.int32)
             case All(parts) | Any(parts):
                 self._together(parts, agents, steps)
                 asks = [self._ask(part, agents, steps) for part in cheap_first(parts)]
-                return join(self.clauses, isinstance(node, All), len(agents), asks)
+                return join(self.clauses, node.every, len(agents), asks)
             case AtLeast(count, parts):
                 self._together(parts, agents, steps)
-                asked = [self.holds(part, agents, steps) for part in parts]
-                matrix = np.stack(asked, axis=1) if asked else np.zeros((len(agents), 0), dtype=np.int32)
-                return self.clauses.at_least(count, matrix)
-            case Always(body, low, high):
-                return self.windows.window(body, True, agents, steps, low, high)
-            case Eventually(body, low, high):
-                return self.windows.window(body, False, agents, steps, low, high)
+                asks = [self._ask(part, agents, steps) for part in parts]
+                return at_least(self.clauses, count, asks)(np.arange(len(agents)))
+            case Always() | Eventually():
+                return self.windows.window(node, agents, steps)
             case Until() | Release():
                 return self.windows.until(node, agents, steps)
             case Reach() | EveryReach():
                 return self._reach(node, agents, steps)
             case MetricRoute() | EveryRoute() | PathLength() | Not(PathLength()):
                 raise Unexpressible("a route bounded in metres")
-            case Neighbour() | EveryNeighbour() | Not() | At():
+            case Is() | Not() | At() | Neighbour() | EveryNeighbour():
                 raise AssertionError("these are seen to above")
             case _:
                 assert_never(node)
@@ -203,7 +183,7 @@ class Formulas:
     def _reach(self, node: Reach | EveryReach, agents: Indices, steps: Indices) -> Literals:
         """Routes whose ends the places do not decide: whoever starts them is asked by name."""
         graph, links = node.graph, min(node.hops, len(node.graph.agents) - 1) - 1
-        route, some = Route(graph, node.through, node.end), isinstance(node, Reach)
+        route, some = Route(graph, node.through, node.end), not node.every
         result = self.holds(node.end, agents, steps)
         rows = np.flatnonzero(np.isin(agents, graph.agents)) if links >= 0 else np.zeros(0, dtype=np.int64)
         agents, steps = agents[rows], steps[rows]

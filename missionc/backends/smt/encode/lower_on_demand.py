@@ -5,7 +5,7 @@ An ask gives literals for some of the cells at hand, by their positions.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 
 import numpy as np
 
@@ -29,6 +29,17 @@ def join(clauses: Clauses, every: bool, count: int, asks: Iterable[Ask]) -> Lite
             break
     matrix = np.stack(columns, axis=1)
     return clauses.all_of(matrix) if every else clauses.any_of(matrix)
+
+
+def at_least(clauses: Clauses, count: int, asks: Sequence[Ask]) -> Ask:
+    """A literal that implies so many of what is asked, all of it lowered."""
+
+    def ask(rows: Indices) -> Literals:
+        asked = [each(rows) for each in asks]
+        matrix = np.stack(asked, axis=1) if asked else np.zeros((len(rows), 0), dtype=np.int32)
+        return clauses.at_least(count, matrix)
+
+    return ask
 
 
 def choose(clauses: Clauses, some: bool, count: int, here: Ask, start: Ask, onward: Ask) -> Literals:

@@ -21,7 +21,7 @@ from typing import Protocol
 import numpy as np
 
 from missionc.backends.smt.encode.clauses import FALSE, TRUE, Literals
-from missionc.backends.smt.encode.lower_on_demand import Ask, choose, join
+from missionc.backends.smt.encode.lower_on_demand import Ask, at_least, choose, join
 from missionc.backends.smt.encode.lower_routes import Route, Routes
 from missionc.backends.smt.encode.occupancy import Agents, Occupancy, Tables
 from missionc.backends.smt.roadmap.labels import Labels
@@ -81,34 +81,24 @@ class Places:
                 return present(left)(np.arange(len(steps)))
             case All((only,)) | Any((only,)):
                 return self.among(only, some, agents, steps, places)
-            case All(parts) | Any(parts) if isinstance(node, All) is some:
+            case All(parts) | Any(parts) if node.every is some:
                 fewer, rest = _narrowed(node, parts, agents)
                 return both(present(fewer), *(ask(part, some, fewer) for part in cheap_first(rest)))
             case All(parts) | Any(parts):
                 asks = [ask(part, some, agents) for part in cheap_first(parts)]
                 return join(self.clauses, not some, len(steps), asks)
             case AtLeast(count, parts):
-                return both(present(agents), self._at_least(count, [ask(part, some, agents) for part in parts]))
-            case Neighbour() | Reach() if not some:
-                return both(present(agents), ask(node, True, agents))
-            case EveryNeighbour() | EveryReach() if some:
-                return both(present(agents), ask(node, False, agents))
+                return both(present(agents), at_least(self.clauses, count, [ask(part, some, agents) for part in parts]))
+            case Neighbour() | EveryNeighbour() | Reach() | EveryReach() if node.every is some:
+                return both(present(agents), ask(node, not some, agents))
             case Neighbour(graph, body) | EveryNeighbour(graph, body):
                 return both(
                     present(agents.intersection(graph.agents)),
                     lambda rows: self.routes.agent_beside(graph, body, some, steps[rows], places[rows]),
                 )
-            case Reach(graph, through, end, hops) | EveryReach(graph, through, end, hops):
-                links, route = min(hops, len(graph.agents) - 1) - 1, Route(graph, through, end)
-                here = ask(end, some, agents)
-                start = ask(through, some, agents.intersection(graph.agents))
-                if links < 0:
-                    return here(np.arange(len(steps)))
-
-                def onward(rows: Indices) -> Literals:
-                    return self.routes.route_beside(route, links, some, steps[rows], places[rows])
-
-                return choose(self.clauses, some, len(steps), here, start, onward)
+            case Reach() | EveryReach():
+                start = ask(node.through, some, agents.intersection(node.graph.agents))
+                return self._reach(node, some, ask(node.end, some, agents), start, steps, places)
             case _ if self.of_agents.of_team(node):
                 return both(present(agents), self._of_team(node, steps))
             case _:
@@ -175,24 +165,17 @@ class Places:
             case Not(Is(members)):
                 return constant(agent not in members)
             case All(parts) | Any(parts):
-                return join(self.clauses, isinstance(node, All), len(steps), map(ask, cheap_first(parts)))
+                return join(self.clauses, node.every, len(steps), map(ask, cheap_first(parts)))
             case AtLeast(count, parts):
-                return self._at_least(count, [ask(part) for part in parts])(np.arange(len(steps)))
+                return at_least(self.clauses, count, [ask(part) for part in parts])(np.arange(len(steps)))
             case Neighbour(graph, body) | EveryNeighbour(graph, body):
-                some = isinstance(node, Neighbour)
                 if agent not in graph.agents:
-                    return constant(not some)
-                return self.routes.agent_beside(graph, body, some, steps, places)
-            case Reach(graph, through, end, hops) | EveryReach(graph, through, end, hops):
-                links, some = min(hops, len(graph.agents) - 1) - 1, isinstance(node, Reach)
-                route = Route(graph, through, end)
-                if agent not in graph.agents or links < 0:
-                    return self.standing(end, agent, steps, places)
-
-                def onward(rows: Indices) -> Literals:
-                    return self.routes.route_beside(route, links, some, steps[rows], places[rows])
-
-                return choose(self.clauses, some, len(steps), ask(end), ask(through), onward)
+                    return constant(node.every)
+                return self.routes.agent_beside(graph, body, not node.every, steps, places)
+            case Reach() | EveryReach():
+                if agent not in node.graph.agents:
+                    return self.standing(node.end, agent, steps, places)
+                return self._reach(node, not node.every, ask(node.end), ask(node.through), steps, places)
             case _:
                 return self._of_team(node, steps)(np.arange(len(steps)))
 
@@ -216,13 +199,18 @@ class Places:
     def _of_team(self, node: Node, steps: Indices) -> Ask:
         return lambda rows: self.of_agents.holds(node, np.zeros_like(rows), steps[rows])
 
-    def _at_least(self, count: int, asks: list[Ask]) -> Ask:
-        def ask(rows: Indices) -> Literals:
-            asked = [each(rows) for each in asks]
-            matrix = np.stack(asked, axis=1) if asked else np.zeros((len(rows), 0), dtype=np.int32)
-            return self.clauses.at_least(count, matrix)
+    def _reach(
+        self, node: Reach | EveryReach, some: bool, here: Ask, start: Ask, steps: Indices, places: Indices
+    ) -> Literals:
+        """Routes from who is there, of whom ``here`` asks for their end and ``start`` for what leads onward."""
+        links, route = min(node.hops, len(node.graph.agents) - 1) - 1, Route(node.graph, node.through, node.end)
+        if links < 0:
+            return here(np.arange(len(steps)))
 
-        return ask
+        def onward(rows: Indices) -> Literals:
+            return self.routes.route_beside(route, links, some, steps[rows], places[rows])
+
+        return choose(self.clauses, some, len(steps), here, start, onward)
 
 
 def _narrowed(node: All | Any, parts: tuple[Node, ...], agents: Agents) -> tuple[Agents, list[Node]]:
@@ -235,7 +223,7 @@ def _narrowed(node: All | Any, parts: tuple[Node, ...], agents: Agents) -> tuple
     for part in parts:
         match part:
             case Is(members) | Not(Is(members)):
-                agents = agents & members if isinstance(part, Is) is (kind is All) else agents - members
+                agents = agents & members if isinstance(part, Is) is node.every else agents - members
             case All(inner) | Any(inner) if isinstance(part, kind):
                 agents, more = _narrowed(node, inner, agents)
                 rest += more

@@ -9,7 +9,7 @@ import numpy as np
 
 from missionc.backends.smt.encode.clauses import FALSE, NOTHING, TRUE, Clauses, Literals
 from missionc.backends.smt.roadmap.roadmap import Indices
-from missionc.kernel.nodes import Node, Release, Until
+from missionc.kernel.nodes import Node, UntilNode, WindowNode
 
 SHARED = 4
 """Windows share halves, quarters and so on where that saves so many times the literals."""
@@ -29,22 +29,22 @@ class Windows:
         self.of_agents, self.last, self.clauses = of_agents, last, clauses
         self._spans: dict[tuple[Node, bool, int], dict[int, int]] = {}
 
-    def window(self, body: Node, every: bool, agents: Indices, steps: Indices, low: int, high: int | None) -> Literals:
+    def window(self, node: WindowNode, agents: Indices, steps: Indices) -> Literals:
         """The body at every step of the window ahead, or at some."""
-        first = steps + low
-        final = np.full_like(steps, self.last) if high is None else steps + high
+        first = steps + node.low
+        final = np.full_like(steps, self.last) if node.high is None else steps + node.high
         result = np.full(len(steps), FALSE, dtype=np.int32)
         there = (first <= final) & (final <= self.last)
-        result[there] = self._between(body, every, agents[there], first[there], final[there])
+        result[there] = self._between(node.body, node.every, agents[there], first[there], final[there])
         return result
 
-    def until(self, node: Until | Release, agents: Indices, steps: Indices) -> Literals:
+    def until(self, node: UntilNode, agents: Indices, steps: Indices) -> Literals:
         """``hold`` up to some step of the window, where ``end``; or the dual of that.
 
         An end within the window and a chain of ``hold`` to some end, its first
         one, say the same together; and chains are shared by all cells.
         """
-        some = isinstance(node, Until)
+        some = not node.every
         first = steps + node.low
         final = np.full_like(steps, self.last) if node.high is None else steps + node.high
         result = np.full(len(steps), FALSE, dtype=np.int32)
@@ -65,7 +65,7 @@ class Windows:
         result[there] = (self.clauses.all_of if some else self.clauses.any_of)(*parts)
         return result
 
-    def _chain(self, node: Until | Release, agents: Indices, first: Indices, furthest: int) -> Literals:
+    def _chain(self, node: UntilNode, agents: Indices, first: Indices, furthest: int) -> Literals:
         """From each cell, ``hold`` up to some ``end`` at ``furthest`` or before; or the dual of that."""
         who = np.unique(agents)
         earliest = np.array([first[agents == agent].min() for agent in who])
@@ -81,10 +81,10 @@ class Windows:
                 continue
             hold = self.of_agents.holds(node.hold, who[rows], moment)
             onward = chains[rows, step + 1]
-            if isinstance(node, Until):
-                chains[rows, step] = self.clauses.either(end, hold, onward)
-            else:
+            if node.every:
                 chains[rows, step] = self.clauses.all_of(end, self.clauses.any_of(hold, onward))
+            else:
+                chains[rows, step] = self.clauses.either(end, hold, onward)
         return chains[np.searchsorted(who, agents), first]
 
     def _ahead(self, body: Node, agents: Indices, first: Indices, final: int) -> None:

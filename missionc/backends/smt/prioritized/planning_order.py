@@ -12,7 +12,7 @@ import numpy as np
 
 from missionc.backends.smt.prioritized.requirement_parts import NOBODY, Agents, Part, agents_named_by
 from missionc.backends.smt.roadmap.labels import Labels
-from missionc.backends.smt.roadmap.own_state import own_state, states_of
+from missionc.backends.smt.roadmap.own_state import own_states, states_of
 from missionc.base.trace import Flags
 from missionc.kernel.nodes import Any, At, AtLeast, Atom, Eventually, EveryReach, Is, Node, Not, Reach, Until
 from missionc.kernel.walk import children, postorder
@@ -35,7 +35,6 @@ class PlanningOrder:
 
     labels: Labels
     ways: tuple[Flags, ...]
-    roadmap_of: dict[int, int]
 
     def groups(self, parts: Iterable[Part]) -> list[tuple[int, ...]]:
         """Agents with whom these parts can be true, each group to be planned in one problem, in order.
@@ -83,11 +82,12 @@ class PlanningOrder:
 
     def steps_to(self, agent: int, body: Node) -> int:
         """The first step at which the agent can have been wherever it has to be at some time."""
-        number, latest = self.roadmap_of[agent], 0
-        for node in postorder((body,)):
+        latest, order = 0, postorder((body,))
+        own = own_states(order, self.labels)
+        for node in order:
             match node:
-                case Eventually(place) | Until(_, place) if own_state(place, self.labels):
-                    there = self.ways[agent] & states_of(place, agent, number, self.labels)
+                case Eventually(place) | Until(_, place) if place in own:
+                    there = self.ways[agent] & states_of(place, agent, self.labels)
                     met = np.flatnonzero(there.any(axis=1))
                     latest = max(latest, int(met[0]) if met.size else len(there))
                 case _:

@@ -100,11 +100,10 @@ class PrioritizedPlanner:
         mission = self.setting.mission
         with self.setting.account.stage("lower"):
             labels = Labels(mission, self.roadmaps)
-            roadmap_of = {agent: number for number, roadmap in enumerate(self.roadmaps) for agent in roadmap.agents}
-            self.requirements = split_requirements(self.kernel, labels, roadmap_of)
+            self.requirements = split_requirements(self.kernel, labels)
             self.named = named_agents(part.formula for part in self.requirements.parts)
             ways = all_ways(self.roadmaps, self.requirements.never)
-            self.order = PlanningOrder(labels, ways, roadmap_of)
+            self.order = PlanningOrder(labels, ways)
             self.reservations = Reservations(lower_motion(self.roadmaps, ways, NOBODY, Clauses(1)), mission)
 
     @property

@@ -11,45 +11,29 @@ a roadmap, and often saves lowering and solving a problem with too few agents.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
-from functools import reduce
-from typing import assert_never
+from collections.abc import Callable, Iterable, Sequence
+from functools import cache, reduce
 
 import numpy as np
 
 from missionc.backends.smt.encode.lower import deep
 from missionc.backends.smt.roadmap.labels import Labels
 from missionc.base.trace import Flags
-from missionc.kernel.nodes import (
-    All,
-    Always,
-    Any,
-    At,
-    AtLeast,
-    Atom,
-    Eventually,
-    EveryNeighbour,
-    EveryReach,
-    EveryRoute,
-    Is,
-    Neighbour,
-    Node,
-    Not,
-    PathLength,
-    Reach,
-    Release,
-    Route,
-    Until,
-)
+from missionc.ir import Predicate
+from missionc.kernel.evaluate import Domain, evaluate
+from missionc.kernel.nodes import NeighbourNode, Node, PathLength, ReachNode, RouteNode, UntilNode, WindowNode
 
 STEPS = 5_000
 """After sweeping over so many steps the rest is taken to be possible: a window at every step of a window costs many."""
 
-Onward = Callable[[int, Flags], Flags]
-"""What may hold at a step, (states,), from what may hold one step later, (states,)."""
+May = Callable[[int, int], Flags]
+"""In which states, (states,), a formula may hold of an agent at a step; worked out when it is asked for."""
+
+Onward = Callable[[int, int, Flags], Flags]
+"""What may hold of an agent at a step, (states,), from what may hold one step later, (states,)."""
 
 
-class SingleAgentRelaxation:
+class SingleAgentRelaxation(Domain[May]):
     """A may analysis of agents: what can hold while those who take part move and the others are nowhere.
 
     Args:
@@ -59,106 +43,109 @@ class SingleAgentRelaxation:
 
     def __init__(self, labels: Labels, ways: tuple[Flags, ...], taking_part: frozenset[int]) -> None:
         self.labels, self.ways, self.taking_part = labels, ways, taking_part
-        self.roadmap_of = {agent: number for number, each in enumerate(labels.roadmaps) for agent in each.agents}
-        self._known: dict[tuple[Node, int, int], Flags] = {}
         self._swept = 0
 
     def infeasible(self, formulas: Iterable[Node]) -> bool:
         """Whether some formula, asked of step 0, holds in no joint motion of these agents. False says nothing."""
         with deep():
-            return not all((self.may(formula, 0, 0) & self.ways[0][0]).any() for formula in formulas)
+            return not all((may(0, 0) & self.ways[0][0]).any() for may in evaluate(formulas, self).values())
 
-    def may(self, node: Node, agent: int, step: int) -> Flags:
-        """In which states, (states,), the formula may hold of the agent at the step."""
-        key = (node, agent, step)
-        if key not in self._known:
-            self._known[key] = self._may(node, agent, step)
-        return self._known[key]
+    def atom(self, predicate: Predicate, holds: bool) -> May:
+        if not self.labels.of_places(predicate):
+            return self._perhaps
+        return lambda agent, step: self.labels.states(predicate, self.labels.roadmap_of[agent]) == holds
 
-    def _may(self, node: Node, agent: int, step: int) -> Flags:
-        states, number = self.ways[agent].shape[1], self.roadmap_of[agent]
-        perhaps, never = np.ones(states, dtype=np.bool_), np.zeros(states, dtype=np.bool_)
+    def member(self, agents: frozenset[int], holds: bool) -> May:
+        return lambda agent, step: self._everywhere(agent, (agent in agents) is holds)
 
-        def part(body: Node) -> Flags:
-            return self.may(body, agent, step)
+    def path_length(self, node: PathLength, holds: bool) -> May:
+        return self._perhaps
 
-        match node:
-            case Atom(predicate) if self.labels.of_places(predicate):
-                return self.labels.states(predicate, number)
-            case Not(Atom(predicate)) if self.labels.of_places(predicate):
-                return ~self.labels.states(predicate, number)
-            case Is(members):
-                return perhaps if agent in members else never
-            case Not(Is(members)):
-                return never if agent in members else perhaps
-            case All(parts):
-                return reduce(np.logical_and, map(part, parts), perhaps)
-            case Any(parts):
-                return reduce(np.logical_or, map(part, parts), never)
-            case AtLeast(count, parts):
-                return np.asarray(sum((part(each).astype(np.int64) for each in parts), np.zeros(states)) >= count)
-            case At(other, body):
-                held = self.may(body, other, step) & self.ways[other][step]
-                return perhaps if held.any() else never
-            case Always() | Eventually():
-                return self._window(node, agent, step)
-            case Until() | Release():
-                return self._until(node, agent, step)
-            case Neighbour(graph) if not self._others(graph.agents, agent):
-                return never
-            case Reach(graph, through, end) if self._others(graph.agents, agent):
-                return part(end) | part(through)
-            case Reach(_, _, end) | EveryReach(_, _, end):
-                return part(end)
-            case Atom() | Not() | Neighbour() | EveryNeighbour() | Route() | EveryRoute() | PathLength():
-                return perhaps
-            case _:
-                assert_never(node)
+    def meet(self, parts: Sequence[May]) -> May:
+        return cache(
+            lambda agent, step: reduce(np.logical_and, _each(parts, agent, step), self._everywhere(agent, True))
+        )
+
+    def join(self, parts: Sequence[May]) -> May:
+        return cache(
+            lambda agent, step: reduce(np.logical_or, _each(parts, agent, step), self._everywhere(agent, False))
+        )
+
+    def at_least(self, count: int, parts: Sequence[May]) -> May:
+        def may(agent: int, step: int) -> Flags:
+            many = sum(_each(parts, agent, step), np.zeros(self.ways[agent].shape[1], dtype=np.int64))
+            return np.asarray(many >= count)
+
+        return cache(may)
+
+    def at(self, agent: int, body: May) -> May:
+        some = cache(lambda step: bool((body(agent, step) & self.ways[agent][step]).any()))
+        return lambda asked, step: self._everywhere(asked, some(step))
+
+    def neighbour(self, node: NeighbourNode, body: May) -> May:
+        return lambda agent, step: self._everywhere(agent, node.every or self._others(node.graph.agents, agent))
+
+    def reach(self, node: ReachNode, through: May, end: May) -> May:
+        def may(agent: int, step: int) -> Flags:
+            ends = end(agent, step)
+            return ends if node.every or not self._others(node.graph.agents, agent) else ends | through(agent, step)
+
+        return cache(may)
+
+    def route(self, node: RouteNode, through: May, end: May) -> May:
+        return self._perhaps
+
+    def window(self, node: WindowNode, body: May) -> May:
+        join = np.logical_and if node.every else np.logical_or
+        return self._sweep(
+            node, body, lambda agent, step, later: join(body(agent, step), later), lambda agent, step, later: later
+        )
+
+    def until(self, node: UntilNode, hold: May, end: May) -> May:
+        join, other = (np.logical_and, np.logical_or) if node.every else (np.logical_or, np.logical_and)
+
+        def before(agent: int, step: int, later: Flags) -> Flags:
+            return np.asarray(other(hold(agent, step), later))
+
+        def at(agent: int, step: int, later: Flags) -> Flags:
+            return np.asarray(join(end(agent, step), before(agent, step, later)))
+
+        return self._sweep(node, end, at, before)
+
+    def _everywhere(self, agent: int, holds: bool) -> Flags:
+        return np.full(self.ways[agent].shape[1], holds)
+
+    def _perhaps(self, agent: int, step: int) -> Flags:
+        return self._everywhere(agent, True)
 
     def _others(self, linked: tuple[int, ...], agent: int) -> bool:
         return agent in linked and bool(self.taking_part.intersection(linked) - {agent})
 
-    def _window(self, node: Always | Eventually, agent: int, step: int) -> Flags:
-        """The body at every step of the window ahead, or at some."""
-
-        def at(step: int, later: Flags) -> Flags:
-            now = self.may(node.body, agent, step)
-            return now & later if isinstance(node, Always) else now | later
-
-        return self._sweep(node.body, node.low, node.high, agent, step, at, lambda step, later: later)
-
-    def _until(self, node: Until | Release, agent: int, step: int) -> Flags:
-        some = isinstance(node, Until)
-
-        def before(step: int, later: Flags) -> Flags:
-            hold = self.may(node.hold, agent, step)
-            return hold & later if some else hold | later
-
-        def at(step: int, later: Flags) -> Flags:
-            end = self.may(node.end, agent, step)
-            return end | before(step, later) if some else end & before(step, later)
-
-        return self._sweep(node.end, node.low, node.high, agent, step, at, before)
-
-    def _sweep(
-        self, last: Node, low: int, high: int | None, agent: int, step: int, at: Onward, before: Onward
-    ) -> Flags:
+    def _sweep(self, node: WindowNode | UntilNode, last: May, at: Onward, before: Onward) -> May:
         """Backwards through a window: ``last`` at its end, then what each step makes of the one after it.
 
         Args:
             at: of a step of the window; ``before``: of one before the window.
         """
-        ways, roadmap = self.ways[agent], self.labels.roadmaps[self.roadmap_of[agent]]
-        first, final = step + low, len(ways) - 1 if high is None else step + high
-        if first > final or final > len(ways) - 1:  # past the last step nothing holds
-            return np.zeros(ways.shape[1], dtype=np.bool_)
-        self._swept += final - step
-        if self._swept > STEPS:
-            return np.ones(ways.shape[1], dtype=np.bool_)
-        source, target = roadmap.moves.T
-        found = self.may(last, agent, final)
-        for now in range(final - 1, step - 1, -1):
-            leads = roadmap.allowed[now] & (found & ways[now + 1])[target]
-            later: Flags = np.bincount(source[leads], minlength=ways.shape[1]) > 0
-            found = at(now, later) if now >= first else before(now, later)
-        return found
+
+        def may(agent: int, step: int) -> Flags:
+            ways, roadmap = self.ways[agent], self.labels.roadmaps[self.labels.roadmap_of[agent]]
+            first, final = step + node.low, len(ways) - 1 if node.high is None else step + node.high
+            if first > final or final > len(ways) - 1:  # past the last step nothing holds
+                return self._everywhere(agent, False)
+            self._swept += final - step
+            if self._swept > STEPS:
+                return self._everywhere(agent, True)
+            source, target = roadmap.moves.T
+            found = last(agent, final)
+            for now in range(final - 1, step - 1, -1):
+                leads = roadmap.allowed[now] & (found & ways[now + 1])[target]
+                later: Flags = np.bincount(source[leads], minlength=ways.shape[1]) > 0
+                found = (at if now >= first else before)(agent, now, later)
+            return found
+
+        return cache(may)
+
+
+def _each(parts: Sequence[May], agent: int, step: int) -> Iterable[Flags]:
+    return (part(agent, step) for part in parts)

@@ -20,7 +20,8 @@ from missionc.backends.smt.refine.problem import LINKS
 from missionc.backends.smt.roadmap.roadmap import Indices
 from missionc.base.trace import Flags
 from missionc.ir import Mission
-from missionc.kernel.nodes import Always, At, Eventually, Node
+from missionc.kernel.analysis import conjuncts
+from missionc.kernel.nodes import Eventually, Node
 
 ERRANDS = 3
 """So many places to visit at most; the work doubles with each."""
@@ -48,18 +49,18 @@ class SingleAgentSearch:
         None where there is none, or where the formulas ask for more than this can look for.
         """
         ways, errands = self._ways[agent].copy(), []
-        for formula in formulas:
-            match formula:
-                case At(who, Always(body, low, high)) if who == agent and self._decides(body):
-                    window = slice(low, None if high is None else high + 1)
-                    ways[window] &= self._holds(body, agent)[window]
-                case At(who, Eventually(body, low, high)) if who == agent and self._decides(body):
+        for conjunct in conjuncts(formulas):
+            steps = conjunct.steps
+            if conjunct.agent != agent or steps is None:
+                return None
+            match conjunct.formula:
+                case Eventually(body, low, high) if not conjunct.windows and self._decides(body):
                     errand = self._holds(body, agent)
                     errand[:low] = False
                     errand[len(errand) if high is None else high + 1 :] = False
                     errands.append(errand)
-                case At(who, body) if who == agent and self._decides(body):
-                    ways[0] &= self._holds(body, agent)[0]
+                case body if self._decides(body):
+                    ways[steps] &= self._holds(body, agent)[steps]
                 case _:
                     return None
         return reservations.shortest(agent, ways, errands, pushing=pushing) if len(errands) <= ERRANDS else None

@@ -28,10 +28,11 @@ class Unexpressible(ValueError):
 
 
 class Labels:
-    """Truth on roadmap states, worked out once for each predicate."""
+    """Truth on roadmap states, worked out once for each predicate; ``roadmap_of`` has the number of each agent's."""
 
     def __init__(self, mission: Mission, roadmaps: tuple[Roadmap, ...]) -> None:
         self.mission, self.roadmaps = mission, roadmaps
+        self.roadmap_of = {agent: number for number, roadmap in enumerate(roadmaps) for agent in roadmap.agents}
         self._known: dict[Hashable, Flags] = {}
 
     def of_places(self, predicate: Predicate) -> bool:

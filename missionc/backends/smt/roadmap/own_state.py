@@ -10,12 +10,7 @@ import numpy as np
 from missionc.backends.smt.roadmap.labels import Labels
 from missionc.base.trace import Flags
 from missionc.kernel.nodes import All, Any, Atom, Is, Node, Not
-from missionc.kernel.walk import children, postorder
-
-
-def own_state(node: Node, labels: Labels) -> bool:
-    """Whether an agent's own state decides it."""
-    return node in own_states(postorder((node,)), labels)
+from missionc.kernel.walk import children
 
 
 def own_states(order: Iterable[Node], labels: Labels) -> set[Node]:
@@ -36,8 +31,9 @@ def own_states(order: Iterable[Node], labels: Labels) -> set[Node]:
     return own
 
 
-def states_of(node: Node, agent: int, number: int, labels: Labels) -> Flags:
+def states_of(node: Node, agent: int, labels: Labels) -> Flags:
     """In which states, (states,), an agent's own state makes it true."""
+    number = labels.roadmap_of[agent]
     shape = len(labels.roadmaps[number].position)
     match node:
         case Atom(predicate):
@@ -45,12 +41,9 @@ def states_of(node: Node, agent: int, number: int, labels: Labels) -> Flags:
         case Is(members):
             return np.full(shape, agent in members)
         case Not(body):
-            return ~states_of(body, agent, number, labels)
-        case All(parts):
-            everywhere = np.ones(shape, dtype=np.bool_)
-            return reduce(np.logical_and, (states_of(part, agent, number, labels) for part in parts), everywhere)
-        case Any(parts):
-            nowhere = np.zeros(shape, dtype=np.bool_)
-            return reduce(np.logical_or, (states_of(part, agent, number, labels) for part in parts), nowhere)
+            return ~states_of(body, agent, labels)
+        case All() | Any():
+            join = np.logical_and if node.every else np.logical_or
+            return reduce(join, (states_of(part, agent, labels) for part in node.parts), np.full(shape, node.every))
         case _:
             raise AssertionError(node)

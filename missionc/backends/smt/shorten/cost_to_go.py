@@ -10,7 +10,7 @@ along a motion to all that the motion is longer than the least.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,7 +18,8 @@ import numpy as np
 from missionc.backends.smt.roadmap.roadmap import Indices
 from missionc.backends.smt.shorten.held_goals import Goals
 from missionc.base.trace import Array, Flags
-from missionc.kernel.nodes import All, Always, Any, At, Eventually, Node, Until
+from missionc.kernel.analysis import conjuncts
+from missionc.kernel.nodes import Any, Eventually, Node, Until
 
 VISITS = 3
 """Visits of an agent; the phases are twice as many with each. What it must visit besides is not counted."""
@@ -35,6 +36,11 @@ class SingleAgentTask:
 
     room: Flags
     visits: Flags
+
+    @classmethod
+    def nothing(cls, room: Flags) -> SingleAgentTask:
+        """To be where it may be."""
+        return cls(room, np.zeros((0, *room.shape), dtype=np.bool_))
 
     def and_also(self, more: SingleAgentTask) -> SingleAgentTask:
         return SingleAgentTask(self.room & more.room, np.concatenate([self.visits, more.visits])[:VISITS])
@@ -66,57 +72,39 @@ class CostToGo:
 
 def single_agent_tasks(goals: Goals) -> list[SingleAgentTask]:
     """The task of each agent by itself in the goals that hold, (agents)."""
-    found = [SingleAgentTask(way, np.zeros((0, *way.shape), dtype=np.bool_)) for way in goals.motion.ways]
-    for formula in goals.formulas:
-        for agent, one in _asked(formula, goals):
-            found[agent] = found[agent].and_also(one)
-    return found
+    asked = _tasks(goals.formulas, goals)
+    return [asked.get(agent) or SingleAgentTask.nothing(way) for agent, way in enumerate(goals.motion.ways)]
 
 
 def disjunctive_tasks(goals: Goals) -> Iterator[list[tuple[int, SingleAgentTask]]]:
     """The tasks of each *or* that must hold and asks something of one agent in each part: agents and tasks."""
-    for node in _required(goals.formulas):
-        if isinstance(node, Any):
-            options = [list(_asked(part, goals)) for part in node.parts]
+    for agent, windows, node in conjuncts(goals.formulas):
+        if agent is None and not windows and isinstance(node, Any):
+            options = [list(_tasks((part,), goals).items()) for part in node.parts]
             if all(len(option) == 1 for option in options):
                 yield [option[0] for option in options]
 
 
-def _required(formulas: tuple[Node, ...]) -> Iterator[Node]:
-    """Nodes that all hold at step 0, none of them an *and*."""
-    rest = list(reversed(formulas))
-    while rest:
-        node = rest.pop()
-        if isinstance(node, All):
-            rest.extend(reversed(node.parts))
-        else:
-            yield node
-
-
-def _asked(formula: Node, goals: Goals) -> Iterator[tuple[int, SingleAgentTask]]:
-    for node in _required((formula,)):
-        if isinstance(node, At):
-            for body in _required((node.body,)):
-                yield from _of_agent(body, node.agent, goals)
-
-
-def _of_agent(node: Node, agent: int, goals: Goals) -> Iterator[tuple[int, SingleAgentTask]]:
-    """The task that a formula required of an agent at step 0 is for its own states; none where it asks for more."""
-    last = goals.motion.steps
-    room = np.ones((last + 1, len(goals.motion.roadmap(agent).position)), dtype=np.bool_)
-    visit, none = np.zeros_like(room), np.zeros((0, *room.shape), dtype=np.bool_)
-    match node:
-        case Always(body, low, high) if body in goals.own:
-            room[low : None if high is None else high + 1] &= goals.states(body, agent)
-            yield agent, SingleAgentTask(room, none)
-        case Eventually(body, low, high) | Until(_, body, low, high) if body in goals.own:
-            visit[low : None if high is None else high + 1] = goals.states(body, agent)
-            yield agent, SingleAgentTask(room, visit[None])
-        case _ if node in goals.own:
-            room[0] &= goals.states(node, agent)
-            yield agent, SingleAgentTask(room, none)
-        case _:
-            pass
+def _tasks(formulas: Iterable[Node], goals: Goals) -> dict[int, SingleAgentTask]:
+    """The tasks of agents of whose own states the formulas ask something at step 0; what asks for more is left out."""
+    tasks: dict[int, SingleAgentTask] = {}
+    for conjunct in conjuncts(formulas):
+        agent, windows, node = conjunct
+        if agent is None or conjunct.steps is None:
+            continue
+        task = tasks.get(agent) or SingleAgentTask.nothing(goals.motion.ways[agent])
+        match node:
+            case Eventually(body, low, high) | Until(_, body, low, high) if not windows and body in goals.own:
+                visit = np.zeros_like(task.room)
+                visit[low : None if high is None else high + 1] = goals.states(body, agent)
+                tasks[agent] = task.and_also(SingleAgentTask(task.room, visit[None]))
+            case _ if node in goals.own:
+                room = np.ones_like(task.room)
+                room[conjunct.steps] = goals.states(node, agent)
+                tasks[agent] = task.and_also(SingleAgentTask.nothing(room))
+            case _:
+                pass
+    return tasks
 
 
 def cost_to_go(goals: Goals, agent: int, task: SingleAgentTask, metres: Array) -> CostToGo:

@@ -62,7 +62,7 @@ class Slack:
         self.states, self.trace, self.truths = evaluated.states, evaluated.trace, evaluated.truths
         self.motion, self.labels = goals.motion, goals.labels
         self.room = goals.motion.ways[agent].copy()
-        self.concerned = goals.concerned(agent)
+        self.concerns = {node: of_agents[agent] for node, of_agents in goals.concerns.items()}
         self.seen: set[tuple[Node, int, int]] = set()
         self.tried: dict[tuple[Node, int], tuple[Flags, Flags]] = {}
 
@@ -73,7 +73,7 @@ class Slack:
     def need(self, node: Node, asked: int, step: int) -> None:
         """Keeps what the node, which holds here, rests on."""
         key = (node, asked, step)
-        if key in self.seen or not self.concerned[node][asked]:
+        if key in self.seen or not self.concerns[node][asked]:
             return
         self.seen.add(key)
         match node:
@@ -108,7 +108,7 @@ class Slack:
 
     def mask(self, node: Node, asked: int, step: int, wanted: Flags) -> Flags:
         """In which of the wanted states, (states,), an instant node holds; of other states it says nothing."""
-        if not self.concerned[node][asked]:
+        if not self.concerns[node][asked]:
             return np.full(len(wanted), self.holds(node, asked, step))
         match node:
             case _ if asked == self.agent and node in self.goals.own:
@@ -116,8 +116,7 @@ class Slack:
             case At(other, body):
                 return self.mask(body, other, step, wanted)
             case All(parts) | Any(parts):
-                every = isinstance(node, All)
-                here = self.states[self.agent, step]
+                every, here = node.every, self.states[self.agent, step]
                 left, decided = wanted.copy(), np.zeros(len(wanted), dtype=np.bool_)
                 for part in self._cheap_first(parts):
                     if not left.any() or (decided[here] and not every and self._of_others(part)):
@@ -165,7 +164,7 @@ class Slack:
     def _some(self, count: int, options: Iterable[tuple[Node, int, int]]) -> None:
         """Keeps so many of the options that hold: first those that the agent has no part in, then as they come."""
         true = [option for option in options if self.holds(*option)]
-        concerning = [option for option in true if self.concerned[option[0]][option[1]]]
+        concerning = [option for option in true if self.concerns[option[0]][option[1]]]
         for option in concerning[: max(0, count - (len(true) - len(concerning)))]:
             self.need(*option)
 
@@ -201,4 +200,4 @@ class Slack:
 
     def _of_others(self, node: Node) -> bool:
         """Whether the agent's motion matters where others are asked."""
-        return bool(np.count_nonzero(self.concerned[node]) > 1)
+        return bool(np.count_nonzero(self.concerns[node]) > 1)
