@@ -13,54 +13,51 @@ from collections.abc import Iterator
 from dataclasses import field
 
 from missionc.base.late_dataclass import dataclass
-from missionc.checks.literals import Literal, Places, Rule, Unbounded, exclude
+from missionc.checks.literals import MOST_RULES, Literal, Places, Rule, Unbounded, exclude
 from missionc.checks.necessary_conditions import (
     THE_TEAM,
     Fact,
     Instant,
+    Necessary,
     NecessaryConditions,
     When,
-    gather_instant,
-    necessary_conditions,
     same_agent,
     same_step,
 )
 from missionc.diagnostics.code import CONTRADICTION
 from missionc.diagnostics.model import Diagnostic, Label
-from missionc.ir import Agent, Exactly, Inside, Mission, Place, Region, Requirement, Vector
+from missionc.ir import Agent, Exactly, Inside, Mission, Place, Region, Vector
 from missionc.ir.wording import listed, seconds
-
-MOST_FACTS = 250
-"""Facts compared with one another in every pair; of more, only a predicate with its own negation."""
-
-MOST_INSTANTS = 2_000
+from missionc.kernel.nodes import Goal
 
 
 @dataclass(frozen=True, slots=True)
 class Asked:
     """A fact, the requirement that rests on it, and where it lets an agent be."""
 
-    requirement: Requirement
+    requirement: Goal
     fact: Fact
     rule: Rule
 
 
-def contradictions(mission: Mission, places: Places, requirements: list[Requirement]) -> Iterator[Diagnostic]:
+def contradictions(
+    mission: Mission, places: Places, necessary: NecessaryConditions, requirements: list[Goal]
+) -> Iterator[Diagnostic]:
     """One finding for each requirement, or pair of them, that no plan can satisfy."""
     asked: list[Asked] = []
-    instants: dict[Instant, Requirement] = {}
+    instants: dict[Instant, Goal] = {}
     for requirement in requirements:
-        gathered = necessary_conditions(mission, requirement.formula)
+        gathered = necessary.of_requirement(requirement.formula)
         asked.extend(_asked(requirement, gathered, places))
         for instant in gathered.instants:
             instants.setdefault(instant, requirement)
-    told: set[frozenset[Requirement]] = set()
+    told: set[frozenset[Goal]] = set()
     for one, other, steps in _clashes(asked):
         pair = frozenset((one.requirement, other.requirement))
         if pair not in told:
             told.add(pair)
             yield _clash(mission, one, other, steps)
-    yield from _impossible_instants(mission, places, instants, told)
+    yield from _impossible_instants(places, necessary, instants, told)
     ends = Ends(mission)
     for entry in asked:
         alone = frozenset((entry.requirement,))
@@ -70,29 +67,26 @@ def contradictions(mission: Mission, places: Places, requirements: list[Requirem
                 yield finding
 
 
-def _asked(requirement: Requirement, gathered: NecessaryConditions, places: Places) -> Iterator[Asked]:
+def _asked(requirement: Goal, gathered: Necessary, places: Places) -> Iterator[Asked]:
     return (Asked(requirement, fact, places.rule(fact.literal)) for fact in gathered.facts)
 
 
 def _clashes(asked: list[Asked]) -> Iterator[tuple[Asked, Asked, tuple[int, int]]]:
-    """Pairs of facts that no plan can have both, in the order of the text."""
+    """Pairs of facts that no plan can have both, in the order of the text; of many, a predicate with its negation."""
     before: dict[Literal, list[Asked]] = {}
-    compared: list[Asked] = []
-    for entry in asked:
-        others = compared if len(compared) < MOST_FACTS else before.get(entry.fact.literal.opposite, [])
-        for other in others[:MOST_FACTS]:
+    for number, entry in enumerate(asked):
+        others = asked[:number] if number < MOST_RULES else before.get(entry.fact.literal.opposite, [])[:MOST_RULES]
+        for other in others:
             if entry.rule is other.rule or not same_agent(entry.fact.who, other.fact.who):
                 continue
             steps = same_step(entry.fact.when, other.fact.when)
             if steps is not None and exclude(other.rule, entry.rule):
                 yield other, entry, steps
         before.setdefault(entry.fact.literal, []).append(entry)
-        if len(compared) < MOST_FACTS:
-            compared.append(entry)
 
 
 def _impossible_instants(
-    mission: Mission, places: Places, instants: dict[Instant, Requirement], told: set[frozenset[Requirement]]
+    places: Places, necessary: NecessaryConditions, instants: dict[Instant, Goal], told: set[frozenset[Goal]]
 ) -> Iterator[Diagnostic]:
     """Formulas that have to hold at some step, and cannot at any."""
     queue = list(instants)
@@ -100,9 +94,9 @@ def _impossible_instants(
         requirement = instants[instant]
         if frozenset((requirement,)) in told:
             continue
-        gathered = gather_instant(mission, instant)
+        gathered = necessary.of_instant(instant)
         for further in gathered.instants:
-            if further not in instants and len(queue) < MOST_INSTANTS:
+            if further not in instants:
                 instants[further] = requirement
                 queue.append(further)
         for one, other, _ in _clashes(list(_asked(requirement, gathered, places))):

@@ -15,11 +15,12 @@ from missionc.base.late_dataclass import dataclass
 from missionc.base.source import Span
 from missionc.checks.free_space import FreeSpace
 from missionc.checks.literals import Literal, Unbounded
-from missionc.checks.necessary_conditions import Fact, necessary_conditions
+from missionc.checks.necessary_conditions import Fact, NecessaryConditions
 from missionc.diagnostics.code import TOO_FAR
 from missionc.diagnostics.model import Diagnostic, Label
 from missionc.ir import Agent, Anywhere, Exactly, Mission, Region
 from missionc.ir.wording import listed, metres, seconds, speed
+from missionc.kernel.nodes import Kernel
 from missionc.syntax.tokens import MOST_FINDINGS
 from missionc.world.area import MANY, SURE, Area
 from missionc.world.configuration_space import disjoint, empty
@@ -35,9 +36,9 @@ class Journey:
     distance: float
 
 
-def check_goals(mission: Mission, ground: FreeSpace) -> list[Diagnostic]:
+def check_goals(mission: Mission, kernel: Kernel, ground: FreeSpace) -> list[Diagnostic]:
     """Finishes out of reach of their starts, and requirements out of reach of theirs."""
-    return [*_finishes(mission, ground), *_requirements(mission, ground)]
+    return [*_finishes(mission, ground), *_requirements(mission, kernel, ground)]
 
 
 def _finishes(mission: Mission, ground: FreeSpace) -> list[Diagnostic]:
@@ -69,16 +70,16 @@ def _late_to_finish(ground: FreeSpace, agents: list[Agent]) -> list[Journey]:
     return late
 
 
-def _requirements(mission: Mission, ground: FreeSpace) -> list[Diagnostic]:
+def _requirements(mission: Mission, kernel: Kernel, ground: FreeSpace) -> list[Diagnostic]:
     if not mission.agents:
         return []
-    places = ground.places(mission.agents)
+    places, necessary = ground.places(mission.agents), NecessaryConditions.of(mission, kernel)
     findings: list[Diagnostic] = []
-    for requirement in mission.requirements:
+    for requirement in kernel.requirements:
         if len(findings) >= MOST_FINDINGS:
             break
         seen: set[tuple[Literal, int]] = set()
-        for fact in sorted(necessary_conditions(mission, requirement.formula).facts, key=lambda fact: fact.when.high):
+        for fact in sorted(necessary.of_requirement(requirement.formula).facts, key=lambda fact: fact.when.high):
             if fact.when.high == 0:
                 continue  # a contradiction with the start
             area = places.rule(fact.literal).within

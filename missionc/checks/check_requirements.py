@@ -1,6 +1,6 @@
 """Check of requirements: contradictions on their face, tautologies, routes that mean nothing.
 
-    in   Mission
+    in   Mission, its Kernel
     out  nothing but findings
     says MC307 MC510 MC511 MC514 MC515 MC517
 
@@ -14,14 +14,16 @@ from itertools import islice
 
 from missionc.base.late_dataclass import dataclass
 from missionc.checks.check_contradictions import contradictions
-from missionc.checks.check_routes import check_routes
+from missionc.checks.check_routes import check_routes, too_few_agents
 from missionc.checks.free_space import FreeSpace
 from missionc.checks.must_analysis import FALSE, TRUE, MustAnalysis, must_analysis
+from missionc.checks.necessary_conditions import NecessaryConditions
 from missionc.checks.value_ranges import Range, in_words, of_comparison
 from missionc.diagnostics.code import CONTRADICTION, NEVER_HOLDS, VACUOUS
 from missionc.diagnostics.model import Diagnostic, Label
 from missionc.diagnostics.text_order import in_text_order
 from missionc.ir import Apply, AtLeastOf, Compare, Formula, Holds, Mission, OfAgent, Requirement
+from missionc.kernel.nodes import Kernel
 from missionc.language.walk_formulas import bottom_up, formulas, goals, operands
 from missionc.syntax.tokens import MOST_FINDINGS
 
@@ -34,31 +36,30 @@ class Culprit:
     why: str
 
 
-def check_requirements(mission: Mission, ground: FreeSpace | None = None) -> list[Diagnostic]:
+def check_requirements(mission: Mission, kernel: Kernel, ground: FreeSpace | None = None) -> list[Diagnostic]:
     """All about the requirements that needs no planning to see; ``ground`` is the mission's where it is known."""
     if not mission.agents or mission.world.flat:
         return []
     ground = ground or FreeSpace.of(mission)
-    known = must_analysis(ground)
+    known = must_analysis(kernel, ground)
     findings = [*check_routes(mission, known), *_dead_comparisons(mission, known)]
     undecided = []
-    for requirement in mission.requirements:
-        match known.sure[requirement.formula].number:
-            case number if number == TRUE:
-                findings.append(_never_violated(known, requirement))
-            case number if number == FALSE:
-                findings.append(_never_holds(known, requirement))
-            case _:
-                undecided.append(requirement)
-    places = ground.places(mission.agents)
-    return in_text_order([*findings, *islice(contradictions(mission, places, undecided), MOST_FINDINGS)])
+    for requirement, goal in zip(mission.requirements, kernel.requirements, strict=True):
+        number = known.of(requirement.formula).number
+        if number not in (TRUE, FALSE):
+            undecided.append(goal)
+        elif not too_few_agents((culprit := _culprit(known, requirement.formula)).formula):
+            findings.append((_never_violated if number == TRUE else _never_holds)(requirement, culprit))
+    places, necessary = ground.places(mission.agents), NecessaryConditions.of(mission, kernel)
+    contradicting = contradictions(mission, places, necessary, undecided)
+    return in_text_order([*findings, *islice(contradicting, MOST_FINDINGS)])
 
 
 def _dead_comparisons(mission: Mission, known: MustAnalysis) -> Iterator[Diagnostic]:
     """Comparisons that no agent can satisfy, where what they are part of is not decided by them."""
-    dead = {formula for formula in formulas(mission) if known.sure[formula].number == FALSE and _compares(formula)}
+    dead = {formula for formula in formulas(mission) if known.of(formula).number == FALSE and _compares(formula)}
     if dead:
-        told = {goal.formula for goal in mission.requirements if known.sure[goal.formula].number in (TRUE, FALSE)}
+        told = {goal.formula for goal in mission.requirements if known.of(goal.formula).number in (TRUE, FALSE)}
         others = bottom_up(goal.formula for goal in goals(mission) if goal.formula not in told)
         yield from (_comparison_never_holds(known, formula) for formula in others if formula in dead)
 
@@ -71,7 +72,7 @@ def _culprit(known: MustAnalysis, root: Formula) -> Culprit:
     """Down from a formula that is surely true, or false, to the part that makes it so."""
     formula = root
     while True:
-        decided = [operand for operand in operands(formula) if known.sure[operand].true | known.sure[operand].false]
+        decided = [operand for operand in operands(formula) if known.of(operand).true | known.of(operand).false]
         if not decided:
             break
         formula = decided[0]
@@ -79,7 +80,7 @@ def _culprit(known: MustAnalysis, root: Formula) -> Culprit:
 
 
 def _why(known: MustAnalysis, formula: Formula) -> str:
-    sure = known.sure[formula]
+    sure = known.of(formula)
     always = sure.true != 0
     match formula:
         case Holds(Compare() as said) if (values := _range(known, said, sure.true or sure.false)) is not None:
@@ -106,8 +107,7 @@ def _range(known: MustAnalysis, said: Compare, bits: int) -> Range | None:
 # ------------------------------------------------------------------ messages
 
 
-def _never_violated(known: MustAnalysis, requirement: Requirement) -> Diagnostic:
-    culprit = _culprit(known, requirement.formula)
+def _never_violated(requirement: Requirement, culprit: Culprit) -> Diagnostic:
     return Diagnostic(
         VACUOUS,
         f"requirement `{requirement.name}` cannot be violated: every plan satisfies it",
@@ -125,8 +125,7 @@ def _comparison_never_holds(known: MustAnalysis, formula: Formula) -> Diagnostic
     )
 
 
-def _never_holds(known: MustAnalysis, requirement: Requirement) -> Diagnostic:
-    culprit = _culprit(known, requirement.formula)
+def _never_holds(requirement: Requirement, culprit: Culprit) -> Diagnostic:
     return Diagnostic(
         CONTRADICTION,
         f"requirement `{requirement.name}` can never hold: no plan satisfies it",

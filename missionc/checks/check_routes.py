@@ -6,11 +6,12 @@ says MC307 MC514 MC515
 from __future__ import annotations
 
 from missionc.checks.must_analysis import MustAnalysis
-from missionc.checks.route_conditions import ends_at_once, fewest_agents, length_of
 from missionc.diagnostics.code import ESCAPES_AT_ONCE, HOPS_BEYOND_TEAM, REACHES_ITSELF
 from missionc.diagnostics.model import Diagnostic, Fix, Label
-from missionc.ir import Apply, AtLeastOf, Formula, Mission, OfAgent
+from missionc.ir import Apply, AtLeastOf, Formula, Length, Mission, OfAgent
+from missionc.kernel.nodes import Reach, Route
 from missionc.language.walk_formulas import bits_of, formulas, operands, operator_words
+from missionc.syntax.ast import Metric
 
 
 def check_routes(mission: Mission, known: MustAnalysis) -> list[Diagnostic]:
@@ -20,17 +21,34 @@ def check_routes(mission: Mission, known: MustAnalysis) -> list[Diagnostic]:
     for formula in formulas(mission):
         if not isinstance(formula, Apply) or not formula.operator.spatial:
             continue
-        name = formula.operator.name
-        if len(length_of(formula).graph.agents) > 1 and fewest_agents(formula) > len(length_of(formula).graph.agents):
+        node, end = known.kernel.meanings[formula], formula.operands[-1]
+        if too_few_agents(formula):
             findings.append(_too_few_agents(formula))
-        elif name == "escape" and ends_at_once(formula):
+        elif node is known.kernel.meanings[end]:
             findings.append(_escapes_at_once(formula))
-        elif name in ("reach", "somewhere") and ends_at_once(formula):
-            end = formula.operands[-1]
+        elif isinstance(node, Reach) or (isinstance(node, Route) and node.low <= 0):
             whom = asked[formula]
-            if whom and whom & ~known.sure[end].true == 0:
+            if whom and whom & ~known.of(end).true == 0:
                 findings.append(_reaches_itself(mission, formula, end, whom))
     return findings
+
+
+def length_of(formula: Apply) -> Length:
+    assert isinstance(formula.bounds, Length)
+    return formula.bounds
+
+
+def too_few_agents(formula: Formula) -> bool:
+    """Whether no route is as long as a spatial operator asks."""
+    if not isinstance(formula, Apply) or not formula.operator.spatial:
+        return False
+    return 1 < len(length_of(formula).graph.agents) < fewest_agents(formula)
+
+
+def fewest_agents(formula: Apply) -> int:
+    """How many agents the shortest route within the bounds has on it, at least."""
+    length = length_of(formula)
+    return int(length.low) + 1 if length.metric is Metric.HOPS else (1 if length.low <= 0 else 2)
 
 
 def _asked(mission: Mission) -> dict[Formula, int]:
@@ -72,7 +90,8 @@ def _escapes_at_once(formula: Apply) -> Diagnostic:
     body = " ".join(formula.operands[0].span.text.split())
     return Diagnostic(
         ESCAPES_AT_ONCE,
-        "`escape` with a lower bound of 0 says no more than its formula: the agent is where it escapes to",
+        f"`{formula.operator.name}` with a lower bound of 0 says no more than its formula:"
+        " the agent is where it escapes to",
         Label(operator_words(formula), f"the same as `{body}`" if len(body) <= 40 else ""),
         help=f"ask for a distance: `{_from_one(formula)}`",
         fix=_fix(formula),

@@ -1,6 +1,6 @@
 """Check of a mission against its world: starts, goals, regions, graphs, formations and vehicles.
 
-    in   Mission
+    in   Mission, its Kernel
     out  nothing but findings
     says MC501 MC502 MC503 MC504 MC505 MC506 MC507 MC508 MC509 MC512 MC516 MC518 MC519 MC520
 
@@ -20,10 +20,11 @@ from missionc.diagnostics.model import Diagnostic, Label
 from missionc.diagnostics.text_order import in_text_order
 from missionc.ir import Mission, Obstacle, Region, Still
 from missionc.ir.wording import listed, number
+from missionc.kernel.nodes import Kernel
 from missionc.world.configuration_space import disjoint
 
 
-def check_world(mission: Mission, ground: FreeSpace | None = None) -> list[Diagnostic]:
+def check_world(mission: Mission, kernel: Kernel, ground: FreeSpace | None = None) -> list[Diagnostic]:
     """All about the world and who is in it that cannot be meant; ``ground`` is the mission's where it is known."""
     if mission.world.flat:
         return [_flat_world(mission)]
@@ -33,7 +34,7 @@ def check_world(mission: Mission, ground: FreeSpace | None = None) -> list[Diagn
             *_check_regions(mission, ground),
             *check_graphs(mission),
             *check_starts(mission, ground),
-            *check_goals(mission, ground),
+            *check_goals(mission, kernel, ground),
             *check_vehicles(mission, ground),
         ]
     )

@@ -33,8 +33,8 @@ class Unbounded:
 
 UNBOUNDED = Unbounded()
 
-MOST_RULES = 500
-"""Literals whose places are worked out; of more, nothing is said."""
+MOST_RULES = 250
+"""Literals whose places are worked out, and that are compared with one another; of more, little is said."""
 
 Bound: TypeAlias = Area | Unbounded
 
@@ -72,8 +72,7 @@ def nowhere(rule: Rule, free: Area) -> bool:
 
 def exclude(one: Rule, other: Rule) -> bool:
     """Whether no agent can have both literals at once."""
-    opposite = one.literal.positive is not other.literal.positive and one.literal.predicate == other.literal.predicate
-    if opposite or _apart(one.said, other.said):
+    if one.literal == other.literal.opposite or _apart(one.said, other.said):
         return True
     if not isinstance(one.within, Unbounded) and nowhere(other, one.within):
         return True
@@ -175,7 +174,7 @@ def _apart(one: Compare | Unbounded, other: Compare | Unbounded) -> bool:
     if isinstance(one, Unbounded) or isinstance(other, Unbounded) or not one.terms or not other.terms:
         return False
     first, second = dict(_merged(one)), dict(_merged(other))
-    if first.keys() != second.keys():
+    if not first or first.keys() != second.keys():
         return False
     ratios = [-first[feature] / second[feature] for feature in first]
     scale = ratios[0]

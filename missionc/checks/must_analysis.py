@@ -8,35 +8,39 @@ the bits of a number.
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Mapping
+from collections.abc import Hashable, Iterable
 from dataclasses import field
 from typing import assert_never
 
 from missionc.base.late_dataclass import dataclass
 from missionc.checks.free_space import FreeSpace, Lies
 from missionc.checks.literals import MOST_RULES, Literal, comparison, nowhere
-from missionc.checks.route_conditions import ends_at_once, needed_here, needed_somewhere
 from missionc.checks.value_ranges import of_comparison
-from missionc.ir import (
-    Agent,
-    Apply,
-    AtLeastOf,
-    Belongs,
-    Compare,
-    Connected,
-    Formula,
-    Holds,
-    InFormation,
-    Inside,
-    Length,
-    OfAgent,
-    Predicate,
-    Touches,
-    Truth,
+from missionc.ir import Agent, Compare, Connected, Formula, Graph, Holds, InFormation, Inside, Predicate, Touches
+from missionc.kernel.nodes import (
+    All,
+    Always,
+    Any,
+    At,
+    AtLeast,
+    Atom,
+    Eventually,
+    EveryNeighbour,
+    EveryReach,
+    EveryRoute,
+    Is,
+    Kernel,
+    Neighbour,
+    Node,
+    Not,
+    PathLength,
+    Reach,
+    Release,
+    Route,
+    Until,
 )
-from missionc.kernel.nodes import All, Always, Any, Eventually, Node, Not, Release, Until
-from missionc.kernel.normal_form import dual
-from missionc.language.walk_formulas import bits_of, formulas, meaning
+from missionc.kernel.walk import children, postorder
+from missionc.language.walk_formulas import bits_of
 
 TRUE, FALSE = 1, -1
 """The numbers of what is simply true, and false."""
@@ -63,16 +67,21 @@ class MustAnalysis:
     """What is sure of the formulas of a mission; ``everyone`` is the bits of all agents."""
 
     ground: FreeSpace
+    kernel: Kernel
     everyone: int
     kinds: tuple[tuple[Agent, int], ...]
     """One agent of each kind (those alike in all but name), and the bits of all of that kind."""
-    sure: dict[Formula, Sure] = field(default_factory=dict)
+    sure: dict[Node, Sure] = field(default_factory=dict)
     numbers: dict[Hashable, int] = field(default_factory=dict)
     members: dict[int, frozenset[int]] = field(default_factory=dict)
     predicates: dict[Predicate, tuple[int, int]] = field(default_factory=dict)
 
+    def of(self, formula: Formula) -> Sure:
+        """What is sure of a formula as meant."""
+        return self.sure[self.kernel.meanings[formula]]
 
-def must_analysis(ground: FreeSpace) -> MustAnalysis:
+
+def must_analysis(kernel: Kernel, ground: FreeSpace) -> MustAnalysis:
     """The must analysis of every formula in the mission's goals."""
     agents = ground.mission.agents
     kinds: dict[Hashable, tuple[Agent, int]] = {}
@@ -80,33 +89,69 @@ def must_analysis(ground: FreeSpace) -> MustAnalysis:
         key = (agent.radius, agent.dynamics, agent.altitude)
         first, bits = kinds.get(key, (agent, 0))
         kinds[key] = (first, bits | 1 << agent.index)
-    known = MustAnalysis(ground, (1 << len(agents)) - 1, tuple(kinds.values()))
-    for formula in formulas(ground.mission):
-        known.sure[formula] = _of_formula(known, formula)
+    known = MustAnalysis(ground, kernel, (1 << len(agents)) - 1, tuple(kinds.values()))
+    connected = _connected(known)
+    for node in postorder(kernel.meanings.values()):
+        known.sure[node] = connected.get(node) or _of_node(known, node, [known.sure[child] for child in children(node)])
     return known
 
 
-def _of_formula(known: MustAnalysis, formula: Formula) -> Sure:
-    match formula:
-        case Truth(value):
-            return _made(known, TRUE, known.everyone, 0) if value else _made(known, FALSE, 0, known.everyone)
-        case Holds(predicate):
+def _connected(known: MustAnalysis) -> dict[Node, Sure]:
+    """Connected graphs: nothing is sure but that they are not torn. One over too few agents is said of the graph."""
+    found: dict[Node, Sure] = {}
+    for formula, node in known.kernel.meanings.items():
+        if isinstance(formula, Holds) and isinstance(formula.predicate, Connected):
+            found[node] = Sure(_number(known, formula.predicate), 0, 0)
+            if node in known.kernel.opposites:
+                found[known.kernel.opposites[node]] = found[node].opposite
+    return found
+
+
+def _of_node(known: MustAnalysis, node: Node, below: list[Sure]) -> Sure:
+    match node:
+        case Atom(predicate):
             return _made(known, _number_of_predicate(known, predicate), *_of_predicate(known, predicate))
-        case Belongs(agents):
-            bits = bits_of(agents.agents)
-            return _made(known, _number(known, ("belongs", agents.agents)), bits, known.everyone & ~bits)
-        case Apply() if formula.operator.spatial:
-            return _of_route(known, formula)
-        case Apply():
-            node, places = meaning(formula)
-            operands = (known.sure[operand] for operand in formula.operands)
-            return _of_node(known, node, dict(zip(places, operands, strict=True)))
-        case AtLeastOf(_, number, agents, body):
-            return _of_enough(known, number, agents.agents, known.sure[body])
-        case OfAgent(agent, body):
-            return _of_enough(known, 1, (agent,), known.sure[body])
+        case Is(agents):
+            bits = bits_of(tuple(sorted(agents)))
+            return _made(known, _number(known, ("is", agents)), bits, known.everyone & ~bits)
+        case PathLength(graph, agent, low, high):
+            return Sure(_number(known, ("length", graph, agent, low, high)), 0, 0)
+        case Not():
+            return below[0].opposite
+        case All():
+            return _conjunction(known, below)
+        case Any():
+            return _conjunction(known, _opposites(below)).opposite
+        case AtLeast(count):
+            return _enough(known, count, below)
+        case At(agent):
+            return _at(known, agent, below[0])
+        case Always(_, low, high):
+            return _always(known, below[0], low, high)
+        case Eventually(_, low, high):
+            return _always(known, below[0].opposite, low, high).opposite
+        case Until(_, _, low, high):
+            return _until(known, below, low, high)
+        case Release(_, _, low, high):
+            return _until(known, _opposites(below), low, high).opposite
+        case Neighbour(graph):
+            return _neighbour(known, below[0], graph)
+        case EveryNeighbour(graph):
+            return _neighbour(known, below[0].opposite, graph).opposite
+        case Reach(graph, _, _, hops):
+            return _route(known, below, graph, 0, hops)
+        case EveryReach(graph, _, _, hops):
+            return _route(known, _opposites(below), graph, 0, hops).opposite
+        case Route(graph, _, _, shortest, longest):
+            return _route(known, below, graph, shortest, longest)
+        case EveryRoute(graph, _, _, shortest, longest):
+            return _route(known, _opposites(below), graph, shortest, longest).opposite
         case _:
-            assert_never(formula)
+            assert_never(node)
+
+
+def _opposites(parts: Iterable[Sure]) -> list[Sure]:
+    return [part.opposite for part in parts]
 
 
 def _made(known: MustAnalysis, number: int, true: int, false: int) -> Sure:
@@ -122,106 +167,11 @@ def _number(known: MustAnalysis, key: Hashable) -> int:
     return known.numbers.setdefault(key, len(known.numbers) + 2)
 
 
-def _number_of_predicate(known: MustAnalysis, predicate: Predicate) -> int:
-    """A comparison and the one that denies it (``x <= 3``, ``x > 3``) get opposite numbers."""
-    opposite = comparison(Literal(predicate, False))
-    if opposite in known.numbers:
-        return -known.numbers[opposite]
-    return _number(known, predicate)
+# ----------------------------------------------------- Boolean and temporal nodes
 
 
-def _of_enough(known: MustAnalysis, number: int, agents: tuple[int, ...], body: Sure) -> Sure:
-    """At least so many of the agents have the body."""
-    bits, size = bits_of(agents), len(agents)
-    if 2 * number <= size:
-        key = -_number(known, ("enough", size - number + 1, agents, -body.number))
-    else:
-        key = _number(known, ("enough", number, agents, body.number))
-    holds = (body.true & bits).bit_count() >= number
-    fails = size - (body.false & bits).bit_count() < number
-    return _made(known, key, known.everyone if holds else 0, known.everyone if fails else 0)
-
-
-def _of_route(known: MustAnalysis, formula: Apply) -> Sure:
-    length = formula.bounds
-    assert isinstance(length, Length)
-    operands = tuple(known.sure[operand] for operand in formula.operands)
-    bounds = (length.graph, length.metric, length.low, length.high)
-    numbers = tuple(operand.number for operand in operands)
-    name = formula.operator.name
-    key = _number(known, (name, numbers, bounds, formula.comparison, formula.number))
-    true = false = 0
-    for operand, sign in needed_here(formula, True):
-        false |= known.sure[operand].false if sign else known.sure[operand].true
-    for operand, sign in needed_here(formula, False):
-        true |= known.sure[operand].false if sign else known.sure[operand].true
-    linked = bits_of(length.graph.agents)
-    for operand in needed_somewhere(formula):
-        never = known.sure[operand].false
-        if never & linked == linked:
-            false |= never if ends_at_once(formula) else known.everyone
-    if name == "everywhere" and operands[0].number == TRUE:
-        true = known.everyone
-    if name == "count":
-        more, fewer = _of_count(formula)
-        true, false = (known.everyone if more else 0), (known.everyone if fewer else 0)
-    return _made(known, key, true & ~false, false & ~true)
-
-
-def _of_count(formula: Apply) -> tuple[bool, bool]:
-    """Whether a count is within its comparison, or beside it, however many agents there are to count."""
-    assert isinstance(formula.bounds, Length)
-    most, number = len(formula.bounds.graph.agents) + 1, formula.number
-    match formula.comparison:
-        case ">=":
-            return number <= 0, number > most
-        case ">":
-            return number < 0, number >= most
-        case "<=":
-            return number >= most, number < 0
-        case "<":
-            return number > most, number <= 0
-        case _:
-            return False, number > most or number < 0
-
-
-# ------------------------------------------------- temporal and Boolean words
-
-
-def _of_node(known: MustAnalysis, node: Node, operands: Mapping[Node, Sure]) -> Sure:
-    if node in operands:
-        return operands[node]
-    match node:
-        case Not(body):
-            return _of_node(known, body, operands).opposite
-        case All(parts):
-            return _of_all(known, [_of_node(known, part, operands) for part in parts])
-        case Any(parts):
-            return _of_all(known, [_of_node(known, part, operands).opposite for part in parts]).opposite
-        case Always(body, low, high):
-            return _of_window(known, _of_node(known, body, operands), low, high)
-        case Eventually(body, low, high):
-            return _of_window(known, _of_node(known, body, operands).opposite, low, high).opposite
-        case Until(hold, end, low, high):
-            held, ended = _of_node(known, hold, operands), _of_node(known, end, operands)
-            key = _number(known, ("until", held.number, ended.number, low, high))
-            if low == 0:
-                return _made(known, key, ended.true, ended.false)
-            return _made(known, key, held.true & ended.true, held.false | ended.false)
-        case Release():
-            return _of_node(known, dual(node, (Not(node.hold), Not(node.end))), operands).opposite
-        case _:
-            return Sure(_number(known, ("other", node)), 0, 0)
-
-
-def _of_window(known: MustAnalysis, body: Sure, low: int, high: int | None) -> Sure:
-    if low == high == 0:
-        return body
-    return _made(known, _number(known, ("throughout", body.number, low, high)), body.true, body.false)
-
-
-def _of_all(known: MustAnalysis, parts: list[Sure]) -> Sure:
-    """The conjunction: flat, without what is simply true, false where it holds a part and its negation."""
+def _conjunction(known: MustAnalysis, parts: list[Sure]) -> Sure:
+    """Flat, without what is simply true, false where it holds a part and its negation."""
     true, false = known.everyone, 0
     numbers: set[int] = set()
     for part in parts:
@@ -246,7 +196,71 @@ def _denied(known: MustAnalysis, number: int, numbers: set[int]) -> bool:
     return -number in numbers or (number < 0 and known.members.get(-number, frozenset((0,))) <= numbers)
 
 
+def _enough(known: MustAnalysis, count: int, parts: list[Sure]) -> Sure:
+    """So many of the parts, of those that are about everyone alike; the fewer are counted by their negations."""
+    if 2 * count <= len(parts):
+        return _enough(known, len(parts) - count + 1, _opposites(parts)).opposite
+    number = _number(known, ("enough", count, tuple(sorted(part.number for part in parts))))
+    sure = sum(part.true == known.everyone for part in parts)
+    lost = sum(part.false == known.everyone for part in parts)
+    return _made(
+        known, number, known.everyone if sure >= count else 0, known.everyone if len(parts) - lost < count else 0
+    )
+
+
+def _at(known: MustAnalysis, agent: int, body: Sure) -> Sure:
+    number = _number(known, ("at", agent, abs(body.number)))
+    there = known.everyone if body.true >> agent & 1 else 0, known.everyone if body.false >> agent & 1 else 0
+    return _made(known, number if body.number > 0 else -number, *there)
+
+
+def _always(known: MustAnalysis, body: Sure, low: int, high: int | None) -> Sure:
+    if low == high == 0:
+        return body
+    return _made(known, _number(known, ("always", body.number, low, high)), body.true, body.false)
+
+
+def _until(known: MustAnalysis, parts: list[Sure], low: int, high: int | None) -> Sure:
+    hold, end = parts
+    number = _number(known, ("until", hold.number, end.number, low, high))
+    if low == 0:
+        return _made(known, number, end.true, end.false)
+    return _made(known, number, hold.true & end.true, hold.false | end.false)
+
+
+# ------------------------------------------------------------------ spatial nodes
+
+
+def _neighbour(known: MustAnalysis, body: Sure, graph: Graph) -> Sure:
+    number = _number(known, ("neighbour", graph, body.number))
+    return _made(known, number, 0, _not_on_from(known, body, graph))
+
+
+def _route(known: MustAnalysis, parts: list[Sure], graph: Graph, low: float, high: float) -> Sure:
+    """A route: where no links are long enough, the agent is its own end; otherwise it goes on to a linked one."""
+    through, end = parts
+    number = _number(known, ("route", graph, through.number, end.number, low, high))
+    stuck = through.false | _not_on_from(known, end, graph)
+    if low > 0:
+        return _made(known, number, 0, stuck)
+    return _made(known, number, end.true, end.false & stuck)
+
+
+def _not_on_from(known: MustAnalysis, end: Sure, graph: Graph) -> int:
+    """The agents that have no way to another one which the formula may be true of."""
+    linked = bits_of(graph.agents)
+    return known.everyone if linked & ~end.false == 0 else known.everyone & ~linked
+
+
 # ------------------------------------------------------------------ predicates
+
+
+def _number_of_predicate(known: MustAnalysis, predicate: Predicate) -> int:
+    """A comparison and the one that denies it (``x <= 3``, ``x > 3``) get opposite numbers."""
+    opposite = comparison(Literal(predicate, False))
+    if opposite in known.numbers:
+        return -known.numbers[opposite]
+    return _number(known, predicate)
 
 
 def _of_predicate(known: MustAnalysis, predicate: Predicate) -> tuple[int, int]:

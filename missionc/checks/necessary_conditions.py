@@ -6,15 +6,15 @@ in every plan that satisfies the formula.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import field
+from itertools import chain
 from typing import assert_never
 
 from missionc.base.late_dataclass import dataclass
 from missionc.base.source import Span
 from missionc.checks.literals import Literal
-from missionc.checks.route_conditions import needed_here
-from missionc.ir import Apply, AtLeastOf, Belongs, Formula, Holds, Mission, OfAgent, Truth
+from missionc.ir import AtLeastOf, Holds, Mission
 from missionc.kernel.nodes import (
     All,
     Always,
@@ -27,6 +27,7 @@ from missionc.kernel.nodes import (
     EveryReach,
     EveryRoute,
     Is,
+    Kernel,
     Neighbour,
     Node,
     Not,
@@ -36,13 +37,13 @@ from missionc.kernel.nodes import (
     Route,
     Until,
 )
-from missionc.language.walk_formulas import bits_of, meaning
+from missionc.language.walk_formulas import bits_of
 
 EVER = 1 << 40
 """A step later than any mission's last."""
 
 MOST_VISITS = 20_000
-"""Formulas looked at, each with whom and when; a mission with more has its later facts left out."""
+"""Formulas looked at, each with whom and when; what comes after them is left out."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,122 +105,160 @@ class Fact:
 class Instant:
     """A formula that holds somewhere at some step, of an agent or of the team, though it is not known when or whose."""
 
-    formula: Formula
-    positive: bool
+    formula: Node
     who: Those
 
 
 @dataclass(slots=True)
-class NecessaryConditions:
+class Necessary:
     facts: list[Fact] = field(default_factory=list)
     instants: dict[Instant, None] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)
 class Visit:
-    formula: Formula
-    positive: bool
+    formula: Node
     who: Those
     when: When
 
 
-def necessary_conditions(mission: Mission, formula: Formula) -> NecessaryConditions:
-    """The necessary facts of a requirement's formula, at step 0."""
-    return _gather(mission, Visit(formula, True, THE_TEAM, AT_ONCE), mission.steps)
+@dataclass(slots=True, eq=False)
+class NecessaryConditions:
+    """The necessary conditions of the formulas of a mission.
 
+    ``quantified`` and ``held`` are the nodes, and negations, that came of a quantifier and of a predicate.
+    """
 
-def gather_instant(mission: Mission, instant: Instant) -> NecessaryConditions:
-    """The necessary facts of a formula that holds at an unknown step, in steps from there."""
-    return _gather(mission, Visit(instant.formula, instant.positive, instant.who, AT_ONCE), None)
+    mission: Mission
+    quantified: Mapping[Node, AtLeastOf]
+    held: Mapping[Node, tuple[Literal, Span]]
+    visits: int = 0
 
+    @staticmethod
+    def of(mission: Mission, kernel: Kernel) -> NecessaryConditions:
+        quantified: dict[Node, AtLeastOf] = {}
+        held: dict[Node, tuple[Literal, Span]] = {}
+        for formula, node in kernel.meanings.items():
+            for each, positive in ((node, True), (kernel.opposites.get(node), False)):
+                match formula:
+                    case AtLeastOf() if each is not None:
+                        quantified[each] = formula
+                    case Holds(predicate) if each is not None:
+                        held[each] = Literal(predicate, positive), formula.span
+        return NecessaryConditions(mission, quantified, held)
 
-def _gather(mission: Mission, root: Visit, last: int | None) -> NecessaryConditions:
-    gathered = NecessaryConditions()
-    seen: set[Visit] = set()
-    stack = [root]
-    while stack and len(seen) < MOST_VISITS:
-        visit = stack.pop()
-        if visit in seen:
-            continue
-        seen.add(visit)
-        stack.extend(reversed(list(_below(mission, visit, last, gathered))))
-    return gathered
+    def of_requirement(self, formula: Node) -> Necessary:
+        """What is necessary of a requirement's formula, at step 0."""
+        return self._gathered(Visit(formula, THE_TEAM, AT_ONCE), self.mission.steps)
 
+    def of_instant(self, instant: Instant) -> Necessary:
+        """What is necessary of a formula that holds at an unknown step, in steps from there."""
+        return self._gathered(Visit(instant.formula, instant.who, AT_ONCE), None)
 
-def _below(mission: Mission, visit: Visit, last: int | None, gathered: NecessaryConditions) -> Iterator[Visit]:
-    """What must hold of the formulas below, for the visited one to hold."""
-    formula, positive, who, when = visit.formula, visit.positive, visit.who, visit.when
-    match formula:
-        case Truth() | Belongs():
+    def _gathered(self, root: Visit, last: int | None) -> Necessary:
+        gathered = Necessary()
+        seen: set[Visit] = set()
+        stack = [root]
+        while stack and self.visits < MOST_VISITS:
+            visit = stack.pop()
+            if visit in seen:
+                continue
+            seen.add(visit)
+            self.visits += 1
+            stack.extend(reversed(list(self._below(visit, last, gathered))))
+        return gathered
+
+    def _below(self, visit: Visit, last: int | None, gathered: Necessary) -> Iterator[Visit]:
+        """What must hold of the formulas below, for the visited one to hold."""
+        node, who, when = visit.formula, visit.who, visit.when
+        if node in self.held:
+            literal, span = self.held[node]
+            gathered.facts.append(Fact(literal, THE_TEAM if literal.predicate.about_team else who, when, span))
+        elif node in self.quantified:
+            yield from self._of_agents(node, self.quantified[node], when, gathered)
+        elif isinstance(node, At):
+            name = self.mission.agents[node.agent].name
+            yield Visit(node.body, Those(1, 1 << node.agent, f"`{name}`", (node.agent,)), when)
+        else:
+            for body, then in _needs(node, when, last):
+                if then.low < then.high and when.low == when.high:
+                    gathered.instants[Instant(body, THE_TEAM if who == THE_TEAM else ITSELF)] = None
+                yield Visit(body, who, then)
+
+    def _of_agents(self, node: Node, formula: AtLeastOf, when: When, gathered: Necessary) -> Iterator[Visit]:
+        assert isinstance(node, All | Any | AtLeast)
+        agents, size = formula.agents.agents, len(node.parts)
+        enough = size if isinstance(node, All) else 1 if isinstance(node, Any) else node.count
+        if not 0 < enough <= size:
             return
-        case Holds(predicate, span):
-            whom = THE_TEAM if predicate.about_team else who
-            gathered.facts.append(Fact(Literal(predicate, positive), whom, when, span))
-        case Apply() if formula.operator.spatial:
-            for operand, sign in needed_here(formula, positive):
-                yield Visit(operand, sign, who, when)
-        case Apply():
-            node, places = meaning(formula)
-            operands: dict[Node, Formula] = dict(zip(places, formula.operands, strict=True))
-            for below in _of_node(node, operands, visit, last):
-                if below.when.low < below.when.high and when.low == when.high:
-                    gathered.instants[Instant(below.formula, below.positive, _anyone(who))] = None
-                yield below
-        case AtLeastOf(_, number, agents, body, _):
-            size = len(agents.agents)
-            enough = number if positive else size - number + 1
-            if 0 < enough <= size:
-                if enough < size:
-                    gathered.instants[Instant(body, positive, ITSELF)] = None
-                words = _words(enough, size, agents.name)
-                yield Visit(body, positive, Those(enough, bits_of(agents.agents), words, agents.agents), when)
-        case OfAgent(agent, body, _):
-            yield Visit(body, positive, Those(1, 1 << agent, f"`{mission.agents[agent].name}`", (agent,)), when)
-        case _:
-            assert_never(formula)
+        part = node.parts[0]
+        assert isinstance(part, At)
+        if enough < size:
+            gathered.instants[Instant(part.body, ITSELF)] = None
+        yield Visit(part.body, Those(enough, bits_of(agents), _words(enough, size, formula.agents.name), agents), when)
 
 
-def _of_node(node: Node, operands: Mapping[Node, Formula], visit: Visit, last: int | None) -> Iterator[Visit]:
-    """What an operator's kernel form says of its operands."""
-    positive, when = visit.positive, visit.when
-
-    def under(body: Node, sign: bool, then: When) -> Iterator[Visit]:
-        return _of_node(body, operands, Visit(visit.formula, sign, visit.who, then), last)
-
-    if node in operands:
-        yield Visit(operands[node], positive, visit.who, when)
-        return
+def _needs(node: Node, when: When, last: int | None) -> Iterator[tuple[Node, When]]:
+    """What has to hold of the same agent for the node to hold then, and when."""
     match node:
-        case Not(body):
-            yield from under(body, not positive, when)
-        case All(parts) | Any(parts):
-            if isinstance(node, All) is positive or len(parts) == 1:
-                for part in parts:
-                    yield from under(part, positive, when)
-        case Always(body, low, high) | Eventually(body, low, high):
-            if isinstance(node, Always) is positive:
-                for then in when.throughout(low, high, last):
-                    yield from under(body, positive, then)
-            else:
-                yield from under(body, positive, when.sometime(low, high, last))
-        case Until(hold, end, low, high) | Release(hold, end, low, high):
-            if isinstance(node, Until) is positive:
-                yield from under(end, positive, when.sometime(low, high, last))
-                if low > 0:
-                    for then in when.throughout(0, low - 1, last):
-                        yield from under(hold, positive, then)
-            elif low == 0:
-                yield from under(end, positive, when)
-        case Atom() | Is() | AtLeast() | At() | PathLength():
-            return
-        case Neighbour() | EveryNeighbour() | Reach() | EveryReach() | Route() | EveryRoute():
+        case All(parts):
+            yield from ((part, when) for part in parts)
+        case Any(parts) if parts:
+            yield from ((part, when) for part in _in_each(_conjuncts(part) for part in parts))
+        case Always(body, low, high):
+            yield from ((body, then) for then in when.throughout(low, high, last))
+        case Eventually(body, low, high):
+            yield body, when.sometime(low, high, last)
+        case Until(hold, end, low, high):
+            yield end, when.sometime(low, high, last)
+            if low > 0:
+                yield from ((hold, then) for then in when.throughout(0, low - 1, last))
+        case Release(_, end, low):
+            if low == 0:
+                yield end, when
+        case Reach() | Route():
+            yield from ((part, when) for part in _of_route(node))
+        case EveryReach(end=end):
+            yield end, when
+        case EveryRoute(end=end, low=shortest):
+            if shortest <= 0:
+                yield end, when
+        case Any() | Atom() | Is() | Not() | PathLength() | AtLeast() | At() | Neighbour() | EveryNeighbour():
             return
         case _:
             assert_never(node)
 
 
-def _anyone(who: Those) -> Those:
-    return THE_TEAM if who == THE_TEAM else ITSELF
+def _of_route(node: Reach | Route) -> Iterable[Node]:
+    """A route without links has the agent as its end, any other as its first."""
+    if isinstance(node, Route) and node.low > 0:
+        return (node.through,)
+    return _in_each((_parts(node.through), _parts(node.end)))
+
+
+def _in_each(alternatives: Iterable[Mapping[Node, None]]) -> Iterable[Node]:
+    """What stands in all of the alternatives, in the order of the first."""
+    first, *others = alternatives
+    return [node for node in first if all(node in other for other in others)]
+
+
+def _parts(node: Node) -> dict[Node, None]:
+    """The formula, and all that stands beside others in it."""
+    found: dict[Node, None] = {}
+    stack = [node]
+    while stack:
+        part = stack.pop()
+        if part not in found:
+            found[part] = None
+            stack.extend(reversed(part.parts) if isinstance(part, All) else ())
+    return found
+
+
+def _conjuncts(node: Node) -> dict[Node, None]:
+    """The same, with what routes need."""
+    found = _parts(node)
+    routes = [part for part in found if isinstance(part, Reach | Route)]
+    return found | dict.fromkeys(chain.from_iterable(map(_of_route, routes)))
 
 
 def _words(number: int, size: int, name: str) -> str:

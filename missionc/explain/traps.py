@@ -11,7 +11,8 @@ from collections.abc import Iterator
 
 from missionc.explain import convention_examples
 from missionc.explain.convention_examples import Example, Trap
-from missionc.ir import Apply, Connected, Formula, Holds, Inside, Length, Touches, Truth, Window
+from missionc.ir import Apply, Connected, Formula, Holds, Inside, Length, Touches, Window
+from missionc.language.operators import by_name
 from missionc.language.walk_formulas import bottom_up, operands
 
 
@@ -20,7 +21,7 @@ def traps_of(formula: Formula) -> tuple[Trap, ...]:
     found: set[str] = set()
     windowed: set[Formula] = set()
     for part in bottom_up([formula]):
-        found.update(trap.name for trap in _touched(part))
+        found.update(_touched(part))
         below = any(operand in windowed for operand in operands(part))
         window = isinstance(part, Apply) and isinstance(part.bounds, Window)
         if window and below:
@@ -30,56 +31,18 @@ def traps_of(formula: Formula) -> tuple[Trap, ...]:
     return tuple(trap for trap in convention_examples.TRAPS if trap.name in found)
 
 
-def _touched(part: Formula) -> Iterator[Trap]:
+def _touched(part: Formula) -> Iterator[str]:
     match part:
         case Holds(Inside() | Touches()):
-            yield convention_examples.BORDER
+            yield convention_examples.BORDER.name
         case Holds(Connected()):
-            yield convention_examples.LINK
-        case Apply(bounds=Window() as window):
-            yield from _of_time(part, window)
-        case Apply(bounds=Length() as length):
-            yield convention_examples.LINK
-            yield from _of_space(part, length)
-        case _:
-            return
-
-
-def _of_time(part: Apply, window: Window) -> Iterator[Trap]:
-    if window.high is not None:
-        yield convention_examples.CLOSED_WINDOW
-    match part.operator.name:
-        case "until":
-            yield convention_examples.UNTIL_END
-            yield convention_examples.UNTIL_NOW
-            if window.low > 0:
-                yield convention_examples.UNTIL_WINDOW
-        case "release":
-            yield convention_examples.RELEASE
-        case _:
-            return
-
-
-def _of_space(part: Apply, length: Length) -> Iterator[Trap]:
-    at_once = length.low <= 0
-    match part.operator.name:
-        case "reach" | "somewhere" | "everywhere":
-            if at_once:
-                yield convention_examples.ITSELF
-            elif length.low > 1:
-                yield convention_examples.WALK
-                yield convention_examples.LONGER
-            elif length.high > 1:
-                yield convention_examples.WALK
-            if part.operator.name == "reach" and not isinstance(part.operands[0], Truth):
-                yield convention_examples.LAST
-        case "escape":
-            yield convention_examples.ESCAPE_AT_ONCE if at_once else convention_examples.ESCAPE_FAR
-        case "count":
-            if at_once:
-                yield convention_examples.COUNTS_ITSELF
-        case "surround":
-            yield convention_examples.ALONE
+            yield convention_examples.LINK.name
+        case Apply(operator, _, bounds):
+            yield from by_name[operator.name].traps(part)
+            if isinstance(bounds, Length):
+                yield convention_examples.LINK.name
+            elif isinstance(bounds, Window) and bounds.high is not None:
+                yield convention_examples.CLOSED_WINDOW.name
         case _:
             return
 

@@ -7,7 +7,7 @@ from enum import Enum
 
 from missionc.base.late_dataclass import dataclass
 from missionc.base.source import Span
-from missionc.ir import Graph, Length, Window
+from missionc.ir import Apply, Graph, Length, Window
 from missionc.kernel.nodes import Node
 
 
@@ -61,6 +61,11 @@ class TooLarge:
     nodes: int
 
 
+def no_traps(use: Apply) -> tuple[str, ...]:
+    """No traps: the operator means the same everywhere."""
+    return ()
+
+
 @dataclass(frozen=True, slots=True)
 class Operator:
     """``expand`` gives the meaning in kernel form; ``letter`` is the logic's own spelling (``G``, ``->``), if any.
@@ -74,6 +79,9 @@ class Operator:
     ``{route}``, ``{far}``, ``{graph}``, ``{here}``, ``{perhaps}``, ``{included}`` and
     ``{number}`` what a spatial operator looks at. Its operands are verbs: ``that
     {right}``, or with a noun ``{left:agent on it}``, "every agent on it is …".
+
+    ``traps`` are the conventions that a use hangs on and that other tools have
+    otherwise, by their names in ``explain.convention_examples``.
     """
 
     name: str
@@ -85,6 +93,7 @@ class Operator:
     says: str
     reads: str
     example: str
+    traps: Callable[[Apply], tuple[str, ...]] = no_traps
 
     @property
     def arity(self) -> int:

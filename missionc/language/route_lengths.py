@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from missionc.base.source import Span
-from missionc.ir import Length
+from missionc.ir import Apply, Length
 from missionc.kernel.nodes import All, Is, Node, Not, PathLength, Reach
 from missionc.syntax.ast import Metric
 
@@ -20,6 +20,11 @@ def whole_hops(length: Length) -> tuple[int, int]:
 
 def measured_in_hops(length: Length) -> bool:
     return length.metric is Metric.HOPS
+
+
+def no_hops(use: Apply) -> bool:
+    """Whether the agent itself is within the bounds: a route of no links will do."""
+    return isinstance(use.bounds, Length) and use.bounds.low <= 0
 
 
 def always_true(span: Span) -> Node:

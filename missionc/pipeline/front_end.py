@@ -25,6 +25,7 @@ from missionc.data.vehicles import profiles
 from missionc.diagnostics.code import INCLUDE_NOT_ALLOWED
 from missionc.diagnostics.model import Diagnostic, has_errors
 from missionc.ir import PLAIN
+from missionc.kernel.nodes import Kernel
 from missionc.lower.choose_backend import choose_backend
 from missionc.lower.expand import expand
 from missionc.pipeline.checked import Checked
@@ -126,19 +127,23 @@ def check(
     if mission is None or has_errors(findings):
         return replace(so_far(findings), program=program)
     choice = None
+    with watch.stage("expand"):
+        kernel, more = expand(mission, limits)
+        findings += more
     with watch.stage("check"):
         ground = None if mission.world.flat else FreeSpace.of(mission)
-        findings += [*check_horizons(mission), *check_world(mission, ground), *check_requirements(mission, ground)]
+        asked = kernel or Kernel((), ())
+        findings += [*check_horizons(mission), *check_world(mission, asked, ground)]
+        if kernel is not None:
+            findings += check_requirements(mission, kernel, ground)
         if backend != ANY_BACKEND:
             choice, more = choose_backend(mission, None if backend == "auto" else backend)
             findings += more
-    if has_errors(findings):
-        return replace(so_far(findings), program=program, mission=mission, choice=choice)
-    with watch.stage("expand"):
-        kernel, more = expand(mission, limits)
-        if kernel is not None and ground is not None:
-            more = [*more, *check_ends(mission, kernel, ground)]
-    return replace(so_far([*findings, *more]), program=program, mission=mission, choice=choice, kernel=kernel)
+        if has_errors(findings):
+            kernel = None
+        elif kernel is not None and ground is not None:
+            findings += check_ends(mission, kernel, ground)
+    return replace(so_far(findings), program=program, mission=mission, choice=choice, kernel=kernel)
 
 
 def in_file_order(findings: list[Diagnostic], sources: list[Source]) -> tuple[Diagnostic, ...]:

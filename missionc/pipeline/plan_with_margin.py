@@ -43,7 +43,7 @@ def plan_with_margin(backend: Backend, mission: Mission, kernel: Kernel, options
     """
     wanted = with_vehicle_room(mission)
     slow = with_flyable_speeds(wanted)
-    if slow is not wanted and has_errors(check_world(slow)):  # too slow to be anywhere in time
+    if slow is not wanted and has_errors(check_world(slow, kernel)):  # too slow to be anywhere in time
         slow = wanted
     margin = tracking_margin(mission) if options.margin is None else Metres(options.margin)
     late = False

@@ -13,15 +13,22 @@ from missionc.base.units import Metres, Steps
 from missionc.checks.check_horizons import check_horizons
 from missionc.checks.check_requirements import check_requirements
 from missionc.checks.check_world import check_world
-from missionc.diagnostics.code import CONTRADICTION, TOO_FAR, VACUOUS
+from missionc.diagnostics.code import CONTRADICTION, TOO_FAR, VACUOUS, Code
 from missionc.language.operators import by_name
 from missionc.language.walk_formulas import bottom_up
+from missionc.lower.expand import expand
 from tests import reference
 from tests.support.random_runs import SPAN, Case, cases, formulas, mission_of
 
 
 def asked_of_all(case: Case) -> ir.Formula:
     return ir.AtLeastOf("every", len(case.run.mission.agents), case.run.mission.teams[0], case.formula, SPAN)
+
+
+def codes_of(mission: ir.Mission) -> set[Code]:
+    kernel, _ = expand(mission)
+    assert kernel is not None
+    return {finding.code for finding in (*check_world(mission, kernel), *check_requirements(mission, kernel))}
 
 
 def as_flown(case: Case, formula: ir.Formula) -> ir.Mission:
@@ -45,7 +52,7 @@ def test_nothing_is_called_impossible_that_a_run_does_and_nothing_vacuous_that_a
     formula = asked_of_all(case)
     mission = as_flown(case, formula)
     run = reference.Run(mission, case.run.position, case.run.velocity)
-    codes = {finding.code for finding in (*check_world(mission), *check_requirements(mission))}
+    codes = codes_of(mission)
     if reference.truth(formula, run, 0, 0):
         assert not codes & {CONTRADICTION, TOO_FAR}
     else:
@@ -64,7 +71,7 @@ def test_two_requirements_contradict_only_where_no_run_has_both(case: Case, data
     mission = replace(mission, requirements=both)
     run = reference.Run(mission, case.run.position, case.run.velocity)
     if all(reference.truth(requirement.formula, run, 0, 0) for requirement in both):
-        assert CONTRADICTION not in {finding.code for finding in check_requirements(mission)}
+        assert CONTRADICTION not in codes_of(mission)
 
 
 def overruns(formula: ir.Formula, step: int, last: int) -> bool:
@@ -215,7 +222,7 @@ def test_no_goal_is_called_out_of_reach_that_agents_reach_in_the_last_moment(
     of_some = ir.AtLeastOf("at least", number, mission.teams[0], arrives(data, there, mission.steps), SPAN)
     at_once = arrives(data, ir.AtLeastOf("every", size, mission.teams[0], there, SPAN), mission.steps)
     mission = requiring(mission, data.draw(st.sampled_from([of_some, at_once])))
-    codes = {finding.code for finding in (*check_world(mission), *check_requirements(mission))}
+    codes = codes_of(mission)
     assert not codes & {TOO_FAR, CONTRADICTION}
 
 
@@ -231,7 +238,7 @@ def test_a_goal_just_out_of_reach_is_found(journey: Journey, kind: str) -> None:
     there = ir.Apply(by_name["eventually"], (ir.Holds(journey.goal.predicate, SPAN),), window, SPAN)
     number = size if kind == "every" else 1
     mission = requiring(mission, ir.AtLeastOf(kind, number, mission.teams[0], there, SPAN))
-    assert TOO_FAR in {finding.code for finding in check_world(mission)}
+    assert TOO_FAR in codes_of(mission)
 
 
 @given(journeys())
@@ -239,9 +246,9 @@ def test_a_finish_is_out_of_reach_only_where_it_is(journey: Journey) -> None:
     mission = journey.mission
     finish = ir.Exactly(journey.goal.border, SPAN)
     agents = tuple(replace(agent, finish=finish) for agent in mission.agents)
-    assert TOO_FAR not in {finding.code for finding in check_world(replace(mission, agents=agents))}
+    assert TOO_FAR not in codes_of(replace(mission, agents=agents))
     if isinstance(agents[0].start, ir.Exactly):
         assert isinstance(agents[0].dynamics, ir.SingleIntegrator)
         slower = ir.SingleIntegrator(agents[0].dynamics.speed * 0.99)
         agents = tuple(replace(agent, dynamics=slower) for agent in agents)
-        assert TOO_FAR in {finding.code for finding in check_world(replace(mission, agents=agents))}
+        assert TOO_FAR in codes_of(replace(mission, agents=agents))

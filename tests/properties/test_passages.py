@@ -42,4 +42,4 @@ def test_a_check_ends_before_the_stage_at_which_it_is_told_to() -> None:
 
     with pytest.raises(InterruptedError):
         check(Source("a", CORPUS[-1]), before=before)
-    assert stages == ["parse", "resolve", "check"]
+    assert stages == ["parse", "resolve", "expand", "check"]

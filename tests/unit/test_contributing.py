@@ -112,10 +112,11 @@ def test_a_flag_of_compile_is_named_where_its_row_says() -> None:
     assert told == modules("a flag of `compile`")
 
 
-def test_an_operator_of_space_is_named_where_its_row_says() -> None:
-    named = modules_that_name("surround", "missionc/checks", "missionc/language", "missionc/syntax")
-    listed = modules("an operator of time", "surround") | modules("an operator of space", "surround")
-    assert named | {"missionc/language/operators/surround.py"} == listed
+@pytest.mark.parametrize(("row", "word"), [("an operator of time", "release"), ("an operator of space", "surround")])
+def test_an_operator_is_named_where_its_row_says(row: str, word: str) -> None:
+    folders = ("checks", "explain", "language", "lower", "resolve", "syntax")
+    named = modules_that_name(word, *(f"missionc/{folder}" for folder in folders))
+    assert named == modules("an operator of time", word) | modules(row, word)
 
 
 # ---------------------------------------------------------------- operators

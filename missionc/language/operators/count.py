@@ -5,9 +5,10 @@ The agent itself counts where the lower bound is 0, also outside the graph.
 
 from __future__ import annotations
 
+from missionc.ir import Apply
 from missionc.kernel.nodes import All, At, AtLeast, Is, Node, Not
 from missionc.language.operator import Bounds, Fixity, Operator, Use
-from missionc.language.route_lengths import distance_to
+from missionc.language.route_lengths import distance_to, no_hops
 
 
 def expand(use: Use) -> Node:
@@ -40,6 +41,10 @@ def _compared(parts: tuple[Node, ...], use: Use) -> Node:
             raise AssertionError(use.comparison)
 
 
+def traps(use: Apply) -> tuple[str, ...]:
+    return ("count of oneself",) if no_hops(use) else ()
+
+
 OPERATOR = Operator(
     name="count",
     letter="",
@@ -51,4 +56,5 @@ OPERATOR = Operator(
     reads="of the agents whose shortest way from {here} on {graph} is {far}{included}, there are {number} "
     "of which each {body}",
     example="count[hops 1..1 on radio] field >= 2",
+    traps=traps,
 )

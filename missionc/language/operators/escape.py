@@ -9,9 +9,10 @@ Source:
 
 from __future__ import annotations
 
+from missionc.ir import Apply
 from missionc.kernel.nodes import All, Any, Is, Node, Reach
 from missionc.language.operator import Bounds, Fixity, Operator, Use
-from missionc.language.route_lengths import distance_from, most_hops
+from missionc.language.route_lengths import distance_from, most_hops, no_hops
 
 
 def expand(use: Use) -> Node:
@@ -28,6 +29,10 @@ def expand(use: Use) -> Node:
     return Any(tuple(towards(agent) for agent in length.graph.agents), span)
 
 
+def traps(use: Apply) -> tuple[str, ...]:
+    return ("escape without a lower bound" if no_hops(use) else "how far one has escaped",)
+
+
 OPERATOR = Operator(
     name="escape",
     letter="E",
@@ -39,4 +44,5 @@ OPERATOR = Operator(
     reads="a route on {graph} leads from {here} to an agent{perhaps} whose shortest way from {here} is "
     "{far}, and {body:agent on it, both ends included,}",
     example="escape[hops 2.. on radio] not threat",
+    traps=traps,
 )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from missionc.kernel.nodes import Node, Not
 from missionc.language.operator import Bounds, Fixity, Operator, TooLarge, Use
-from missionc.language.operators.reach import reach
+from missionc.language.operators.reach import of_routes, reach
 from missionc.language.route_lengths import always_true
 
 
@@ -24,4 +24,5 @@ OPERATOR = Operator(
     says="every route within the bounds ends at an agent where it holds",
     reads="{body:agent to which {route} leads from {here}{included}}",
     example="everywhere[hops 0..1 on radio] not fire",
+    traps=of_routes,
 )

@@ -18,9 +18,10 @@ from collections.abc import Iterator
 from functools import cache
 from math import comb, perm
 
+from missionc.ir import Apply, Length, Truth
 from missionc.kernel.nodes import All, Any, Is, Neighbour, Node, Not, Reach, Route
 from missionc.language.operator import Bounds, Fixity, Operator, TooLarge, Use
-from missionc.language.route_lengths import measured_in_hops, whole_hops
+from missionc.language.route_lengths import measured_in_hops, no_hops, whole_hops
 
 
 def expand(use: Use) -> Node | TooLarge:
@@ -83,6 +84,21 @@ def _some_links(use: Use, through: Node, end: Node, low: int, high: int) -> Node
     return leaving(frozenset())
 
 
+def traps(use: Apply) -> tuple[str, ...]:
+    over_anybody = isinstance(use.operands[0], Truth)
+    return (*of_routes(use), *(() if over_anybody else ("the last of a route",)))
+
+
+def of_routes(use: Apply) -> tuple[str, ...]:
+    """What ``somewhere`` and ``everywhere`` hang on too."""
+    assert isinstance(use.bounds, Length)
+    if no_hops(use):
+        return ("zero hops",)
+    if use.bounds.low > 1:
+        return ("routes do not turn back", "the longer way counts")
+    return ("routes do not turn back",) if use.bounds.high > 1 else ()
+
+
 OPERATOR = Operator(
     name="reach",
     letter="R",
@@ -93,4 +109,5 @@ OPERATOR = Operator(
     says="a route within the bounds, over agents of the left one, ends at an agent of the right one",
     reads="{route} leads from {here} to an agent{perhaps} that {right}, and {left:agent on it but the last}",
     example="safe reach[hops 0..2 on radio] base",
+    traps=traps,
 )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from missionc.ir import Apply
 from missionc.kernel.nodes import Node, Release
 from missionc.language.operator import Bounds, Fixity, Operator, Use
 
@@ -14,6 +15,10 @@ def expand(use: Use) -> Node:
     return Release(frees, held, window.low, window.high, use.span)
 
 
+def traps(use: Apply) -> tuple[str, ...]:
+    return ("release, at its end",)
+
+
 OPERATOR = Operator(
     name="release",
     letter="Rel",
@@ -24,4 +29,5 @@ OPERATOR = Operator(
     says="the right one at every step of the window, or up to and with a step where the left one held before",
     reads="{each}, {right}, unless {earlier}, {left}",
     example="charged release[0, 10 s] base",
+    traps=traps,
 )

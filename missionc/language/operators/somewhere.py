@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from missionc.kernel.nodes import Node
 from missionc.language.operator import Bounds, Fixity, Operator, TooLarge, Use
-from missionc.language.operators.reach import reach
+from missionc.language.operators.reach import of_routes, reach
 from missionc.language.route_lengths import always_true
 
 
@@ -23,4 +23,5 @@ OPERATOR = Operator(
     says="some route within the bounds ends at an agent where it holds",
     reads="{route} leads from {here} to an agent{perhaps} that {body}",
     example="somewhere[hops 1..2 on radio] base",
+    traps=of_routes,
 )

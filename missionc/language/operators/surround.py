@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-from missionc.ir import Length
+from missionc.ir import Apply, Length
 from missionc.kernel.nodes import All, Any, Node, Not, Reach, Route
 from missionc.language.operator import Bounds, Fixity, Operator, Use
 from missionc.language.operators import escape
@@ -47,6 +47,10 @@ def _next_above(length: Length) -> float:
     return length.high + 1 if measured_in_hops(length) else math.nextafter(length.high, math.inf)
 
 
+def traps(use: Apply) -> tuple[str, ...]:
+    return ("surrounded by nobody",)
+
+
 OPERATOR = Operator(
     name="surround",
     letter="",
@@ -58,4 +62,5 @@ OPERATOR = Operator(
     reads="{here} {left}, and the part of {graph} around it, of agents of which each {left}, "
     "ends on every side after {far}, at agents of which each {right}",
     example="base surround[hops 0..3 on radio] field",
+    traps=traps,
 )

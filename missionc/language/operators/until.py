@@ -5,6 +5,7 @@ The standard reading. [strel] asks for ``f`` at that step too; that is ``f until
 
 from __future__ import annotations
 
+from missionc.ir import Apply, Window
 from missionc.kernel.nodes import Node, Until
 from missionc.language.operator import Bounds, Fixity, Operator, Use
 
@@ -14,6 +15,11 @@ def expand(use: Use) -> Node:
     if use.window.high == 0:  # there is no step before, and so none from which the left one is asked how it goes on
         return end
     return Until(hold, end, use.window.low, use.window.high, use.span)
+
+
+def traps(use: Apply) -> tuple[str, ...]:
+    late = isinstance(use.bounds, Window) and use.bounds.low > 0
+    return ("until, at its end", "until, at its beginning", *(("until, before its window",) if late else ()))
 
 
 OPERATOR = Operator(
@@ -26,4 +32,5 @@ OPERATOR = Operator(
     says="the right one at some step of the window, the left one at every step before it",
     reads="{some}, {right}; and {before}, {left}",
     example="safe until[0, 10 s] base",
+    traps=traps,
 )
