@@ -17,10 +17,10 @@ from scipy.spatial.distance import cdist
 from w9_pathfinding.envs import Grid
 from w9_pathfinding.mapf import CBS
 
-from missionc.backends.clot.cost_graph.cost_graph import Margin, build
+from missionc.backends.clot.cost_graph.cost_graph import build, formulas_below
 from missionc.base.trace import Array, Trace
 from missionc.ir import Box, Inside, Mission
-from missionc.kernel.nodes import Kernel
+from missionc.kernel.nodes import Atom, Kernel
 from missionc.world.signed_distance import signed_distance
 from table1.scene import Unsupported, box, speed, together, trace
 
@@ -65,8 +65,8 @@ def _legs(mission: Mission, kernel: Kernel) -> list[Box]:
     """The dock, the regions of the requirements in their order, the pad."""
     named = [
         term.predicate.region.shape
-        for term in build(kernel).order
-        if isinstance(term, Margin) and isinstance(term.predicate, Inside)
+        for term in formulas_below(build(kernel))
+        if isinstance(term, Atom) and isinstance(term.predicate, Inside)
     ]
     boxes = [shape for number, shape in enumerate(named) if isinstance(shape, Box) and shape not in named[:number]]
     return [box(mission.agents[0].start), *boxes, box(mission.agents[0].finish)]

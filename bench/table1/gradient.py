@@ -12,18 +12,20 @@ Source:
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import torch
 from torch import Tensor
 
-from missionc.backends.clot.cost_graph.cost_graph import Greatest, GreatestOver, Least, LeastOver, Term, build
+from missionc.backends.clot.cost_graph.cost_graph import build, formulas_below
 from missionc.backends.clot.cost_graph.leaf_margins import UNLIMITED
 from missionc.backends.clot.cost_graph.motion_batch import States, team, velocities
 from missionc.backends.clot.cost_graph.robustness import Robustness
 from missionc.backends.clot.optimise.accept import attempt
 from missionc.base.trace import Array, Trace
 from missionc.ir import Mission
-from missionc.kernel.nodes import Kernel
+from missionc.kernel.nodes import Kernel, WindowNode
 from missionc.world.signed_distance import signed_distance
 from table1.scene import box, speed, stand, trace
 
@@ -41,25 +43,18 @@ LENGTH = 0.02
 class Smooth(Robustness):
     """Robustness whose greatest and least pass a gradient to all that they are of."""
 
-    def value(self, term: Term, parts: tuple[Tensor, ...]) -> Tensor:
-        match term:
-            case Least() if parts:
-                return least(torch.stack(torch.broadcast_tensors(*parts), dim=-1))
-            case Greatest() if parts:
-                return greatest(torch.stack(torch.broadcast_tensors(*parts), dim=-1))
-            case LeastOver(_, low, high):
-                return self.window(parts[0], low, high, least)
-            case GreatestOver(_, low, high):
-                return self.window(parts[0], low, high, greatest)
-            case _:
-                return super().value(term, parts)
+    def meet(self, parts: Sequence[Tensor]) -> Tensor:
+        return least(torch.stack(torch.broadcast_tensors(*parts), dim=-1)) if parts else super().meet(parts)
 
-    def window(self, value: Tensor, low: int, high: int | None, over: object) -> Tensor:
-        value = self.spread(value)
+    def join(self, parts: Sequence[Tensor]) -> Tensor:
+        return greatest(torch.stack(torch.broadcast_tensors(*parts), dim=-1)) if parts else super().join(parts)
+
+    def window(self, node: WindowNode, body: Tensor) -> Tensor:
+        value = self.spread(body)
         steps = value.shape[-1]
-        width = (steps - 1 if high is None else high) - low + 1
-        assert callable(over)
-        within: Tensor = over(value[..., low:].unfold(-1, width, 1))
+        width = (steps - 1 if node.high is None else node.high) - node.low + 1
+        ahead = value[..., node.low :].unfold(-1, width, 1)
+        within = least(ahead) if node.every else greatest(ahead)
         return torch.nn.functional.pad(within, (0, steps - within.shape[-1]), value=-UNLIMITED)
 
 
@@ -122,10 +117,11 @@ class _Problem:
     def cost(self, position: Tensor) -> tuple[Tensor, Tensor]:
         """What is broken, and the squared lengths of steps: (batch,) twice."""
         mission = self.mission
-        values = Smooth(self.team, States(position, velocities(position, mission.step))).values(self.graph.order)
+        judge = Smooth(self.team, States(position, velocities(position, mission.step)))
+        values = judge.values(formulas_below(self.graph))
         broken = position.new_zeros(len(position))
         for wanted in self.graph.requirements:
-            broken = broken + torch.relu(ROOM - values[wanted.term][:, 0, 0]) ** 2
+            broken = broken + torch.relu(ROOM - values[wanted.formula][:, 0, 0]) ** 2
         moved = position.diff(dim=2)
         for part in BETWEEN:
             where = position[:, :, :-1] + part * moved

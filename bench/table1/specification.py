@@ -8,41 +8,32 @@ one side of an obstacle, or of another body, is kept at two steps in a row.
 
 from __future__ import annotations
 
-from typing import Any, TypeAlias
+import typing
 
 import numpy as np
 from stlpy.STL import LinearPredicate
 from stlpy.STL.formula import STLTree
 
-from missionc.backends.clot.cost_graph.cost_graph import (
-    Greatest,
-    GreatestOver,
-    Least,
-    LeastOver,
-    Margin,
-    Of,
-    Term,
-    build,
-)
+from missionc.backends.clot.cost_graph.cost_graph import build
 from missionc.base.trace import Array
 from missionc.ir import Box, Connected, Disc, Inside, Mission, Proximity, Shape
-from missionc.kernel.nodes import Kernel
+from missionc.kernel.nodes import All, Always, Any, At, Atom, Eventually, Kernel, Node
 from table1.scene import Unsupported, box, tree
 
-Stl: TypeAlias = Any
+Stl: typing.TypeAlias = typing.Any
 """stlpy comes without types."""
 
 GUARD = 1e-3
 """Metres by which every predicate has to hold, so that a solver's tolerance does not decide."""
 
 SIDES = 8
-"""Of the polygon that stands for a disc."""
+"""At the polygon that stands for a disc."""
 
 
 def specification(mission: Mission, kernel: Kernel, start: Array, between: bool = False) -> Stl:
     """Requirements, finishes, obstacles and pairs, from ``start``, (agents, 2)."""
     write = _Writer(mission, tree(start), between)
-    parts = [write.term(wanted.term, None) for wanted in build(kernel).requirements]
+    parts = [write.term(wanted.formula, None) for wanted in build(kernel).requirements]
     last = mission.steps
     for agent in mission.agents:
         if agent.finish is not None:
@@ -67,22 +58,22 @@ class _Writer:
         self.size, self.links, self.between = 2 * len(mission.agents), links, between
         self.last = mission.steps
 
-    def term(self, term: Term, agent: int | None) -> Stl:
+    def term(self, term: Node, agent: int | None) -> Stl:
         match term:
-            case Least(parts):
+            case All(parts):
                 return both([self.term(part, agent) for part in parts], "and")
-            case Greatest(parts):
+            case Any(parts):
                 return both([self.term(part, agent) for part in parts], "or")
-            case LeastOver(body, low, high):
+            case Always(body, low, high):
                 return self.term(body, agent).always(low, self.last if high is None else high)
-            case GreatestOver(body, low, high):
+            case Eventually(body, low, high):
                 return self.term(body, agent).eventually(low, self.last if high is None else high)
-            case Of(one, body):
+            case At(one, body):
                 return self.term(body, one)
-            case Margin(Inside(region, body), True) if agent is not None and not body:
+            case Atom(Inside(region, body)) if agent is not None and not body:
                 if isinstance(region.shape, Box):
                     return self.inside(agent, region.shape, 0.0)
-            case Margin(Connected(Proximity() as graph), True):
+            case Atom(Connected(Proximity() as graph)):
                 return both([self.near(*link, graph.radius) for link in self.links], "and")
         raise Unsupported(f"no linear form of {term}")
 

@@ -11,7 +11,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from missionc import ir
-from missionc.kernel.nodes import Goal, Kernel
+from missionc.backends.clot.cost_graph.cost_graph import formulas_below
+from missionc.kernel.nodes import EveryRoute, Goal, Kernel, Route
 from missionc.language.operators import by_name
 from missionc.lower.expand import expand
 from missionc.monitoring.monitor import robustness
@@ -21,22 +22,14 @@ from tests.support.random_runs import SPAN, Case, cases, leaves, mission_of, run
 
 pytest.importorskip("torch")
 
-from missionc.backends.clot.cost_graph.cost_graph import (
-    CostGraph,
-    EveryLinked,
-    Length,
-    Ranked,
-    Release,
-    SomeLinked,
-    Term,
-    build,
-)
+from missionc.backends.clot.cost_graph.cost_graph import build
 from missionc.backends.clot.cost_graph.leaf_margins import UNLIMITED
 from missionc.backends.clot.cost_graph.motion_batch import States, team
 from missionc.backends.clot.cost_graph.robustness import Robustness
 from missionc.backends.clot.optimise.active_set import Active, Links, activate
 from missionc.backends.clot.optimise.goal_terms import Demand
 from missionc.base.trace import Array, Trace
+from missionc.kernel.nodes import AtLeast, EveryNeighbour, Neighbour, Node, Release
 from missionc.language.margins.predicate_margins import all_links
 
 
@@ -47,25 +40,26 @@ def kernel_of(case: Case, formula: ir.Formula) -> Kernel:
     return kernel
 
 
-def values_of(kernel: Kernel, mission: ir.Mission, trace: Trace) -> tuple[dict[Term, Array], Active, Term]:
+def values_of(kernel: Kernel, mission: ir.Mission, trace: Trace) -> tuple[dict[Node, Array], Active, Node]:
     graph = build(kernel)
     values, links = judged(graph, mission, trace)
-    root = graph.requirements[0].term
-    return values, activate(graph.order, (root,), values, links, trace.position, {}), root
+    root = graph.requirements[0].formula
+    return values, activate(formulas_below(graph), (root,), values, links, trace.position, {}), root
 
 
-def judged(graph: CostGraph, mission: ir.Mission, trace: Trace) -> tuple[dict[Term, Array], dict[ir.Graph, Array]]:
+def judged(graph: Kernel, mission: ir.Mission, trace: Trace) -> tuple[dict[Node, Array], dict[ir.Graph, Array]]:
     """The values of all terms, and the links of the graphs they read."""
     import torch
 
     states = States(torch.from_numpy(trace.position)[None], torch.from_numpy(trace.velocity)[None])
     judge = Robustness(team(mission, dtype=torch.float64), states)
-    values = {term: value[0].numpy() for term, value in judge.values(graph.order).items()}
-    graphs = {term.graph for term in graph.order if isinstance(term, SomeLinked | EveryLinked | Length)}
+    values = {term: value[0].numpy() for term, value in judge.values(formulas_below(graph)).items()}
+    linked = Neighbour | EveryNeighbour | Route | EveryRoute
+    graphs = {term.graph for term in formulas_below(graph) if isinstance(term, linked)}
     return values, {each: judge.links(each)[0].numpy() for each in graphs}
 
 
-def least(active: Active, values: dict[Term, Array], trace: Trace) -> float:
+def least(active: Active, values: dict[Node, Array], trace: Trace) -> float:
     """The least of everything that has to hold."""
     shape = trace.position.shape[:2]
     found = [math.inf]
@@ -140,11 +134,11 @@ def test_a_motion_nearby_that_has_all_that_was_chosen_satisfies_the_formula(case
         return
     formula = case.formula if holds else ir.Apply(by_name["not"], (case.formula,), None, SPAN)
     graph = build(kernel_of(case, formula))
-    root, mission = graph.requirements[0].term, case.run.mission
+    root, mission = graph.requirements[0].formula, case.run.mission
     values, links = judged(graph, mission, case.trace)
     if float(values[root].flat[0]) <= -UNLIMITED / 2:
         return
-    active = activate(graph.order, (root,), values, links, case.trace.position, {})
+    active = activate(formulas_below(graph), (root,), values, links, case.trace.position, {})
     moved = case.trace.position + np.random.default_rng(seed).uniform(-0.05, 0.05, case.trace.position.shape)
     nearby = replace(case.trace, position=moved)
     values, _ = judged(graph, mission, nearby)
@@ -171,14 +165,15 @@ def test_a_witness_decides_what_the_values_did(case: Case) -> None:
     if reference.ahead(case.formula) > case.run.last:
         return
     kernel = kernel_of(case, case.formula)
-    roots = (build(kernel).requirements[0].term,)
+    roots = (build(kernel).requirements[0].formula,)
     steps = case.run.last
     free = Demand.of(case.run.mission, roots, {}, steps)
     chosen = free.active(case.trace.position, case.trace.velocity)
     witness = free.witness(case.trace.position, case.trace.velocity)
     moved = case.trace.position[:, ::-1] + 0.3
     kept = Demand.of(case.run.mission, roots, witness, steps).active(moved, case.trace.velocity)
-    left_open = any(isinstance(term, Ranked | Release | EveryLinked | Length) for term in free.order)
+    open_ = AtLeast | Release | EveryNeighbour | Route | EveryRoute
+    left_open = any(isinstance(term, open_) for term in free.order)
     if not left_open:
         assert set(kept.margins) == set(chosen.margins)
         assert all(np.array_equal(kept.margins[term], mask) for term, mask in chosen.margins.items())

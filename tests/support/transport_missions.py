@@ -26,7 +26,7 @@ def checked(text: str, backend: str = "clot", **overrides: str) -> tuple[Mission
 def costs_and_demand(text: str) -> tuple[Costs, Demand]:
     """What motions of a mission cost, and what its requirements ask of them while nothing is decided."""
     mission, kernel = checked(text)
-    roots = tuple(wanted.term for wanted in build(kernel).requirements)
+    roots = tuple(wanted.formula for wanted in build(kernel).requirements)
     return Costs(mission, splines(mission), Weights(), Spare()), Demand.of(mission, roots, {}, mission.steps)
 
 

@@ -5,11 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from missionc.kernel.nodes import Atom
+
 torch = pytest.importorskip("torch")
 nx = pytest.importorskip("networkx")
 
 import missionc
-from missionc.backends.clot.cost_graph.cost_graph import Margin
 from missionc.backends.clot.cost_graph.leaf_margins import link_weight, second_eigenvalue
 from missionc.backends.clot.optimise.active_set import Active
 from missionc.backends.clot.optimise.control_points import splines
@@ -65,7 +66,7 @@ def test_its_slope_by_positions_is_that_of_differences() -> None:
     mission = checked.mission
     made = splines(mission)
     costs = TaskCosts(mission, made, Weights(), Spare())
-    margin = Margin(Connected(mission.graphs[0], (0, 1, 2, 3, 4)), True)
+    margin = Atom(Connected(mission.graphs[0], (0, 1, 2, 3, 4)))
     mask = np.zeros((5, mission.steps + 1), dtype=np.bool_)
     mask[0, 3] = True
     control = np.random.default_rng(2).uniform(1, 4, (5, made.points, 2))

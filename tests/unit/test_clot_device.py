@@ -15,7 +15,7 @@ from torch import Tensor
 from missionc.backends import load
 from missionc.backends.api import Budget, Planned, Progress
 from missionc.backends.clot.backend import BACKEND
-from missionc.backends.clot.cost_graph.cost_graph import Term, build
+from missionc.backends.clot.cost_graph.cost_graph import build
 from missionc.backends.clot.cost_graph.motion_batch import team
 from missionc.backends.clot.optimise.free_distance import Surroundings
 from missionc.backends.clot.paper.prefix import about
@@ -31,7 +31,7 @@ from missionc.cli import app
 from missionc.diagnostics.code import NO_DEVICE, NOT_ITS_FLAG
 from missionc.diagnostics.model import Diagnostic
 from missionc.ir import Mission
-from missionc.kernel.nodes import Kernel
+from missionc.kernel.nodes import Kernel, Node
 from missionc.pipeline import driver
 from missionc.pipeline.results import Verified
 from missionc.verify.verify_plan import verify
@@ -81,8 +81,8 @@ class Batch:
         offsets = torch.rand((8, self.mission.steps + 1, 4, 2), generator=generator, dtype=torch.float64)
         self.probes = self.own[:, :, None] + offsets.to(self.device, dtype)
 
-    def goals(self, newest: int | None) -> tuple[Term, ...]:
-        return about([wanted.term for wanted in build(self.kernel).requirements], frozenset({0, 1, 2}), {}, newest)
+    def goals(self, newest: int | None) -> tuple[Node, ...]:
+        return about([wanted.formula for wanted in build(self.kernel).requirements], frozenset({0, 1, 2}), {}, newest)
 
     def cost(self) -> ProbeCost:
         crew = team(self.mission, self.device, self.dtype)

@@ -8,11 +8,12 @@ import pytest
 pytest.importorskip("torch")
 
 import missionc
-from missionc.backends.clot.cost_graph.cost_graph import GreatestOver, build
+from missionc.backends.clot.cost_graph.cost_graph import build
 from missionc.backends.clot.schedule.schedule import Schedule, Scheduler
 from missionc.backends.clot.schedule.tasks import MOST_OPTIONS, outline
 from missionc.base.source import Source
 from missionc.ir import Mission
+from missionc.kernel.nodes import Eventually
 from tests.support.transport_missions import planned
 
 HOUSE = """\
@@ -66,7 +67,7 @@ def test_every_schedule_has_the_key_before_the_door(order: str) -> None:
     _, found = schedules(HOUSE + FIRST_THE_KEY[order], 10)
     for schedule in found:
         at = {type(each.visit.event.chooser): each.step for each in schedule.appointments}
-        door = at.pop(GreatestOver)
+        door = at.pop(Eventually)
         before = 6 if order.startswith("late") else 0  # until 3 s the door is nobody's business
         assert door < before or next(iter(at.values())) <= door
         assert schedule.late == 0

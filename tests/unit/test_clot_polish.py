@@ -7,9 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from missionc.backends.clot.cost_graph.cost_graph import formulas_below
+from missionc.kernel.nodes import Atom
+
 pytest.importorskip("torch")
 
-from missionc.backends.clot.cost_graph.cost_graph import CostGraph, Margin, build
+from missionc.backends.clot.cost_graph.cost_graph import build
 from missionc.backends.clot.cost_graph.spanning_trees import spanning_tree
 from missionc.backends.clot.optimise.accept import attempt
 from missionc.backends.clot.optimise.control_points import splines, trace
@@ -68,8 +71,8 @@ def of_file(name: str, **overrides: str) -> tuple[Mission, Kernel]:
     return found.mission, found.kernel
 
 
-def demand_of(graph: CostGraph, mission: Mission, schedule: Schedule | None = None) -> Demand:
-    roots = tuple(wanted.term for wanted in graph.requirements)
+def demand_of(graph: Kernel, mission: Mission, schedule: Schedule | None = None) -> Demand:
+    roots = tuple(wanted.formula for wanted in graph.requirements)
     return Demand.of(mission, roots, schedule.choices if schedule else {}, mission.steps)
 
 
@@ -177,7 +180,7 @@ def test_a_tree_spans_with_the_best_worst_link() -> None:
 
 def test_routes_of_any_length_between_all_members_are_one_term() -> None:
     _, kernel = of_file("clot_visit")
-    predicates = [term.predicate for term in build(kernel).order if isinstance(term, Margin)]
+    predicates = [term.predicate for term in formulas_below(build(kernel)) if isinstance(term, Atom)]
     assert sum(isinstance(predicate, Connected) for predicate in predicates) == 1
 
 

@@ -7,6 +7,9 @@ import time
 import numpy as np
 import pytest
 
+from missionc.backends.clot.cost_graph.cost_graph import formulas_below
+from missionc.kernel.nodes import Atom
+
 pytest.importorskip("torch")
 
 import torch
@@ -14,7 +17,7 @@ import torch
 from missionc.backends import load
 from missionc.backends.api import Budget, NotFound, Planned, Progress
 from missionc.backends.clot.backend import BACKEND
-from missionc.backends.clot.cost_graph.cost_graph import Margin, Of, SomeLinked, build, postorder
+from missionc.backends.clot.cost_graph.cost_graph import build
 from missionc.backends.clot.cost_graph.motion_batch import States, team, velocities
 from missionc.backends.clot.cost_graph.robustness import Robustness
 from missionc.backends.clot.optimise.free_distance import Surroundings
@@ -29,6 +32,8 @@ from missionc.base.source import Source
 from missionc.diagnostics.code import NOT_ITS_FLAG
 from missionc.diagnostics.model import Diagnostic
 from missionc.ir import Connected, InFormation, Mission
+from missionc.kernel.nodes import At, Neighbour
+from missionc.kernel.walk import postorder
 from missionc.pipeline import driver
 from missionc.pipeline.results import Verified
 from missionc.verify.verify_plan import verify
@@ -165,13 +170,13 @@ def test_a_partial_team_is_never_judged_worse_than_the_whole_team_could_be(requi
     """Whatever the others do: with all agents planned the goal is worth no more than its part for some of them."""
     mission, kernel = checked(TRIO + f"require it: {requirement}\n", driver.ANY_BACKEND)
     graph = build(kernel)
-    (whole,) = (wanted.term for wanted in graph.requirements)
+    (whole,) = (wanted.formula for wanted in graph.requirements)
     part = about([whole], frozenset(known), {})
     generator = torch.Generator().manual_seed(len(requirement))
     position = torch.rand((64, 3, mission.steps + 1, 2), generator=generator, dtype=torch.float64)
     position = position * torch.tensor([7.0, 5.0]) + 0.5
     states = States(position, velocities(position, mission.step))
-    value = Robustness(team(mission, dtype=torch.float64), states).values(graph.order)[whole][:, 0, 0]
+    value = Robustness(team(mission, dtype=torch.float64), states).values(formulas_below(graph))[whole][:, 0, 0]
     if known == {0, 1, 2}:
         assert part == (whole,) or len(part) == 1
     for term in part:
@@ -184,20 +189,20 @@ def test_a_partial_team_is_never_judged_worse_than_the_whole_team_could_be(requi
 
 def test_connected_becomes_a_link_of_the_agent_that_is_moved() -> None:
     _, kernel = checked(TRIO + "require it: always[0, 3 s] connected(radio)\n")
-    roots = [wanted.term for wanted in build(kernel).requirements]
+    roots = [wanted.formula for wanted in build(kernel).requirements]
     assert about(roots, frozenset({1}), {}) == ()
     (among,) = about(roots, frozenset({0, 1}), {})
-    assert isinstance(among.body, Margin)  # type: ignore[union-attr]
+    assert isinstance(among.body, Atom)  # type: ignore[union-attr]
     assert isinstance(among.body.predicate, Connected)  # type: ignore[union-attr]
     assert among.body.predicate.agents == (0, 1)  # type: ignore[union-attr]
     (own,) = about(roots, frozenset({0, 1}), {}, newest=1)
-    assert isinstance(own.body, Of)  # type: ignore[union-attr]
-    assert isinstance(own.body.body, SomeLinked)  # type: ignore[union-attr]
+    assert isinstance(own.body, At)  # type: ignore[union-attr]
+    assert isinstance(own.body.body, Neighbour)  # type: ignore[union-attr]
 
 
 def test_a_formation_keeps_the_edges_between_planned_agents() -> None:
     _, kernel = checked(TRIO + "require it: always[0, 3 s] row\n")
-    (part,) = about([wanted.term for wanted in build(kernel).requirements], frozenset({0, 1}), {})
+    (part,) = about([wanted.formula for wanted in build(kernel).requirements], frozenset({0, 1}), {})
     predicate = part.body.predicate  # type: ignore[union-attr]
     assert isinstance(predicate, InFormation)
     assert [(edge.first, edge.second) for edge in predicate.formation.edges] == [(0, 1)]
@@ -213,7 +218,7 @@ def parked(mission: Mission, places: list[tuple[float, float]]) -> torch.Tensor:
 
 def test_the_check_of_a_partial_team_gives_the_worst_margin_in_metres() -> None:
     mission, kernel = checked(PAIR)
-    roots = [wanted.term for wanted in build(kernel).requirements]
+    roots = [wanted.formula for wanted in build(kernel).requirements]
     around, everyone = Surroundings(mission, 4), team(mission)
     still = parked(mission, [(1.5, 1.5), (1.5, 2.0)])
 
@@ -243,7 +248,7 @@ def test_a_probe_costs_less_away_from_an_obstacle_and_from_the_others() -> None:
 @pytest.mark.parametrize("hinged", [True, False])
 def test_a_probe_towards_what_a_goal_asks_for_costs_less(hinged: bool) -> None:
     mission, kernel = checked(PAIR)
-    goals = about([wanted.term for wanted in build(kernel).requirements], frozenset({0}), {}, 0)
+    goals = about([wanted.formula for wanted in build(kernel).requirements], frozenset({0}), {}, 0)
     own = parked(mission, [(4.5, 4.0)])[:, 0]
     cost = ProbeCost(mission, team(mission), 0, (), goals, Surroundings(mission, 2), ProbeWeights(), hinged)
     probes = own[:, :, None] + torch.tensor([[0.5, 0.0], [-0.5, 0.0]])

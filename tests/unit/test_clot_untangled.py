@@ -8,6 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from missionc.backends.clot.cost_graph.cost_graph import signed_predicate
+
 pytest.importorskip("torch")
 
 from missionc.backends.api import Budget, Planned
@@ -38,8 +40,8 @@ def demand(other: str, another: str) -> Demand:
 
 def asked(made: Demand, position: Array) -> set[tuple[str, bool]]:
     active = made.active(position, np.zeros_like(position)).margins
-    named = {margin: margin.predicate.region.name for margin in active if isinstance(margin.predicate, Inside)}
-    return {(named[margin], margin.holds) for margin, mask in active.items() if mask.any()}
+    signed = {leaf: signed_predicate(leaf) for leaf, mask in active.items() if mask.any()}
+    return {(what.region.name, holds) for what, holds in signed.values() if isinstance(what, Inside)}
 
 
 def at(x: float, y: float) -> Array:

@@ -36,7 +36,7 @@ from missionc.backends.api import (
     UnusableSnapshot,
     forget,
 )
-from missionc.backends.clot.cost_graph.cost_graph import CostGraph, build
+from missionc.backends.clot.cost_graph.cost_graph import build, formulas_below
 from missionc.backends.clot.optimise.accept import attempt
 from missionc.backends.clot.optimise.active_set import Choices
 from missionc.backends.clot.optimise.control_points import splines, trace
@@ -126,7 +126,7 @@ class Run:
     spare: tuple[int, Reached] | None = None
     """A plan, and the attempt that found it before an earlier one has ended: for when there is no time for that one."""
     preset: Preset = field(init=False)
-    graph: CostGraph = field(init=False)
+    graph: Kernel = field(init=False)
     asked: Outline = field(init=False)
     geodesics: Geodesics = field(init=False)
 
@@ -136,7 +136,7 @@ class Run:
             self.graph = build(self.kernel)
             self.asked = outline(self.graph, self.mission.steps)
             self.geodesics = Geodesics(self.mission)
-        self.account.sizes["terms"] = len(self.graph.order)
+        self.account.sizes["terms"] = len(formulas_below(self.graph))
         if self.budget.resume is not None:
             self.take_up(from_snapshot(self.budget.resume, self.mission, self.graph))
 
@@ -270,7 +270,7 @@ class Run:
 
     def wanted(self, choices: Choices) -> tuple[Demand, Costs]:
         """What is asked of a motion, and what it costs."""
-        roots = tuple(wanted.term for wanted in self.graph.requirements)
+        roots = tuple(wanted.formula for wanted in self.graph.requirements)
         demand = Demand.of(self.mission, roots, choices, self.mission.steps)
         return demand, Costs(self.mission, splines(self.mission), Weights(), Spare())
 

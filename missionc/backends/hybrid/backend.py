@@ -19,7 +19,6 @@ import numpy as np
 from missionc.backends.api import Budget, Impossible, NotFound, Outcome, Planned, ignore, unheard
 from missionc.backends.clot.backend import ATTEMPTS, NOISE
 from missionc.backends.clot.backend import Run as Smooth
-from missionc.backends.clot.cost_graph.cost_graph import GreatestOver, Until
 from missionc.backends.clot.optimise.active_set import Choices
 from missionc.backends.clot.optimise.control_points import splines
 from missionc.backends.clot.optimise.goal_terms import Demand
@@ -34,7 +33,7 @@ from missionc.backends.smt.sat.installed_solvers import solver_missing
 from missionc.base.trace import Array
 from missionc.diagnostics.model import Diagnostic
 from missionc.ir import Mission
-from missionc.kernel.nodes import Kernel
+from missionc.kernel.nodes import Eventually, Kernel, Until
 
 OWN = 3
 """Every so many-th first motion is the transport's own sketch, while Z3 finds others."""
@@ -138,13 +137,13 @@ class Run:
         """Z3's choices where nothing is measured; elsewhere a schedule's, at times far from Z3's own."""
         mission = self.mission
         made = splines(mission)
-        roots = tuple(each.term for each in self.smooth.graph.requirements if each.name in self.asked.whole)
+        roots = tuple(each.formula for each in self.smooth.graph.requirements if each.name in self.asked.whole)
         witness = Demand.of(mission, roots, {}, mission.steps).witness(*made.states(made.through(first)))
-        taken = [step for (term, _, _), step in witness.items() if isinstance(term, GreatestOver | Until)]
+        taken = [step for (term, _, _), step in witness.items() if isinstance(term, Eventually | Until)]
         scheduler = Scheduler(mission, self.smooth.asked, np.random.default_rng([self.budget.seed, number]))
         choices = dict(scheduler.schedule(NOISE if number else 0.0).choices)
         for term, agent, asked in choices:
-            if isinstance(term, GreatestOver | Until):
+            if isinstance(term, Eventually | Until):
                 last = mission.steps if term.high is None else min(asked + term.high, mission.steps)
                 choices[term, agent, asked] = max(
                     range(asked + term.low, last + 1),

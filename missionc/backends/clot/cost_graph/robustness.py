@@ -1,102 +1,105 @@
-"""The exact space robustness of a cost graph's terms, for a batch of joint motions at once.
+"""The exact space robustness of a cost graph's formulas, for a batch of joint motions at once.
 
 Source:
-    [clot] II-B; [strel] for the terms over links.
+    [clot] II-B; [strel] for those over links.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from functools import reduce
-from typing import assert_never
 
 import torch
 from torch import Tensor
 
-from missionc.backends.clot.cost_graph.cost_graph import (
-    EveryLinked,
-    Greatest,
-    GreatestOver,
-    Least,
-    LeastOver,
-    Length,
-    Margin,
-    Member,
-    Of,
-    Ranked,
-    Release,
-    SomeLinked,
-    Term,
-    Until,
-    below,
-)
+from missionc.backends.clot.cost_graph.cost_graph import SignedPredicate
 from missionc.backends.clot.cost_graph.leaf_margins import UNLIMITED, all_links, margin
 from missionc.backends.clot.cost_graph.motion_batch import States, Team
 from missionc.backends.clot.cost_graph.route_metres import length_value
 from missionc.backends.clot.torch_device import places
 from missionc.ir import Graph, Predicate
+from missionc.kernel.evaluate import Domain, evaluate
+from missionc.kernel.nodes import NeighbourNode, Node, PathLength, ReachNode, RouteNode, UntilNode, WindowNode
 
 
-class Robustness:
-    """Values of terms on given states.
+class Robustness(Domain[Tensor]):
+    """The domain of values on given states.
 
     A value is (batch, agents, steps), with 1 in place of agents or steps where
     it does not depend on them; metres. Where a window runs past the last step
     it is ``-UNLIMITED``; the horizon check sees to it that no goal reads that.
     """
 
-    def __init__(self, team: Team, states: States, ruled_out: Mapping[Margin, Tensor] | None = None) -> None:
-        """``ruled_out``: where a margin counts as ``-UNLIMITED``, (agents, steps), for its opposite has to hold."""
+    def __init__(self, team: Team, states: States, ruled_out: Mapping[SignedPredicate, Tensor] | None = None) -> None:
+        """``ruled_out``: where a predicate, or its negation, is worth ``-UNLIMITED``, (agents, steps).
+
+        Its opposite has to hold there.
+        """
         self.team, self.states, self.ruled_out = team, states, ruled_out or {}
         self.margins: dict[Predicate, Tensor] = {}
         self.graphs: dict[Graph, Tensor] = {}
 
-    def values(self, order: Iterable[Term]) -> dict[Term, Tensor]:
-        """The value of each of these terms, each of which comes after those below it."""
-        known: dict[Term, Tensor] = {}
-        for term in order:
-            known[term] = self.value(term, tuple(known[part] for part in below(term)))
-        return known
+    def values(self, order: Iterable[Node]) -> dict[Node, Tensor]:
+        """The value of each of these formulas."""
+        return evaluate(order, self)
 
-    def value(self, term: Term, parts: tuple[Tensor, ...]) -> Tensor:
-        """A term's value from those of the terms below it."""
-        match term:
-            case Margin(predicate, holds):
-                if predicate not in self.margins:
-                    self.margins[predicate] = margin(predicate, self.team, self.states)
-                value = self.margins[predicate] if holds else -self.margins[predicate]
-                if term in self.ruled_out:
-                    out = self.ruled_out[term] if value.shape[1] > 1 else self.ruled_out[term].any(dim=0, keepdim=True)
-                    value = value.masked_fill(out[None], -UNLIMITED)
-                return value
-            case Member(agents, among):
-                limit = UNLIMITED if among else -UNLIMITED
-                each = [limit if index in agents else -limit for index in range(self.states.position.shape[1])]
-                return self.states.position.new_tensor(each)[None, :, None]
-            case Least():
-                return reduce(torch.minimum, parts) if parts else self._constant(UNLIMITED)
-            case Greatest():
-                return reduce(torch.maximum, parts) if parts else self._constant(-UNLIMITED)
-            case Ranked(count):
-                return torch.stack(torch.broadcast_tensors(*parts)).sort(dim=0, descending=True).values[count - 1]
-            case LeastOver(_, low, high):
-                return -over(-self.spread(parts[0]), low, high, UNLIMITED)
-            case GreatestOver(_, low, high):
-                return over(self.spread(parts[0]), low, high, -UNLIMITED)
-            case Until(_, _, low, high):
-                return until(self.spread(parts[0]), self.spread(parts[1]), low, high)
-            case Release(_, _, low, high):
-                return -until(-self.spread(parts[0]), -self.spread(parts[1]), low, high, UNLIMITED)
-            case Of(agent):
-                return parts[0] if parts[0].shape[1] == 1 else parts[0][:, agent : agent + 1]
-            case SomeLinked(graph):
-                return self._linked(graph, parts[0], True)
-            case EveryLinked(graph):
-                return self._linked(graph, parts[0], False)
-            case Length():
-                return length_value(term, self.team, self.states, parts)
-            case _:
-                assert_never(term)
+    def atom(self, predicate: Predicate, holds: bool) -> Tensor:
+        if predicate not in self.margins:
+            self.margins[predicate] = margin(predicate, self.team, self.states)
+        value = self.margins[predicate] if holds else -self.margins[predicate]
+        out = self.ruled_out.get((predicate, holds))
+        if out is None:
+            return value
+        return value.masked_fill((out if value.shape[1] > 1 else out.any(dim=0, keepdim=True))[None], -UNLIMITED)
+
+    def member(self, agents: frozenset[int], holds: bool) -> Tensor:
+        limit = UNLIMITED if holds else -UNLIMITED
+        each = [limit if index in agents else -limit for index in range(self.states.position.shape[1])]
+        return self.states.position.new_tensor(each)[None, :, None]
+
+    def meet(self, parts: Sequence[Tensor]) -> Tensor:
+        return reduce(torch.minimum, parts) if parts else self._constant(UNLIMITED)
+
+    def join(self, parts: Sequence[Tensor]) -> Tensor:
+        return reduce(torch.maximum, parts) if parts else self._constant(-UNLIMITED)
+
+    def at_least(self, count: int, parts: Sequence[Tensor]) -> Tensor:
+        return torch.stack(torch.broadcast_tensors(*parts)).sort(dim=0, descending=True).values[count - 1]
+
+    def window(self, node: WindowNode, body: Tensor) -> Tensor:
+        if node.every:
+            return -over(-self.spread(body), node.low, node.high, UNLIMITED)
+        return over(self.spread(body), node.low, node.high, -UNLIMITED)
+
+    def until(self, node: UntilNode, hold: Tensor, end: Tensor) -> Tensor:
+        if node.every:
+            return -until(-self.spread(hold), -self.spread(end), node.low, node.high, UNLIMITED)
+        return until(self.spread(hold), self.spread(end), node.low, node.high)
+
+    def at(self, agent: int, body: Tensor) -> Tensor:
+        return body if body.shape[1] == 1 else body[:, agent : agent + 1]
+
+    def neighbour(self, node: NeighbourNode, body: Tensor) -> Tensor:
+        graph, some = node.graph, not node.every
+        batch, agents, steps, _ = self.states.position.shape
+        result = self.states.position.new_full((batch, agents, steps), -UNLIMITED if some else UNLIMITED)
+        if len(graph.agents) < 2:
+            return result
+        members = places(graph.agents, result.device)
+        links = self.links(graph)
+        there = body.expand(batch, agents, steps)[:, members].transpose(1, 2)[:, :, None, :]
+        best = torch.minimum(links, there).amax(dim=-1) if some else torch.maximum(-links, there).amin(dim=-1)
+        result[:, members] = best.transpose(1, 2)
+        return result
+
+    def route(self, node: RouteNode, through: Tensor, end: Tensor) -> Tensor:
+        return length_value(node, self.team, self.states, through, end)
+
+    def reach(self, node: ReachNode, through: Tensor, end: Tensor) -> Tensor:
+        raise AssertionError("not in a cost graph")
+
+    def path_length(self, node: PathLength, holds: bool) -> Tensor:
+        raise AssertionError("not in a cost graph")
 
     def spread(self, value: Tensor) -> Tensor:
         """The value at every step, also where it does not depend on the step."""
@@ -110,18 +113,6 @@ class Robustness:
 
     def _constant(self, value: float) -> Tensor:
         return self.states.position.new_full((1, 1, 1), value)
-
-    def _linked(self, graph: Graph, body: Tensor, some: bool) -> Tensor:
-        batch, agents, steps, _ = self.states.position.shape
-        result = self.states.position.new_full((batch, agents, steps), -UNLIMITED if some else UNLIMITED)
-        if len(graph.agents) < 2:
-            return result
-        members = places(graph.agents, result.device)
-        links = self.links(graph)
-        there = body.expand(batch, agents, steps)[:, members].transpose(1, 2)[:, :, None, :]
-        best = torch.minimum(links, there).amax(dim=-1) if some else torch.maximum(-links, there).amin(dim=-1)
-        result[:, members] = best.transpose(1, 2)
-        return result
 
 
 def over(values: Tensor, low: int, high: int | None, undefined: float) -> Tensor:

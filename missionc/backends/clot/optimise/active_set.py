@@ -10,35 +10,21 @@ margins says nothing about the other ninety-nine; this does.
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TypeAlias, assert_never
 
 import numpy as np
 from numpy.typing import NDArray
 
-from missionc.backends.clot.cost_graph.cost_graph import (
-    EveryLinked,
-    Greatest,
-    GreatestOver,
-    Least,
-    LeastOver,
-    Length,
-    Margin,
-    Member,
-    Of,
-    Ranked,
-    Release,
-    SomeLinked,
-    Term,
-    Until,
-)
 from missionc.backends.clot.cost_graph.leaf_margins import UNLIMITED
 from missionc.backends.clot.cost_graph.unroll_routes import Place, that_break, that_make
 from missionc.base.trace import Array, Flags
 from missionc.ir import Graph
+from missionc.kernel import nodes as kernel
+from missionc.kernel.nodes import Node, RouteNode
 
-Choices: TypeAlias = Mapping[tuple[Term, int, int], int]
+Choices: TypeAlias = Mapping[tuple[Node, int, int], int]
 """What a witness decided: of a term at an agent and a step, the number of the part, of the step of the mission (of a
 ``Release`` the last one where nothing frees it), or of the agent it is linked to."""
 
@@ -54,35 +40,35 @@ class Stretch:
     step: int
     longer: bool
 
-    def bound(self, term: Length) -> float:
+    def bound(self, term: RouteNode) -> float:
         """Which of a term's bounds, metres: a route that must be is between them, one that must not be beyond one."""
-        return term.low if self.longer == term.holds else term.high
+        return term.low if self.longer != term.every else term.high
 
 
 @dataclass(slots=True)
 class Active:
     """What has to hold.
 
-    ``margins``: where each margin must be positive, (agents, steps). ``joined``
+    ``margins``: where each ``Atom``, or negation of one, must hold, (agents, steps). ``joined``
     and ``parted``: the links a graph must have, and must not have.
     ``lengths``: the routes whose lengths are bounded, by the term that bounds them.
     """
 
-    margins: dict[Margin, Flags] = field(default_factory=dict)
+    margins: dict[Node, Flags] = field(default_factory=dict)
     joined: dict[Graph, list[Links]] = field(default_factory=lambda: defaultdict(list))
     parted: dict[Graph, list[Links]] = field(default_factory=lambda: defaultdict(list))
-    lengths: dict[Length, list[Stretch]] = field(default_factory=dict)
+    lengths: dict[RouteNode, list[Stretch]] = field(default_factory=dict)
 
 
 def activate(
-    order: tuple[Term, ...],
-    roots: Iterable[Term],
-    values: Mapping[Term, Array],
+    order: Sequence[Node],
+    roots: Iterable[Node],
+    values: Mapping[Node, Array],
     links: Mapping[Graph, Array],
     position: Array,
     choices: Choices,
     decided: bool = False,
-    witness: dict[tuple[Term, int, int], int] | None = None,
+    witness: dict[tuple[Node, int, int], int] | None = None,
     closest: Array | None = None,
 ) -> Active:
     """What has to hold of one candidate for all of the roots to hold at step 0.
@@ -111,12 +97,12 @@ def activate(
 class _Run:
     def __init__(
         self,
-        values: Mapping[Term, Array],
+        values: Mapping[Node, Array],
         links: Mapping[Graph, Array],
         position: Array,
         choices: Choices,
         decided: bool,
-        witness: dict[tuple[Term, int, int], int] | None,
+        witness: dict[tuple[Node, int, int], int] | None,
         closest: Array,
     ) -> None:
         self.closest = closest
@@ -125,60 +111,62 @@ class _Run:
         self.shape: tuple[int, int] = (position.shape[0], position.shape[1])
         self.chosen_terms = {term for term, _, _ in choices}
         self.active = Active()
-        self.masks: dict[Term, Flags] = {}
+        self.masks: dict[Node, Flags] = {}
 
-    def mask(self, term: Term) -> Flags:
+    def mask(self, term: Node) -> Flags:
         if term not in self.masks:
             self.masks[term] = np.zeros(self.shape, dtype=np.bool_)
         return self.masks[term]
 
-    def value(self, term: Term) -> Array:
+    def value(self, term: Node) -> Array:
         return np.broadcast_to(self.given[term], self.shape)
 
-    def pass_on(self, term: Term, mask: Flags) -> None:
+    def pass_on(self, term: Node, mask: Flags) -> None:
         match term:
-            case Margin():
+            case kernel.Atom() | kernel.Not(kernel.Atom()):
                 self.active.margins[term] = mask
-            case Member():
+            case kernel.Is() | kernel.Not(kernel.Is()):
                 return
-            case Length():
+            case kernel.Route() | kernel.EveryRoute():
                 self._length(term, mask)
-            case Least(parts):
+            case kernel.All(parts):
                 for part in parts:
                     self.mask(part)[mask] = True
-            case Greatest(parts):
+            case kernel.Any(parts):
                 self._choose(term, parts, 1, mask)
-            case Ranked(count, parts):
+            case kernel.AtLeast(count, parts):
                 self._choose(term, parts, count, mask)
-            case Of(agent, body):
+            case kernel.At(agent, body):
                 self.mask(body)[agent] |= mask.any(axis=0)
-            case LeastOver(body, low, high):
+            case kernel.Always(body, low, high):
                 for agent, step in np.argwhere(mask):
                     self.mask(body)[agent, step + low : self._last(step, high) + 1] = True
-            case GreatestOver(body, low, high):
+            case kernel.Eventually(body, low, high):
                 self._sometime(term, body, low, high, mask)
-            case Until(hold, end, low, high):
+            case kernel.Until(hold, end, low, high):
                 self._until(term, hold, end, low, high, mask)
-            case Release(free, end, low, high):
+            case kernel.Release(free, end, low, high):
                 self._release(term, free, end, low, high, mask)
-            case SomeLinked(graph, body):
+            case kernel.Neighbour(graph, body):
                 self._some_linked(term, graph, body, mask)
-            case EveryLinked(graph, body):
+            case kernel.EveryNeighbour(graph, body):
                 self._every_linked(graph, body, mask)
+            case kernel.Not() | kernel.Reach() | kernel.EveryReach() | kernel.PathLength():
+                raise AssertionError("not in a cost graph")
             case _:
                 assert_never(term)
 
-    def _note(self, term: Term, agent: int, step: int, chosen: int) -> None:
+    def _note(self, term: Node, agent: int, step: int, chosen: int) -> None:
         if self.witness is not None:
             self.witness[term, agent, step] = chosen
 
     def _last(self, step: int, high: int | None) -> int:
         return self.shape[1] - 1 if high is None else min(step + high, self.shape[1] - 1)
 
-    def _chosen(self, term: Term, agent: int, step: int) -> int | None:
+    def _chosen(self, term: Node, agent: int, step: int) -> int | None:
         return self.choices.get((term, agent, step)) if term in self.chosen_terms else None
 
-    def _choose(self, term: Term, parts: tuple[Term, ...], count: int, mask: Flags) -> None:
+    def _choose(self, term: Node, parts: tuple[Node, ...], count: int, mask: Flags) -> None:
         """The best ``count`` of the parts, at each place of the mask."""
         if not parts:
             return
@@ -204,7 +192,7 @@ class _Run:
                 here = row == number
                 self.mask(parts[number])[agent[here], step[here]] = True
 
-    def _sometime(self, term: Term, body: Term, low: int, high: int | None, mask: Flags) -> None:
+    def _sometime(self, term: Node, body: Node, low: int, high: int | None, mask: Flags) -> None:
         for agent, step in np.argwhere(mask).tolist():
             chosen = self._chosen(term, agent, step)
             if chosen is None:
@@ -216,7 +204,7 @@ class _Run:
                 self._note(term, agent, step, chosen)
             self.mask(body)[agent, chosen] = True
 
-    def _until(self, term: Term, hold: Term, end: Term, low: int, high: int | None, mask: Flags) -> None:
+    def _until(self, term: Node, hold: Node, end: Node, low: int, high: int | None, mask: Flags) -> None:
         for agent, step in np.argwhere(mask).tolist():
             last = self._last(step, high)
             chosen = self._chosen(term, agent, step)
@@ -230,7 +218,7 @@ class _Run:
             self.mask(end)[agent, chosen] = True
             self.mask(hold)[agent, step:chosen] = True
 
-    def _release(self, term: Term, free: Term, end: Term, low: int, high: int | None, mask: Flags) -> None:
+    def _release(self, term: Node, free: Node, end: Node, low: int, high: int | None, mask: Flags) -> None:
         """``end`` at each step of the window up to one where ``free`` holds, or up to the window's last."""
         for agent, step in np.argwhere(mask).tolist():
             last = self._last(step, high)
@@ -253,7 +241,7 @@ class _Run:
         member, step = np.nonzero(mask[list(graph.agents)])
         return member, step, self.links[graph][step, member]
 
-    def _some_linked(self, term: Term, graph: Graph, body: Term, mask: Flags) -> None:
+    def _some_linked(self, term: Node, graph: Graph, body: Node, mask: Flags) -> None:
         if len(graph.agents) < 2:
             return
         agents = np.array(graph.agents)
@@ -272,13 +260,13 @@ class _Run:
             found.append((agent, other if chosen is None else chosen, moment))
         self._join(graph, body, found)
 
-    def _join(self, graph: Graph, body: Term, links: list[tuple[int, int, int]]) -> None:
+    def _join(self, graph: Graph, body: Node, links: list[tuple[int, int, int]]) -> None:
         if links:
             joined = np.array(links)
             self.mask(body)[joined[:, 1], joined[:, 2]] = True
             self.active.joined[graph].append(joined)
 
-    def _every_linked(self, graph: Graph, body: Term, mask: Flags) -> None:
+    def _every_linked(self, graph: Graph, body: Node, mask: Flags) -> None:
         if len(graph.agents) < 2 or self.decided:
             return
         agents = np.array(graph.agents)
@@ -290,7 +278,7 @@ class _Run:
         place, other = np.nonzero(elsewhere & (there < -links))
         self.active.parted[graph].append(np.stack([agents[member[place]], agents[other], step[place]], axis=1))
 
-    def _length(self, term: Length, mask: Flags) -> None:
+    def _length(self, term: RouteNode, mask: Flags) -> None:
         """What the best route rests on; or, where none must be, what breaks each of them."""
         if self.decided:
             return
@@ -298,6 +286,7 @@ class _Run:
         if term.low <= 0:
             outside = np.setdiff1d(np.arange(len(mask)), agents)
             self.mask(term.end)[outside] |= mask[outside]
+        holds = not term.every
         links: set[tuple[int, ...]] = set()
         stretches: set[Stretch] = set()
         member, steps = np.nonzero(mask[agents])
@@ -305,9 +294,9 @@ class _Run:
         for start, step in zip(member.tolist(), steps.tolist(), strict=True):
             place = places[step]
             worth = float(self.value(term)[agents[start], step])
-            if term.holds and worth <= -UNLIMITED / 2:
+            if holds and worth <= -UNLIMITED / 2:
                 continue  # there is no such route, wherever the agents are
-            for kind, members in (that_make if term.holds else that_break)(place, start, worth):
+            for kind, members in (that_make if holds else that_break)(place, start, worth):
                 named = tuple(agents[list(members)].tolist())
                 match kind:
                     case "through" | "end":
@@ -319,12 +308,12 @@ class _Run:
                     case _:
                         assert_never(kind)
         if links:
-            lists = self.active.joined if term.holds else self.active.parted
+            lists = self.active.joined if holds else self.active.parted
             lists[term.graph].append(np.array(sorted(links)))
         if stretches:
             self.active.lengths[term] = sorted(stretches)
 
-    def _place(self, term: Length, step: int) -> Place:
+    def _place(self, term: RouteNode, step: int) -> Place:
         agents = np.array(term.graph.agents, dtype=np.int64)
         here = self.position[agents, step]
         lengths = np.linalg.norm(here[:, None] - here[None], axis=-1)

@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 import torch
 from torch import Tensor
 
-from missionc.backends.clot.cost_graph.cost_graph import EveryLinked, Length, Margin, SomeLinked, Term, postorder
+from missionc.backends.clot.cost_graph.cost_graph import SignedPredicate, signed_predicate
 from missionc.backends.clot.cost_graph.motion_batch import States, Team, team
 from missionc.backends.clot.cost_graph.robustness import Robustness
 from missionc.backends.clot.optimise.active_set import Active, Choices, activate
 from missionc.base.trace import Array
 from missionc.ir import Mission
+from missionc.kernel.nodes import EveryNeighbour, EveryRoute, Neighbour, Node, Route
+from missionc.kernel.walk import postorder
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -25,25 +27,24 @@ class Demand:
     """
 
     mission: Mission
-    roots: tuple[Term, ...]
+    roots: tuple[Node, ...]
     choices: Choices = field(default_factory=dict)
-    order: tuple[Term, ...] = ()
+    order: Sequence[Node] = ()
     team: Team | None = None
-    ruled_out: Mapping[Margin, Tensor] = field(default_factory=dict)
-    """Where margins cannot hold, (agents, steps), for what is decided needs the opposite."""
+    ruled_out: Mapping[SignedPredicate, Tensor] = field(default_factory=dict)
+    """Where predicates cannot hold, or fail, (agents, steps), for what is decided needs the opposite."""
 
     @staticmethod
-    def of(mission: Mission, roots: tuple[Term, ...], choices: Choices, steps: int) -> Demand:
+    def of(mission: Mission, roots: tuple[Node, ...], choices: Choices, steps: int) -> Demand:
         """What is asked of motions of so many steps."""
         order = postorder(roots)
         nowhere = np.zeros((len(mission.agents), steps + 1, 0))
         forced = activate(order, roots, {}, {}, nowhere, choices, decided=True).margins
-        opposite = {(margin.predicate, not margin.holds): mask for margin, mask in forced.items() if mask.any()}
-        ruled_out = {
-            term: torch.from_numpy(opposite[term.predicate, term.holds])
-            for term in order
-            if isinstance(term, Margin) and (term.predicate, term.holds) in opposite
-        }
+        ruled_out: dict[SignedPredicate, Tensor] = {}
+        for leaf, mask in forced.items():
+            if mask.any():
+                predicate, holds = signed_predicate(leaf)
+                ruled_out[predicate, not holds] = torch.from_numpy(mask)
         return Demand(mission, roots, choices, order, team(mission, dtype=torch.float64), ruled_out)
 
     def active(self, position: Array, velocity: Array) -> Active:
@@ -52,19 +53,21 @@ class Demand:
 
     def witness(self, position: Array, velocity: Array) -> Choices:
         """What the values on this motion choose: which part, which step and which link makes each of the roots hold."""
-        found: dict[tuple[Term, int, int], int] = {}
+        found: dict[tuple[Node, int, int], int] = {}
         self._activated(position, velocity, found)
         return found
 
-    def _activated(self, position: Array, velocity: Array, witness: dict[tuple[Term, int, int], int] | None) -> Active:
+    def _activated(self, position: Array, velocity: Array, witness: dict[tuple[Node, int, int], int] | None) -> Active:
         robustness, values = self._evaluated(position, velocity)
-        graphs = {term.graph for term in self.order if isinstance(term, SomeLinked | EveryLinked | Length)}
+        graphs = {
+            term.graph for term in self.order if isinstance(term, Neighbour | EveryNeighbour | Route | EveryRoute)
+        }
         links = {graph: robustness.links(graph)[0].numpy() for graph in graphs}
         radius = np.array([agent.radius for agent in self.mission.agents])
         closest = radius[:, None] + radius + self.mission.separation
         return activate(self.order, self.roots, values, links, position, self.choices, False, witness, closest)
 
-    def _evaluated(self, position: Array, velocity: Array) -> tuple[Robustness, Mapping[Term, Array]]:
+    def _evaluated(self, position: Array, velocity: Array) -> tuple[Robustness, Mapping[Node, Array]]:
         assert self.team is not None
         states = States(torch.from_numpy(position)[None], torch.from_numpy(velocity)[None])
         with torch.no_grad():
@@ -78,21 +81,20 @@ class Demand:
         between them: ``(row or parked) and (fan or not parked)``, on the border of the place to park.
         """
         active = self.active(position, velocity).margins
-        asked = {(margin.predicate, margin.holds): margin for margin in active}
+        asked = {signed_predicate(leaf): mask for leaf, mask in active.items()}
         torn = []
-        for (predicate, holds), margin in asked.items():
+        for (predicate, holds), mask in asked.items():
             opposite = asked.get((predicate, False)) if holds else None
             if opposite is not None:
-                steps = (active[margin] & active[opposite]).any(axis=0)
-                torn += [(margin, opposite, steps)] if steps.any() else []
+                steps = (mask & opposite).any(axis=0)
+                torn += [(predicate, steps)] if steps.any() else []
         if not torn:
             return None
         sides = []
-        for positive in (True, False):
+        for kept in (True, False):
             ruled_out = dict(self.ruled_out)
-            for margin, opposite, steps in torn:
-                kept, dropped = (margin, opposite) if positive else (opposite, margin)
-                where = torch.from_numpy(active[kept] & steps)
+            for predicate, steps in torn:
+                dropped, where = (predicate, not kept), torch.from_numpy(asked[predicate, kept] & steps)
                 ruled_out[dropped] = ruled_out[dropped] | where if dropped in ruled_out else where
             sides.append(replace(self, ruled_out=ruled_out))
         return max(sides, key=lambda side: side.worst(position, velocity))

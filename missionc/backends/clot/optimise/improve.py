@@ -11,7 +11,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from missionc.backends.clot.cost_graph.cost_graph import CostGraph
 from missionc.backends.clot.optimise.convex_descent import descend
 from missionc.backends.clot.optimise.goal_terms import Demand
 from missionc.backends.clot.optimise.levenberg_marquardt import polish
@@ -44,7 +43,7 @@ def improve(
     made: Trace,
     mission: Mission,
     kernel: Kernel,
-    graph: CostGraph,
+    graph: Kernel,
     demand: Demand,
     costs: Costs,
     accept: Callable[[Array], Trace | None],
@@ -63,14 +62,14 @@ def improve(
             notes.append(f"`{wish.name}` is not kept: the search ended first")
             continue
         if not _kept(wish.name, mission, kernel, made):
-            wider = Demand.of(mission, (*roots, wish.term), demand.choices, mission.steps)
+            wider = Demand.of(mission, (*roots, wish.formula), demand.choices, mission.steps)
             kept = polish(control, costs, wider, ITERATIONS, go_on).control
             found = accept(kept)
             if found is None or not _kept(wish.name, mission, kernel, found):
                 notes.append(f"`{wish.name}` is not kept: no plan that keeps it too was found")
                 continue
             control, made = kept, found
-        roots = (*roots, wish.term)
+        roots = (*roots, wish.formula)
         notes.append(f"`{wish.name}` is kept")
     shortened = mission.objective is Objective.DURATION
     asked = Demand.of(mission, roots, {} if shortened else demand.choices, mission.steps)

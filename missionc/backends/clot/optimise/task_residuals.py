@@ -16,7 +16,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from missionc.backends.clot.cost_graph.cost_graph import Length, Margin
+from missionc.backends.clot.cost_graph.cost_graph import signed_predicate
 from missionc.backends.clot.cost_graph.leaf_margins import link_weight, second_eigenvalue
 from missionc.backends.clot.cost_graph.spanning_trees import spanning_tree
 from missionc.backends.clot.optimise.active_set import Active, Links, Stretch
@@ -39,6 +39,7 @@ from missionc.ir import (
     Speed,
     Touches,
 )
+from missionc.kernel.nodes import Node, RouteNode
 from missionc.language.margins import compare
 from missionc.language.margins.connected import restricted
 from missionc.language.margins.formation import edge_error
@@ -57,16 +58,17 @@ class TaskCosts:
 
     def groups(self, control: Array, active: Active) -> Iterator[Group]:
         """The margins and links that have to hold."""
-        for margin, mask in active.margins.items():
-            yield from self._margin(margin, mask, control)
+        for leaf, mask in active.margins.items():
+            yield from self._margin(leaf, mask, control)
         for lists, together in ((active.joined, True), (active.parted, False)):
             for graph, links in lists.items():
                 yield from self._links(graph, np.concatenate(links), together)
         for term, stretches in active.lengths.items():
             yield from self._lengths(term, stretches)
 
-    def _margin(self, margin: Margin, mask: Flags, control: Array) -> Iterator[Group]:
-        predicate, sign = margin.predicate, 1.0 if margin.holds else -1.0
+    def _margin(self, leaf: Node, mask: Flags, control: Array) -> Iterator[Group]:
+        predicate, holds = signed_predicate(leaf)
+        sign = 1.0 if holds else -1.0
         spare, weight = self.spare.task, self.weights.task
         agent, step = (index.astype(np.int64) for index in np.nonzero(mask))
         match predicate:
@@ -79,7 +81,7 @@ class TaskCosts:
                 radius = np.array([one.radius for one in self.mission.agents])[agent] * grown
                 bound = torch.from_numpy(radius)
                 yield Group(
-                    f"{'' if margin.holds else 'not '}{place.name}",
+                    f"{'' if holds else 'not '}{place.name}",
                     (self._at(agent, step),),
                     lambda point: spare - sign * (bound - signed_distance(torch, place.shape, point)),
                     weight,
@@ -89,7 +91,7 @@ class TaskCosts:
                 yield self._compare(predicate, sign, agent, step)
             case Connected():
                 moments = np.flatnonzero(mask.any(axis=0))
-                if margin.holds:
+                if holds:
                     yield from self._links(restricted(predicate), self._tree(predicate, moments, control), True)
                     if self.mission.solve.connectivity is Connectivity.LAMBDA2:
                         yield from self._second_eigenvalue(restricted(predicate), moments)
@@ -97,7 +99,7 @@ class TaskCosts:
                     yield from self._links(restricted(predicate), self._cut(predicate, moments, control), False)
             case InFormation(formation):
                 moments = np.flatnonzero(mask.any(axis=0)).astype(np.int64)
-                yield from self._formation(formation, moments, margin.holds, control)
+                yield from self._formation(formation, moments, holds, control)
             case _:
                 assert_never(predicate)
 
@@ -215,9 +217,9 @@ class TaskCosts:
         where = tuple(self._at(np.full(len(moments), agent), moments) for agent in graph.agents)
         yield Group(f"connectivity of {graph.name}", where, shortfall, self.weights.links, full)
 
-    def _lengths(self, term: Length, stretches: list[Stretch]) -> Iterator[Group]:
+    def _lengths(self, term: RouteNode, stretches: list[Stretch]) -> Iterator[Group]:
         """Routes that are long enough, and routes that are short enough; those of as many agents together."""
-        kept = min(self.spare.task, (term.high - term.low) / 3) if term.holds else self.spare.task
+        kept = min(self.spare.task, (term.high - term.low) / 3) if not term.every else self.spare.task
         for _, alike in groupby(sorted(stretches, key=_kind), key=_kind):
             some = list(alike)
             agents = np.array([each.agents for each in some])

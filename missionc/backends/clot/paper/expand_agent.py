@@ -18,7 +18,6 @@ import torch
 from torch import Tensor
 
 from missionc.backends.api import ignore
-from missionc.backends.clot.cost_graph.cost_graph import Term
 from missionc.backends.clot.cost_graph.motion_batch import Team, team
 from missionc.backends.clot.optimise.active_set import Choices
 from missionc.backends.clot.optimise.free_distance import Surroundings
@@ -37,6 +36,7 @@ from missionc.backends.clot.torch_device import seeded
 from missionc.backends.clot.weights import ProbeWeights
 from missionc.base.trace import Array
 from missionc.ir import Mission
+from missionc.kernel import nodes as kernel
 
 TYPICAL = 10.0
 """Metres: the radii and deviations of presets are meant for a world of this size, and scaled for others."""
@@ -77,7 +77,7 @@ class Expansion:
 
     mission: Mission
     preset: Preset
-    goals: tuple[Term, ...]
+    goals: tuple[kernel.Node, ...]
     choices: Choices
     first: FirstMotions
     couplings: Couplings
@@ -89,7 +89,7 @@ class Expansion:
     probed: Surroundings = field(init=False)
     checked: Surroundings = field(init=False)
     workers: Children[Piece, tuple[list[Candidate], float]] | None = field(init=False, default=None)
-    known: dict[tuple[frozenset[int], int | None], tuple[Term, ...]] = field(init=False, default_factory=dict)
+    known: dict[tuple[frozenset[int], int | None], tuple[kernel.Node, ...]] = field(init=False, default_factory=dict)
 
     def __post_init__(self) -> None:
         self.team = team(self.mission, self.device)
@@ -191,13 +191,13 @@ class Expansion:
         parent = self.couplings.parent(agent, node.planned, self.first.key[0].position)
         return None if parent is None else (parent, node.trajectories[node.planned.index(parent)])
 
-    def _goals(self, known: frozenset[int], newest: int | None) -> tuple[Term, ...]:
+    def _goals(self, known: frozenset[int], newest: int | None) -> tuple[kernel.Node, ...]:
         key = known, newest
         if key not in self.known:
             self.known[key] = about(self.goals, known, self.choices, newest)
         return self.known[key]
 
-    def _cost(self, agent: int, others: tuple[int, ...], goals: tuple[Term, ...]) -> ProbeCost:
+    def _cost(self, agent: int, others: tuple[int, ...], goals: tuple[kernel.Node, ...]) -> ProbeCost:
         return ProbeCost(self.mission, self.team, agent, others, goals, self.probed, ProbeWeights(), self.preset.hinged)
 
     def _margin(self, agent: int, own: Tensor, joint: Tensor, known: frozenset[int]) -> Tensor:

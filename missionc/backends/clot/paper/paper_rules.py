@@ -1,4 +1,4 @@
-"""The paper's estimate of a moved waypoint's robustness by its rules, beside the exact ``perturbed_robustness``.
+"""The paper's estimate of a moved waypoint's robustness by its rules.
 
 A least hides all but the worst of its parts, so the paper replaces it above a
 moved waypoint: (I) a leaf has its value where the waypoint is moved; (II) a
@@ -18,138 +18,97 @@ Source:
 from __future__ import annotations
 
 from math import inf
+from typing import assert_never
 
 import numpy as np
 import torch
 from torch import Tensor
 
-from missionc.backends.clot.cost_graph.cost_graph import (
-    EveryLinked,
-    Least,
-    LeastOver,
-    Length,
-    Margin,
-    Member,
-    Of,
-    Release,
-    SomeLinked,
-    Term,
-    Until,
-)
 from missionc.backends.clot.cost_graph.leaf_margins import UNLIMITED
 from missionc.backends.clot.paper.perturbed_robustness import Perturbed
-from missionc.backends.clot.paper.sparsity_pattern import TermPattern, Window, mark, window
+from missionc.backends.clot.paper.sparsity_pattern import TermPattern, mark, window
 from missionc.base.trace import Flags
+from missionc.kernel import nodes as kernel
+from missionc.kernel.nodes import Node, UntilNode
 
 
 class PaperRules(Perturbed):
-    """Values of terms by the paper's four rules; used as ``Perturbed`` is."""
+    """Values of formulas by the paper's four rules."""
 
-    def value(self, term: Term, reading: TermPattern) -> Tensor:
-        """The value of a term from those of the terms below it."""
-        match term:
-            case Least(parts):
-                whole = self._conjunction(reading)
+    def conjunction(self, node: kernel.All | kernel.Always | UntilNode, pattern: TermPattern) -> Tensor:
+        match node:
+            case kernel.All(parts):
+                whole = self._conjunction(pattern)
                 for part in parts:
-                    whole.add(self.laid(part, reading), self._touches(part, reading), is_leaf(part))
+                    whole.add(self.laid(part, pattern), self._reads(part, pattern), is_leaf(part))
                 return whole.value()
-            case LeastOver(body) if is_leaf(body):
-                return self._least_touched(term, body, reading)
-            case LeastOver(body):
-                shape, whole = window(term), self._conjunction(reading)
-                for ahead in self._ahead(shape, reading):
-                    whole.add(self.laid(body, reading, ahead=ahead), self._touches(body, reading, ahead), False)
+            case kernel.Always(body):
+                whole = self._conjunction(pattern)
+                for ahead in self.ahead(node, pattern):
+                    whole.add(self.laid(body, pattern, ahead=ahead), self._reads(body, pattern, ahead), is_leaf(body))
                 return whole.value()
-            case Until():
-                return self._until(term, reading)
-            case Release():
-                return self._release(term, reading)
+            case kernel.Until():
+                return self._until(node, pattern)
+            case kernel.Release():
+                return self._release(node, pattern)
             case _:
-                return super().value(term, reading)
+                assert_never(node)
 
-    def _until(self, term: Until, reading: TermPattern) -> Tensor:
+    def _until(self, term: kernel.Until, pattern: TermPattern) -> Tensor:
         shape = window(term)
-        later, nonzero = self._conjunction(reading).least, np.zeros_like(reading.nonzero)
+        later, nonzero = self._conjunction(pattern).least, np.zeros_like(pattern.nonzero)
         later = -later
-        for ahead in reversed(self._ahead(shape, reading)):
-            here, both = self._steps(reading, ahead), self._conjunction(reading)
-            goes_on = self._steps(reading, ahead + 1) if ahead + 1 in self._ahead(shape, reading) else 0
-            hold = self._touches(term.hold, reading, ahead)
-            both.add(self.laid(term.hold, reading, ahead=ahead), hold, is_leaf(term.hold))
+        for ahead in reversed(self.ahead(term, pattern)):
+            here, both = self._steps(pattern, ahead), self._conjunction(pattern)
+            goes_on = self._steps(pattern, ahead + 1) if ahead + 1 in self.ahead(term, pattern) else 0
+            hold = self._reads(term.hold, pattern, ahead)
+            both.add(self.laid(term.hold, pattern, ahead=ahead), hold, is_leaf(term.hold))
             both.add(later, nonzero, False)
             later = both.value()
             later[:, :, goes_on:] = -inf
             nonzero = both.nonzero.copy()
             nonzero[:, goes_on:] = False
             if ahead >= shape.low:
-                end = self.laid(term.end, reading, ahead=ahead)
+                end = self.laid(term.end, pattern, ahead=ahead)
                 later[:, :, :here] = torch.maximum(later[:, :, :here], end)
-                nonzero[:, :here] |= self._touches(term.end, reading, ahead)
+                nonzero[:, :here] |= self._reads(term.end, pattern, ahead)
         return later
 
-    def _release(self, term: Release, reading: TermPattern) -> Tensor:
+    def _release(self, term: kernel.Release, pattern: TermPattern) -> Tensor:
         shape = window(term)
-        later, nonzero = self._conjunction(reading).least, np.zeros_like(reading.nonzero)
-        for ahead in reversed(self._ahead(shape, reading)):
-            here, both = self._steps(reading, ahead), self._conjunction(reading)
-            goes_on = self._steps(reading, ahead + 1) if ahead + 1 in self._ahead(shape, reading) else 0
-            free = self.laid(term.free, reading, ahead=ahead)
+        later, nonzero = self._conjunction(pattern).least, np.zeros_like(pattern.nonzero)
+        for ahead in reversed(self.ahead(term, pattern)):
+            here, both = self._steps(pattern, ahead), self._conjunction(pattern)
+            goes_on = self._steps(pattern, ahead + 1) if ahead + 1 in self.ahead(term, pattern) else 0
+            free = self.laid(term.hold, pattern, ahead=ahead)
             later[:, :, :here] = torch.maximum(later[:, :, :here], free)
-            nonzero[:, :here] |= self._touches(term.free, reading, ahead)
+            nonzero[:, :here] |= self._reads(term.hold, pattern, ahead)
             later[:, :, goes_on:] = inf
             nonzero[:, goes_on:] = False
             if ahead >= shape.low:
-                end = self._touches(term.end, reading, ahead)
-                both.add(self.laid(term.end, reading, ahead=ahead), end, is_leaf(term.end))
+                end = self._reads(term.end, pattern, ahead)
+                both.add(self.laid(term.end, pattern, ahead=ahead), end, is_leaf(term.end))
                 both.add(later, nonzero, False)
                 later, nonzero = both.value(), both.nonzero
         return later
 
-    def _least_touched(self, term: LeastOver, body: Term, reading: TermPattern) -> Tensor:
-        """Rule II for a window: of its leaves, those that read the waypoint."""
-        shape, below = window(term), self.readings.of[body]
-        width = shape.width((reading.first, reading.first + reading.steps - 1), self.position.shape[2])
-        start = reading.first + shape.first - below.first
-        passed = self._conjunction(reading).least
-        for place, offset in enumerate(range(below.low, below.high + 1)):
-            moved = self._touched(body, reading, shape.first, width, 1.0, inf, offset)
-            assert moved is not None
-            reads = below.nonzero[:, start : start + reading.steps + width - 1, place]
-            reads = np.pad(reads, ((0, 0), (0, reading.steps + width - 1 - reads.shape[1])))
-            flags = self._flags(np.lib.stride_tricks.sliding_window_view(reads, width, axis=1))
-            piece = passed[:, :, :, place : place + width]
-            piece.copy_(torch.minimum(piece, moved.masked_fill(~flags, inf)))
-        return torch.where(self._flags(reading.nonzero), passed, self._usual(term, reading))
-
-    def _ahead(self, shape: Window, reading: TermPattern) -> range:
-        width = shape.width((reading.first, reading.first + reading.steps - 1), self.position.shape[2])
-        return range(shape.first, shape.first + width)
-
-    def _steps(self, reading: TermPattern, ahead: int) -> int:
+    def _steps(self, pattern: TermPattern, ahead: int) -> int:
         """How many of the steps have a step so far ahead of them."""
-        return min(reading.steps, self.position.shape[2] - reading.first - ahead)
+        return min(pattern.steps, self.position.shape[2] - pattern.first - ahead)
 
-    def _touches(self, part: Term, reading: TermPattern, ahead: int = 0) -> Flags:
+    def _reads(self, part: Node, pattern: TermPattern, ahead: int = 0) -> Flags:
         """What a part touches, laid out as in ``laid``: (rows, steps, offsets)."""
-        rows, _, offsets = reading.nonzero.shape
-        nonzero = np.zeros((rows, self._steps(reading, ahead), offsets), dtype=bool)
-        below = self.readings.of.get(part)
+        rows, _, offsets = pattern.nonzero.shape
+        nonzero = np.zeros((rows, self._steps(pattern, ahead), offsets), dtype=bool)
+        below = self.patterns.of.get(part)
         if below is not None:
-            start = below.low + ahead - reading.low
+            start = below.low + ahead - pattern.low
             inner = slice(max(start, 0), start + below.nonzero.shape[2])
-            mark(nonzero[:, :, inner], reading.rows, below, reading.first + ahead)
+            mark(nonzero[:, :, inner], pattern.rows, below, pattern.first + ahead)
         return nonzero
 
-    def _usual(self, term: Term, reading: TermPattern) -> Tensor:
-        value = self.unmoved.spread(self._rows(self.standard[term], reading.rows))
-        return value[:, :, reading.first : reading.first + reading.steps, None, None]
-
-    def _conjunction(self, reading: TermPattern) -> Conjunction:
-        shape = (self.probes.shape[0], *reading.nonzero.shape, self.probes.shape[2])
-        return Conjunction(self.position.new_full(shape, inf), np.zeros_like(reading.nonzero))
-
-    def _flags(self, nonzero: Flags) -> Tensor:
-        return _tensor(nonzero, self.position.device)
+    def _conjunction(self, pattern: TermPattern) -> Conjunction:
+        return Conjunction(self.everywhere(inf, pattern), np.zeros_like(pattern.nonzero))
 
 
 class Conjunction:
@@ -186,11 +145,12 @@ class Conjunction:
         return torch.where(_tensor(self.leaves, mean.device), self.passed, above)
 
 
-def is_leaf(term: Term) -> bool:
+def is_leaf(term: Node) -> bool:
     """Neither a conjunction nor a disjunction."""
-    while isinstance(term, Of):
+    while isinstance(term, kernel.At):
         term = term.body
-    return isinstance(term, Margin | Member | SomeLinked | EveryLinked | Length)
+    linked = kernel.Neighbour | kernel.EveryNeighbour | kernel.Route | kernel.EveryRoute
+    return isinstance(term, kernel.Atom | kernel.Is | kernel.Not | linked)
 
 
 def _tensor(nonzero: Flags, device: torch.device) -> Tensor:

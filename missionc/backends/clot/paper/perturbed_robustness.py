@@ -1,52 +1,35 @@
-"""Exact robustness of goals under a perturbation of one waypoint, for every waypoint and many directions.
+"""Values of formulas under a perturbation of one waypoint, for every waypoint and many directions.
 
-Only values that read the moved waypoint are worked out again (``sparsity_pattern``). A
-temporal term is a chain of steps, each of which turns the value from the next
-step on into the one from here on by ``max(end, min(hold, value))``; chains of
-such steps join into one of the same form, so what lies before and after the
-touched steps is summed up once, for all directions.
+Only values that read the moved waypoint are worked out again (``sparsity_pattern``). Those of conjunctions
+are given by rules of their own (``paper_rules``).
 
 Source:
-    [clot] IV-A.2, for what is asked; the values here are those of II-B.
+    [clot] IV-A.2, for what is asked.
 """
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from functools import reduce
 from math import inf
 from typing import assert_never
 
 import torch
 from torch import Tensor
-from torch.nn.functional import pad
 
-from missionc.backends.clot.cost_graph.cost_graph import (
-    EveryLinked,
-    Greatest,
-    GreatestOver,
-    Least,
-    LeastOver,
-    Length,
-    Margin,
-    Member,
-    Of,
-    Ranked,
-    Release,
-    SomeLinked,
-    Term,
-    Until,
-)
 from missionc.backends.clot.cost_graph.leaf_margins import UNLIMITED
 from missionc.backends.clot.cost_graph.motion_batch import States, Team, velocities
 from missionc.backends.clot.cost_graph.robustness import Robustness
 from missionc.backends.clot.cost_graph.route_metres import length_value
 from missionc.backends.clot.paper.perturbed_leaves import moved_links, moved_margin
-from missionc.backends.clot.paper.sparsity_pattern import Rows, SparsityPattern, TermPattern, Window, window
+from missionc.backends.clot.paper.sparsity_pattern import Rows, SparsityPattern, TermPattern, window
 from missionc.backends.clot.torch_device import places
 from missionc.ir import Graph, Predicate
+from missionc.kernel import nodes as kernel
+from missionc.kernel.nodes import Node, RouteNode, UntilNode, WindowNode
 
 
-class Perturbed:
+class Perturbed(ABC):
     """Values of terms where a waypoint is moved.
 
     A value is (batch, rows, steps, offsets, directions), laid out as the term's
@@ -58,80 +41,96 @@ class Perturbed:
         probes: where each waypoint of the agent is moved to, (batch, steps, directions, dim), metres.
     """
 
-    def __init__(self, readings: SparsityPattern, team: Team, position: Tensor, probes: Tensor) -> None:
-        self.readings, self.team, self.position, self.probes = readings, team, position, probes
+    def __init__(self, patterns: SparsityPattern, team: Team, position: Tensor, probes: Tensor) -> None:
+        self.patterns, self.team, self.position, self.probes = patterns, team, position, probes
         self.unmoved = Robustness(team, States(position, velocities(position, team.mission.step)))
-        self.standard = self.unmoved.values(readings.order)
-        self.values: dict[Term, Tensor] = {}
+        self.standard = self.unmoved.values(patterns.order)
+        self.values: dict[Node, Tensor] = {}
         self.margins: dict[tuple[Predicate, int, int], Tensor] = {}
 
     def goals(self) -> Tensor:
         """The robustness of each goal: (goals, batch, waypoints, directions), metres."""
-        for term in self.readings.order:
-            if term in self.readings.of:
-                self.values[term] = self.value(term, self.readings.of[term])
+        for term in self.patterns.order:
+            if term in self.patterns.of:
+                self.values[term] = self.value(term, self.patterns.of[term])
         batch, steps, directions, _ = self.probes.shape
         found = []
-        for goal in self.readings.goals:
+        for goal in self.patterns.goals:
             whole = self.standard[goal][:, :1, :1].expand(batch, steps, directions).clone()
-            reading = self.readings.of.get(goal)
-            if reading is not None and (reading.rows is None or 0 in reading.rows):
-                low, high = max(reading.low, 0), min(reading.high, steps - 1)
-                whole[:, low : high + 1] = self.values[goal][:, 0, 0, low - reading.low : high - reading.low + 1]
+            pattern = self.patterns.of.get(goal)
+            if pattern is not None and (pattern.rows is None or 0 in pattern.rows):
+                low, high = max(pattern.low, 0), min(pattern.high, steps - 1)
+                whole[:, low : high + 1] = self.values[goal][:, 0, 0, low - pattern.low : high - pattern.low + 1]
             found.append(whole)
         return torch.stack(found)
 
-    def value(self, term: Term, reading: TermPattern) -> Tensor:
-        """The value of a term from those of the terms below it."""
-        match term:
-            case Margin(predicate, holds):
-                value = self._margin(predicate, reading)
-                return value if holds else -value
-            case Least(parts):
-                return self._full(reduce(torch.minimum, [self.laid(part, reading) for part in parts]), reading)
-            case Greatest(parts):
-                return self._full(reduce(torch.maximum, [self.laid(part, reading) for part in parts]), reading)
-            case Ranked(count, parts):
-                each = torch.stack([self._full(self.laid(part, reading), reading) for part in parts])
-                return each.sort(dim=0, descending=True).values[count - 1]
-            case LeastOver() | GreatestOver() | Until() | Release():
-                return self.over(window(term), reading)
-            case Of(agent, body):
-                below = self.readings.of[body]
-                row = 0 if below.rows is None else below.rows.index(agent)
-                first = reading.first - below.first
-                return self.values[body][:, row : row + 1, first : first + reading.steps]
-            case SomeLinked(graph, body):
-                return self._linked(graph, self.laid(body, reading, graph.agents), reading, body)
-            case EveryLinked(graph, body):
-                return -self._linked(graph, -self.laid(body, reading, graph.agents), reading, body)
-            case Length():
-                return self._length(term, reading)
-            case Member():
-                raise AssertionError("no motion changes who an agent is")
-            case _:
-                assert_never(term)
+    @abstractmethod
+    def conjunction(self, node: kernel.All | kernel.Always | UntilNode, pattern: TermPattern) -> Tensor:
+        """The value of what asks for several things at once, from those of the formulas below it."""
 
-    def laid(self, part: Term, reading: TermPattern, rows: Rows = None, ahead: int = 0) -> Tensor:
+    def value(self, node: Node, pattern: TermPattern) -> Tensor:
+        """The value of a formula from those of the formulas below it."""
+        match node:
+            case kernel.Atom(predicate):
+                return self._margin(predicate, pattern)
+            case kernel.Not(kernel.Atom(predicate)):
+                return -self._margin(predicate, pattern)
+            case kernel.All() | kernel.Always() | kernel.Until() | kernel.Release():
+                return self.conjunction(node, pattern)
+            case kernel.Any(parts):
+                return self._full(reduce(torch.maximum, [self.laid(part, pattern) for part in parts]), pattern)
+            case kernel.AtLeast(count, parts):
+                each = torch.stack([self._full(self.laid(part, pattern), pattern) for part in parts])
+                return each.sort(dim=0, descending=True).values[count - 1]
+            case kernel.Eventually(body):
+                greatest = self.everywhere(-inf, pattern)
+                for ahead in self.ahead(node, pattern):
+                    later = self.laid(body, pattern, ahead=ahead)
+                    here = greatest[:, :, : later.shape[2]]
+                    here.copy_(torch.maximum(here, later))
+                return greatest
+            case kernel.At(agent, body):
+                below = self.patterns.of[body]
+                row = 0 if below.rows is None else below.rows.index(agent)
+                first = pattern.first - below.first
+                return self.values[body][:, row : row + 1, first : first + pattern.steps]
+            case kernel.Neighbour(graph, body):
+                return self._linked(graph, self.laid(body, pattern, graph.agents), pattern, body)
+            case kernel.EveryNeighbour(graph, body):
+                return -self._linked(graph, -self.laid(body, pattern, graph.agents), pattern, body)
+            case kernel.Route() | kernel.EveryRoute():
+                return self._route(node, pattern)
+            case kernel.Is() | kernel.Not() | kernel.Reach() | kernel.EveryReach() | kernel.PathLength():
+                raise AssertionError("no motion changes it, or not in a cost graph")
+            case _:
+                assert_never(node)
+
+    def ahead(self, node: WindowNode | UntilNode, pattern: TermPattern) -> range:
+        """The steps ahead that a window looks at, from the first step at which it is needed."""
+        shape = window(node)
+        width = shape.width((pattern.first, pattern.first + pattern.steps - 1), self.position.shape[2])
+        return range(shape.first, shape.first + width)
+
+    def laid(self, part: Node, pattern: TermPattern, rows: Rows = None, ahead: int = 0) -> Tensor:
         """A part's values as they lie in a term: 1 in place of what they do not depend on.
 
         Args:
-            reading: of the term.
-            rows: the agents asked for; the reading's, where None.
+            pattern: of the term.
+            rows: the agents asked for; the pattern's, where None.
             ahead: for a part read that many steps ahead; at fewer steps, where it would run past the last one.
         """
-        rows = reading.rows if rows is None else rows
-        first = reading.first + ahead
-        count = min(reading.steps, self.position.shape[2] - first)
+        rows = pattern.rows if rows is None else rows
+        first = pattern.first + ahead
+        count = min(pattern.steps, self.position.shape[2] - first)
         value = self._rows(self.standard[part], rows)
         value = self.unmoved.spread(value)[:, :, first : first + count, None, None]
-        below = self.readings.of.get(part)
+        below = self.patterns.of.get(part)
         if below is None:
             return value
         new = self.values[part][:, :, first - below.first : first - below.first + count]
-        start = below.low + ahead - reading.low
+        start = below.low + ahead - pattern.low
         size = new.shape[3]
-        offsets = reading.high - reading.low + 1
+        offsets = pattern.high - pattern.low + 1
         if start == 0 and size == offsets and (below.rows is None or below.rows == rows):
             return new
         batch, height = new.shape[0], 1 if below.rows is None and rows is None else len(rows or (0,))
@@ -144,95 +143,29 @@ class Perturbed:
                     whole[:, rows.index(row), :, start : start + size] = new[:, index]
         return whole
 
-    def over(self, shape: Window, reading: TermPattern) -> Tensor:
-        """A temporal term's values: the touched steps between what is before and what is after them."""
-        needed = (reading.first, reading.first + reading.steps - 1)
-        width = shape.width(needed, self.position.shape[2])
-        sign = -1.0 if shape.negative else 1.0
-        low = reading.low - shape.first
-        spare = reading.high - reading.low + 1 - width
-        opened = torch.arange(width, device=self.position.device) + shape.first >= shape.low
+    def everywhere(self, value: float, pattern: TermPattern) -> Tensor:
+        return self.position.new_full((self.probes.shape[0], *pattern.nonzero.shape, self.probes.shape[2]), value)
 
-        def end_at(value: Tensor) -> Tensor:
-            """Only from the window's first step on."""
-            return (
-                value
-                if shape.first >= shape.low
-                else value.masked_fill(~opened.view(-1, *[1] * (value.dim() - 4)), -inf)
-            )
-
-        end = end_at(self._unrolled(shape.end, reading, shape.first, width, sign, -inf))
-        hold = None if shape.hold is None else self._unrolled(shape.hold, reading, shape.first, width, sign, inf)
-        after = end.flip(-1).cummax(dim=-1).values.flip(-1) if hold is None else _from_each_step(hold, end)
-        held = None if hold is None else pad(hold.cummin(dim=-1).values[..., :-1], (1, 0), value=inf)
-        before = (end if held is None else torch.minimum(held, end)).cummax(dim=-1).values[..., :-1]
-        batch, directions = self.probes.shape[0], self.probes.shape[2]
-        value = pad(after[..., 1:], (0, spare + 1), value=-inf)[..., None]
-        rows = 1 if reading.rows is None else len(reading.rows)
-        value = value.expand(batch, rows, reading.steps, spare + width, directions).clone()
-        for offset in range(low, low + spare + 1):
-            piece = value[:, :, :, offset - low : offset - low + width]
-            if shape.hold is not None and hold is not None:
-                moved = self._touched(shape.hold, reading, shape.first, width, sign, inf, offset)
-                piece.copy_(torch.minimum(piece, hold[..., None] if moved is None else moved))
-            moved = self._touched(shape.end, reading, shape.first, width, sign, -inf, offset)
-            piece.copy_(torch.maximum(piece, end[..., None] if moved is None else end_at(moved)))
-        if held is not None:
-            value = torch.minimum(value, pad(held, (spare, 0), value=inf)[..., None])
-        return sign * torch.maximum(value, pad(before, (spare + 1, 0), value=-inf)[..., None])
-
-    def _unrolled(self, part: Term, reading: TermPattern, first: int, width: int, sign: float, beyond: float) -> Tensor:
-        """Where nothing is moved, the values of the steps ahead of each: (batch, rows, steps, width)."""
-        value = self.unmoved.spread(self._rows(self.standard[part], reading.rows))
-        start = reading.first + first
-        value = sign * value[:, :, start : start + reading.steps + width - 1]
-        missing = reading.steps + width - 1 - value.shape[2]
-        return pad(value, (0, missing), value=beyond).unfold(2, width, 1)
-
-    def _touched(
-        self, part: Term, reading: TermPattern, first: int, width: int, sign: float, beyond: float, offset: int
-    ) -> Tensor | None:
-        """The same where a waypoint is moved, ``offset`` after the step ahead: with directions as a last axis.
-
-        None where that moves nothing.
-        """
-        below = self.readings.of.get(part)
-        if below is None or not below.low <= offset <= below.high:
-            return None
-        start = reading.first + first - below.first
-        value = sign * self.values[part][:, :, start : start + reading.steps + width - 1, offset - below.low]
-        missing = reading.steps + width - 1 - value.shape[2]
-        value = pad(value, (0, 0, 0, missing), value=beyond).unfold(2, width, 1).movedim(-1, 3)
-        if below.rows is None or below.rows == reading.rows:
-            return value
-        rows = reading.rows
-        assert rows is not None
-        unmoved = self._unrolled(part, reading, first, width, sign, beyond)[..., None]
-        whole = unmoved.expand(len(value), len(rows), *value.shape[2:]).clone()
-        for index, row in enumerate(below.rows):
-            whole[:, rows.index(row)] = value[:, index]
-        return whole
-
-    def _margin(self, predicate: Predicate, reading: TermPattern) -> Tensor:
-        key = (predicate, reading.first, reading.steps)
+    def _margin(self, predicate: Predicate, pattern: TermPattern) -> Tensor:
+        key = (predicate, pattern.first, pattern.steps)
         if key not in self.margins:
             self.margins[key] = moved_margin(
-                predicate, reading, self.team, self.position, self.readings.agent, self.probes
+                predicate, pattern, self.team, self.position, self.patterns.agent, self.probes
             )
         return self.margins[key]
 
-    def _linked(self, graph: Graph, body: Tensor, reading: TermPattern, term: Term) -> Tensor:
-        """``SomeLinked`` for each of the graph's agents: only changed agents and links are looked at again."""
-        members, agent = list(graph.agents), self.readings.agent
-        here = slice(reading.first, reading.first + reading.steps)
+    def _linked(self, graph: Graph, body: Tensor, pattern: TermPattern, term: Node) -> Tensor:
+        """``Neighbour`` for each of the graph's agents: only changed agents and links are looked at again."""
+        members, agent = list(graph.agents), self.patterns.agent
+        here = slice(pattern.first, pattern.first + pattern.steps)
         links = self.unmoved.links(graph)[:, here]
-        now = -reading.low
-        below = self.readings.of.get(term)
+        now = -pattern.low
+        below = self.patterns.of.get(term)
         rows = () if below is None else members if below.rows is None else below.rows
         changed = [place for place, member in enumerate(members) if member in rows or member == agent]
         unchanged = [place for place in range(len(members)) if place not in changed]
         batch, directions = self.probes.shape[0], self.probes.shape[2]
-        shape = (batch, len(members), reading.steps, reading.high - reading.low + 1, directions)
+        shape = (batch, len(members), pattern.steps, pattern.high - pattern.low + 1, directions)
         body = body.expand(shape)
         value = links.new_full((), -UNLIMITED).expand(shape)
         if unchanged:
@@ -251,42 +184,30 @@ class Perturbed:
             value[:, members.index(agent), :, now] = torch.minimum(moved, body[:, :, :, now]).amax(dim=1)
         return value
 
-    def _length(self, term: Length, reading: TermPattern) -> Tensor:
+    def _route(self, term: RouteNode, pattern: TermPattern) -> Tensor:
         """Judged again where it changes, as ``route_metres`` says."""
         batch, agents, _, dim = self.position.shape
         directions, everyone = self.probes.shape[2], tuple(range(agents))
-        here = slice(reading.first, reading.first + reading.steps)
-        parts = [self.laid(part, reading, everyone) for part in (term.through, term.end)]
+        here = slice(pattern.first, pattern.first + pattern.steps)
+        parts = [self.laid(part, pattern, everyone) for part in (term.through, term.end)]
         unmoved = self.position[:, :, here, None].expand(-1, -1, -1, directions, -1)
         found = []
-        for index, offset in enumerate(range(reading.low, reading.high + 1)):
+        for index, offset in enumerate(range(pattern.low, pattern.high + 1)):
             places = unmoved
             if offset == 0:
                 places = unmoved.clone()
-                places[:, self.readings.agent] = self.probes[:, here]
+                places[:, self.patterns.agent] = self.probes[:, here]
             position = places.reshape(batch, agents, -1, dim)
-            whole = (batch, agents, reading.steps, reading.high - reading.low + 1, directions)
-            given = tuple(part.expand(whole)[:, :, :, index].reshape(batch, agents, -1) for part in parts)
-            value = length_value(term, self.team, States(position, torch.zeros_like(position)), given)
-            found.append(value.reshape(batch, agents, reading.steps, directions))
+            whole = (batch, agents, pattern.steps, pattern.high - pattern.low + 1, directions)
+            given = [part.expand(whole)[:, :, :, index].reshape(batch, agents, -1) for part in parts]
+            value = length_value(term, self.team, States(position, torch.zeros_like(position)), *given)
+            found.append(value.reshape(batch, agents, pattern.steps, directions))
         return torch.stack(found, dim=3)
 
     def _rows(self, value: Tensor, rows: Rows) -> Tensor:
         return value if rows is None or value.shape[1] == 1 else value[:, places(rows, value.device)]
 
-    def _full(self, value: Tensor, reading: TermPattern) -> Tensor:
-        rows = 1 if reading.rows is None else len(reading.rows)
-        offsets = reading.high - reading.low + 1
-        return value.expand(self.probes.shape[0], rows, reading.steps, offsets, self.probes.shape[2])
-
-
-def _from_each_step(hold: Tensor, end: Tensor) -> Tensor:
-    """``end`` at some step from each on, ``hold`` at every one before it: along the last axis, by doubling."""
-    done, width = 1, hold.shape[-1]
-    while done < width:
-        later_hold, later_end = (
-            pad(each[..., done:], (0, done), value=beyond) for each, beyond in ((hold, inf), (end, -inf))
-        )
-        end, hold = torch.maximum(end, torch.minimum(hold, later_end)), torch.minimum(hold, later_hold)
-        done *= 2
-    return end
+    def _full(self, value: Tensor, pattern: TermPattern) -> Tensor:
+        rows = 1 if pattern.rows is None else len(pattern.rows)
+        offsets = pattern.high - pattern.low + 1
+        return value.expand(self.probes.shape[0], rows, pattern.steps, offsets, self.probes.shape[2])

@@ -15,28 +15,15 @@ from collections.abc import Iterable
 from dataclasses import replace
 from typing import assert_never
 
-from missionc.backends.clot.cost_graph.cost_graph import (
-    EveryLinked,
-    Greatest,
-    GreatestOver,
-    Least,
-    LeastOver,
-    Length,
-    Margin,
-    Member,
-    Of,
-    Ranked,
-    Release,
-    SomeLinked,
-    Term,
-    Until,
-    below,
-    postorder,
-)
+from missionc.backends.clot.cost_graph.cost_graph import at_least
 from missionc.backends.clot.optimise.active_set import Choices
-from missionc.ir import Compare, Connected, DistanceBetween, DistanceTo, InFormation, Inside, Touches
+from missionc.ir import Compare, Connected, DistanceBetween, DistanceTo, InFormation, Inside, Predicate, Touches
+from missionc.kernel import nodes as kernel
+from missionc.kernel.nodes import Node
+from missionc.kernel.normal_form import rebuilt
+from missionc.kernel.walk import children, postorder
 
-HOLDS = Least(())
+HOLDS = kernel.All(())
 """What no planned agent can break."""
 
 KNOWN, UNKNOWN = -1, -2
@@ -44,8 +31,8 @@ KNOWN, UNKNOWN = -1, -2
 
 
 def about(
-    goals: Iterable[Term], planned: frozenset[int], choices: Choices, newest: int | None = None
-) -> tuple[Term, ...]:
+    goals: Iterable[Node], planned: frozenset[int], choices: Choices, newest: int | None = None
+) -> tuple[Node, ...]:
     """The goals for these agents alone; those that they cannot break are left out.
 
     Args:
@@ -62,116 +49,110 @@ def about(
 class _Prefix:
     def __init__(
         self,
-        order: tuple[Term, ...],
-        roots: tuple[Term, ...],
+        order: list[Node],
+        roots: tuple[Node, ...],
         planned: frozenset[int],
         choices: Choices,
         newest: int | None,
     ) -> None:
         self.planned, self.newest = planned, newest
-        self.chosen: dict[tuple[Term, int], set[int]] = {}
+        self.chosen: dict[tuple[Node, int], set[int]] = {}
         for (term, agent, step), choice in choices.items():
-            moved = choice - step if isinstance(term, GreatestOver | Until) else choice
+            moved = choice - step if isinstance(term, kernel.Eventually | kernel.Until) else choice
             self.chosen.setdefault((term, agent), set()).add(moved)
         choosers = {term for term, _ in self.chosen}
-        self.decided: set[Term] = set()
+        self.decided: set[Node] = set()
         for term in order:
-            if term in choosers or not self.decided.isdisjoint(below(term)):
+            if term in choosers or not self.decided.isdisjoint(children(term)):
                 self.decided.add(term)
-        rows: dict[Term, set[int]] = {term: set() for term in order}
+        rows: dict[Node, set[int]] = {term: set() for term in order}
         for root in roots:
             rows[root].add(self._row(root, 0))
         for term in reversed(order):
-            for part in below(term):
+            for part in children(term):
                 rows[part] |= {self._below(term, row, part) for row in rows[term]}
-        self.terms: dict[tuple[Term, int], Term] = {}
-        self.leaves: dict[object, Margin | Of] = {}
+        self.terms: dict[tuple[Node, int], Node] = {}
+        self.leaves: dict[Predicate, Node] = {}
         for term in order:
             for row in rows[term]:
                 self.terms[term, row] = self._term(term, row)
         self.made = {root: self.terms[root, self._row(root, 0)] for root in roots}
 
-    def _row(self, term: Term, agent: int) -> int:
+    def _row(self, term: Node, agent: int) -> int:
         if term in self.decided:
             return agent
         return KNOWN if agent == KNOWN or agent in self.planned else UNKNOWN
 
-    def _below(self, term: Term, row: int, part: Term) -> int:
+    def _below(self, term: Node, row: int, part: Node) -> int:
         match term:
-            case Of(agent):
+            case kernel.At(agent):
                 return self._row(part, agent)
-            case SomeLinked() | EveryLinked() | Length():
+            case kernel.Neighbour() | kernel.EveryNeighbour() | kernel.Route() | kernel.EveryRoute():
                 return KNOWN
             case _:
                 return self._row(part, row)
 
-    def _term(self, term: Term, row: int) -> Term:
-        parts = tuple(self.terms[part, self._below(term, row, part)] for part in below(term))
+    def _term(self, term: Node, row: int) -> Node:
+        parts = tuple(self.terms[part, self._below(term, row, part)] for part in children(term))
         chosen = self.chosen.get((term, row), set())
         only = next(iter(chosen)) if len(chosen) == 1 else None
         match term:
-            case Margin():
-                return self._margin(term, row)
-            case Member():
+            case kernel.Atom(predicate) | kernel.Not(kernel.Atom(predicate)):
+                return self._leaf(term, predicate, isinstance(term, kernel.Atom), row)
+            case kernel.Is() | kernel.Not(kernel.Is()):
                 return term
-            case Least():
-                return _least(parts)
-            case Greatest():
-                return _greatest(parts) if only is None else parts[only]
-            case Ranked(count):
-                return _ranked(count - sum(part is HOLDS for part in parts), parts)
-            case LeastOver(_, low, high):
-                return HOLDS if parts[0] is HOLDS else LeastOver(parts[0], low, high)
-            case GreatestOver(_, low, high):
+            case kernel.All():
+                return _all(parts)
+            case kernel.Any():
+                return _any(parts) if only is None else parts[only]
+            case kernel.AtLeast(count):
+                return _at_least(count, parts)
+            case kernel.Eventually(_, low, high):
                 low, high = (low, high) if only is None else (only, only)
-                return HOLDS if parts[0] is HOLDS else GreatestOver(parts[0], low, high)
-            case Until(_, _, low, high):
+                return HOLDS if parts[0] is HOLDS else kernel.Eventually(parts[0], low, high)
+            case kernel.Until(_, _, low, high):
                 hold, end = parts
                 if only is None:
-                    return HOLDS if end is HOLDS and low == 0 else Until(hold, end, low, high)
-                before = HOLDS if hold is HOLDS or only == 0 else LeastOver(hold, 0, only - 1)
-                return _least((before, HOLDS if end is HOLDS else LeastOver(end, only, only)))
-            case Release(_, _, low, high):
-                return HOLDS if parts[1] is HOLDS else Release(parts[0], parts[1], low, high)
-            case Of(agent):
-                return HOLDS if parts[0] is HOLDS else Of(agent, parts[0])
-            case SomeLinked(graph):
-                return SomeLinked(graph, parts[0]) if self.planned.issuperset(graph.agents) else HOLDS
-            case EveryLinked(graph):
+                    return HOLDS if end is HOLDS and low == 0 else rebuilt(term, parts)
+                before = HOLDS if hold is HOLDS or only == 0 else kernel.Always(hold, 0, only - 1)
+                return _all((before, HOLDS if end is HOLDS else kernel.Always(end, only, only)))
+            case kernel.Always() | kernel.Release() | kernel.At():
+                return HOLDS if parts[-1] is HOLDS else rebuilt(term, parts)
+            case kernel.EveryNeighbour(graph):
                 members = tuple(agent for agent in graph.agents if agent in self.planned)
                 if not self._is_planned(row) or parts[0] is HOLDS or len(members) < 2:
                     return HOLDS
-                return EveryLinked(replace(graph, agents=members), parts[0])
-            case Length(graph):
-                if not self.planned.issuperset(graph.agents):
-                    return HOLDS
-                return replace(term, through=parts[0], end=parts[1])
+                return kernel.EveryNeighbour(replace(graph, agents=members), parts[0])
+            case kernel.Neighbour(graph) | kernel.Route(graph) | kernel.EveryRoute(graph):
+                return rebuilt(term, parts) if self.planned.issuperset(graph.agents) else HOLDS
+            case kernel.Not() | kernel.Reach() | kernel.EveryReach() | kernel.PathLength():
+                raise AssertionError("not in a cost graph")
             case _:
                 assert_never(term)
 
     def _is_planned(self, row: int) -> bool:
         return row == KNOWN or row in self.planned
 
-    def _margin(self, term: Margin, row: int) -> Term:
-        """A margin where all it reads is planned; of one that is least over pairs, those that are."""
-        match term.predicate:
+    def _leaf(self, term: Node, predicate: Predicate, holds: bool, row: int) -> Node:
+        """A predicate, or its negation, where all it reads is planned; of one about pairs, those that are."""
+        match predicate:
             case Inside() | Touches():
                 return term if self._is_planned(row) else HOLDS
-            case Connected(_, agents) as predicate:
+            case Connected(_, agents):
                 members = tuple(agent for agent in agents if agent in self.planned)
-                if not term.holds:
+                if not holds:
                     return term if members == agents else HOLDS
                 if len(members) < 2 or self.newest not in (None, *members):
                     return HOLDS
                 return self._connected(predicate, members)
-            case InFormation(formation) as predicate:
+            case InFormation(formation):
                 edges = tuple(edge for edge in formation.edges if {edge.first, edge.second} <= self.planned)
                 if edges == formation.edges:
                     return term
-                if not (term.holds and edges):
+                if not (holds and edges):
                     return HOLDS
                 if predicate not in self.leaves:
-                    self.leaves[predicate] = Margin(InFormation(replace(formation, edges=edges)), True)
+                    self.leaves[predicate] = kernel.Atom(InFormation(replace(formation, edges=edges)))
                 return self.leaves[predicate]
             case Compare(terms):
                 for _, feature in terms:
@@ -186,33 +167,28 @@ class _Prefix:
                         return HOLDS
                 return term
             case _:
-                assert_never(term.predicate)
+                assert_never(predicate)
 
-    def _connected(self, predicate: Connected, members: tuple[int, ...]) -> Margin | Of:
+    def _connected(self, predicate: Connected, members: tuple[int, ...]) -> Node:
         if predicate not in self.leaves:
             if self.newest is None:
-                self.leaves[predicate] = Margin(Connected(predicate.graph, members), True)
+                self.leaves[predicate] = kernel.Atom(Connected(predicate.graph, members))
             else:
-                linked = SomeLinked(replace(predicate.graph, agents=members), HOLDS)
-                self.leaves[predicate] = Of(self.newest, linked)
+                linked = kernel.Neighbour(replace(predicate.graph, agents=members), HOLDS)
+                self.leaves[predicate] = kernel.At(self.newest, linked)
         return self.leaves[predicate]
 
 
-def _least(parts: tuple[Term, ...]) -> Term:
+def _all(parts: tuple[Node, ...]) -> Node:
     left = tuple(part for part in parts if part is not HOLDS)
-    return HOLDS if not left else left[0] if len(left) == 1 else Least(left)
+    return at_least(len(left), left) if left else HOLDS
 
 
-def _greatest(parts: tuple[Term, ...]) -> Term:
-    if any(part is HOLDS for part in parts):
-        return HOLDS
-    return parts[0] if len(parts) == 1 else Greatest(parts)
+def _any(parts: tuple[Node, ...]) -> Node:
+    return HOLDS if HOLDS in parts else at_least(1, parts)
 
 
-def _ranked(count: int, parts: tuple[Term, ...]) -> Term:
+def _at_least(count: int, parts: tuple[Node, ...]) -> Node:
     left = tuple(part for part in parts if part is not HOLDS)
-    if count <= 0:
-        return HOLDS
-    if count >= len(left):
-        return _least(left) if count == len(left) else Greatest(())
-    return _greatest(left) if count == 1 else Ranked(count, left)
+    count -= len(parts) - len(left)
+    return at_least(count, left) if count > 0 else HOLDS

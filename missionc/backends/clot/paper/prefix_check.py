@@ -11,11 +11,12 @@ import math
 import torch
 from torch import Tensor
 
-from missionc.backends.clot.cost_graph.cost_graph import Term, postorder
 from missionc.backends.clot.cost_graph.motion_batch import States, Team, velocities
 from missionc.backends.clot.cost_graph.robustness import Robustness
 from missionc.backends.clot.optimise.free_distance import Surroundings
 from missionc.backends.clot.torch_device import places
+from missionc.kernel.nodes import Node
+from missionc.kernel.walk import postorder
 
 
 def prefix_margin(
@@ -24,7 +25,7 @@ def prefix_margin(
     others: tuple[int, ...],
     candidates: Tensor,
     planned: Tensor,
-    goals: tuple[Term, ...],
+    goals: tuple[Node, ...],
     around: Surroundings,
 ) -> Tensor:
     """The least margin of each candidate: obstacles, bounds, separation, limits and goals.

@@ -17,7 +17,6 @@ from dataclasses import dataclass, field
 import torch
 from torch import Tensor
 
-from missionc.backends.clot.cost_graph.cost_graph import Term
 from missionc.backends.clot.cost_graph.leaf_margins import UNLIMITED
 from missionc.backends.clot.cost_graph.motion_batch import Team
 from missionc.backends.clot.optimise.free_distance import Surroundings
@@ -26,6 +25,7 @@ from missionc.backends.clot.paper.sparsity_pattern import SparsityPattern, spars
 from missionc.backends.clot.torch_device import places as at
 from missionc.backends.clot.weights import ProbeWeights
 from missionc.ir import Mission
+from missionc.kernel.nodes import Node
 
 NEAREST = 6
 """So many of the planned agents are looked at for separation, at each waypoint the nearest."""
@@ -49,7 +49,7 @@ class ProbeCost:
     team: Team
     agent: int
     others: tuple[int, ...]
-    goals: tuple[Term, ...]
+    goals: tuple[Node, ...]
     around: Surroundings
     weights: ProbeWeights
     hinged: bool

@@ -12,7 +12,6 @@ import numpy as np
 import torch
 
 from missionc.backends.api import Budget, Progress, UnusableSnapshot
-from missionc.backends.clot.cost_graph.cost_graph import CostGraph
 from missionc.backends.clot.paper.expand_agent import Expansion, scale
 from missionc.backends.clot.paper.first_motions import FirstMotions
 from missionc.backends.clot.paper.planning_sequence import Couplings, Offers, couplings, in_order
@@ -33,7 +32,7 @@ MOST = 3
 def run_algorithm_2(
     mission: Mission,
     kernel: Kernel,
-    graph: CostGraph,
+    graph: Kernel,
     preset: Preset,
     begun: Begun,
     geodesics: Geodesics,
@@ -86,7 +85,7 @@ def run_algorithm_2(
     expansion = Expansion(
         mission,
         preset,
-        tuple(wanted.term for wanted in graph.requirements),
+        tuple(wanted.formula for wanted in graph.requirements),
         begun.schedule.choices if preset.seeded else {},
         first,
         coupled,

@@ -14,24 +14,6 @@ from typing import TypeAlias, assert_never
 
 import numpy as np
 
-from missionc.backends.clot.cost_graph.cost_graph import (
-    EveryLinked,
-    Greatest,
-    GreatestOver,
-    Least,
-    LeastOver,
-    Length,
-    Margin,
-    Member,
-    Of,
-    Ranked,
-    Release,
-    SomeLinked,
-    Term,
-    Until,
-    below,
-    postorder,
-)
 from missionc.base.trace import Flags
 from missionc.ir import (
     Altitude,
@@ -47,6 +29,9 @@ from missionc.ir import (
     Speed,
     Touches,
 )
+from missionc.kernel import nodes as kernel
+from missionc.kernel.nodes import Node, UntilNode, WindowNode
+from missionc.kernel.walk import children, postorder
 
 Rows: TypeAlias = tuple[int, ...] | None
 """Agents whose value changes; None where a value is the team's."""
@@ -88,27 +73,25 @@ class SparsityPattern:
         of: of the terms that can change at all.
     """
 
-    goals: tuple[Term, ...]
-    order: tuple[Term, ...]
+    goals: tuple[Node, ...]
+    order: Sequence[Node]
     agent: int
-    needed: dict[Term, tuple[int, int]]
-    of: dict[Term, TermPattern]
+    needed: dict[Node, tuple[int, int]]
+    of: dict[Node, TermPattern]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Window:
-    """A temporal term as: ``end`` at some step from ``low`` to ``high`` ahead, ``hold`` at every step before it.
+    """What a temporal term reads: ``end`` from ``low`` to ``high`` ahead, ``hold`` at the steps before it.
 
-    ``first`` is the first step ahead that is read. Where ``negative``, the term
-    is the negative of that, with negatives of ``hold`` and ``end``.
+    ``first`` is the first step ahead that is read.
     """
 
-    hold: Term | None
-    end: Term
+    hold: Node | None
+    end: Node
     first: int
     low: int
     high: int | None
-    negative: bool
 
     def width(self, needed: tuple[int, int], steps: int) -> int:
         """How many steps it spans from ``first`` on, for the first step at which it is needed."""
@@ -116,18 +99,18 @@ class Window:
         return last - self.first + 1
 
 
-def window(term: LeastOver | GreatestOver | Until | Release) -> Window:
+def window(term: WindowNode | UntilNode) -> Window:
     """The one form of all temporal terms."""
     match term:
-        case LeastOver(body, low, high) | GreatestOver(body, low, high):
-            return Window(None, body, low, low, high, isinstance(term, LeastOver))
-        case Until(first, end, low, high) | Release(first, end, low, high):
-            return Window(first, end, 0, low, high, isinstance(term, Release))
+        case kernel.Always(body, low, high) | kernel.Eventually(body, low, high):
+            return Window(None, body, low, low, high)
+        case kernel.Until(first, end, low, high) | kernel.Release(first, end, low, high):
+            return Window(first, end, 0, low, high)
         case _:
             assert_never(term)
 
 
-def sparsity_pattern(goals: Iterable[Term], agent: int, agents: int, steps: int) -> SparsityPattern:
+def sparsity_pattern(goals: Iterable[Node], agent: int, agents: int, steps: int) -> SparsityPattern:
     """The sparsity pattern of these goals, at step 0, by the waypoints of an agent.
 
     Raises:
@@ -136,8 +119,8 @@ def sparsity_pattern(goals: Iterable[Term], agent: int, agents: int, steps: int)
     wanted = tuple(goals)
     order = postorder(wanted)
     needed = _needed(wanted, order, steps)
-    known: dict[Term, TermPattern] = {}
-    team: dict[Term, bool] = {}
+    known: dict[Node, TermPattern] = {}
+    team: dict[Node, bool] = {}
     for term in order:
         team[term] = _of_team(term, team)
         found = _reading(term, agent, agents, steps, needed[term], known, team[term])
@@ -146,72 +129,74 @@ def sparsity_pattern(goals: Iterable[Term], agent: int, agents: int, steps: int)
     return SparsityPattern(wanted, order, agent, needed, known)
 
 
-def _needed(goals: tuple[Term, ...], order: Sequence[Term], steps: int) -> dict[Term, tuple[int, int]]:
+def _needed(goals: tuple[Node, ...], order: Sequence[Node], steps: int) -> dict[Node, tuple[int, int]]:
     """The steps at which each term's value is laid out.
 
     What holds until something else is laid out at the last step of its window as well, where it is not asked. A window
     below it that would run past the mission from there is laid out as far as the mission goes.
     """
-    needed: dict[Term, tuple[int, int]] = dict.fromkeys(goals, (0, 0))
-    asked: dict[Term, int] = dict.fromkeys(goals, 0)
+    needed: dict[Node, tuple[int, int]] = dict.fromkeys(goals, (0, 0))
+    asked: dict[Node, int] = dict.fromkeys(goals, 0)
     for term in reversed(order):
         first, last = needed[term]
-        final = dict.fromkeys(below(term), asked[term])
-        if isinstance(term, LeastOver | GreatestOver | Until | Release):
+        final = dict.fromkeys(children(term), asked[term])
+        if isinstance(term, kernel.Always | kernel.Eventually | kernel.Until | kernel.Release):
             shape = window(term)
             if asked[term] + (shape.low if shape.high is None else shape.high) >= steps:
                 raise ValueError("a window runs past the last step")
             first = first + shape.first
             last = steps - 1 if shape.high is None else min(last + shape.high, steps - 1)
             until = steps - 1 if shape.high is None else asked[term] + shape.high
-            final = dict.fromkeys(below(term), until)
+            final = dict.fromkeys(children(term), until)
             if shape.hold is not None and shape.hold is not shape.end:
                 final[shape.hold] = until - 1
-        for part in below(term):
+        for part in children(term):
             before = needed.get(part, (first, last))
             needed[part] = (min(first, before[0]), max(last, before[1]))
             asked[part] = max(asked.get(part, 0), final[part])
     return needed
 
 
-def _of_team(term: Term, team: dict[Term, bool]) -> bool:
+def _of_team(term: Node, team: dict[Node, bool]) -> bool:
     """Whether the term has one value for all agents."""
     match term:
-        case Margin(predicate):
+        case kernel.Atom(predicate) | kernel.Not(kernel.Atom(predicate)):
             return predicate.about_team
-        case Member() | SomeLinked() | EveryLinked() | Length():
+        case kernel.Is() | kernel.Not():
             return False
-        case Of():
+        case kernel.Neighbour() | kernel.EveryNeighbour() | kernel.Route() | kernel.EveryRoute():
+            return False
+        case kernel.At():
             return True
         case _:
-            return all(team[part] for part in below(term))
+            return all(team[part] for part in children(term))
 
 
 def _reading(
-    term: Term,
+    term: Node,
     agent: int,
     agents: int,
     steps: int,
     needed: tuple[int, int],
-    known: dict[Term, TermPattern],
+    known: dict[Node, TermPattern],
     team: bool,
 ) -> TermPattern | None:
     first, count = needed[0], needed[1] - needed[0] + 1
-    parts = [(part, known[part]) for part in below(term) if part in known]
+    parts = [(part, known[part]) for part in children(term) if part in known]
     match term:
-        case Member():
+        case kernel.Is() | kernel.Not(kernel.Is()):
             return None
-        case Margin(predicate):
+        case kernel.Atom(predicate) | kernel.Not(kernel.Atom(predicate)):
             return _of_leaf(predicate, agent, agents, first, count, steps)
-        case SomeLinked(graph) | EveryLinked(graph):
+        case kernel.Neighbour(graph) | kernel.EveryNeighbour(graph):
             if len(graph.agents) < 2:
                 return None
             return _of_links(graph, graph.agents, first, count, [one for _, one in parts], agent)
-        case Length(graph):
+        case kernel.Route(graph) | kernel.EveryRoute(graph):
             return _of_links(graph, tuple(range(agents)), first, count, [one for _, one in parts], agent)
         case _ if not parts:
             return None
-        case Of(index, body):
+        case kernel.At(index, body):
             found = known[body]
             here = slice(first - found.first, first - found.first + count)
             if found.rows is None:
@@ -220,12 +205,14 @@ def _reading(
                 return None
             row = found.rows.index(index)
             return TermPattern(None, first, found.low, found.nonzero[row : row + 1, here])
-        case Least() | Greatest() | Ranked():
+        case kernel.All() | kernel.Any() | kernel.AtLeast():
             rows = _union(agents, team, [one for _, one in parts])
             return _over(rows, first, count, [one for _, one in parts])
-        case LeastOver() | GreatestOver() | Until() | Release():
+        case kernel.Always() | kernel.Eventually() | kernel.Until() | kernel.Release():
             rows = _union(agents, team, [one for _, one in parts])
             return _of_window(window(term), rows, needed, parts, steps)
+        case kernel.Not() | kernel.Reach() | kernel.EveryReach() | kernel.PathLength():
+            raise AssertionError("not in a cost graph")
         case _:
             assert_never(term)
 
@@ -321,7 +308,7 @@ def _of_links(
 
 
 def _of_window(
-    shape: Window, rows: Rows, needed: tuple[int, int], parts: list[tuple[Term, TermPattern]], steps: int
+    shape: Window, rows: Rows, needed: tuple[int, int], parts: list[tuple[Node, TermPattern]], steps: int
 ) -> TermPattern:
     first, count = needed[0], needed[1] - needed[0] + 1
     width = shape.width(needed, steps)

@@ -13,13 +13,13 @@ from functools import partial
 from typing import Protocol, TypeAlias
 
 from missionc.backends.api import Attempt, Budget, Snapshot, forget, ignore
-from missionc.backends.clot.cost_graph.cost_graph import CostGraph
 from missionc.backends.clot.run.child_processes import Say, children
 from missionc.backends.clot.run.run_state import Candidate, Nearest, Reached, State, from_snapshot, to_snapshot
 from missionc.backends.options import Options
 from missionc.backends.run_account import Account
 from missionc.base.signals import asked, hold
 from missionc.ir import Mission
+from missionc.kernel.nodes import Kernel
 
 MakeAttempt: TypeAlias = Callable[[int], Reached | None]
 
@@ -28,7 +28,7 @@ class Run(Protocol):
     """What is read and written here of a run (``backend.Run``)."""
 
     mission: Mission
-    graph: CostGraph
+    graph: Kernel
     options: Options
     budget: Budget
     account: Account

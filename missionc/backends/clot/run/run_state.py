@@ -13,11 +13,13 @@ from typing import Any
 import numpy as np
 
 from missionc.backends.api import Attempt, Snapshot, UnusableSnapshot
-from missionc.backends.clot.cost_graph.cost_graph import CostGraph, Greatest, Ranked, SomeLinked
+from missionc.backends.clot.cost_graph.cost_graph import formulas_below
 from missionc.backends.clot.optimise.active_set import Choices
 from missionc.backends.clot.optimise.control_points import splines
 from missionc.base.trace import Array
 from missionc.ir import Mission
+from missionc.kernel import nodes as kernel
+from missionc.kernel.nodes import Kernel
 
 UNUSABLE = (ValueError, KeyError, IndexError, TypeError, OverflowError, RecursionError)
 """What may come of a snapshot that somebody made up."""
@@ -88,7 +90,7 @@ class State:
     reached: Reached | None = None
 
 
-def to_snapshot(state: State, graph: CostGraph) -> Snapshot:
+def to_snapshot(state: State, graph: Kernel) -> Snapshot:
     """The state as plain arrays and JSON."""
     arrays: dict[str, Array] = {}
     words: dict[str, Any] = {
@@ -110,14 +112,14 @@ def to_snapshot(state: State, graph: CostGraph) -> Snapshot:
         words["search"] = {"text": search.text, "planned": search.planned, "margin": _number(search.margin)}
         arrays |= {f"search.{name}": array for name, array in search.arrays.items()}
     if state.reached is not None:
-        place = {term: index for index, term in enumerate(graph.order)}
+        place = {term: index for index, term in enumerate(formulas_below(graph))}
         rows = [(place[term], agent, step, chosen) for (term, agent, step), chosen in state.reached.choices.items()]
         arrays["reached.control"] = state.reached.control
         arrays["reached.choices"] = np.array(rows, dtype=np.float64).reshape(-1, 4)
     return Snapshot(arrays, words)
 
 
-def from_snapshot(snapshot: Snapshot, mission: Mission, graph: CostGraph) -> State:
+def from_snapshot(snapshot: Snapshot, mission: Mission, graph: Kernel) -> State:
     """The state that ``to_snapshot`` was asked of.
 
     Raises:
@@ -129,7 +131,7 @@ def from_snapshot(snapshot: Snapshot, mission: Mission, graph: CostGraph) -> Sta
         raise UnusableSnapshot(f"it holds no state of a run of this mission: {wrong}") from wrong
 
 
-def _read(arrays: Mapping[str, Array], words: Mapping[str, Any], mission: Mission, graph: CostGraph) -> State:
+def _read(arrays: Mapping[str, Array], words: Mapping[str, Any], mission: Mission, graph: Kernel) -> State:
     nearest = search = reached = furthest = None
     moves = len(mission.agents), mission.steps + 1, mission.dimension
     control = len(mission.agents), splines(mission).points, mission.dimension
@@ -155,14 +157,15 @@ def _read(arrays: Mapping[str, Array], words: Mapping[str, Any], mission: Missio
     return State(_count(words["number"]), nearest, furthest, notes, beside, search, reached)
 
 
-def _choices(rows: Array, mission: Mission, graph: CostGraph) -> Choices:
+def _choices(rows: Array, mission: Mission, graph: Kernel) -> Choices:
+    order = formulas_below(graph)
     found = {}
     for index, agent, step, chosen in rows.astype(np.int64).tolist():
-        term = graph.order[_within(index, len(graph.order))]
+        term = order[_within(index, len(order))]
         match term:
-            case Greatest(parts) | Ranked(_, parts):
+            case kernel.Any(parts) | kernel.AtLeast(_, parts):
                 most = len(parts)
-            case SomeLinked():
+            case kernel.Neighbour():
                 most = len(mission.agents)
             case _:
                 most = mission.steps + 1

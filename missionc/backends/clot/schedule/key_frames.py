@@ -17,7 +17,6 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 from scipy.spatial.distance import cdist
 
-from missionc.backends.clot.cost_graph.cost_graph import Margin, Of
 from missionc.backends.clot.optimise.control_points import Splines
 from missionc.backends.clot.optimise.goal_terms import Demand
 from missionc.backends.clot.optimise.levenberg_marquardt import Polished, polish
@@ -27,6 +26,7 @@ from missionc.backends.clot.schedule.schedule import Schedule, Scheduler
 from missionc.backends.clot.weights import Spare, Weights
 from missionc.base.trace import Array, Flags
 from missionc.ir import Anywhere, Connected, Exactly, InFormation, Inside, Mission, Proximity, Region, Touches
+from missionc.kernel.nodes import At, Atom
 from missionc.world.sampling import points_in
 from missionc.world.signed_distance import signed_distance
 
@@ -135,11 +135,11 @@ class _KeyFrames:
     def _demand(self, step: int) -> Demand:
         """Everything that holds at a step, and the places of starts and finishes that are regions."""
         here = [hold for hold in self.schedule.holds if hold.timeless and hold.low <= step <= hold.high]
-        roots = [Of(hold.agent, hold.term) for hold in here]
+        roots = [At(hold.agent, hold.term) for hold in here]
         for agent in self.mission.agents:
             place = agent.start if step == 0 else agent.finish if step == self.steps else None
             if isinstance(place, Anywhere):
-                roots.append(Of(agent.index, Margin(Inside(place.region, False), True)))
+                roots.append(At(agent.index, Atom(Inside(place.region, False))))
         choices = {
             (each.term, each.agent, 0): each.part for each in self.schedule.decisions if each.low <= step <= each.high
         }
@@ -281,8 +281,7 @@ class _KeyFrames:
             hold.agent
             for hold in self.schedule.holds
             if hold.low <= step <= hold.high
-            and isinstance(hold.term, Margin)
-            and hold.term.holds
+            and isinstance(hold.term, Atom)
             and isinstance(hold.term.predicate, Inside | Touches)
         }
         return places | {agent for agents in self._places(step).values() for agent in agents} | set(self._exact(step))
@@ -294,7 +293,7 @@ class _KeyFrames:
         spacing: list[float] = []
         for hold in self.schedule.holds:
             term = hold.term
-            if not (isinstance(term, Margin) and term.holds and hold.low <= step <= hold.high):
+            if not (isinstance(term, Atom) and hold.low <= step <= hold.high):
                 continue
             match term.predicate:
                 case InFormation(formation):

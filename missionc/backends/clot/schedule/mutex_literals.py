@@ -6,9 +6,9 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import TypeAlias
 
-from missionc.backends.clot.cost_graph.cost_graph import Least, Margin, Of, Term
 from missionc.backends.clot.schedule.tasks import Hold, Outline
 from missionc.ir import Predicate
+from missionc.kernel.nodes import All, At, Atom, Node, Not
 
 Literal: TypeAlias = tuple[int, Predicate, bool]
 """A literal: an agent, or -1 for the team; a predicate; and whether it holds."""
@@ -77,16 +77,16 @@ def mutex_seconds(one: TimedLiterals, others: Iterable[TimedLiterals], step: flo
     return sum(each + step for each in denied if each is not None)
 
 
-def _literals(agent: int, term: Term) -> Iterator[Literal]:
+def _literals(agent: int, term: Node) -> Iterator[Literal]:
     stack = [(agent, term)]
     while stack:
         agent, term = stack.pop()
         match term:
-            case Margin(predicate, holds):
-                yield TEAM if predicate.about_team else agent, predicate, holds
-            case Least(parts):
+            case Atom(predicate) | Not(Atom(predicate)):
+                yield TEAM if predicate.about_team else agent, predicate, isinstance(term, Atom)
+            case All(parts):
                 stack.extend((agent, part) for part in parts)
-            case Of(other, body):
+            case At(other, body):
                 stack.append((other, body))
             case _:
                 pass

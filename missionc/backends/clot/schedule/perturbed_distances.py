@@ -6,9 +6,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from missionc.backends.clot.cost_graph.cost_graph import Term
 from missionc.backends.clot.schedule.tasks import Event
 from missionc.ir import Region
+from missionc.kernel.nodes import Node
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,7 +22,7 @@ class PerturbedDistances:
     noise: float
     generator: np.random.Generator
     stretch: dict[Region, float] = field(default_factory=dict)
-    delay: dict[tuple[Term, int, int], float] = field(default_factory=dict)
+    delay: dict[tuple[Node, int, int], float] = field(default_factory=dict)
 
     def factor(self, region: Region) -> float:
         if self.noise and region not in self.stretch:

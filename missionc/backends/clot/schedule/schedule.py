@@ -18,7 +18,6 @@ from math import ceil
 
 import numpy as np
 
-from missionc.backends.clot.cost_graph.cost_graph import Margin, Term
 from missionc.backends.clot.optimise.active_set import Choices
 from missionc.backends.clot.schedule.gather_team import can_be_gathered, gather_team
 from missionc.backends.clot.schedule.mutex_literals import (
@@ -32,6 +31,7 @@ from missionc.backends.clot.schedule.perturbed_distances import PerturbedDistanc
 from missionc.backends.clot.schedule.tasks import Decision, Event, Hold, Option, Outline
 from missionc.base.trace import Array
 from missionc.ir import Anywhere, Connected, Exactly, InFormation, Inside, Mission, Predicate, Region, Touches
+from missionc.kernel.nodes import Atom, Node
 from missionc.world.sampling import points_in
 from missionc.world.signed_distance import signed_distance
 
@@ -320,7 +320,7 @@ def _regions(holds: tuple[Hold, ...]) -> Iterator[tuple[int, Region]]:
     """Where holds want their agents, those that are about places."""
     for hold in holds:
         term = hold.term
-        if isinstance(term, Margin) and term.holds and isinstance(term.predicate, Inside | Touches):
+        if isinstance(term, Atom) and isinstance(term.predicate, Inside | Touches):
             yield hold.agent, term.predicate.region
 
 
@@ -329,7 +329,7 @@ def _shapes(holds: tuple[Hold, ...]) -> Iterator[Predicate]:
     seen: set[Predicate] = set()
     for hold in holds:
         term = hold.term
-        if isinstance(term, Margin) and term.holds and can_be_gathered(term.predicate) and term.predicate not in seen:
+        if isinstance(term, Atom) and can_be_gathered(term.predicate) and term.predicate not in seen:
             seen.add(term.predicate)
             yield term.predicate
 
@@ -350,7 +350,7 @@ def _told(
     """Holds and decisions counted from step 0, and all choices by term, agent and step."""
     holds = [*outline.holds, *(hold for option in options for hold in option.holds)]
     decisions = [decision for option in options for decision in option.decisions]
-    choices: dict[tuple[Term, int, int], int] = {}
+    choices: dict[tuple[Node, int, int], int] = {}
     for appointment in appointments:
         event, at = appointment.visit.event, appointment.step
         holds.extend(

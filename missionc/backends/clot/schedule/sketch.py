@@ -10,13 +10,13 @@ import torch
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
-from missionc.backends.clot.cost_graph.cost_graph import Margin
 from missionc.backends.clot.optimise.obstacle_index import Obstacles
 from missionc.backends.clot.schedule.geodesics import Geodesics, along
 from missionc.backends.clot.schedule.key_frames import KeyFrame
 from missionc.backends.clot.schedule.schedule import Schedule
 from missionc.base.trace import Array
 from missionc.ir import Box, Connected, InFormation, Mission, Still
+from missionc.kernel.nodes import Atom
 from missionc.world.signed_distance import signed_distance
 
 BENDS = 24
@@ -111,7 +111,7 @@ def _teams(mission: Mission, schedule: Schedule, begin: int, end: int) -> list[l
     pairs: list[tuple[int, int]] = []
     for hold in schedule.holds:
         term = hold.term
-        if not (isinstance(term, Margin) and term.holds and hold.low < end and hold.high > begin):
+        if not (isinstance(term, Atom) and hold.low < end and hold.high > begin):
             continue
         match term.predicate:
             case InFormation(formation):

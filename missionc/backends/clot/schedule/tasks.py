@@ -21,24 +21,10 @@ from typing import assert_never
 
 import numpy as np
 
-from missionc.backends.clot.cost_graph.cost_graph import (
-    CostGraph,
-    EveryLinked,
-    Greatest,
-    GreatestOver,
-    Least,
-    LeastOver,
-    Length,
-    Margin,
-    Member,
-    Of,
-    Ranked,
-    Release,
-    SomeLinked,
-    Term,
-    Until,
-    below,
-)
+from missionc.backends.clot.cost_graph.cost_graph import formulas_below
+from missionc.kernel import nodes as kernel
+from missionc.kernel.nodes import Kernel, Node
+from missionc.kernel.walk import children
 
 MOST_OPTIONS = 256
 """Options of one task. Where there are more, these are drawn from among them, the same ones each time."""
@@ -52,7 +38,7 @@ class Hold:
     """
 
     agent: int
-    term: Term
+    term: Node
     low: int
     high: int
     timeless: bool
@@ -62,7 +48,7 @@ class Hold:
 class Decision:
     """A part chosen, by number, of a term at an agent, at the steps ``low`` to ``high`` from the event (or step 0)."""
 
-    term: Term
+    term: Node
     agent: int
     part: int
     low: int
@@ -77,7 +63,7 @@ class Event:
     event around it (or step 0); the window counts from there too. ``kind`` is what to call it.
     """
 
-    chooser: Term
+    chooser: Node
     agent: int
     asked: int
     low: int
@@ -111,13 +97,13 @@ class Outline:
     tasks: tuple[Task, ...]
 
 
-def outline(graph: CostGraph, steps: int) -> Outline:
+def outline(graph: Kernel, steps: int) -> Outline:
     """What a mission's requirements ask for, over steps 0 to ``steps``."""
-    reader = _Reader(graph.order, steps)
+    reader = _Reader(formulas_below(graph), steps)
     holds: list[Hold] = []
     tasks: list[Task] = []
     for wanted in graph.requirements:
-        for agent, part in reader.conjuncts(wanted.term, 0):
+        for agent, part in reader.conjuncts(wanted.formula, 0):
             options = reader.options(part, agent, 0, 0, False)
             if len(options) == 1 and not options[0].events:
                 holds.extend(options[0].holds)
@@ -127,73 +113,73 @@ def outline(graph: CostGraph, steps: int) -> Outline:
 
 
 class _Reader:
-    def __init__(self, order: tuple[Term, ...], steps: int) -> None:
+    def __init__(self, order: list[Node], steps: int) -> None:
         self.steps = steps
-        self.timeless: dict[Term, bool] = {}
+        self.timeless: dict[Node, bool] = {}
         for term in order:
-            windowed = isinstance(term, LeastOver | GreatestOver | Until | Release)
-            self.timeless[term] = not windowed and all(self.timeless[part] for part in below(term))
+            windowed = isinstance(term, kernel.Always | kernel.Eventually | kernel.Until | kernel.Release)
+            self.timeless[term] = not windowed and all(self.timeless[part] for part in children(term))
 
-    def conjuncts(self, term: Term, agent: int) -> Iterable[tuple[int, Term]]:
+    def conjuncts(self, term: Node, agent: int) -> Iterable[tuple[int, Node]]:
         stack = [(agent, term)]
         while stack:
             agent, term = stack.pop()
             match term:
-                case Least(parts):
+                case kernel.All(parts):
                     stack.extend((agent, part) for part in reversed(parts))
-                case Of(other, body):
+                case kernel.At(other, body):
                     stack.append((other, body))
                 case _:
                     yield agent, term
 
-    def options(self, term: Term, agent: int, low: int, high: int, branch: bool) -> tuple[Option, ...]:
+    def options(self, term: Node, agent: int, low: int, high: int, branch: bool) -> tuple[Option, ...]:
         """The ways in which a term holds at an agent at all steps from ``low`` to ``high``."""
         match term:
-            case Least(parts):
+            case kernel.All(parts):
                 return self._together([self.options(part, agent, low, high, branch) for part in parts])
-            case Of(other, body):
+            case kernel.At(other, body):
                 return self.options(body, other, low, high, branch)
-            case LeastOver(body, first, last):
+            case kernel.Always(body, first, last):
                 return self.options(body, agent, low + first, self._end(high, last), branch)
-            case Release(free, end, first, last):
+            case kernel.Release(free, end, first, last):
                 kept = self.options(end, agent, low + first, self._end(high, last), branch)
                 return (*kept, *self._freed(term, free, end, agent, low, first, last)) if low == high else kept
-            case Greatest(parts) if parts and (branch or (low == high and not self.timeless[term])):
+            case kernel.Any(parts) if parts and (branch or (low == high and not self.timeless[term])):
                 found = [
                     replace(option, decisions=(*option.decisions, Decision(term, agent, number, low, high)))
                     for number, part in enumerate(parts)
                     for option in self.options(part, agent, low, high, branch)
                 ]
                 return _some_of(found)
-            case Ranked(count, parts) if low == high and not self.timeless[term]:
+            case kernel.AtLeast(count, parts) if low == high and not self.timeless[term]:
                 return self._some(parts, count, agent, low)
-            case GreatestOver(body, first, last) if low == high:
+            case kernel.Eventually(body, first, last) if low == high:
                 bodies = self.options(body, agent, 0, 0, True)
                 return tuple(self._event(term, agent, low, first, last, option) for option in bodies)
-            case Until(hold, end, first, last) if low == high:
+            case kernel.Until(hold, end, first, last) if low == high:
                 before = Hold(agent, hold, low, low, self.timeless[hold])
                 found = [
                     self._event(term, agent, low, first, last, option, (before,))
                     for option in self.options(end, agent, 0, 0, True)
                 ]
                 return tuple(found)
-            case (
-                Margin()
-                | Member()
-                | Greatest()
-                | Ranked()
-                | GreatestOver()
-                | Until()
-                | SomeLinked()
-                | EveryLinked()
-                | Length()
-            ):
-                return (Option((Hold(agent, term, low, high, self.timeless[term]),)),)
+            case kernel.Any() | kernel.AtLeast() | kernel.Eventually() | kernel.Until():
+                return self._held(term, agent, low, high)
+            case kernel.Atom() | kernel.Is() | kernel.Not():
+                return self._held(term, agent, low, high)
+                return self._held(term, agent, low, high)
+            case kernel.Neighbour() | kernel.EveryNeighbour() | kernel.Route() | kernel.EveryRoute():
+                return self._held(term, agent, low, high)
+            case kernel.Reach() | kernel.EveryReach() | kernel.PathLength():
+                raise AssertionError("not in a cost graph")
             case _:
                 assert_never(term)
 
+    def _held(self, term: Node, agent: int, low: int, high: int) -> tuple[Option, ...]:
+        return (Option((Hold(agent, term, low, high, self.timeless[term]),)),)
+
     def _freed(
-        self, term: Term, free: Term, end: Term, agent: int, asked: int, first: int, last: int | None
+        self, term: Node, free: Node, end: Node, agent: int, asked: int, first: int, last: int | None
     ) -> tuple[Option, ...]:
         """``free`` at some step before the window's last, ``end`` from the window's first step up to it."""
         before = Hold(agent, end, asked + first, asked + first, self.timeless[end])
@@ -213,7 +199,7 @@ class _Reader:
 
     def _event(
         self,
-        term: Term,
+        term: Node,
         agent: int,
         asked: int,
         first: int,
@@ -236,7 +222,7 @@ class _Reader:
             for chosen in _ways(each)
         )
 
-    def _some(self, parts: tuple[Term, ...], count: int, agent: int, step: int) -> tuple[Option, ...]:
+    def _some(self, parts: tuple[Node, ...], count: int, agent: int, step: int) -> tuple[Option, ...]:
         """Every choice of so many parts up to a bound; which they are shows in the motion, so none is recorded."""
         each = [self.options(part, agent, step, step, False) for part in parts]
         found = [self._together([each[number] for number in chosen]) for chosen in _choices(len(parts), count)]
