@@ -33,7 +33,7 @@ from missionc.kernel.nodes import (
     Until,
 )
 from missionc.kernel.walk import postorder
-from missionc.language.margins.predicate_margins import algebraic_connectivity, margin
+from missionc.language.margins.predicate_margins import margin
 from missionc.language.operator import Operator
 from missionc.language.operators import OPERATORS, by_name
 from missionc.lower.expand import expand
@@ -43,11 +43,11 @@ from tests.support.random_runs import SPAN, Case, cases, leaves, mission_of, sna
 
 torch = pytest.importorskip("torch")
 
-from missionc.backends.clot.cost_graph.leaf_margins import UNLIMITED, spanning_tree
-from missionc.backends.clot.cost_graph.leaf_margins import algebraic_connectivity as connectivity_in_torch
+from missionc.backends.clot.cost_graph.leaf_margins import UNLIMITED, bottleneck
 from missionc.backends.clot.cost_graph.leaf_margins import margin as margin_in_torch
 from missionc.backends.clot.cost_graph.motion_batch import States, team, velocities
 from missionc.backends.clot.cost_graph.robustness import Robustness, over, until
+from missionc.backends.clot.cost_graph.spanning_trees import spanning_tree
 from missionc.backends.clot.paper.paper_rules import PaperRules
 from missionc.backends.clot.paper.sparsity_pattern import sparsity_pattern
 
@@ -190,7 +190,8 @@ def test_a_margin_in_torch_is_the_margin(data: st.DataObject, seed: int) -> None
 def test_the_spanning_tree_has_the_shortest_longest_edge(members: int, graphs: int, seed: int) -> None:
     places = np.random.default_rng(seed).uniform(0, 9, (graphs, members, 2))
     lengths = np.linalg.norm(places[:, :, None] - places[:, None], axis=-1)
-    worst, first, second = (each.numpy() for each in spanning_tree(torch.tensor(-lengths)))
+    worst = bottleneck(torch.tensor(-lengths)).numpy()
+    first, second, _ = spanning_tree(-lengths)
     assert first.shape == second.shape == (graphs, members - 1)
     for index in range(graphs):
         tree = minimum_spanning_tree(lengths[index])
@@ -198,14 +199,6 @@ def test_the_spanning_tree_has_the_shortest_longest_edge(members: int, graphs: i
         edges = lengths[index, first[index], second[index]]
         assert math.isclose(edges.sum(), tree.sum(), abs_tol=1e-9)
         assert {0, *second[index].tolist()} == set(range(members))
-
-
-@given(st.integers(1, 5), seeds)
-def test_the_algebraic_connectivity_is_the_margins(size: int, seed: int) -> None:
-    trace = trace_of(np.random.default_rng(seed).uniform(0, 2, (size, 3, 2)).tolist())
-    for graph in mission_of(size, 2).graphs:
-        found = connectivity_in_torch(graph, states_of(trace).position)[0].numpy()
-        assert np.allclose(found, algebraic_connectivity(graph, trace), atol=1e-9)
 
 
 # --------------------------------------------------- one waypoint is moved

@@ -54,8 +54,7 @@ def margin(predicate: Predicate, team: Team, states: States) -> Tensor:
             graph = restricted(predicate)
             links = all_links(graph, position)
             batch, steps = links.shape[:2]
-            worst, _, _ = spanning_tree(links.flatten(0, 1))
-            return worst.reshape(batch, 1, steps)
+            return bottleneck(links.flatten(0, 1)).reshape(batch, 1, steps)
         case InFormation(shape):
             return _tensor(formation.margin(torch, shape, position.movedim(1, 0)))[:, None]
         case _:
@@ -70,51 +69,28 @@ def all_links(graph: Graph, position: Tensor) -> Tensor:
     return links.masked_fill(own, -UNLIMITED)
 
 
-def spanning_tree(links: Tensor) -> tuple[Tensor, Tensor, Tensor]:
-    """The best spanning tree of each graph by its worst link (Prim's algorithm, all graphs at once).
+def bottleneck(links: Tensor) -> Tensor:
+    """The worst link of each graph's best spanning tree (Prim's algorithm, all graphs at once).
 
     Args:
         links: (graphs, members, members), metres.
 
     Returns:
-        the worst link of each, (graphs,), ``UNLIMITED`` for fewer than two members; and the
-        tree's edges, (graphs, members - 1) twice, as numbers of members.
+        (graphs,), metres; ``UNLIMITED`` for fewer than two members.
     """
     graphs, members, _ = links.shape
     worst = links.new_full((graphs,), UNLIMITED)
     if members < 2:
-        none = torch.zeros((graphs, 0), dtype=torch.int64, device=links.device)
-        return worst, none, none
-    row = torch.arange(graphs, device=links.device)
-    best = links[:, 0].clone()
-    nearest = torch.zeros((graphs, members), dtype=torch.int64, device=links.device)
+        return worst
+    row, best = torch.arange(graphs, device=links.device), links[:, 0]
     inside_tree = torch.zeros((graphs, members), dtype=torch.bool, device=links.device)
     inside_tree[:, 0] = True
-    first, second = [], []
     for _ in range(members - 1):
         chosen = best.masked_fill(inside_tree, -2 * UNLIMITED).argmax(dim=1)
         worst = torch.minimum(worst, best[row, chosen])
-        first.append(nearest[row, chosen])
-        second.append(chosen)
         inside_tree[row, chosen] = True
-        further = links[row, chosen]
-        better = further > best
-        best = torch.where(better, further, best)
-        nearest = torch.where(better, chosen[:, None], nearest)
-    return worst, torch.stack(first, dim=1), torch.stack(second, dim=1)
-
-
-def algebraic_connectivity(graph: Graph, position: Tensor) -> Tensor:
-    """The second smallest eigenvalue of the links' Laplacian: (batch, steps), without unit; 0 below two agents.
-
-    Source:
-        [clot] III-C, λ₂.
-    """
-    links = all_links(graph, position)
-    members = links.shape[-1]
-    if members < 2:
-        return links.new_zeros(links.shape[:2])
-    return second_eigenvalue((links > 0).to(links.dtype))
+        best = torch.maximum(best, links[row, chosen])
+    return worst
 
 
 def second_eigenvalue(weight: Tensor) -> Tensor:

@@ -10,7 +10,7 @@ margins says nothing about the other ninety-nine; this does.
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TypeAlias, assert_never
 
@@ -141,12 +141,12 @@ class _Run:
             case kernel.Always(body, low, high):
                 for agent, step in np.argwhere(mask):
                     self.mask(body)[agent, step + low : self._last(step, high) + 1] = True
-            case kernel.Eventually(body, low, high):
-                self._sometime(term, body, low, high, mask)
-            case kernel.Until(hold, end, low, high):
-                self._until(term, hold, end, low, high, mask)
-            case kernel.Release(free, end, low, high):
-                self._release(term, free, end, low, high, mask)
+            case kernel.Eventually():
+                self._eventually(term, mask)
+            case kernel.Until():
+                self._until(term, mask)
+            case kernel.Release():
+                self._release(term, mask)
             case kernel.Neighbour(graph, body):
                 self._some_linked(term, graph, body, mask)
             case kernel.EveryNeighbour(graph, body):
@@ -192,49 +192,54 @@ class _Run:
                 here = row == number
                 self.mask(parts[number])[agent[here], step[here]] = True
 
-    def _sometime(self, term: Node, body: Node, low: int, high: int | None, mask: Flags) -> None:
-        for agent, step in np.argwhere(mask).tolist():
-            chosen = self._chosen(term, agent, step)
-            if chosen is None:
-                if self.decided:
-                    continue
-                value = self.value(body)
-                window = value[agent, step + low : self._last(step, high) + 1]
-                chosen = step + low + int(window.argmax())
-                self._note(term, agent, step, chosen)
-            self.mask(body)[agent, chosen] = True
+    def _moments(
+        self, term: Node, mask: Flags, high: int | None, best: Callable[[int, int, int], int]
+    ) -> Iterator[tuple[int, int, int, int]]:
+        """Each place of the mask, as an agent and a step; the last step of the window there; the step chosen from it.
 
-    def _until(self, term: Node, hold: Node, end: Node, low: int, high: int | None, mask: Flags) -> None:
+        Args:
+            best: the step that the values choose, by agent, step and last step.
+        """
         for agent, step in np.argwhere(mask).tolist():
-            last = self._last(step, high)
-            chosen = self._chosen(term, agent, step)
+            last, chosen = self._last(step, high), self._chosen(term, agent, step)
             if chosen is None:
                 if self.decided:
                     continue
-                holds, ends = self.value(hold), self.value(end)
-                held = np.minimum.accumulate(np.r_[np.inf, holds[agent, step:last]])
-                chosen = step + low + int(np.minimum(held, ends[agent, step : last + 1])[low:].argmax())
+                chosen = best(agent, step, last)
                 self._note(term, agent, step, chosen)
-            self.mask(end)[agent, chosen] = True
-            self.mask(hold)[agent, step:chosen] = True
+            yield agent, step, last, chosen
 
-    def _release(self, term: Node, free: Node, end: Node, low: int, high: int | None, mask: Flags) -> None:
-        """``end`` at each step of the window up to one where ``free`` holds, or up to the window's last."""
-        for agent, step in np.argwhere(mask).tolist():
-            last = self._last(step, high)
-            chosen = self._chosen(term, agent, step)
-            if chosen is None:
-                if self.decided:
-                    continue
-                window = self.value(end)[agent, step : last + 1].copy()
-                window[:low] = np.inf
-                kept = np.minimum.accumulate(window)  # kept[k]: `end` from `low` up to and with k steps ahead
-                freed = np.minimum(self.value(free)[agent, step : last + 1], kept)[:-1]
-                chosen = last if kept[-1] >= freed.max(initial=-np.inf) else step + int(freed.argmax())
-                self._note(term, agent, step, chosen)
-            self.mask(end)[agent, step + low : chosen + 1] = True
+    def _eventually(self, term: kernel.Eventually, mask: Flags) -> None:
+        def best(agent: int, step: int, last: int) -> int:
+            return step + term.low + int(self.value(term.body)[agent, step + term.low : last + 1].argmax())
+
+        for agent, _, _, chosen in self._moments(term, mask, term.high, best):
+            self.mask(term.body)[agent, chosen] = True
+
+    def _until(self, term: kernel.Until, mask: Flags) -> None:
+        def best(agent: int, step: int, last: int) -> int:
+            held = np.minimum.accumulate(np.r_[np.inf, self.value(term.hold)[agent, step:last]])
+            ends = self.value(term.end)[agent, step : last + 1]
+            return step + term.low + int(np.minimum(held, ends)[term.low :].argmax())
+
+        for agent, step, _, chosen in self._moments(term, mask, term.high, best):
+            self.mask(term.end)[agent, chosen] = True
+            self.mask(term.hold)[agent, step:chosen] = True
+
+    def _release(self, term: kernel.Release, mask: Flags) -> None:
+        """``end`` at each step of the window up to one where ``hold`` holds, or up to the window's last."""
+
+        def best(agent: int, step: int, last: int) -> int:
+            window = self.value(term.end)[agent, step : last + 1].copy()
+            window[: term.low] = np.inf
+            kept = np.minimum.accumulate(window)  # kept[k]: `end` from `low` up to and with k steps ahead
+            freed = np.minimum(self.value(term.hold)[agent, step : last + 1], kept)[:-1]
+            return last if kept[-1] >= freed.max(initial=-np.inf) else step + int(freed.argmax())
+
+        for agent, step, last, chosen in self._moments(term, mask, term.high, best):
+            self.mask(term.end)[agent, step + term.low : chosen + 1] = True
             if chosen < last:
-                self.mask(free)[agent, chosen] = True
+                self.mask(term.hold)[agent, chosen] = True
 
     def _places(self, graph: Graph, mask: Flags) -> tuple[Links, Links, Array]:
         """Places of the mask that are members: number of the member and step (places,) each; and their links."""

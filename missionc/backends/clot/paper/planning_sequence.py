@@ -14,6 +14,7 @@ from typing import TypeAlias, assert_never
 
 import numpy as np
 
+from missionc.backends.clot.cost_graph.spanning_trees import spanning_tree
 from missionc.base.trace import Array, Flags
 from missionc.ir import (
     Compare,
@@ -243,8 +244,9 @@ def communication(graph: Graph, positions: Array, members: Sequence[int]) -> fro
     chosen = [place for place, agent in enumerate(graph.agents) if agent in members]
     names = np.array(graph.agents, dtype=np.int64)[chosen]
     margin = all_links(graph, positions[:, None, :])[0][np.ix_(chosen, chosen)]
-    pairs = [*np.argwhere(margin > 0).tolist(), *_tree(margin)]
-    return frozenset(_edge(int(names[first]), int(names[second])) for first, second in pairs)
+    first, second, _ = (each[0] for each in spanning_tree(margin[None])) if chosen else ((), (), ())
+    pairs = [*np.argwhere(margin > 0).tolist(), *zip(first, second, strict=True)]
+    return frozenset(_edge(int(names[one]), int(names[other])) for one, other in pairs)
 
 
 def in_order(sequence: Sequence[int]) -> Offers:
@@ -288,21 +290,6 @@ def _any_agent(where: Flags) -> Flags:
 
 def _edge(first: int, second: int) -> Edge:
     return min(first, second), max(first, second)
-
-
-def _tree(margin: Array) -> Iterator[Edge]:
-    """Prim's algorithm for the tree of best margins, (members, members): it joins what links leave apart."""
-    if len(margin) == 0:
-        return
-    outside = np.ones(len(margin), dtype=np.bool_)
-    outside[0] = False
-    best, via = margin[0].copy(), np.zeros(len(margin), dtype=np.int64)
-    while outside.any():
-        chosen = int(np.flatnonzero(outside)[np.argmax(best[outside])])
-        outside[chosen] = False
-        yield int(via[chosen]), chosen
-        better = margin[chosen] > best
-        best[better], via[better] = margin[chosen][better], chosen
 
 
 def _runs(by_step: list[frozenset[Edge]]) -> Iterator[tuple[int, int, frozenset[Edge]]]:
