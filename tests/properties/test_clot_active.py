@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from missionc import ir
 from missionc.backends.clot.cost_graph.cost_graph import formulas_below
-from missionc.kernel.nodes import EveryRoute, Goal, Kernel, Route
+from missionc.kernel.nodes import Goal, Kernel, NeighbourNode, RouteNode
 from missionc.language.operators import by_name
 from missionc.lower.expand import expand
 from missionc.monitoring.monitor import robustness
@@ -29,7 +29,7 @@ from missionc.backends.clot.cost_graph.robustness import Robustness
 from missionc.backends.clot.optimise.active_set import Active, Links, activate
 from missionc.backends.clot.optimise.goal_terms import Demand
 from missionc.base.trace import Array, Trace
-from missionc.kernel.nodes import AtLeast, EveryNeighbour, Neighbour, Node, Release
+from missionc.kernel.nodes import AtLeast, EveryNeighbour, Node, Release
 from missionc.language.margins.predicate_margins import all_links
 
 
@@ -54,8 +54,7 @@ def judged(graph: Kernel, mission: ir.Mission, trace: Trace) -> tuple[dict[Node,
     states = States(torch.from_numpy(trace.position)[None], torch.from_numpy(trace.velocity)[None])
     judge = Robustness(team(mission, dtype=torch.float64), states)
     values = {term: value[0].numpy() for term, value in judge.values(formulas_below(graph)).items()}
-    linked = Neighbour | EveryNeighbour | Route | EveryRoute
-    graphs = {term.graph for term in formulas_below(graph) if isinstance(term, linked)}
+    graphs = {term.graph for term in formulas_below(graph) if isinstance(term, NeighbourNode | RouteNode)}
     return values, {each: judge.links(each)[0].numpy() for each in graphs}
 
 
@@ -172,7 +171,7 @@ def test_a_witness_decides_what_the_values_did(case: Case) -> None:
     witness = free.witness(case.trace.position, case.trace.velocity)
     moved = case.trace.position[:, ::-1] + 0.3
     kept = Demand.of(case.run.mission, roots, witness, steps).active(moved, case.trace.velocity)
-    open_ = AtLeast | Release | EveryNeighbour | Route | EveryRoute
+    open_ = AtLeast | Release | EveryNeighbour | RouteNode
     left_open = any(isinstance(term, open_) for term in free.order)
     if not left_open:
         assert set(kept.margins) == set(chosen.margins)

@@ -22,14 +22,12 @@ from missionc.kernel.nodes import (
     AtLeast,
     Atom,
     Eventually,
-    EveryNeighbour,
-    EveryRoute,
     Is,
-    Neighbour,
+    NeighbourNode,
     Node,
     Not,
     Release,
-    Route,
+    RouteNode,
     Until,
 )
 from missionc.kernel.walk import postorder
@@ -328,7 +326,7 @@ def test_the_four_rules_are_what_they_say(data: st.DataObject, seed: int, agent:
     plain = [operator for operator in OPERATORS if not operator.spatial and operator.name != "count"]
     case = data.draw(cases(data.draw(st.sampled_from(plain))))
     term = term_of(case.run.mission, case.formula)
-    beyond = AtLeast | Neighbour | EveryNeighbour | Route | EveryRoute
+    beyond = AtLeast | NeighbourNode | RouteNode
     assume(not any(isinstance(one, beyond) for one in postorder([term])))
     size, count, _ = case.trace.position.shape
     generator = np.random.default_rng(seed)

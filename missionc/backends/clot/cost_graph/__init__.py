@@ -1,1 +1,1 @@
-"""The cost graph: kernel formulas in negation normal form, as terms with exact robustness for an optimiser."""
+"""The cost graph: the kernel with its routes unrolled, and the exact robustness of its formulas for an optimiser."""

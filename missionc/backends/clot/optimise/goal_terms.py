@@ -15,7 +15,7 @@ from missionc.backends.clot.cost_graph.robustness import Robustness
 from missionc.backends.clot.optimise.active_set import Active, Choices, activate
 from missionc.base.trace import Array
 from missionc.ir import Mission
-from missionc.kernel.nodes import EveryNeighbour, EveryRoute, Neighbour, Node, Route
+from missionc.kernel.nodes import NeighbourNode, Node, RouteNode
 from missionc.kernel.walk import postorder
 
 
@@ -59,9 +59,7 @@ class Demand:
 
     def _activated(self, position: Array, velocity: Array, witness: dict[tuple[Node, int, int], int] | None) -> Active:
         robustness, values = self._evaluated(position, velocity)
-        graphs = {
-            term.graph for term in self.order if isinstance(term, Neighbour | EveryNeighbour | Route | EveryRoute)
-        }
+        graphs = {term.graph for term in self.order if isinstance(term, NeighbourNode | RouteNode)}
         links = {graph: robustness.links(graph)[0].numpy() for graph in graphs}
         radius = np.array([agent.radius for agent in self.mission.agents])
         closest = radius[:, None] + radius + self.mission.separation

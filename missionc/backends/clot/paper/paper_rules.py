@@ -29,7 +29,7 @@ from missionc.backends.clot.paper.perturbed_robustness import Perturbed
 from missionc.backends.clot.paper.sparsity_pattern import TermPattern, mark, window
 from missionc.base.trace import Flags
 from missionc.kernel import nodes as kernel
-from missionc.kernel.nodes import Node, UntilNode
+from missionc.kernel.nodes import LeafNode, NeighbourNode, Node, RouteNode, UntilNode
 
 
 class PaperRules(Perturbed):
@@ -149,8 +149,7 @@ def is_leaf(term: Node) -> bool:
     """Neither a conjunction nor a disjunction."""
     while isinstance(term, kernel.At):
         term = term.body
-    linked = kernel.Neighbour | kernel.EveryNeighbour | kernel.Route | kernel.EveryRoute
-    return isinstance(term, kernel.Atom | kernel.Is | kernel.Not | linked)
+    return isinstance(term, kernel.Not | LeafNode | NeighbourNode | RouteNode)
 
 
 def _tensor(nonzero: Flags, device: torch.device) -> Tensor:

@@ -140,7 +140,7 @@ def _needed(goals: tuple[Node, ...], order: Sequence[Node], steps: int) -> dict[
     for term in reversed(order):
         first, last = needed[term]
         final = dict.fromkeys(children(term), asked[term])
-        if isinstance(term, kernel.Always | kernel.Eventually | kernel.Until | kernel.Release):
+        if isinstance(term, WindowNode | UntilNode):
             shape = window(term)
             if asked[term] + (shape.low if shape.high is None else shape.high) >= steps:
                 raise ValueError("a window runs past the last step")

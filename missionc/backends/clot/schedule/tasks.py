@@ -1,6 +1,6 @@
 """Tasks: the choices that a mission leaves open, read off its cost graph as holds, events and options.
 
-    in   CostGraph
+    in   Kernel, as a cost graph
     out  Outline
 
 What must hold at fixed steps is a ``Hold``. What must hold at some step of a window is
@@ -117,7 +117,7 @@ class _Reader:
         self.steps = steps
         self.timeless: dict[Node, bool] = {}
         for term in order:
-            windowed = isinstance(term, kernel.Always | kernel.Eventually | kernel.Until | kernel.Release)
+            windowed = isinstance(term, kernel.WindowNode | kernel.UntilNode)
             self.timeless[term] = not windowed and all(self.timeless[part] for part in children(term))
 
     def conjuncts(self, term: Node, agent: int) -> Iterable[tuple[int, Node]]:
