@@ -17,25 +17,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from missionc.base.trace import Array, Trace
-from missionc.ir import (
-    Altitude,
-    Compare,
-    DistanceBetween,
-    DistanceTo,
-    Exactly,
-    Feature,
-    Formation,
-    FormationEdge,
-    Graph,
-    InFormation,
-    Mission,
-    Place,
-    Predicate,
-)
+from missionc.ir import Exactly, Formation, FormationEdge, Graph, Mission, Place, Predicate
 from missionc.kernel.evaluate import Domain, evaluate
 from missionc.kernel.nodes import NeighbourNode, Node, PathLength, ReachNode, RouteNode, UntilNode, WindowNode
 from missionc.kernel.walk import more_than, postorder
-from missionc.language.margins.compare import scale
 from missionc.language.margins.links import all_links
 from missionc.language.margins.predicate_margins import formation_margin, margin
 from missionc.monitoring.end_columns import FIRST, LAST, MOST_NODES, columns
@@ -178,38 +163,9 @@ class Intervals(Domain[Interval]):
 
     def _of_predicate(self, predicate: Predicate) -> Interval:
         value = np.atleast_2d(margin(predicate, self.mission, self.least.trace))
-        change = self._change(predicate)
+        change = predicate.rate(_Reach(self.mission.dimension, self.radius))
         border = _open if predicate.open_border else _closed
         return Interval(border(value - change), border(value + change))
-
-    def _change(self, predicate: Predicate) -> Array:
-        """By how much the margin can differ from that at the places in the middle: (agents, 2) or (1, 2), metres."""
-        reach = self.radius
-        match predicate:
-            case InFormation(formation):
-                edges = [reach[edge.first] + reach[edge.second] for edge in formation.edges]
-                whole = np.sum(edges, axis=0) if formation.total else np.max(edges, axis=0, initial=0.0)
-                return np.broadcast_to(whole, (1, 2)).astype(np.float64)
-            case Compare() if predicate.reads_speed:
-                return np.full((1, 2), np.inf)
-            case Compare(terms):
-                parts = [abs(weight) * self._moved(feature) for weight, feature in terms if weight]
-                whole = np.sum(parts, axis=0) / scale(predicate, self.mission.dimension)
-                return np.broadcast_to(whole, (1, 2) if predicate.about_team else reach.shape).astype(np.float64)
-            case _:
-                return reach
-
-    def _moved(self, feature: Feature) -> Array:
-        reach = self.radius
-        match feature:
-            case DistanceTo(int(other)):
-                return np.asarray(reach + reach[other])
-            case DistanceBetween(first, second):
-                return np.asarray(reach[first] + reach[second])[None]
-            case Altitude() if self.mission.dimension == 2:
-                return np.zeros_like(reach)
-            case _:
-                return reach
 
     def columns(self, low: int, high: int | None, column: int) -> tuple[list[int], bool]:
         """The known steps in a window that stands at one of them, and whether it holds no others."""
@@ -235,6 +191,28 @@ class Intervals(Domain[Interval]):
         least = np.broadcast_to(end.least if low == 0 else np.full((1, 2), -np.inf), most.shape).copy()
         least[:, LAST] = np.where(high is None, at_some.least[:, LAST], -np.inf)
         return Interval(least, most)
+
+
+class _Reach:
+    """By how much measures can differ from those at the places in the middle: (agents, 2) or (1, 2), metres."""
+
+    larger = staticmethod(np.maximum)
+
+    def __init__(self, dimension: int, radius: Array) -> None:
+        self.dimension, self.radius = dimension, radius
+
+    def motion(self) -> Array:
+        return self.radius
+
+    def relative(self, first: int | None, second: int) -> Array:
+        found: Array = self.radius[slice(None) if first is None else slice(first, first + 1)] + self.radius[second]
+        return found
+
+    def acceleration(self) -> Array:
+        return np.full((1, 2), np.inf)
+
+    def along(self, direction: tuple[float, ...]) -> Array:
+        return float(np.abs(direction).sum()) * self.radius
 
 
 def _around(place: Place | None, atlas: Atlas) -> tuple[tuple[float, ...], float]:

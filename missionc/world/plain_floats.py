@@ -35,14 +35,3 @@ def clip(value: float, low: float | None, high: float | None) -> float:
     if low is not None and value < low:
         return low
     return high if high is not None and value > high else value
-
-
-class Places(tuple[Place, ...]):
-    """Some points, read as an array of them is: ``places[agent]``, ``places[agent, ..., axis]``."""
-
-    __slots__ = ()
-
-    def __getitem__(self, key: int | tuple[int, EllipsisType, int]) -> Any:  # type: ignore[override]
-        if isinstance(key, int):
-            return super().__getitem__(key)
-        return super().__getitem__(key[0])[key[1:]]

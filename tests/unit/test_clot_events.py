@@ -13,9 +13,9 @@ from missionc.backends.clot.schedule.gather_team import gather_team
 from missionc.backends.clot.schedule.schedule import Schedule, Scheduler
 from missionc.backends.clot.schedule.tasks import outline
 from missionc.base.source import Source
+from missionc.base.trace import Array, Trace
 from missionc.ir import Connected, InFormation, Mission
-from missionc.language.margins import formation as formation_margin
-from missionc.language.margins.predicate_margins import link_margin
+from missionc.language.margins.predicate_margins import link_margin, margin
 from tests.support.transport_missions import planned
 
 SCATTERED = """\
@@ -106,6 +106,15 @@ def test_later_schedules_put_off_what_has_no_place_within_its_window() -> None:
 # ------------------------------------------------------------------ gathering
 
 
+def in_row(mission: Mission, position: Array) -> float:
+    """The margin of the mission's one formation with agents at these positions, (agents, dim)."""
+    (row,) = mission.formations
+    trace = Trace(
+        float(mission.step), position[:, None], np.zeros_like(position)[:, None], np.zeros((len(position), 1))
+    )
+    return float(margin(InFormation(row), mission, trace)[0])
+
+
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_gathered_team_is_in_formation_or_near_it_and_its_middle_stays(kind: str) -> None:
     mission, _ = schedules(scattered(kind, ROW), 0.0, 0)
@@ -114,8 +123,8 @@ def test_a_gathered_team_is_in_formation_or_near_it_and_its_middle_stays(kind: s
         position = np.random.default_rng(seed).uniform(0, 16, (5, 2))
         there = gather_team([InFormation(row)], position)
         # What is rigid may end up folded; that is off by less than a spacing, from starts off by many.
-        assert formation_margin.margin(np, row, there) > (0 if kind in ("chain", "star") else -0.4)
-        assert formation_margin.margin(np, row, position) < -1
+        assert in_row(mission, there) > (0 if kind in ("chain", "star") else -0.4)
+        assert in_row(mission, position) < -1
         assert np.allclose(there.mean(axis=0), position.mean(axis=0), atol=0.01)
 
 
@@ -123,8 +132,8 @@ def test_a_team_on_one_spot_is_spread_out() -> None:
     mission, _ = schedules(scattered("circle", ROW), 0.0, 0)
     (row,) = mission.formations
     there = gather_team([InFormation(row)], np.full((5, 2), 3.0))
-    assert formation_margin.margin(np, row, there) > -0.4
-    assert formation_margin.margin(np, row, np.full((5, 2), 3.0)) < -1
+    assert in_row(mission, there) > -0.4
+    assert in_row(mission, np.full((5, 2), 3.0)) < -1
 
 
 def test_a_team_in_formation_stays() -> None:

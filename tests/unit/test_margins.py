@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from typing import get_args
 
 import numpy as np
 import pytest
@@ -15,7 +16,8 @@ from missionc import ir
 from missionc.base.resources import folder
 from missionc.base.trace import Trace
 from missionc.base.units import Metres
-from missionc.language.margins import compare, links
+from missionc.ir.predicates.facts import PredicateFacts
+from missionc.language.margins import links
 from missionc.language.margins.predicate_margins import (
     algebraic_connectivity,
     all_links,
@@ -78,7 +80,7 @@ def test_altitude_is_the_teams_own_in_a_plane_and_the_third_coordinate_in_a_volu
     assert at(high, 0.0, 0.0) == pytest.approx(0.75)
     volume = replace(mission_of(1, 0), world=ir.World((0.0, 0.0, 0.0), (1.0, 1.0, 1.0), SPAN))
     assert margin(high, volume, trace_of([[(0.0, 0.0, 0.5)]]))[0, 0] == pytest.approx(0.25)
-    assert compare.scale(ir.Compare(((1.0, ir.Altitude()), (1.0, ir.Coordinate(0))), 0.0, False), 3) == math.sqrt(2.0)
+    assert ir.Compare(((1.0, ir.Altitude()), (1.0, ir.Coordinate(0))), 0.0, False).scale(3) == math.sqrt(2.0)
 
 
 @given(st.integers(0, 1000))
@@ -185,11 +187,15 @@ def test_formations_keep_distances_and_offsets_within_their_tolerance() -> None:
     assert formation_margin(wall, edges[0], trace.position[0], trace.position[1]).tolist() == [0.25]
 
 
-def test_every_predicate_with_a_margin_has_a_module_of_its_name() -> None:
-    modules = {path.stem for path in folder("docs/errors").parents[1].glob("missionc/language/margins/*.py")}
-    assert {predicate.name for predicate in PREDICATES} - {"member"} == modules - {
-        "__init__",
-        "link",
-        "links",
-        "predicate_margins",
-    }
+def test_every_predicate_of_the_language_has_a_module_of_its_name() -> None:
+    modules = {path.stem for path in folder("docs/errors").parents[1].glob("missionc/language/predicates/*.py")}
+    assert {predicate.name for predicate in PREDICATES} == modules - {"__init__"}
+
+
+@pytest.mark.parametrize("kind", get_args(ir.Predicate))
+@pytest.mark.parametrize("meaning", ["margin", "rate", "moved", "show", "phrases"])
+def test_every_kind_of_predicate_has_each_meaning_that_is_asked_of_one(
+    kind: type[PredicateFacts], meaning: str
+) -> None:
+    assert issubclass(kind, PredicateFacts)
+    assert getattr(kind, meaning) is not getattr(PredicateFacts, meaning)

@@ -3,19 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 
 import numpy as np
 
 from missionc.base.trace import Array, Trace
-from missionc.ir import Connected, Graph
+from missionc.ir import Graph
 from missionc.language.margins.links import all_links, pieces
-
-
-def restricted(predicate: Connected) -> Graph:
-    """The graph over the predicate's agents only; the graph itself where those are all."""
-    graph = predicate.graph
-    return graph if predicate.agents == graph.agents else replace(graph, agents=predicate.agents)
 
 
 def margin(graph: Graph, trace: Trace) -> Array:

@@ -1,4 +1,4 @@
-"""Margins of all predicates: the signed distance of each to the border of its truth, positive where true.
+"""Margins of predicates along a trace, and in the states of one agent or two.
 
 All in metres, but for comparisons of speed alone (m/s). At exactly 0 the sign
 says nothing; ``holds`` knows on which side the border is.
@@ -6,29 +6,15 @@ says nothing; ``holds`` knows on which side the border is.
 
 from __future__ import annotations
 
-from typing import assert_never
-
 import numpy as np
 
 from missionc.base.trace import Trace
-from missionc.ir import (
-    Compare,
-    Connected,
-    DistanceBetween,
-    DistanceTo,
-    Feature,
-    Formation,
-    FormationEdge,
-    InFormation,
-    Inside,
-    Mission,
-    Predicate,
-    Touches,
-)
-from missionc.language.margins import compare, connected, formation, inside, region, touches
+from missionc.ir import Formation, FormationEdge, Graph, Mission, Predicate
+from missionc.language.margins import connected, formation
 from missionc.language.margins.connected import algebraic_connectivity
 from missionc.language.margins.links import all_links, link_margin
-from missionc.world.signed_distance import Array, Namespace, distance_between
+from missionc.language.margins.view import View
+from missionc.world.signed_distance import Array, Namespace
 
 __all__ = [
     "algebraic_connectivity",
@@ -49,22 +35,7 @@ def margin(predicate: Predicate, mission: Mission, trace: Trace) -> Array:
         (agents, steps + 1) for predicates about one agent, (steps + 1,) for
         those about the team.
     """
-    position = trace.position
-    match predicate:
-        case Inside(place, body):
-            if body:
-                return inside.margin(np, place, _radii(mission), position)
-            return region.margin(np, place, position)
-        case Touches(place):
-            return touches.margin(np, place, _radii(mission), position)
-        case Compare():
-            return _compare(predicate, mission, trace)
-        case Connected():
-            return connected.margin(connected.restricted(predicate), trace)
-        case InFormation(shape):
-            return formation.margin(np, shape, position)
-        case _:
-            assert_never(predicate)
+    return predicate.margin(_AlongTrace(mission, trace))
 
 
 def holds(predicate: Predicate, margins: Array) -> Array:
@@ -83,26 +54,7 @@ def of_states(
     Raises:
         ValueError: the predicate needs another agent.
     """
-    one = mission.agents[agent]
-
-    def value(feature: Feature) -> Array:
-        if isinstance(feature, DistanceTo) and feature.target == agent:
-            return 0.0 * position[..., 0]
-        return compare.own_feature(xp, feature, one.altitude, position, velocity)
-
-    match predicate:
-        case Inside(place, body):
-            if body:
-                return inside.margin(xp, place, one.radius, position)
-            return region.margin(xp, place, position)
-        case Touches(place):
-            return touches.margin(xp, place, one.radius, position)
-        case Compare():
-            return compare.margin(predicate, mission.dimension, value) + 0.0 * position[..., 0]
-        case Connected() | InFormation():
-            raise ValueError("one agent's state does not decide a predicate about the team")
-        case _:
-            assert_never(predicate)
+    return predicate.margin(_OfSome(xp, mission, {agent: position}, velocity))
 
 
 def of_pair(
@@ -115,7 +67,7 @@ def of_pair(
     *,
     xp: Namespace = np,
 ) -> Array:
-    """The margin, for agent ``first``, of a comparison that reads no other agent than ``second``.
+    """The margin, for agent ``first``, of a predicate that reads no other agent than ``second``.
 
     Args:
         first_position: (..., dim), metres; broadcasts with ``second_position``.
@@ -124,27 +76,11 @@ def of_pair(
         (...), metres.
 
     Raises:
-        ValueError: the predicate is no comparison, or it reads a speed or a third agent.
+        ValueError: the predicate names no agent, or it reads a speed or a third agent.
     """
-    if not isinstance(predicate, Compare):
-        raise ValueError("only comparisons are about a pair of agents")
-    between = distance_between(xp, first_position, second_position)
-
-    def value(feature: Feature) -> Array:
-        match feature:
-            case DistanceTo(int() as target):
-                ends = {first, target}
-            case DistanceBetween(one, other):
-                ends = {one, other}
-            case _:
-                return compare.own_feature(xp, feature, mission.agents[first].altitude, first_position, None)
-        if len(ends) == 1:
-            return 0.0 * between
-        if ends != {first, second}:
-            raise ValueError(f"{feature} reads a third agent")
-        return between
-
-    return compare.margin(predicate, mission.dimension, value) + 0.0 * between
+    if not predicate.others:
+        raise ValueError("only comparisons and edges of formations are about a pair of agents")
+    return predicate.margin(_OfSome(xp, mission, {first: first_position, second: second_position}, None))
 
 
 def formation_margin(
@@ -154,22 +90,57 @@ def formation_margin(
     return shape.tolerance - formation.edge_error(xp, edge, first_position, second_position)
 
 
-def _radii(mission: Mission) -> Array:
-    return np.array([agent.radius for agent in mission.agents])[:, None]
+class _AlongTrace(View):
+    """All agents are asked: (agents, steps + 1, dim); of one there are (steps + 1, dim)."""
+
+    def __init__(self, mission: Mission, trace: Trace) -> None:
+        super().__init__(np, mission.dimension)
+        self.mission, self.trace = mission, trace
+
+    def own(self) -> Array:
+        return self.trace.position
+
+    def place(self, agent: int) -> Array:
+        return self.trace.position[agent]
+
+    def velocity(self) -> Array:
+        return self.trace.velocity
+
+    def radius(self) -> Array:
+        return np.array([agent.radius for agent in self.mission.agents])[:, None]
+
+    def plane(self) -> Array:
+        return np.array([agent.altitude for agent in self.mission.agents])[:, None]
+
+    def weakest_link(self, graph: Graph) -> Array:
+        return connected.margin(graph, self.trace)
 
 
-def _compare(predicate: Compare, mission: Mission, trace: Trace) -> Array:
-    position, velocity = trace.position, trace.velocity
-    altitudes = np.array([agent.altitude for agent in mission.agents])[:, None]
+class _OfSome(View):
+    """The first of a few agents is asked; nothing is known of any other."""
 
-    def value(feature: Feature) -> Array:
-        match feature:
-            case DistanceTo(int() as target):
-                return distance_between(np, position, np.broadcast_to(position[target], position.shape))
-            case DistanceBetween(first, second):
-                return distance_between(np, position[first], position[second])
-            case _:
-                return compare.own_feature(np, feature, altitudes, position, velocity)
+    def __init__(self, xp: Namespace, mission: Mission, places: dict[int, Array], velocity: Array | None) -> None:
+        super().__init__(xp, mission.dimension)
+        self.places, self.moving = places, velocity
+        self.agent = mission.agents[next(iter(places))]
 
-    shape = position.shape[1:2] if predicate.about_team else position.shape[:2]
-    return compare.margin(predicate, mission.dimension, value) + np.zeros(shape)
+    def own(self) -> Array:
+        return self.places[self.agent.index]
+
+    def place(self, agent: int) -> Array:
+        if agent not in self.places:
+            alone = len(self.places) == 1
+            raise ValueError("one agent's state does not decide it" if alone else "it reads a third agent")
+        return self.places[agent]
+
+    def velocity(self) -> Array:
+        return super().velocity() if self.moving is None else self.moving
+
+    def nothing(self, *, of_team: bool = False) -> Array:
+        return 0.0 * self.own()[..., 0]
+
+    def radius(self) -> float:
+        return self.agent.radius
+
+    def plane(self) -> float:
+        return self.agent.altitude

@@ -11,34 +11,17 @@ Source:
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TypeAlias, assert_never
+from typing import TypeAlias
 
 import numpy as np
 
 from missionc.base.trace import Array
 from missionc.curves.piecewise_polynomials import Indices
-from missionc.ir import (
-    Altitude,
-    Compare,
-    Connected,
-    Coordinate,
-    DistanceBetween,
-    DistanceTo,
-    Feature,
-    Graph,
-    InFormation,
-    Inside,
-    Mission,
-    Predicate,
-    Proximity,
-    Speed,
-    Touches,
-)
-from missionc.language.margins import compare, formation, inside, region, touches
+from missionc.ir import Graph, Predicate, Proximity
 from missionc.language.margins.predicate_margins import holds, link_margin
+from missionc.language.margins.view import View
 from missionc.verify.between.interval_sets import Signal
 from missionc.verify.between.motion_clock import STEP, Motion
-from missionc.world.signed_distance import distance_between
 
 RESOLUTION = 1e-4
 """Seconds: no stretch shorter than this is halved."""
@@ -48,8 +31,6 @@ CHUNK = 1 << 17
 
 EVALUATIONS = 10_000_000
 """After so many, for one predicate, nothing more is decided: still sound, only coarser."""
-
-ROUTES = "a kernel has routes in the place of `connected`"
 
 Margin: TypeAlias = Callable[[Indices, Indices, Array], Array]
 """A margin as a function of items, pieces and the seconds since they began: (count,) three times -> (count,)."""
@@ -61,13 +42,17 @@ def atom_signals(predicate: Predicate, agents: Indices, motion: Motion) -> list[
     Raises:
         ValueError: the predicate is ``connected``; a kernel has routes in its place.
     """
-    if isinstance(predicate, InFormation):
+    if predicate.about_team:
         agents = np.zeros(1, dtype=np.int64)
+    rate = np.broadcast_to(predicate.rate(_Speeds(motion, agents)), (agents.size, motion.joints.size - 1))
     border = 0
-    rate = _rate(predicate, agents, motion)
-    if not rate.any() and isinstance(predicate, Compare) and _still(predicate, motion.mission):
+    if not (predicate.others or predicate.reads_oneself(motion.mission.dimension)):  # no motion changes it
         border = 1 if bool(holds(predicate, np.zeros(1))[0]) else -1
-    return _signals(_margin(predicate, agents, motion), rate, motion, border)
+
+    def margin(item: Indices, piece: Indices, local: Array) -> Array:
+        return np.asarray(predicate.margin(_Moments(motion, agents[item], piece, local)))
+
+    return _signals(margin, rate, motion, border)
 
 
 def link_signals(graph: Graph, first: Indices, second: Indices, motion: Motion) -> list[Signal]:
@@ -84,97 +69,55 @@ def link_signals(graph: Graph, first: Indices, second: Indices, motion: Motion) 
     return _signals(margin, rate, motion, 0)
 
 
-# ------------------------------------------------------------------- margins
+# --------------------------------------------------------------------- views
 
 
-def _margin(predicate: Predicate, agents: Indices, motion: Motion) -> Margin:
-    mission, everyone = motion.mission, np.arange(len(motion.mission.agents))[:, None]
-    radii = np.array([agent.radius for agent in mission.agents])
-    altitudes = np.array([agent.altitude for agent in mission.agents])
+class _Moments(View):
+    """Agents on pieces of their motion: items, pieces and seconds since they began, (count,) each."""
 
-    def margin(item: Indices, piece: Indices, local: Array) -> Array:
-        agent = agents[item]
+    def __init__(self, motion: Motion, agent: Indices, piece: Indices, local: Array) -> None:
+        super().__init__(np, motion.mission.dimension)
+        self.motion, self.agent, self.piece, self.local = motion, agent, piece, local
+        self._own: Array | None = None
 
-        def at(other: int | Indices) -> Array:
-            return motion.position(np.broadcast_to(other, agent.shape), piece, local)
+    def own(self) -> Array:
+        if self._own is None:
+            self._own = self.motion.position(self.agent, self.piece, self.local)
+        return self._own
 
-        def value(feature: Feature) -> Array:
-            match feature:
-                case DistanceTo(int() as target):
-                    return np.asarray(distance_between(np, at(agent), at(target)))
-                case DistanceBetween(first, second):
-                    return np.asarray(distance_between(np, at(first), at(second)))
-                case _:
-                    velocity = motion.velocity(agent, piece, local) if isinstance(feature, Speed) else None
-                    return np.asarray(compare.own_feature(np, feature, altitudes[agent], at(agent), velocity))
+    def place(self, agent: int) -> Array:
+        return self.motion.position(np.full_like(self.agent, agent), self.piece, self.local)
 
-        found: Array
-        match predicate:
-            case Inside(place, True):
-                found = inside.margin(np, place, radii[agent], at(agent))
-            case Inside(place):
-                found = region.margin(np, place, at(agent))
-            case Touches(place):
-                found = touches.margin(np, place, radii[agent], at(agent))
-            case Compare():
-                found = compare.margin(predicate, mission.dimension, value) + np.zeros(item.shape)
-            case InFormation(shape):
-                together = motion.position(everyone, piece[None], np.broadcast_to(local, (len(everyone), local.size)))
-                found = formation.margin(np, shape, together)
-            case Connected():
-                raise ValueError(ROUTES)
-            case _:
-                assert_never(predicate)
-        return found
+    def velocity(self) -> Array:
+        return self.motion.velocity(self.agent, self.piece, self.local)
 
-    return margin
+    def radius(self) -> Array:
+        return np.array([agent.radius for agent in self.motion.mission.agents])[self.agent]
+
+    def plane(self) -> Array:
+        return np.array([agent.altitude for agent in self.motion.mission.agents])[self.agent]
 
 
-def _rate(predicate: Predicate, agents: Indices, motion: Motion) -> Array:
-    """(agents, pieces): the margin changes at most so much per second."""
-    match predicate:
-        case Inside() | Touches():
-            return motion.speed[agents]
-        case Compare():
-            return _rate_of_comparison(predicate, agents, motion)
-        case InFormation(shape):
-            if not shape.edges:
-                return np.zeros((1, motion.joints.size - 1))
-            ends = np.array([(edge.first, edge.second) for edge in shape.edges])
-            edges = motion.relative_speed(ends[:, 0], ends[:, 1])
-            return np.asarray((edges.sum(axis=0) if shape.total else edges.max(axis=0))[None])
-        case Connected():
-            raise ValueError(ROUTES)
-        case _:
-            assert_never(predicate)
+class _Speeds:
+    """Bounds on each piece of a motion, (agents, pieces); of two agents that are named (1, pieces)."""
 
+    larger = staticmethod(np.maximum)
 
-def _rate_of_comparison(predicate: Compare, agents: Indices, motion: Motion) -> Array:
-    direction = np.zeros(motion.mission.dimension)
-    rate = np.zeros((agents.size, motion.joints.size - 1))
-    for weight, feature in predicate.terms:
-        match feature:
-            case Coordinate(axis):
-                direction[axis] += weight
-            case Altitude():
-                direction[2:] += weight
-            case Speed():
-                rate += abs(weight) * motion.acceleration[agents]
-            case DistanceTo(int() as target):
-                rate += abs(weight) * motion.relative_speed(agents, np.full_like(agents, target))
-            case DistanceTo():
-                rate += abs(weight) * motion.speed[agents]
-            case DistanceBetween(first, second):
-                rate += abs(weight) * motion.relative_speed(np.array([first]), np.array([second]))
-            case _:
-                assert_never(feature)
-    rate += motion.speed_along(agents, direction)
-    return rate / compare.scale(predicate, motion.mission.dimension)
+    def __init__(self, motion: Motion, agents: Indices) -> None:
+        self.bounds, self.agents, self.dimension = motion, agents, motion.mission.dimension
 
+    def motion(self) -> Array:
+        return self.bounds.speed[self.agents]
 
-def _still(predicate: Compare, mission: Mission) -> bool:
-    """Whether no motion changes the comparison: it reads nothing but the altitude of a plane."""
-    return mission.dimension == 2 and all(isinstance(feature, Altitude) for _, feature in predicate.terms)
+    def relative(self, first: int | None, second: int) -> Array:
+        those = self.agents if first is None else np.array([first])
+        return self.bounds.relative_speed(those, np.full_like(those, second))
+
+    def acceleration(self) -> Array:
+        return self.bounds.acceleration[self.agents]
+
+    def along(self, direction: tuple[float, ...]) -> Array:
+        return self.bounds.speed_along(self.agents, np.array(direction))
 
 
 # --------------------------------------------------------------------- signs

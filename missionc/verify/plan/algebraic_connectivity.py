@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from missionc.base.trace import Trace
-from missionc.ir import Connected, Holds, Mission
-from missionc.language.margins.connected import restricted
+from missionc.ir import Holds, Mission
 from missionc.language.margins.predicate_margins import algebraic_connectivity
 from missionc.language.walk_formulas import formulas
 from missionc.verify.certificate import Figure
@@ -23,9 +22,9 @@ def connectivity(mission: Mission, trace: Trace) -> list[Figure]:
     """
     figures: dict[tuple[str, tuple[int, ...]], Figure] = {}
     for formula in formulas(mission):
-        if not isinstance(formula, Holds) or not isinstance(formula.predicate, Connected):
+        graph = formula.predicate.restricted if isinstance(formula, Holds) else None
+        if graph is None:
             continue
-        graph = restricted(formula.predicate)
         key = graph.name, tuple(sorted(graph.agents))
         if key not in figures and 2 <= len(graph.agents) <= MOST_AGENTS:
             second = algebraic_connectivity(graph, trace)

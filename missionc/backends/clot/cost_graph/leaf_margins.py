@@ -1,34 +1,18 @@
 """Margins of predicates and links, the leaves of the cost graph, for a batch of joint motions, in torch.
 
-The formulas are those of ``missionc.language.margins.predicate_margins``, run on tensors; only the
-connected graph is written for batches here.
+Predicates measure tensors here as they measure traces; only the connected graph is written for batches.
 """
 
 from __future__ import annotations
-
-from typing import assert_never
 
 import torch
 from torch import Tensor
 
 from missionc.backends.clot.cost_graph.motion_batch import States, Team
 from missionc.backends.clot.torch_device import places
-from missionc.ir import (
-    Compare,
-    Connected,
-    DistanceBetween,
-    DistanceTo,
-    Feature,
-    Graph,
-    InFormation,
-    Inside,
-    Predicate,
-    Touches,
-)
-from missionc.language.margins import compare, formation, inside, region, touches
-from missionc.language.margins.connected import restricted
+from missionc.ir import Graph, Predicate
 from missionc.language.margins.predicate_margins import link_margin
-from missionc.world.signed_distance import distance_between
+from missionc.language.margins.view import View
 
 UNLIMITED = 1e6
 """Metres: stands for a margin without limit, for arithmetic on infinities is not safe to average."""
@@ -40,25 +24,7 @@ def margin(predicate: Predicate, team: Team, states: States) -> Tensor:
     Source:
         [clot] III-C.
     """
-    position = states.position
-    match predicate:
-        case Inside(place, body):
-            if body:
-                return _tensor(inside.margin(torch, place, team.radius, position))
-            return _tensor(region.margin(torch, place, position))
-        case Touches(place):
-            return _tensor(touches.margin(torch, place, team.radius, position))
-        case Compare():
-            return _compare(predicate, team, states)
-        case Connected():
-            graph = restricted(predicate)
-            links = all_links(graph, position)
-            batch, steps = links.shape[:2]
-            return bottleneck(links.flatten(0, 1)).reshape(batch, 1, steps)
-        case InFormation(shape):
-            return _tensor(formation.margin(torch, shape, position.movedim(1, 0)))[:, None]
-        case _:
-            assert_never(predicate)
+    return _tensor(predicate.margin(_OfBatch(team, states)))
 
 
 def all_links(graph: Graph, position: Tensor) -> Tensor:
@@ -112,21 +78,31 @@ def link_weight(link: Tensor, full: float) -> Tensor:
     return share * share * (3 - 2 * share)
 
 
-def _compare(predicate: Compare, team: Team, states: States) -> Tensor:
-    position, velocity = states.position, states.velocity
+class _OfBatch(View):
+    """All agents are asked: (batch, agents, steps, dim); of one there are (batch, 1, steps, dim)."""
 
-    def value(feature: Feature) -> Tensor:
-        match feature:
-            case DistanceTo(int() as target):
-                return _tensor(distance_between(torch, position, position[:, target : target + 1]))
-            case DistanceBetween(first, second):
-                between = _tensor(distance_between(torch, position[:, first], position[:, second]))
-                return between[:, None]
-            case _:
-                return _tensor(compare.own_feature(torch, feature, team.altitude, position, velocity))
+    def __init__(self, team: Team, states: States) -> None:
+        super().__init__(torch, team.mission.dimension)
+        self.team, self.states = team, states
 
-    agents = slice(0, 1) if predicate.about_team else slice(None)
-    return _tensor(compare.margin(predicate, team.mission.dimension, value)) + 0.0 * position[:, agents, :, 0]
+    def own(self) -> Tensor:
+        return self.states.position
+
+    def place(self, agent: int) -> Tensor:
+        return self.states.position[:, agent : agent + 1]
+
+    def velocity(self) -> Tensor:
+        return self.states.velocity
+
+    def radius(self) -> Tensor:
+        return self.team.radius
+
+    def plane(self) -> Tensor:
+        return self.team.altitude
+
+    def weakest_link(self, graph: Graph) -> Tensor:
+        links = all_links(graph, self.states.position)
+        return bottleneck(links.flatten(0, 1)).reshape(links.shape[0], 1, links.shape[1])
 
 
 def _tensor(value: object) -> Tensor:

@@ -28,9 +28,6 @@ from missionc.ir import (
     Compare,
     Connected,
     Connectivity,
-    DistanceBetween,
-    DistanceTo,
-    Feature,
     Formation,
     Graph,
     InFormation,
@@ -40,11 +37,10 @@ from missionc.ir import (
     Touches,
 )
 from missionc.kernel.nodes import Node, RouteNode
-from missionc.language.margins import compare
-from missionc.language.margins.connected import restricted
 from missionc.language.margins.formation import edge_error
 from missionc.language.margins.predicate_margins import link_margin
-from missionc.world.signed_distance import distance_between, signed_distance
+from missionc.language.margins.view import View
+from missionc.world.signed_distance import signed_distance
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -92,11 +88,11 @@ class TaskCosts:
             case Connected():
                 moments = np.flatnonzero(mask.any(axis=0))
                 if holds:
-                    yield from self._links(restricted(predicate), self._tree(predicate, moments, control), True)
+                    yield from self._links(predicate.restricted, self._tree(predicate, moments, control), True)
                     if self.mission.solve.connectivity is Connectivity.LAMBDA2:
-                        yield from self._second_eigenvalue(restricted(predicate), moments)
+                        yield from self._second_eigenvalue(predicate.restricted, moments)
                 else:
-                    yield from self._links(restricted(predicate), self._cut(predicate, moments, control), False)
+                    yield from self._links(predicate.restricted, self._cut(predicate, moments, control), False)
             case InFormation(formation):
                 moments = np.flatnonzero(mask.any(axis=0)).astype(np.int64)
                 yield from self._formation(formation, moments, holds, control)
@@ -157,7 +153,7 @@ class TaskCosts:
             if isinstance(feature, Speed):
                 where[feature] = len(arguments)
                 arguments.append(made.velocity(agent, step))
-            for target in _others(feature):
+            for target in feature.others:
                 if target not in where:
                     where[target] = len(arguments)
                     arguments.append(self._at(np.full(len(step), target), step))
@@ -166,17 +162,7 @@ class TaskCosts:
         scale = made.step if in_speed and made.steps else 1.0
 
         def shortfall(*points: Tensor) -> Tensor:
-            def value(feature: Feature) -> Any:
-                match feature:
-                    case DistanceTo(int() as target):
-                        return distance_between(torch, points[0], points[where[target]])
-                    case DistanceBetween(first, second):
-                        return distance_between(torch, points[where[first]], points[where[second]])
-                    case _:
-                        velocity = points[where[feature]] if isinstance(feature, Speed) else None
-                        return compare.own_feature(torch, feature, altitude, points[0], velocity)
-
-            margin = compare.margin(predicate, self.mission.dimension, value) + 0.0 * points[0][:, 0]
+            margin = predicate.margin(_OfPoints(points, where, altitude)) + 0.0 * points[0][:, 0]
             lacking: Tensor = (self.spare.task - sign * margin) * scale
             return lacking
 
@@ -267,14 +253,24 @@ class TaskCosts:
         return self.splines.position(agent, step, np.zeros(len(agent)))
 
 
-def _others(feature: Feature) -> tuple[int, ...]:
-    match feature:
-        case DistanceTo(int() as target):
-            return (target,)
-        case DistanceBetween(first, second):
-            return (first, second)
-        case _:
-            return ()
+class _OfPoints(View):
+    """Points that a comparison reads, (moments, dim) each: one's own first, others and speeds ``where`` it says."""
+
+    def __init__(self, points: tuple[Tensor, ...], where: dict[object, int], altitude: Tensor) -> None:
+        super().__init__(torch, points[0].shape[-1])
+        self.points, self.where, self.own_altitude = points, where, altitude
+
+    def own(self) -> Tensor:
+        return self.points[0]
+
+    def place(self, agent: int) -> Tensor:
+        return self.points[self.where[agent]]
+
+    def velocity(self) -> Tensor:
+        return self.points[self.where[Speed()]]
+
+    def plane(self) -> Tensor:
+        return self.own_altitude
 
 
 def _kind(stretch: Stretch) -> tuple[int, bool]:

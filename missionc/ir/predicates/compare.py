@@ -1,0 +1,142 @@
+"""Comparisons: inequalities, linear in the state of an agent and distances from it, or in those of named agents.
+
+The margin is the value divided by how fast it can change when the agent moves: the
+norm of the coordinates' weights, plus the size of each distance's weight. Where
+only speed is compared it is divided by the speed's weight and stays in m/s.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import defaultdict
+from dataclasses import replace
+
+from missionc.base.late_dataclass import dataclass
+from missionc.ir.places import Beacon, Region
+from missionc.ir.predicates.facts import PredicateFacts
+from missionc.ir.predicates.features import Coordinate, DistanceBetween, DistanceTo, Feature, Speed
+from missionc.ir.predicates.views import Array, Borders, Changes, Measures, Phrases, Words
+
+
+@dataclass(frozen=True, slots=True)
+class Compare(PredicateFacts):
+    """``constant + sum(weight * feature) >= 0``, or ``> 0`` where ``strict``."""
+
+    terms: tuple[tuple[float, Feature], ...]
+    constant: float
+    strict: bool
+
+    @property
+    def about_team(self) -> bool:
+        """Whether it reads the distances of named pairs alone."""
+        return bool(self.terms) and all(isinstance(feature, DistanceBetween) for _, feature in self.terms)
+
+    @property
+    def others(self) -> frozenset[int]:
+        return frozenset(agent for _, feature in self.terms for agent in feature.others)
+
+    @property
+    def pairs(self) -> tuple[tuple[int, int], ...]:
+        return tuple((each.first, each.second) for _, each in self.terms if isinstance(each, DistanceBetween))
+
+    def pairs_of(self, agent: int) -> tuple[tuple[int, int], ...]:
+        targets = [each.target for _, each in self.terms if isinstance(each, DistanceTo)]
+        return self.pairs + tuple((agent, each) for each in targets if isinstance(each, int) and each != agent)
+
+    def asked_of(self, agent: int) -> Compare:
+        """It without the distances between an agent and itself, which are 0."""
+        terms = tuple(term for term in self.terms if not term[1].is_of_one(agent))
+        return self if len(terms) == len(self.terms) else replace(self, terms=terms)
+
+    @property
+    def reads_speed(self) -> bool:
+        return any(isinstance(feature, Speed) for _, feature in self.terms)
+
+    @property
+    def open_border(self) -> bool:
+        return self.strict
+
+    def reads_oneself(self, dimension: int) -> bool:
+        return any(weight and feature.reads_oneself(dimension) for weight, feature in self.terms)
+
+    def scale(self, dimension: int) -> float:
+        """How much the value can change for each metre the agent moves (m/s, where only speed counts)."""
+        distances: dict[Feature, float] = defaultdict(float)
+        speed = 0.0
+        for weight, feature in self.terms:
+            if isinstance(feature, Speed):
+                speed += weight
+            elif feature.direction(dimension) is None:
+                distances[feature] += weight
+        in_metres = math.hypot(*filter(None, self._direction(dimension))) + sum(map(abs, distances.values()))
+        return in_metres or abs(speed) or 1.0
+
+    def margin(self, view: Measures) -> Array:
+        total = sum((weight * feature.measured(view) for weight, feature in self.terms), start=self.constant)
+        value = total / self.scale(view.dimension)
+        return value if self.about_team else value + view.nothing()
+
+    def rate(self, view: Changes) -> Array:
+        direction = self._direction(view.dimension)
+        rate = view.along(direction) if any(direction) else 0.0
+        for weight, feature in self.terms:
+            if weight and feature.direction(view.dimension) is None:
+                rate = rate + abs(weight) * feature.rate(view)
+        return rate / self.scale(view.dimension)
+
+    def moved(self, borders: Borders) -> Compare:
+        """For every metre that agents are off, a distance between two of them changes by two."""
+        reach = sum(abs(weight) * _moves(feature) for weight, feature in self.terms)
+        return Compare(self.terms, self.constant + borders.metres * reach, self.strict)
+
+    def show(self, words: Words) -> str:
+        terms = tuple((weight, feature.show(words)) for weight, feature in self.terms)
+        return words.inequality(terms, self.constant, ">" if self.strict else ">=")
+
+    def phrases(self, words: Phrases) -> tuple[str, str]:
+        match self.terms:
+            case ((_, feature),):
+                return _of_one(feature, self._bound("m/s" if isinstance(feature, Speed) else "m", words), words)
+            case _ if self.about_team:
+                return f"`{self.show(words)}` is true", f"`{self.show(words)}` is false"
+            case _:
+                return f"satisfies `{self.show(words)}`", f"does not satisfy `{self.show(words)}`"
+
+    def _direction(self, dimension: int) -> tuple[float, ...]:
+        weights = [0.0] * dimension
+        for weight, feature in self.terms:
+            for axis, share in enumerate(feature.direction(dimension) or ()):
+                weights[axis] += weight * share
+        return tuple(weights)
+
+    def _bound(self, unit: str, words: Phrases) -> str:
+        """One weighted feature and a constant against 0, as a bound on the feature."""
+        weight = self.terms[0][0]
+        value = f"{words.number(-self.constant / weight)} {unit}"
+        if weight > 0:
+            return f"more than {value}" if self.strict else f"at least {value}"
+        return f"less than {value}" if self.strict else f"at most {value}"
+
+
+def _moves(feature: Feature) -> float:
+    """By how much a feature may change where every agent may be a metre off."""
+    return 0.0 if isinstance(feature, Speed) else 2.0 if feature.others else 1.0
+
+
+def _of_one(feature: Feature, bound: str, words: Phrases) -> tuple[str, str]:
+    """What a bound on one feature says, and its negation."""
+    match feature:
+        case DistanceBetween(first, second):
+            both = f"{words.agent(first)} and {words.agent(second)}"
+            return f"{both} are {bound} apart", f"{both} are not {bound} apart"
+        case DistanceTo(Region(name=name)):
+            whence = f"the border of `{name}` (less than 0 inside)"
+        case DistanceTo(Beacon(name=name)):
+            whence = f"`{name}`"
+        case DistanceTo(int(agent)):
+            whence = words.agent(agent)
+        case _:
+            article = "an" if feature == Coordinate(0) or feature.show(words)[0] == "a" else "a"
+            what = f"{article} {feature.show(words)} of {bound}"
+            return f"has {what}", f"does not have {what}"
+    return f"is {bound} from {whence}", f"is not {bound} from {whence}"

@@ -1,0 +1,71 @@
+"""Predicates about an agent and a region: bounds on the signed distance from its centre, by its body or not."""
+
+from __future__ import annotations
+
+from missionc.base.late_dataclass import dataclass
+from missionc.ir.places import Region
+from missionc.ir.predicates.facts import PredicateFacts
+from missionc.ir.predicates.views import Array, Borders, Changes, Measures, Phrases, Words
+
+
+class _Bound(PredicateFacts):
+    """The centre is inside by so many of its ``radii``."""
+
+    __slots__ = ()
+
+    @property
+    def radii(self) -> int:
+        raise NotImplementedError
+
+    def margin(self, view: Measures) -> Array:
+        """Source: [clot] III-C, first class of predicates, for one agent."""
+        assert self.region is not None
+        depth = -view.outside(self.region)
+        return depth - self.radii * view.radius() if self.radii else depth
+
+    def rate(self, view: Changes) -> Array:
+        return view.motion()
+
+
+@dataclass(frozen=True, slots=True)
+class Inside(_Bound):
+    """The agent's centre is in the region (``body`` False), or its whole body is; the border is inside."""
+
+    region: Region
+    body: bool
+
+    @property
+    def radii(self) -> int:
+        return 1 if self.body else 0
+
+    def moved(self, borders: Borders) -> Inside:
+        return Inside(borders.region(self.region), self.body)
+
+    def show(self, words: Words) -> str:
+        return f"inside({self.region.name})" if self.body else self.region.name
+
+    def phrases(self, words: Phrases) -> tuple[str, str]:
+        name = f"`{self.region.name}`"
+        if self.body:
+            return f"has its whole body in {name}", f"does not have its whole body in {name}"
+        return f"is in {name}", f"is not in {name}"
+
+
+@dataclass(frozen=True, slots=True)
+class Touches(_Bound):
+    """Some part of the agent's body is in the region; a body that meets the border touches it."""
+
+    region: Region
+
+    @property
+    def radii(self) -> int:
+        return -1
+
+    def moved(self, borders: Borders) -> Touches:
+        return Touches(borders.region(self.region))
+
+    def show(self, words: Words) -> str:
+        return f"touches({self.region.name})"
+
+    def phrases(self, words: Phrases) -> tuple[str, str]:
+        return f"touches `{self.region.name}`", f"does not touch `{self.region.name}`"
