@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import math
-from typing import assert_never
 
 from missionc import ir
 from missionc.base.late_dataclass import dataclass
 from missionc.ir.wording import seconds
-from missionc.resolve.show_ir_formula import number, show_predicate
+from missionc.resolve.show_ir_formula import Words, number
 from missionc.syntax.ast import Metric
 
 MOST_NAMES = 20
@@ -64,42 +63,24 @@ def belongs(agents: ir.AgentSet, mission: ir.Mission) -> Verb:
     return Verb(f"is {article} {noun(agents, mission).one}", f"is not {article} {noun(agents, mission).one}")
 
 
+class Phrases(Words):
+    """What predicates are said with."""
+
+    def agents(self, agents: tuple[int, ...]) -> str:
+        return names(agents, self.mission)
+
+    def number(self, value: float) -> str:
+        return number(value)
+
+
 def verb_of(predicate: ir.Predicate, mission: ir.Mission) -> Verb | None:
     """What a predicate says of one agent; None where it speaks of the team."""
-    match predicate:
-        case ir.Inside(region, False):
-            return Verb(f"is in `{region.name}`", f"is not in `{region.name}`")
-        case ir.Inside(region, _):
-            return Verb(f"has its whole body in `{region.name}`", f"does not have its whole body in `{region.name}`")
-        case ir.Touches(region):
-            return Verb(f"touches `{region.name}`", f"does not touch `{region.name}`")
-        case ir.Compare(terms, _, _):
-            if all(isinstance(feature, ir.DistanceBetween) for _, feature in terms):
-                return None
-            return _compared(predicate, mission)
-        case ir.Connected() | ir.InFormation():
-            return None
-        case _:
-            assert_never(predicate)
+    return None if predicate.about_team else Verb(*predicate.phrases(Phrases(mission)))
 
 
 def of_team(predicate: ir.Predicate, mission: ir.Mission, denied: bool) -> str:
     """What a predicate says of the team, as a clause; ``denied``, its opposite."""
-    no = " not" if denied else ""
-    match predicate:
-        case ir.Connected(graph, agents):
-            over = "" if agents == graph.agents else f" over {names(agents, mission)}"
-            return f"`{graph.name}` is{no} connected{over}"
-        case ir.InFormation(formation):
-            total = " in all" if formation.total else ""
-            holds = "does not hold" if denied else "holds"
-            return f"the formation `{formation.name}` {holds} within {number(formation.tolerance)} m{total}"
-        case ir.Compare(((_, ir.DistanceBetween(first, second)),), _, _):
-            one, other = mission.agents[first].name, mission.agents[second].name
-            verb = "are not" if denied else "are"
-            return f"{one} and {other} {verb} {_bound(predicate, ' m')} apart"
-        case _:
-            return f"`{show_predicate(predicate, mission)}` is {'false' if denied else 'true'}"
+    return predicate.phrases(Phrases(mission))[denied]
 
 
 def names(agents: tuple[int, ...], mission: ir.Mission) -> str:
@@ -117,46 +98,6 @@ def joined(parts: list[str], word: str, separator: str = ",") -> str:
     if len(parts) < 2:
         return "".join(parts)
     return f"{f'{separator} '.join(parts[:-1])}{separator if separator != ',' else ''} {word} {parts[-1]}"
-
-
-def _compared(compare: ir.Compare, mission: ir.Mission) -> Verb:
-    if len(compare.terms) > 1:
-        words = show_predicate(compare, mission)
-        return Verb(f"satisfies `{words}`", f"does not satisfy `{words}`")
-    feature = compare.terms[0][1]
-    match feature:
-        case ir.Coordinate(axis):
-            return _has(f"an {'xyz'[axis]}" if axis == 0 else f"a {'xyz'[axis]}", _bound(compare, " m"))
-        case ir.Speed():
-            return _has("a speed", _bound(compare, " m/s"))
-        case ir.Altitude():
-            return _has("an altitude", _bound(compare, " m"))
-        case ir.DistanceTo(ir.Region(name=name)):
-            bound = _bound(compare, " m")
-            return _is(f"{bound} from the border of `{name}` (less than 0 inside)")
-        case ir.DistanceTo(ir.Beacon(name=name)):
-            return _is(f"{_bound(compare, ' m')} from `{name}`")
-        case ir.DistanceTo(int(agent)):
-            return _is(f"{_bound(compare, ' m')} from {mission.agents[agent].name}")
-        case _:
-            raise AssertionError(feature)
-
-
-def _has(what: str, bound: str) -> Verb:
-    return Verb(f"has {what} of {bound}", f"does not have {what} of {bound}")
-
-
-def _is(where: str) -> Verb:
-    return Verb(f"is {where}", f"is not {where}")
-
-
-def _bound(compare: ir.Compare, unit: str) -> str:
-    """One weighted feature and a constant against 0, as a bound on the feature."""
-    weight = compare.terms[0][0]
-    value = f"{number(-compare.constant / weight)}{unit}"
-    if weight > 0:
-        return f"more than {value}" if compare.strict else f"at least {value}"
-    return f"less than {value}" if compare.strict else f"at most {value}"
 
 
 # ------------------------------------------------------------- time and length

@@ -9,22 +9,7 @@ from __future__ import annotations
 import math
 from typing import assert_never
 
-from missionc.ir import (
-    Altitude,
-    Compare,
-    Connected,
-    Coordinate,
-    DistanceBetween,
-    DistanceTo,
-    Feature,
-    Graph,
-    InFormation,
-    Inside,
-    Mission,
-    Predicate,
-    Speed,
-    Touches,
-)
+from missionc.ir import Graph, Mission
 from missionc.kernel.nodes import (
     All,
     Always,
@@ -88,7 +73,7 @@ class Words:
     def of(self, node: Node, below: tuple[str, ...]) -> str:
         match node:
             case Atom(predicate):
-                return self.predicate(predicate)
+                return predicate.show(self)
             case Is(agents):
                 return f"is({', '.join(self.agent(index) for index in sorted(agents))})"
             case Not():
@@ -129,43 +114,14 @@ class Words:
     def agent(self, index: int) -> str:
         return self.mission.agents[index].name
 
-    def graph(self, graph: Graph) -> str:
+    def graph(self, graph: Graph, agents: tuple[int, ...] | None = None) -> str:
+        agents = graph.agents if agents is None else agents
         declared = next((known for known in self.mission.graphs if known.name == graph.name), graph)
-        if declared.agents == graph.agents:
-            return graph.name
-        return f"{graph.name} over {', '.join(map(self.agent, graph.agents))}"
+        return graph.name if declared.agents == agents else f"{graph.name} over {', '.join(map(self.agent, agents))}"
 
-    def predicate(self, predicate: Predicate) -> str:
-        match predicate:
-            case Inside(region, body):
-                return f"inside({region.name})" if body else region.name
-            case Touches(region):
-                return f"touches({region.name})"
-            case Compare(terms, constant, strict):
-                total = " + ".join([*(self.term(weight, feature) for weight, feature in terms), number(constant)])
-                return f"({total} {'>' if strict else '>='} 0)"
-            case Connected(graph):
-                return f"connected({self.graph(graph)})"
-            case InFormation(formation):
-                return formation.name
-            case _:
-                assert_never(predicate)
-
-    def term(self, weight: float, feature: Feature) -> str:
-        match feature:
-            case Coordinate(axis):
-                name = "xyz"[axis]
-            case Speed():
-                name = "speed"
-            case Altitude():
-                name = "altitude"
-            case DistanceTo(target):
-                name = f"distance({self.agent(target) if isinstance(target, int) else target.name})"
-            case DistanceBetween(first, second):
-                name = f"distance({self.agent(first)}, {self.agent(second)})"
-            case _:
-                assert_never(feature)
-        return name if weight == 1 else f"{number(weight)}*{name}"
+    def inequality(self, terms: tuple[tuple[float, str], ...], constant: float, sign: str) -> str:
+        parts = [word if weight == 1 else f"{number(weight)}*{word}" for weight, word in terms]
+        return f"({' + '.join([*parts, number(constant)])} {sign} 0)"
 
 
 def asked(weight: float | None) -> str:

@@ -21,7 +21,7 @@ def show_formula(formula: ir.Formula, lets: dict[int, str], mission: ir.Mission)
         case ir.Truth(value, _):
             return "true" if value else "false"
         case ir.Holds(predicate, _):
-            return show_predicate(predicate, mission)
+            return predicate.show(Words(mission))
         case ir.Belongs(agents, _):
             return agents.name
         case ir.AtLeastOf(kind, count, agents, body, _):
@@ -63,50 +63,25 @@ def _bounds(bounds: ir.Window | ir.Length | None) -> str:
             assert_never(bounds)
 
 
-def show_predicate(predicate: ir.Predicate, mission: ir.Mission) -> str:
-    match predicate:
-        case ir.Inside(region, body):
-            return f"inside({region.name})" if body else region.name
-        case ir.Touches(region):
-            return f"touches({region.name})"
-        case ir.Compare(terms, constant, strict):
-            return f"{_sum(terms, constant, mission)} {'>' if strict else '>='} 0"
-        case ir.Connected(graph, agents):
-            if agents == graph.agents:
-                return f"connected({graph.name})"
-            return f"connected({graph.name}, {', '.join(mission.agents[agent].name for agent in agents)})"
-        case ir.InFormation(formation):
-            return formation.name
-        case _:
-            assert_never(predicate)
+class Words:
+    """How predicates are written in word form."""
 
+    def __init__(self, mission: ir.Mission) -> None:
+        self.mission = mission
 
-def _sum(terms: Iterable[tuple[float, ir.Feature]], constant: float, mission: ir.Mission) -> str:
-    parts = [(weight, show_feature(feature, mission)) for weight, feature in terms]
-    signed = [(weight, words if abs(weight) == 1 else f"{number(abs(weight))}*{words}") for weight, words in parts]
-    if constant:
-        signed.append((constant, number(abs(constant))))
-    first, rest = signed[0], signed[1:]
-    text = f"-{first[1]}" if first[0] < 0 else first[1]
-    return text + "".join(f" {'-' if weight < 0 else '+'} {words}" for weight, words in rest)
+    def agent(self, index: int) -> str:
+        return self.mission.agents[index].name
 
+    def graph(self, graph: ir.Graph, agents: tuple[int, ...]) -> str:
+        return graph.name if agents == graph.agents else ", ".join((graph.name, *map(self.agent, agents)))
 
-def show_feature(feature: ir.Feature, mission: ir.Mission) -> str:
-    match feature:
-        case ir.Coordinate(axis):
-            return "xyz"[axis]
-        case ir.Speed():
-            return "speed"
-        case ir.Altitude():
-            return "altitude"
-        case ir.DistanceTo(int(agent)):
-            return f"distance({mission.agents[agent].name})"
-        case ir.DistanceTo(ir.Region(name=name) | ir.Beacon(name=name)):
-            return f"distance({name})"
-        case ir.DistanceBetween(first, second):
-            return f"distance({mission.agents[first].name}, {mission.agents[second].name})"
-        case _:
-            raise AssertionError(feature)
+    def inequality(self, terms: tuple[tuple[float, str], ...], constant: float, sign: str) -> str:
+        signed = [(weight, word if abs(weight) == 1 else f"{number(abs(weight))}*{word}") for weight, word in terms]
+        if constant:
+            signed.append((constant, number(abs(constant))))
+        first, rest = signed[0], signed[1:]
+        text = f"-{first[1]}" if first[0] < 0 else first[1]
+        return text + "".join(f" {'-' if weight < 0 else '+'} {word}" for weight, word in rest) + f" {sign} 0"
 
 
 def number(value: float) -> str:
