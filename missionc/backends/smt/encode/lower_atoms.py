@@ -7,16 +7,14 @@ Of a pair:    the two are in states that go together
 
 from __future__ import annotations
 
-from typing import assert_never
-
 import numpy as np
 
 from missionc.backends.smt.encode.clauses import FALSE, TRUE, Clauses, Literals
 from missionc.backends.smt.encode.lower_motion import Motion
-from missionc.backends.smt.roadmap.labels import Labels, Unexpressible, others, simplified
+from missionc.backends.smt.roadmap.labels import Labels, Unexpressible
 from missionc.backends.smt.roadmap.roadmap import Indices
 from missionc.base.trace import Flags
-from missionc.ir import Compare, Connected, InFormation, Inside, Predicate, Touches
+from missionc.ir import Predicate
 
 FEW = 3
 """A clause for each state ruled out propagates better than one over the rest, up to so many times the literals."""
@@ -34,23 +32,20 @@ class Atoms:
         Raises:
             Unexpressible: it is about more than two agents, or one's speed and another.
         """
-        match predicate:
-            case InFormation():
-                return self._formation(predicate, positive, steps)
-            case Inside() | Touches() | Compare():
-                result = np.full(len(agents), FALSE, dtype=np.int32)
-                for agent in np.unique(agents).tolist():
-                    cells = agents == agent
-                    result[cells] = self._of_agent(predicate, positive, agent, steps[cells])
-                return result
-            case Connected():
-                raise Unexpressible("`connected` in one piece")
-            case _:
-                assert_never(predicate)
+        parts = self.labels.parts(predicate)
+        if parts != (predicate,):
+            pairs = [self._of_agent(part, positive, part.pairs[0][0], steps) for part in parts]
+            neutral = np.full(len(steps), TRUE if positive else FALSE, dtype=np.int32)
+            return (self.clauses.all_of if positive else self.clauses.any_of)(neutral, *pairs)
+        result = np.full(len(agents), FALSE, dtype=np.int32)
+        for agent in np.unique(agents).tolist():
+            cells = agents == agent
+            result[cells] = self._of_agent(predicate, positive, agent, steps[cells])
+        return result
 
     def _of_agent(self, predicate: Predicate, positive: bool, agent: int, steps: Indices) -> Literals:
-        predicate = simplified(predicate, agent)
-        match sorted(others(predicate, agent)):
+        predicate = predicate.asked_of(agent)
+        match sorted(predicate.others - {agent}):
             case []:
                 return self._own(predicate, positive, agent, steps)
             case [other]:
@@ -58,8 +53,7 @@ class Atoms:
             case [first, second]:
                 pass
             case _:
-                raise Unexpressible("a comparison of more than two agents")
-        assert isinstance(predicate, Compare)
+                raise Unexpressible("a predicate about more than two agents")
         numbers = int(self.motion.roadmap_of[first]), int(self.motion.roadmap_of[second])
         fits = self.labels.pair(predicate, (first, second), *numbers)
         return self._pair(fits == positive, first, second, steps)
@@ -123,15 +117,6 @@ class Atoms:
         row, move = np.nonzero(live & ~fits & open_[:, None])
         self.clauses.add(-result[row], -from_[row, move], -to[row, move])
         return result
-
-    def _formation(self, predicate: InFormation, positive: bool, steps: Indices) -> Literals:
-        edges = []
-        for edge in predicate.formation.edges:
-            numbers = int(self.motion.roadmap_of[edge.first]), int(self.motion.roadmap_of[edge.second])
-            fits = self.labels.edge(predicate, edge, *numbers)
-            edges.append(self._pair(fits == positive, edge.first, edge.second, steps))
-        neutral = np.full(len(steps), TRUE if positive else FALSE, dtype=np.int32)
-        return (self.clauses.all_of if positive else self.clauses.any_of)(neutral, *edges)
 
     def _pair(self, fits: Flags, first: int, second: int, steps: Indices) -> Literals:
         """The two agents are in states, (states, states), that go together."""

@@ -12,10 +12,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from missionc.backends.smt.roadmap.labels import Labels, others
+from missionc.backends.smt.roadmap.labels import Labels
 from missionc.backends.smt.roadmap.own_state import own_states, states_of
 from missionc.base.trace import Flags
-from missionc.ir import InFormation
 from missionc.kernel.analysis import conjuncts, helped_by_more
 from missionc.kernel.nodes import All, Always, Any, At, AtLeast, Atom, Kernel, Node
 from missionc.kernel.normal_form import rebuilt
@@ -88,10 +87,8 @@ def agents_named_by(node: Node) -> Agents:
     match node:
         case At(agent):
             return frozenset((agent,))
-        case Atom(InFormation(formation)):
-            return frozenset(formation.agents)
         case Atom(predicate):
-            return others(predicate, -1)
+            return predicate.others
         case _:
             return NOBODY
 

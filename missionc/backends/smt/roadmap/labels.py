@@ -3,24 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable
-from dataclasses import replace
 
 import numpy as np
 
 from missionc.backends.smt.roadmap.roadmap import Roadmap
 from missionc.base.trace import Array, Flags
-from missionc.ir import (
-    Compare,
-    Connected,
-    DistanceBetween,
-    DistanceTo,
-    Feature,
-    FormationEdge,
-    InFormation,
-    Mission,
-    Predicate,
-)
-from missionc.language.margins.predicate_margins import formation_margin, holds, of_pair, of_states
+from missionc.ir import Mission, Predicate
+from missionc.language.margins.predicate_margins import holds, of_pair, of_states
 
 
 class Unexpressible(ValueError):
@@ -34,12 +23,13 @@ class Labels:
         self.mission, self.roadmaps = mission, roadmaps
         self.roadmap_of = {agent: number for number, roadmap in enumerate(roadmaps) for agent in roadmap.agents}
         self._known: dict[Hashable, Flags] = {}
+        self._parts: dict[Predicate, tuple[Predicate, ...]] = {}
 
     def of_places(self, predicate: Predicate) -> bool:
         """Whether the place alone decides it, whoever stands there."""
-        if isinstance(predicate, InFormation | Connected) or others(predicate, -1):
-            return False
-        return not any(self.of_moves(predicate, number) for number in range(len(self.roadmaps)))
+        return not predicate.others and not any(
+            self.of_moves(predicate, number) for number in range(len(self.roadmaps))
+        )
 
     def of_moves(self, predicate: Predicate, number: int) -> bool:
         """Whether it depends on the motion that starts at a step, not on the state in that roadmap alone."""
@@ -71,23 +61,13 @@ class Labels:
 
         return self._own(predicate, number, "ends" if at_end else "begins", states)
 
-    def edge(self, predicate: InFormation, edge: FormationEdge, first: int, second: int) -> Flags:
-        """With the edge's ends in which states of those roadmaps it is within the tolerance: (states, states).
+    def parts(self, predicate: Predicate) -> tuple[Predicate, ...]:
+        """The predicates about fewer agents that it is the conjunction of."""
+        if predicate not in self._parts:
+            self._parts[predicate] = predicate.parts
+        return self._parts[predicate]
 
-        Raises:
-            Unexpressible: the formation has a total tolerance over several edges.
-        """
-        formation = predicate.formation
-        if formation.total and len(formation.edges) > 1:
-            raise Unexpressible(f"the total tolerance of `{formation.name}`")
-        key = (formation, edge, first, second)
-        if key not in self._known:
-            one, other = self.roadmaps[first].position, self.roadmaps[second].position
-            margins = formation_margin(formation, edge, one[:, None, :], other[None, :, :])
-            self._known[key] = np.asarray(holds(predicate, np.asarray(margins)))
-        return self._known[key]
-
-    def pair(self, predicate: Compare, agents: tuple[int, int], first: int, second: int) -> Flags:
+    def pair(self, predicate: Predicate, agents: tuple[int, int], first: int, second: int) -> Flags:
         """With the two agents in which states it holds of the first: (states, states).
 
         Raises:
@@ -109,34 +89,3 @@ class Labels:
             margins = of_states(predicate, self.mission, self.roadmaps[number].agents[0], *states())
             self._known[key] = np.asarray(holds(predicate, np.asarray(margins)))
         return self._known[key]
-
-
-def others(predicate: Predicate, agent: int) -> frozenset[int]:
-    """Whose states a comparison reads when asked of ``agent``, besides that agent's own."""
-    read: set[int] = set()
-    for _, feature in predicate.terms if isinstance(predicate, Compare) else ():
-        match feature:
-            case DistanceTo(int() as target):
-                read.add(target)
-            case DistanceBetween(first, second):
-                read |= {first, second}
-            case _:
-                pass
-    return frozenset(read - {agent})
-
-
-def simplified(predicate: Predicate, agent: int) -> Predicate:
-    """Without the distances between an agent and itself, which are 0."""
-
-    def counts(feature: Feature) -> bool:
-        match feature:
-            case DistanceTo(int() as target):
-                return target != agent
-            case DistanceBetween(first, second):
-                return first != second
-            case _:
-                return True
-
-    if not isinstance(predicate, Compare) or all(counts(feature) for _, feature in predicate.terms):
-        return predicate
-    return replace(predicate, terms=tuple(term for term in predicate.terms if counts(term[1])))

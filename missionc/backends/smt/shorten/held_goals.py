@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from functools import partial
 
 from missionc.backends.smt.encode.lower_motion import Motion
-from missionc.backends.smt.roadmap.labels import Labels, others
+from missionc.backends.smt.roadmap.labels import Labels
 from missionc.backends.smt.roadmap.own_state import own_states, states_of
 from missionc.base.trace import Flags
 from missionc.ir import Graph, Mission, Predicate
