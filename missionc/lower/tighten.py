@@ -20,33 +20,21 @@ from typing import assert_never
 
 from missionc.base.units import Metres
 from missionc.ir import (
-    Altitude,
     Ball,
     BeaconCover,
     Box,
-    Compare,
-    Connected,
-    Coordinate,
     Difference,
     Disc,
-    DistanceBetween,
-    DistanceTo,
     Dynamics,
-    Feature,
     Formation,
     Graph,
-    InFormation,
-    Inside,
     Intersection,
     Mission,
     Polygon,
-    Predicate,
     Prism,
     Proximity,
     Region,
     Shape,
-    Speed,
-    Touches,
     Union,
     Vector,
     Vehicle,
@@ -139,96 +127,66 @@ def tightened(mission: Mission, kernel: Kernel, margin: Metres) -> tuple[Mission
     """Requirements that hold by the margin where these hold; preferences stay what they are."""
     if margin <= 0:
         return mission, kernel
-    tighter = _Tighter(margin)
+    tighter, wider = _Borders(-margin), _Borders(margin)
     nodes: dict[Node, Node] = {}
     for node in postorder(goal.formula for goal in kernel.requirements):
-        nodes[node] = tighter.node(node, tuple(nodes[child] for child in children(node)))
+        nodes[node] = _more(node, tuple(nodes[child] for child in children(node)), tighter, wider)
     goals: tuple[Goal, ...] = tuple(replace(goal, formula=nodes[goal.formula]) for goal in kernel.requirements)
-    regions = tuple(tighter.region(region, -1) for region in mission.regions)
-    graphs = tuple(tighter.graph(graph, -1) for graph in mission.graphs)
+    regions = tuple(tighter.region(region) for region in mission.regions)
+    graphs = tuple(tighter.graph(graph) for graph in mission.graphs)
     return replace(mission, regions=regions, graphs=graphs), replace(kernel, requirements=goals)
 
 
-class _Tighter:
-    """``sign`` -1 asks for more, and 1 for less."""
+def _more(node: Node, below: tuple[Node, ...], tighter: _Borders, wider: _Borders) -> Node:
+    """What asks for more, over nodes that do."""
+    match node:
+        case Atom(predicate):
+            return replace(node, predicate=predicate.moved(tighter))
+        case Not(Atom(predicate) as leaf):
+            return replace(node, body=replace(leaf, predicate=predicate.moved(wider)))
+        case Neighbour(graph) | Reach(graph) | Route(graph):
+            return rebuilt(replace(node, graph=tighter.graph(graph)), below)
+        case EveryNeighbour(graph) | EveryReach(graph) | EveryRoute(graph):
+            return rebuilt(replace(node, graph=wider.graph(graph)), below)
+        case _:
+            # A shortest way gets longer or shorter with the links: there is no side to be on.
+            return rebuilt(node, below)
 
-    def __init__(self, margin: float) -> None:
-        self.margin = margin
-        self._regions: dict[tuple[Region, int], Region] = {}
-        self._graphs: dict[tuple[Graph, int], Graph] = {}
-        self._formations: dict[tuple[Formation, int], Formation] = {}
 
-    def node(self, node: Node, below: tuple[Node, ...]) -> Node:
-        """What asks for more, over nodes that do."""
-        match node:
-            case Atom(predicate):
-                return replace(node, predicate=self._predicate(predicate, -1))
-            case Not(Atom(predicate) as leaf):
-                return replace(node, body=replace(leaf, predicate=self._predicate(predicate, 1)))
-            case Neighbour(graph) | Reach(graph) | Route(graph):
-                return rebuilt(replace(node, graph=self.graph(graph, -1)), below)
-            case EveryNeighbour(graph) | EveryReach(graph) | EveryRoute(graph):
-                return rebuilt(replace(node, graph=self.graph(graph, 1)), below)
-            case _:
-                # A shortest way gets longer or shorter with the links: there is no side to be on.
-                return rebuilt(node, below)
+class _Borders:
+    """Borders of truth moved by so many ``metres``, those of the same thing once: below 0 less is true."""
 
-    def _predicate(self, predicate: Predicate, sign: int) -> Predicate:
-        match predicate:
-            case Inside(region, body):
-                return Inside(self.region(region, sign), body)
-            case Touches(region):
-                return Touches(self.region(region, sign))
-            case Compare(terms, constant, strict):
-                reach = sum(abs(weight) * _moves(feature) for weight, feature in terms)
-                return Compare(terms, constant + sign * self.margin * reach, strict)
-            case Connected(graph, agents):
-                return Connected(self.graph(graph, sign), agents)
-            case InFormation(formation):
-                return InFormation(self._formation(formation, sign))
-            case _:
-                assert_never(predicate)
+    def __init__(self, metres: float) -> None:
+        self.metres = metres
+        self._regions: dict[Region, Region] = {}
+        self._graphs: dict[Graph, Graph] = {}
+        self._formations: dict[Formation, Formation] = {}
 
-    def region(self, region: Region, sign: int) -> Region:
-        key = region, sign
-        if key not in self._regions:
-            self._regions[key] = replace(region, shape=moved(region.shape, sign * self.margin))
-        return self._regions[key]
+    def region(self, region: Region) -> Region:
+        if region not in self._regions:
+            self._regions[region] = replace(region, shape=moved(region.shape, self.metres))
+        return self._regions[region]
 
-    def graph(self, graph: Graph, sign: int) -> Graph:
+    def graph(self, graph: Graph) -> Graph:
         """The graph with its range moved: of a proximity both ends may be missed, of a beacon only one."""
-        key = graph, sign
-        if key not in self._graphs:
-            ends = 2 if isinstance(graph, Proximity) else 1
-            change = min(ends * self.margin, graph.radius / 2)
-            radius = Metres(graph.radius + sign * change)
+        if graph not in self._graphs:
+            radius = self._by(2 if isinstance(graph, Proximity) else 1, graph.radius)
             match graph:
                 case Proximity() | BeaconCover():
-                    self._graphs[key] = replace(graph, radius=radius)
+                    self._graphs[graph] = replace(graph, radius=radius)
                 case _:
                     assert_never(graph)
-        return self._graphs[key]
+        return self._graphs[graph]
 
-    def _formation(self, formation: Formation, sign: int) -> Formation:
-        key = formation, sign
-        if key not in self._formations:
+    def formation(self, formation: Formation) -> Formation:
+        if formation not in self._formations:
             edges = len(formation.edges) if formation.total else 1
-            change = min(2 * self.margin * edges, formation.tolerance / 2)
-            self._formations[key] = replace(formation, tolerance=Metres(formation.tolerance + sign * change))
-        return self._formations[key]
+            self._formations[formation] = replace(formation, tolerance=self._by(2 * edges, formation.tolerance))
+        return self._formations[formation]
 
-
-def _moves(feature: Feature) -> float:
-    """By how much a feature may change where every agent may be a metre off."""
-    match feature:
-        case Speed():
-            return 0.0
-        case DistanceBetween() | DistanceTo(int()):
-            return 2.0
-        case Coordinate() | Altitude() | DistanceTo():
-            return 1.0
-        case _:
-            assert_never(feature)
+    def _by(self, misses: int, length: float) -> Metres:
+        """A length moved, of a thing that so many may miss by the margin; by half of it at most."""
+        return Metres(length + math.copysign(min(misses * abs(self.metres), length / 2), self.metres))
 
 
 def moved(shape: Shape, by: float) -> Shape:
