@@ -16,7 +16,7 @@ from missionc.base.source import Span
 from missionc.checks.free_space import FreeSpace
 from missionc.diagnostics.code import CONTRADICTION
 from missionc.diagnostics.model import Diagnostic, Label
-from missionc.ir import BeaconCover, Compare, DistanceBetween, DistanceTo, Exactly, InFormation, Mission, Place
+from missionc.ir import BeaconCover, Exactly, Mission, Place
 from missionc.ir.wording import listed, metres, seconds
 from missionc.kernel.nodes import (
     Atom,
@@ -153,21 +153,14 @@ def _because(
         return f"{names} are {metres(length)} apart" + ("" if exact else " from the middle of one place to the other's")
 
     match culprit.node:
-        case Atom(InFormation(formation)) if formation.edges:
+        case Atom(predicate) if (formation := predicate.formation) and formation.edges:
             edge = intervals.worst_edge(formation, culprit.column)
             wanted = (
                 f"; `{formation.name}` has them {metres(edge.target)} apart" if isinstance(edge.target, float) else ""
             )
             return (edge.first, edge.second), [apart(edge.first, edge.second) + wanted]
-        case Atom(Compare(terms)):
-            pairs = [feature for _, feature in terms if isinstance(feature, DistanceBetween)]
-            if pairs:
-                return (pairs[0].first, pairs[0].second), [apart(pairs[0].first, pairs[0].second)]
-            others = [feature.target for _, feature in terms if isinstance(feature, DistanceTo)]
-            whom = next((each for each in others if isinstance(each, int) and each != culprit.agent), None)
-            if whom is None:
-                return (culprit.agent,), []
-            return (culprit.agent, whom), [apart(culprit.agent, whom)]
+        case Atom(predicate) if pairs := predicate.pairs_of(culprit.agent):
+            return pairs[0], [apart(*pairs[0])]
         case _ if isinstance(culprit.node, NeighbourNode | ReachNode):
             graph = culprit.node.graph
             bounds = intervals.links(graph)

@@ -16,7 +16,7 @@ from missionc.base.late_dataclass import dataclass
 from missionc.checks.free_space import FreeSpace, Lies
 from missionc.checks.literals import MOST_RULES, Literal, comparison, nowhere
 from missionc.checks.value_ranges import of_comparison
-from missionc.ir import Agent, Compare, Connected, Formula, Graph, Holds, InFormation, Inside, Predicate, Touches
+from missionc.ir import Agent, Compare, Formula, Graph, Holds, Predicate
 from missionc.kernel.nodes import (
     All,
     Always,
@@ -100,7 +100,7 @@ def _connected(known: MustAnalysis) -> dict[Node, Sure]:
     """Connected graphs: nothing is sure but that they are not torn. One over too few agents is said of the graph."""
     found: dict[Node, Sure] = {}
     for formula, node in known.kernel.meanings.items():
-        if isinstance(formula, Holds) and isinstance(formula.predicate, Connected):
+        if isinstance(formula, Holds) and formula.predicate.graph:
             found[node] = Sure(_number(known, formula.predicate), 0, 0)
             if node in known.kernel.opposites:
                 found[known.kernel.opposites[node]] = found[node].opposite
@@ -270,16 +270,10 @@ def _of_predicate(known: MustAnalysis, predicate: Predicate) -> tuple[int, int]:
 
 
 def _bits(known: MustAnalysis, predicate: Predicate) -> tuple[int, int]:
-    match predicate:
-        case Connected() | InFormation():
-            return 0, 0
-        case Inside(region) | Touches(region):
-            if known.ground.lies(region.shape) is not Lies.OPEN:
-                return 0, 0  # said of the region itself
-        case Compare():
-            pass
-        case _:
-            assert_never(predicate)
+    if predicate.graph or predicate.formation:
+        return 0, 0
+    if predicate.region and known.ground.lies(predicate.region.shape) is not Lies.OPEN:
+        return 0, 0  # said of the region itself
     true = false = 0
     for agent, bits in known.kinds:
         holds, fails = _of_kind(known, predicate, agent)

@@ -21,12 +21,10 @@ from missionc.explain.traps import table, traps_of
 from missionc.explain.window_diagram import WIDTH, Span, draw, windows
 from missionc.ir import (
     Apply,
-    Connected,
     Formation,
     Formula,
     Graph,
     Holds,
-    InFormation,
     Length,
     Mission,
     Preference,
@@ -118,10 +116,10 @@ def _things(formula: Formula, mission: Mission) -> Iterator[str]:
 
 def _named(part: Formula) -> Iterator[Graph | Formation]:
     match part:
-        case Apply(bounds=Length(graph=graph)) | Holds(Connected(graph=graph)):
+        case Apply(bounds=Length(graph=graph)):
             yield graph
-        case Holds(InFormation(formation)):
-            yield formation
+        case Holds(predicate):
+            yield from (each for each in (predicate.graph, predicate.formation) if each)
         case _:
             return
 

@@ -11,7 +11,7 @@ from collections.abc import Iterator
 
 from missionc.explain import convention_examples
 from missionc.explain.convention_examples import Example, Trap
-from missionc.ir import Apply, Connected, Formula, Holds, Inside, Length, Touches, Window
+from missionc.ir import Apply, Formula, Holds, Length, Window
 from missionc.language.operators import by_name
 from missionc.language.walk_formulas import bottom_up, operands
 
@@ -33,10 +33,11 @@ def traps_of(formula: Formula) -> tuple[Trap, ...]:
 
 def _touched(part: Formula) -> Iterator[str]:
     match part:
-        case Holds(Inside() | Touches()):
-            yield convention_examples.BORDER.name
-        case Holds(Connected()):
-            yield convention_examples.LINK.name
+        case Holds(predicate):
+            if predicate.region:
+                yield convention_examples.BORDER.name
+            if predicate.graph:
+                yield convention_examples.LINK.name
         case Apply(operator, _, bounds):
             yield from by_name[operator.name].traps(part)
             if isinstance(bounds, Length):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import reduce
 from typing import NamedTuple
 
@@ -97,12 +97,11 @@ def same_for_all(roots: Iterable[Node]) -> dict[Node, bool]:
     return known
 
 
-def about_whom(roots: Iterable[Node], agents: int, named: Callable[[Predicate], Collection[int]]) -> dict[Node, Flags]:
+def about_whom(roots: Iterable[Node], agents: int) -> dict[Node, Flags]:
     """The agents whose motion may matter to every node.
 
     Args:
         agents: how many the mission has.
-        named: those whose states a predicate reads, whoever it is asked of.
 
     Returns:
         (agents, agents): the motion of the first may matter where the second is asked.
@@ -115,7 +114,7 @@ def about_whom(roots: Iterable[Node], agents: int, named: Callable[[Predicate], 
         match node:
             case Atom(predicate):
                 about = np.eye(agents, dtype=np.bool_)
-                about[list(range(agents) if predicate.about_team else named(predicate))] = True
+                about[list(range(agents) if predicate.about_team else predicate.others)] = True
             case At(agent):
                 about = np.broadcast_to(about[:, [agent]], nobody.shape)
             case _ if isinstance(node, ReachNode | RouteNode):

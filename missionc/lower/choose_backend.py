@@ -18,21 +18,7 @@ from missionc.base.late_dataclass import dataclass
 from missionc.base.source import Span
 from missionc.diagnostics.code import CANNOT_EXPRESS, NO_BACKEND
 from missionc.diagnostics.model import Diagnostic, Label
-from missionc.ir import (
-    Apply,
-    Compare,
-    Connected,
-    Formula,
-    Holds,
-    InFormation,
-    Inside,
-    Length,
-    Mission,
-    Objective,
-    Predicate,
-    Still,
-    Touches,
-)
+from missionc.ir import Apply, Formula, Holds, Length, Mission, Objective, Still
 from missionc.ir.wording import listed
 from missionc.language.walk_formulas import bottom_up, formulas, operator_words
 from missionc.syntax.ast import Metric
@@ -119,21 +105,12 @@ def _of_formula(formula: Formula) -> Iterator[Need]:
         case Apply(bounds=Length()):
             yield Need(Feature.METRIC_LENGTH, operator_words(formula))
         case Holds(predicate, span):
-            yield from _of_predicate(predicate, span)
+            if predicate.graph:
+                yield Need(Feature.CONNECTED, span)
+            if predicate.formation:
+                yield Need(Feature.TOTAL_TOLERANCE if predicate.formation.total else Feature.FORMATION, span)
         case _:
             return
-
-
-def _of_predicate(predicate: Predicate, span: Span) -> Iterator[Need]:
-    match predicate:
-        case Connected():
-            yield Need(Feature.CONNECTED, span)
-        case InFormation(formation):
-            yield Need(Feature.TOTAL_TOLERANCE if formation.total else Feature.FORMATION, span)
-        case Inside() | Touches() | Compare():
-            return
-        case _:
-            assert_never(predicate)
 
 
 def _of_objective(mission: Mission) -> Iterator[Need]:

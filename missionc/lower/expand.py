@@ -7,7 +7,6 @@ says MC207
 
 from __future__ import annotations
 
-from dataclasses import replace
 from itertools import chain
 from typing import assert_never
 
@@ -59,7 +58,7 @@ class _Expansion:
         self.room = room
         self.findings: list[Diagnostic] = []
         self.nodes: dict[ir.Formula, Node] = {}
-        self.linked: dict[ir.Connected, Node] = {}
+        self.linked: dict[ir.Predicate, Node] = {}
 
     def expanded(self, formula: ir.Formula) -> Node:
         """The kernel form of a formula whose operands have theirs."""
@@ -67,10 +66,9 @@ class _Expansion:
         match formula:
             case ir.Truth(value):
                 return All((), span) if value else Any((), span)
-            case ir.Holds(ir.Connected() as connected):
-                return self.connected(connected, span)
             case ir.Holds(predicate):
-                return Atom(predicate, span)
+                graph = predicate.restricted
+                return Atom(predicate, span) if graph is None else self.connected(predicate, graph, span)
             case ir.Belongs(agents):
                 return Is(frozenset(agents.agents), span)
             case ir.Apply():
@@ -94,20 +92,18 @@ class _Expansion:
         own = isinstance(node, Not) and children(node.body) and node.body.span == formula.span
         return All((node,), formula.span) if own else node
 
-    def connected(self, connected: ir.Connected, span: Span) -> Node:
+    def connected(self, predicate: ir.Predicate, graph: ir.Graph, span: Span) -> Node:
         """The same nodes wherever it is asked, below one that has the words."""
-        if not connected.agents:
+        if not graph.agents:
             return All((), span)
-        if connected not in self.linked:
-            self.linked[connected] = _linked(connected)
-        return All((self.linked[connected],), span)
+        if predicate not in self.linked:
+            self.linked[predicate] = _linked(graph)
+        return All((self.linked[predicate],), span)
 
 
-def _linked(connected: ir.Connected) -> Node:
-    """Every agent reaches the first, over these agents only."""
-    whole = connected.agents == connected.graph.agents
-    graph = connected.graph if whole else replace(connected.graph, agents=connected.agents)
-    first, *others = connected.agents
+def _linked(graph: ir.Graph) -> Node:
+    """Every agent of the graph reaches the first."""
+    first, *others = graph.agents
     route = Reach(graph, All(()), Is(frozenset((first,))), len(others))
     return All(tuple(At(agent, route) for agent in others))
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TypeAlias, assert_never
 
 from missionc.base.trace import Flags, Trace
-from missionc.ir import Compare, DistanceBetween, InFormation, Mission
+from missionc.ir import Mission
 from missionc.kernel.nodes import (
     All,
     Always,
@@ -148,20 +148,15 @@ class _Search:
         return node.end, agent, high
 
     def _agents_of(self, atom: Atom, agent: int, step: int) -> frozenset[int]:
-        match atom.predicate:
-            case InFormation(formation):
-                position = self.trace.position[:, step]
-                margins = {
-                    edge: float(formation_margin(formation, edge, position[edge.first], position[edge.second]))
-                    for edge in formation.edges
-                }
-                worst = min(margins.values(), default=0.0)
-                broken = [edge for edge, margin in margins.items() if margin < 0 or margin == worst]
-                return frozenset(end for edge in broken for end in (edge.first, edge.second))
-            case Compare(terms):
-                pairs = [feature for _, feature in terms if isinstance(feature, DistanceBetween)]
-                if pairs:
-                    return frozenset(end for pair in pairs for end in (pair.first, pair.second))
-                return frozenset((agent,))
-            case _:
-                return frozenset((agent,))
+        formation = atom.predicate.formation
+        if formation is None:
+            named = frozenset(end for pair in atom.predicate.pairs for end in pair)
+            return named or frozenset((agent,))
+        position = self.trace.position[:, step]
+        margins = {
+            edge: float(formation_margin(formation, edge, position[edge.first], position[edge.second]))
+            for edge in formation.edges
+        }
+        worst = min(margins.values(), default=0.0)
+        broken = [edge for edge, margin in margins.items() if margin < 0 or margin == worst]
+        return frozenset(end for edge in broken for end in (edge.first, edge.second))

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from missionc.base.trace import Array, Flags, Trace
-from missionc.ir import Compare, DistanceBetween, DistanceTo, Graph, InFormation, Mission, Predicate
+from missionc.ir import Graph, Mission
 from missionc.kernel.nodes import (
     All,
     Any,
@@ -188,10 +188,9 @@ class _Search:
                 for part in parts:
                     self.ask(part, mask & (self.known.truth(part) == truth))
             case Atom(predicate):
-                self.light(mask, _partners(predicate))
-                if isinstance(predicate, InFormation):
+                self.light(mask, tuple(predicate.others))
+                if predicate.formation:
                     self.formations.append(predicate.formation.name)
-                    self.light(mask.any(axis=1, keepdims=True) & np.ones_like(mask), (), predicate.formation.agents)
             case Neighbour(graph, body) | EveryNeighbour(graph, body):
                 self.light(mask)
                 sought = isinstance(node, Neighbour)
@@ -208,10 +207,9 @@ class _Search:
             case _:
                 self.light(mask)
 
-    def light(self, mask: Flags, partners: tuple[int, ...] = (), only: tuple[int, ...] | None = None) -> None:
-        """The agents of the mask (of those, ``only`` some), and the partners of each."""
-        chosen = list(range(mask.shape[1]) if only is None else only)
-        self.lit[:, chosen] |= mask[:, chosen]
+    def light(self, mask: Flags, partners: tuple[int, ...] = ()) -> None:
+        """The agents of the mask, and the partners of each."""
+        self.lit |= mask
         self.lit[:, list(partners)] |= mask.any(axis=1, keepdims=True)
 
     def walk(self, onward: Values, mask: Flags, most: int) -> None:
@@ -226,19 +224,3 @@ class _Search:
                 self.links.append(np.stack([step, np.minimum(agent, after), np.maximum(agent, after)], axis=1))
                 agent = after
                 self.lit[side, agent, step] = True
-
-
-def _partners(predicate: Predicate) -> tuple[int, ...]:
-    """The other agents whose places it compares."""
-    if not isinstance(predicate, Compare):
-        return ()
-    found: list[int] = []
-    for _, feature in predicate.terms:
-        match feature:
-            case DistanceBetween(first, second):
-                found += [first, second]
-            case DistanceTo(int(agent)):
-                found.append(agent)
-            case _:
-                pass
-    return tuple(found)

@@ -14,7 +14,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from math import ceil, floor
 
-from missionc.ir import InFormation, Predicate
+from missionc.ir import Predicate
 from missionc.kernel.analysis import reads_lengths, steps_ahead
 from missionc.kernel.evaluate import Domain, evaluate
 from missionc.kernel.nodes import (
@@ -85,7 +85,7 @@ def discrete(kernel: Kernel, steps: int, ticks: int) -> Discrete:
 
 
 def _measures(node: Node) -> bool:
-    return reads_lengths(node) or (isinstance(node, Atom) and isinstance(node.predicate, InFormation))
+    return reads_lengths(node) or (isinstance(node, Atom) and node.predicate.is_exact)
 
 
 def _goals(kernel: Kernel, clock: Clock) -> list[Goal]:
@@ -100,7 +100,7 @@ class Relaxation(Domain[Node]):
     clock: Clock
 
     def atom(self, predicate: Predicate, holds: bool) -> Node:
-        return YES if isinstance(predicate, InFormation) else _signed(Atom(predicate), holds)
+        return YES if predicate.is_exact else _signed(Atom(predicate), holds)
 
     def member(self, agents: frozenset[int], holds: bool) -> Node:
         return _signed(Is(agents), holds)

@@ -12,7 +12,6 @@ from enum import Enum
 from typing import TypeVar
 
 from missionc.base.source import Span
-from missionc.ir import InFormation, Inside, Touches
 from missionc.kernel.nodes import (
     AtLeast,
     Atom,
@@ -74,12 +73,13 @@ def conflict_targets(formulas: Iterable[Node]) -> ConflictTargets:
 def _note(found: ConflictTargets, node: Node, sign: int) -> None:
     span = node.span
     match node:
-        case Atom(Inside(region, _) | Touches(region)):
-            _add(found.regions, region.name, sign)
-        case Atom(InFormation(formation)):
-            _add(found.formations, formation.name, sign)
-        case Atom():
-            _add(found.comparisons, span, sign)
+        case Atom(predicate):
+            if predicate.region:
+                _add(found.regions, predicate.region.name, sign)
+            elif predicate.formation:
+                _add(found.formations, predicate.formation.name, sign)
+            else:
+                _add(found.comparisons, span, sign)
         case AtLeast():
             # That too few hold is that enough of the others fail: the number that is written goes the other way.
             _add(found.counts, span, sign if node.dual else -sign)

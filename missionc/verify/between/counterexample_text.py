@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from missionc.ir import BeaconCover, Compare, DistanceBetween, Graph, InFormation
+from missionc.ir import BeaconCover, Graph
 from missionc.kernel.nodes import Atom, LinkNode, Node
 from missionc.language.margins.links import link_margin
 from missionc.verify.between.counterexample import Culprit
@@ -33,11 +33,10 @@ def stretch(culprit: Culprit) -> tuple[int, int]:
 def agents_of(culprit: Culprit, motion: Motion) -> tuple[int, ...]:
     """Whom it is about."""
     match culprit.node:
-        case Atom(InFormation(formation)):
-            return formation.agents
-        case Atom(Compare(terms)) if any(isinstance(feature, DistanceBetween) for _, feature in terms):
-            pairs = [feature for _, feature in terms if isinstance(feature, DistanceBetween)]
-            return tuple(sorted({end for pair in pairs for end in (pair.first, pair.second)}))
+        case Atom(predicate) if predicate.formation:
+            return predicate.formation.agents
+        case Atom(predicate) if predicate.pairs:
+            return tuple(sorted({end for pair in predicate.pairs for end in pair}))
         case _:
             return (culprit.agent,)
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from functools import partial
 
 from missionc.backends.smt.encode.lower_motion import Motion
 from missionc.backends.smt.roadmap.labels import Labels
@@ -44,7 +43,7 @@ class Goals:
         self.own = own_states(self.order, self.labels)
         self.ahead = steps_ahead(self.formulas, self.motion.steps + 1, self._of_moves)
         self.instant = {node for node in self.order if not self.ahead[node] and not reads_lengths(node)}
-        self.concerns = about_whom(self.formulas, len(self.mission.agents), partial(others, agent=-1))
+        self.concerns = about_whom(self.formulas, len(self.mission.agents))
 
     def read_by(self, node: Node) -> tuple[tuple[Predicate, ...], tuple[Graph, ...]]:
         """The predicates and the graphs that a formula reads."""
