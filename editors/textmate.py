@@ -20,7 +20,7 @@ from typing import Any
 from missionc.base.units import UNITS
 from missionc.language.operator import Bounds
 from missionc.language.operators import by_name
-from missionc.language.predicates import PREDICATES
+from missionc.language.predicates import CALLED
 from missionc.syntax.tokens import DECLARATIONS, STATES, WORDS, Word
 
 FILE = Path(__file__).parent / "vscode" / "syntaxes" / "mission.tmLanguage.json"
@@ -241,7 +241,7 @@ def _items() -> Rule:
 
 def _formula() -> list[Rule]:
     least = _match(_any(("least",)), "keyword.control.quantifier")
-    called = sorted(predicate.name for predicate in PREDICATES if predicate.called)
+    called = sorted(CALLED)
     return [
         # A number of agents has no unit: in `at least 2 m: …`, the team is called `m`.
         _after(_any(("at",)), "keyword.other.preposition", _NUMBER, "constant.numeric", least),

@@ -1,11 +1,13 @@
 """The predicate as data: a value with its name, its subject, its parameters, its wording, and an example.
 
-Its margin, the signed distance to the border of its truth, is the module of
-the same name in ``margins``.
+What it measures, and how it is said, stands with its meaning in ``ir.predicates``.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
+from missionc import ir
 from missionc.base.late_dataclass import dataclass
 from missionc.ir import About
 
@@ -16,7 +18,8 @@ class Predicate:
 
     ``called`` predicates are written with their name and brackets
     (``inside(field)``); the others have a form of their own, which ``example`` shows.
-    ``about`` is EITHER where the parameters decide.
+    ``about`` is EITHER where the parameters decide. ``meant`` makes its meaning of
+    what the parameters name, one that is left out None; of called ones alone.
     """
 
     name: str
@@ -25,3 +28,4 @@ class Predicate:
     called: bool
     says: str
     example: str
+    meant: Callable[..., ir.Predicate] | None = None

@@ -13,7 +13,7 @@ from lsprotocol import types
 from missionc import ir
 from missionc.base.source import Span
 from missionc.data.vehicles import profiles
-from missionc.language.predicates import PREDICATES
+from missionc.language.predicates import CALLED
 from missionc.lsp.completion_context import Spot, spot
 from missionc.lsp.open_text import LIMITS, OpenText
 from missionc.lsp.unit_completion import fitting_units
@@ -25,11 +25,8 @@ from missionc.resolve.resolve_formulas import FORMULAS
 from missionc.resolve.resolve_goals import BACKENDS, CONNECTIVITY, OPTIONS
 from missionc.syntax.tokens import DECLARATIONS, NAME, NUMBER, UNIT, WORDS, Token
 
-CALLED = tuple(predicate.name for predicate in PREDICATES if predicate.called)
 ARGUMENTS: dict[str, tuple[Kind, ...]] = {
-    "inside": (Kind.REGION,),
-    "touches": (Kind.REGION,),
-    "connected": (Kind.GRAPH,),
+    **{name: (Kind[predicate.parameters[0].upper()],) for name, predicate in CALLED.items()},
     "distance": (Kind.REGION, Kind.BEACON, *AGENTS),
 }
 """What each word that takes brackets is asked of."""

@@ -7,13 +7,11 @@ from missionc.data.vehicles import example, profiles
 from missionc.ir import FIGURES
 from missionc.ir.wording import listed
 from missionc.language.operators import by_name
-from missionc.language.predicates import PREDICATES
+from missionc.language.predicates import CALLED
 from missionc.resolve.resolve_dynamics import SETTINGS as DYNAMICS
 from missionc.resolve.show_vehicle import figures_of
 from missionc.syntax import forms
 from missionc.syntax.tokens import SPELLINGS, STATES, UNIT, WORDS, Token
-
-CALLED = {predicate.name: predicate for predicate in PREDICATES if predicate.called}
 
 QUANTIFIERS = {
     "every": "what follows holds of every one of these agents",

@@ -9,7 +9,7 @@ from missionc import ir
 from missionc.diagnostics import code
 from missionc.diagnostics.model import Fix, Label
 from missionc.diagnostics.suggest import nearest
-from missionc.language.predicates import PREDICATES
+from missionc.language.predicates import CALLED
 from missionc.resolve.context import Context
 from missionc.resolve.names import some_of
 from missionc.resolve.resolve_quantities import excerpt, shown
@@ -29,24 +29,23 @@ def not_a_formula(context: Context, name: ast.Name, kind: str, way_out: str, fix
 
 def no_such_call(context: Context, call: ast.Call) -> None:
     word = call.name.text
-    called = {predicate.name: predicate for predicate in PREDICATES if predicate.called}
-    if word in called:
-        parameters = [f"one {parameter}" for parameter in called[word].parameters if not parameter.endswith("?")]
-        parameters += [f"{parameter[:-1]} if you like" for parameter in called[word].parameters if parameter[-1] == "?"]
+    if word in CALLED:
+        parameters = [f"one {parameter}" for parameter in CALLED[word].parameters if not parameter.endswith("?")]
+        parameters += [f"{parameter[:-1]} if you like" for parameter in CALLED[word].parameters if parameter[-1] == "?"]
         takes = " and ".join(parameters)
         context.report(
             code.WRONG_KIND,
             f"`{word}` takes {takes}; here are {len(call.arguments)}",
             call.span,
-            help=f"write it as in `{called[word].example}`",
+            help=f"write it as in `{CALLED[word].example}`",
         )
         return
-    near = nearest(word, called)
+    near = nearest(word, CALLED)
     context.report(
         code.UNKNOWN_NAME,
         f"nothing that takes brackets is called `{word}`",
         call.name.span,
-        help=f"did you mean `{near}`?" if isinstance(near, str) else f"there are {some_of(list(called))}",
+        help=f"did you mean `{near}`?" if isinstance(near, str) else f"there are {some_of(list(CALLED))}",
         fix=Fix(call.name.span, near) if isinstance(near, str) else None,
     )
 

@@ -16,7 +16,7 @@ from missionc.diagnostics.model import Fix, Label
 from missionc.ir import About
 from missionc.language.operator import Bounds, Operator
 from missionc.language.operators import by_name
-from missionc.language.predicates import PREDICATES
+from missionc.language.predicates import CALLED
 from missionc.resolve.check_types import check, check_definition
 from missionc.resolve.context import Context
 from missionc.resolve.definitions import ordered
@@ -97,7 +97,7 @@ def _name(context: Context, name: ast.Name) -> Typed:
         fix = Fix(span, f"connected({text})") if declared.kind is Kind.GRAPH else None
         not_a_formula(context, name, declared.kind.value, way_out, fix, Label(declared.span, "declared here"))
         return stand_in(span)
-    called = next((predicate for predicate in PREDICATES if predicate.called and predicate.name == text), None)
+    called = CALLED.get(text)
     if declared is None and called is not None:
         context.report(
             code.UNKNOWN_NAME,
@@ -121,18 +121,19 @@ def _name(context: Context, name: ast.Name) -> Typed:
 
 
 def _call(context: Context, call: ast.Call) -> Typed:
-    predicate: ir.Predicate
-    match call.name.text, call.arguments:
-        case "inside" | "touches" as word, (region,):
-            found = _region(context, region)
-            predicate = ir.Inside(found, body=True) if word == "inside" else ir.Touches(found)
-            return Typed(ir.Holds(predicate, call.span), About.AGENT, call.span)
-        case "connected", (graph,) | (graph, _):
-            predicate = _connected(context, graph, call.arguments[1:])
-            return Typed(ir.Holds(predicate, call.span), About.TEAM, call.span)
+    called = CALLED.get(call.name.text)
+    if called is None or called.meant is None:
+        no_such_call(context, call)
+        return stand_in(call.span)
+    match called.parameters, call.arguments:
+        case ("region",), (region,):
+            predicate = called.meant(_region(context, region))
+        case ("graph", "agents?"), (graph,) | (graph, _):
+            predicate = called.meant(*_graph_and_agents(context, graph, call.arguments[1:]))
         case _:
             no_such_call(context, call)
             return stand_in(call.span)
+    return Typed(ir.Holds(predicate, call.span), called.about, call.span)
 
 
 def _region(context: Context, argument: ast.Name | ast.Member) -> ir.Region:
@@ -141,19 +142,19 @@ def _region(context: Context, argument: ast.Name | ast.Member) -> ir.Region:
     return nowhere if isinstance(name, Unresolved) else context.regions.get(name, nowhere)
 
 
-def _connected(
+def _graph_and_agents(
     context: Context, argument: ast.Name | ast.Member, over: tuple[ast.Name | ast.Member, ...]
-) -> ir.Connected:
+) -> tuple[ir.Graph, tuple[int, ...] | None]:
     name = _whole_name(context, argument, Kind.GRAPH)
     nothing = no_graph(argument.span)
     graph = nothing if isinstance(name, Unresolved) else context.graphs.get(name, nothing)
     if not over:
-        return ir.Connected(graph, graph.agents)
+        return graph, None
     agents = resolve_set(context, over[0]).agents
     strangers = sorted(set(agents) - set(graph.agents))
     if strangers and graph.agents:
         not_on_the_graph(context, over[0], graph, strangers)
-    return ir.Connected(graph, agents)
+    return graph, agents
 
 
 def _whole_name(context: Context, argument: ast.Name | ast.Member, kind: Kind) -> str | Unresolved:

@@ -10,3 +10,6 @@ from missionc.language.predicates.region import PREDICATE as REGION
 from missionc.language.predicates.touches import PREDICATE as TOUCHES
 
 PREDICATES: tuple[Predicate, ...] = (REGION, INSIDE, TOUCHES, MEMBER, COMPARE, CONNECTED, FORMATION)
+
+CALLED = {predicate.name: predicate for predicate in PREDICATES if predicate.called}
+"""Those that are written with their name and brackets, each under it."""

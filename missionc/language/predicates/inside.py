@@ -1,6 +1,7 @@
 """``inside(field)``: the whole body of the agent is in the region."""
 
 from missionc.ir import About
+from missionc.ir.predicates import Inside
 from missionc.language.predicate import Predicate
 
 PREDICATE = Predicate(
@@ -10,4 +11,5 @@ PREDICATE = Predicate(
     called=True,
     says="the agent's whole body is in the region",
     example="inside(field)",
+    meant=lambda region: Inside(region, body=True),
 )

@@ -1,6 +1,7 @@
 """``touches(field)``: some part of the agent is in the region."""
 
 from missionc.ir import About
+from missionc.ir.predicates import Touches
 from missionc.language.predicate import Predicate
 
 PREDICATE = Predicate(
@@ -10,4 +11,5 @@ PREDICATE = Predicate(
     called=True,
     says="some part of the agent's body is in the region",
     example="touches(field)",
+    meant=Touches,
 )
