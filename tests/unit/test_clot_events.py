@@ -13,9 +13,10 @@ from missionc.backends.clot.schedule.gather_team import gather_team
 from missionc.backends.clot.schedule.schedule import Schedule, Scheduler
 from missionc.backends.clot.schedule.tasks import outline
 from missionc.base.source import Source
-from missionc.base.trace import Array, Trace
+from missionc.base.trace import Array
 from missionc.ir import Connected, InFormation, Mission
 from missionc.language.margins.predicate_margins import link_margin, margin
+from tests.support.random_runs import trace_of
 from tests.support.transport_missions import planned
 
 SCATTERED = """\
@@ -109,10 +110,7 @@ def test_later_schedules_put_off_what_has_no_place_within_its_window() -> None:
 def in_row(mission: Mission, position: Array) -> float:
     """The margin of the mission's one formation with agents at these positions, (agents, dim)."""
     (row,) = mission.formations
-    trace = Trace(
-        float(mission.step), position[:, None], np.zeros_like(position)[:, None], np.zeros((len(position), 1))
-    )
-    return float(margin(InFormation(row), mission, trace)[0])
+    return float(margin(InFormation(row), mission, trace_of(position[:, None].tolist()))[0])
 
 
 @pytest.mark.parametrize("kind", KINDS)

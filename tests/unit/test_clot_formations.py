@@ -9,7 +9,9 @@ pytest.importorskip("torch")
 
 from missionc.backends.clot.optimise.residuals import rows
 from missionc.backends.clot.optimise.task_residuals import shares
-from missionc.language.margins.formation import margin
+from missionc.ir import InFormation
+from missionc.language.margins.predicate_margins import margin
+from tests.support.random_runs import trace_of
 from tests.support.transport_missions import costs_and_demand, planned
 
 ROW = """\
@@ -61,7 +63,9 @@ def test_what_the_edges_lack_together_is_what_the_sum_lacks(word: str, edges: st
     (group,) = (each for each in costs.groups(control, active) if each.name == f"{word}formation odd")
     here = rows(group, control, near=10.0)
     sign = 1.0 if word == "" else -1.0
-    lacking = len(formation.edges) * group.spare - sign * np.asarray(margin(np, formation, position))
+    lacking = len(formation.edges) * group.spare - sign * margin(
+        InFormation(formation), costs.mission, trace_of(position.tolist())
+    )
     together = here.value.reshape(len(formation.edges), -1)
     assert np.allclose(together.sum(axis=0), lacking)
     assert (np.sign(together.max(axis=0)) == np.sign(lacking)).all()

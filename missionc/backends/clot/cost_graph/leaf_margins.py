@@ -5,6 +5,9 @@ Predicates measure tensors here as they measure traces; only the connected graph
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
+
 import torch
 from torch import Tensor
 
@@ -18,13 +21,16 @@ UNLIMITED = 1e6
 """Metres: stands for a margin without limit, for arithmetic on infinities is not safe to average."""
 
 
-def margin(predicate: Predicate, team: Team, states: States) -> Tensor:
+def margin(predicate: Predicate, team: Team, states: States, agents: Sequence[int] | None = None) -> Tensor:
     """A predicate's margin: (batch, agents, steps), agents 1 for a predicate about the team; metres.
+
+    Args:
+        agents: the numbers of those that the team and the states are of, where these are not all of the mission's.
 
     Source:
         [clot] III-C.
     """
-    return _tensor(predicate.margin(_OfBatch(team, states)))
+    return _tensor(predicate.margin(_OfBatch(team, states, agents or range(states.position.shape[1]))))
 
 
 def all_links(graph: Graph, position: Tensor) -> Tensor:
@@ -81,18 +87,22 @@ def link_weight(link: Tensor, full: float) -> Tensor:
 class _OfBatch(View):
     """All agents are asked: (batch, agents, steps, dim); of one there are (batch, 1, steps, dim)."""
 
-    def __init__(self, team: Team, states: States) -> None:
+    def __init__(self, team: Team, states: States, agents: Sequence[int]) -> None:
         super().__init__(torch, team.mission.dimension)
-        self.team, self.states = team, states
+        self.team, self.states, self.agents = team, states, agents
 
     def own(self) -> Tensor:
         return self.states.position
 
     def place(self, agent: int) -> Tensor:
-        return self.states.position[:, agent : agent + 1]
+        here = self.agents.index(agent)
+        return self.states.position[:, here : here + 1]
 
     def velocity(self) -> Tensor:
         return self.states.velocity
+
+    def nothing(self, *, of_team: bool = False) -> Tensor:
+        return 0.0 * self.states.position[:, : 1 if of_team else None, :, 0]
 
     def radius(self) -> Tensor:
         return self.team.radius
@@ -101,7 +111,8 @@ class _OfBatch(View):
         return self.team.altitude
 
     def weakest_link(self, graph: Graph) -> Tensor:
-        links = all_links(graph, self.states.position)
+        members = tuple(map(self.agents.index, graph.agents))
+        links = all_links(replace(graph, agents=members), self.states.position)
         return bottleneck(links.flatten(0, 1)).reshape(links.shape[0], 1, links.shape[1])
 
 

@@ -6,8 +6,6 @@ they were steps of their own, and the formulas are those of ``leaf_margins``.
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import torch
 from torch import Tensor
 
@@ -15,7 +13,7 @@ from missionc.backends.clot.cost_graph.leaf_margins import UNLIMITED, margin
 from missionc.backends.clot.cost_graph.motion_batch import States, Team, velocities
 from missionc.backends.clot.paper.sparsity_pattern import TermPattern
 from missionc.backends.clot.torch_device import places
-from missionc.ir import Compare, Connected, DistanceBetween, DistanceTo, Feature, Graph, InFormation, Predicate
+from missionc.ir import Graph, Predicate
 from missionc.language.margins.predicate_margins import link_margin
 
 
@@ -29,11 +27,10 @@ def moved_margin(
         position: (batch, agents, steps, dim), metres.
         probes: where each waypoint of ``agent`` is moved to, (batch, steps, directions, dim), metres.
     """
-    read = _agents_read(predicate, reading, agent, position.shape[1])
+    read = sorted({agent, *(reading.rows or ()), *predicate.others})
     own = read.index(agent)
     reads = places(read, position.device)
     sub = Team(team.mission, team.radius[reads], team.altitude[reads])
-    predicate = _renumbered(predicate, {index: place for place, index in enumerate(read)})
     here = slice(reading.first, reading.first + reading.steps)
     batch, _, directions, dim = probes.shape
     others = position[:, reads, here, None].expand(-1, -1, -1, directions, -1)
@@ -49,7 +46,7 @@ def moved_margin(
             speed[:] = velocities(position, team.mission.step)[:, reads, here, None]
             speed[:, own] = speeds[offset + 1][:, here]
         states = States(*(each.reshape(batch, len(read), -1, dim) for each in (moved, speed)))
-        value = margin(predicate, sub, states)
+        value = margin(predicate, sub, states, read)
         rows = [0] if reading.rows is None else [read.index(row) for row in reading.rows]
         values.append(value[:, places(rows, value.device)].reshape(batch, len(rows), reading.steps, directions))
     return torch.stack(values, dim=3)
@@ -80,48 +77,3 @@ def _moved_velocities(own: Tensor, probes: Tensor, step: float) -> tuple[Tensor,
     at = torch.cat([(own[:, 1:] - probes[:, :-1]) / step, (probes[:, -1:] - own[:, -2:-1]) / step], dim=1)
     after = torch.cat([(probes[:, 1:] - own[:, :-1]) / step, still[:, -1:]], dim=1)
     return before, at, after
-
-
-def _agents_read(predicate: Predicate, reading: TermPattern, agent: int, agents: int) -> list[int]:
-    """The agents whose states the values asked for need."""
-    read = {agent, *(reading.rows or ())}
-    match predicate:
-        case Connected(_, members):
-            read |= set(members)
-        case InFormation(formation):
-            for edge in formation.edges:
-                read |= {edge.first, edge.second}
-        case Compare(terms):
-            for _, feature in terms:
-                if isinstance(feature, DistanceBetween):
-                    read |= {feature.first, feature.second}
-                elif isinstance(feature, DistanceTo) and isinstance(feature.target, int):
-                    read.add(feature.target)
-        case _:
-            pass
-    return sorted(read)
-
-
-def _renumbered(predicate: Predicate, place: dict[int, int]) -> Predicate:
-    """The predicate about some agents of the mission, by their places among them."""
-
-    def feature_of(feature: Feature) -> Feature:
-        match feature:
-            case DistanceTo(int() as target):
-                return DistanceTo(place[target])
-            case DistanceBetween(first, second):
-                return DistanceBetween(place[first], place[second])
-            case _:
-                return feature
-
-    match predicate:
-        case Connected(graph, members):
-            of = tuple(place[member] for member in members)
-            return Connected(replace(graph, agents=of), of)
-        case InFormation(formation):
-            edges = tuple(replace(edge, first=place[edge.first], second=place[edge.second]) for edge in formation.edges)
-            return InFormation(replace(formation, edges=edges))
-        case Compare(terms):
-            return replace(predicate, terms=tuple((weight, feature_of(feature)) for weight, feature in terms))
-        case _:
-            return predicate

@@ -10,23 +10,16 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import groupby
-from typing import TypeAlias, assert_never
+from typing import TypeAlias
 
 import numpy as np
 
 from missionc.backends.clot.cost_graph.spanning_trees import spanning_tree
 from missionc.base.trace import Array, Flags
 from missionc.ir import (
-    Compare,
-    Connected,
-    DistanceBetween,
-    DistanceTo,
     Graph,
-    InFormation,
-    Inside,
     Mission,
     Predicate,
-    Touches,
 )
 from missionc.kernel.analysis import relevance
 from missionc.kernel.nodes import (
@@ -197,8 +190,8 @@ def couplings(mission: Mission, kernel: Kernel, positions: Array) -> Couplings:
 
     for node, where in relevance((goal.formula for goal in kernel.requirements), agents, steps - 1):
         match node:
-            case Atom(Connected(graph, members)):
-                found = [(communicating(graph, members), _any_agent(where))]
+            case Atom(predicate) if linked_over := predicate.restricted:
+                found = [(communicating(linked_over, linked_over.agents), _any_agent(where))]
             case Atom(predicate):
                 found = list(_coupled_by(predicate, where))
             case (
@@ -261,25 +254,10 @@ def in_any_order(agents: int) -> Offers:
 
 def _coupled_by(predicate: Predicate, where: Flags) -> Iterator[tuple[frozenset[Edge], Flags]]:
     """The pairs that a predicate couples, and at which steps: (steps + 1,); ``where`` it is asked, as ``relevance``."""
-    match predicate:
-        case Inside() | Touches():
-            return
-        case Connected():
-            raise AssertionError("the links of a graph are those at given positions")
-        case InFormation(formation):
-            yield frozenset(_edge(edge.first, edge.second) for edge in formation.edges), _any_agent(where)
-        case Compare(terms):
-            for _, feature in terms:
-                match feature:
-                    case DistanceBetween(first, second) if first != second:
-                        yield frozenset({_edge(first, second)}), _any_agent(where)
-                    case DistanceTo(int(target)):
-                        for agent in set(np.flatnonzero(where.any(axis=1)).tolist()) - {target}:
-                            yield frozenset({_edge(agent, target)}), where[agent]
-                    case _:
-                        pass
-        case _:
-            assert_never(predicate)
+    for agent in np.flatnonzero(where.any(axis=1)).tolist():
+        for first, second in predicate.pairs_of(agent):
+            if first != second:
+                yield frozenset({_edge(first, second)}), where[agent]
 
 
 def _any_agent(where: Flags) -> Flags:

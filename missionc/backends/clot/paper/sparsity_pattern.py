@@ -16,18 +16,8 @@ import numpy as np
 
 from missionc.base.trace import Flags
 from missionc.ir import (
-    Altitude,
-    Compare,
-    Connected,
-    Coordinate,
-    DistanceBetween,
-    DistanceTo,
     Graph,
-    InFormation,
-    Inside,
     Predicate,
-    Speed,
-    Touches,
 )
 from missionc.kernel import nodes as kernel
 from missionc.kernel.nodes import Node, UntilNode, WindowNode
@@ -220,25 +210,12 @@ def _reading(
 def _of_leaf(predicate: Predicate, agent: int, agents: int, first: int, count: int, steps: int) -> TermPattern | None:
     """``rows`` are the agents whose value reads the moved agent."""
     rows: Rows
-    match predicate:
-        case Inside() | Touches():
-            rows = (agent,)
-        case Connected(_, members):
-            if agent not in members:
-                return None
-            rows = None
-        case InFormation(formation):
-            if not any(agent in (edge.first, edge.second) for edge in formation.edges):
-                return None
-            rows = None
-        case Compare():
-            found = _compared(predicate, agent)
-            if found is None:
-                return None
-            everyone = None if predicate.about_team else tuple(range(agents))
-            rows = everyone if found == "others" else (agent,)
-        case _:
-            assert_never(predicate)
+    if agent in predicate.others:
+        rows = None if predicate.about_team else tuple(range(agents))
+    elif predicate.reads_oneself(3):
+        rows = (agent,)
+    else:
+        return None
     height = 1 if rows is None else len(rows)
     if not predicate.reads_speed:
         return TermPattern(rows, first, 0, np.ones((height, count, 1), dtype=bool))
@@ -250,25 +227,6 @@ def _of_leaf(predicate: Predicate, agent: int, agents: int, first: int, count: i
     nonzero[:, :, 1] = True
     nonzero[own, :, 2] = at < steps - 1
     return TermPattern(rows, first, -1, nonzero)
-
-
-def _compared(predicate: Compare, agent: int) -> str | None:
-    """Whose values of a comparison read the agent's state: its ``own``, also ``others``', or none."""
-    own = False
-    for _, feature in predicate.terms:
-        match feature:
-            case DistanceTo(int() as target):
-                if target == agent:
-                    return "others"
-                own = True
-            case DistanceBetween(first, second):
-                if agent in (first, second):
-                    return "others"
-            case Coordinate() | Speed() | Altitude() | DistanceTo():
-                own = True
-            case _:
-                assert_never(feature)
-    return "own" if own else None
 
 
 def _union(agents: int, team: bool, parts: list[TermPattern]) -> Rows:

@@ -16,7 +16,7 @@ import numpy as np
 
 from missionc.backends.clot.cost_graph.spanning_trees import Indices, spanning_tree
 from missionc.base.trace import Array
-from missionc.ir import Connected, InFormation, Predicate, Proximity
+from missionc.ir import Predicate, Proximity
 from missionc.language.margins.predicate_margins import link_margin
 
 ROUNDS = 100
@@ -31,13 +31,7 @@ SHAKEN = 0.01
 
 def can_be_gathered(predicate: Predicate) -> bool:
     """Whether this is about where agents are to each other in a way that ``gather_team`` knows."""
-    match predicate:
-        case InFormation():
-            return True
-        case Connected(graph):
-            return isinstance(graph, Proximity)
-        case _:
-            return False
+    return predicate.formation is not None or isinstance(predicate.graph, Proximity)
 
 
 def gather_team(shapes: Iterable[Predicate], position: Array) -> Array:
@@ -80,31 +74,28 @@ def _ties(shapes: Iterable[Predicate], position: Array) -> tuple[Indices, Indice
     offset: list[tuple[float, ...]] = []
     none = (np.nan,) * dim
     for shape in shapes:
-        match shape:
-            case InFormation(formation):
-                for edge in formation.edges:
-                    first.append(edge.first)
-                    second.append(edge.second)
-                    if isinstance(edge.target, tuple):
-                        least.append(0.0)
-                        most.append(np.inf)
-                        offset.append(edge.target)
-                    else:
-                        least.append(edge.target)
-                        most.append(edge.target)
-                        offset.append(none)
-            case Connected(Proximity() as graph, agents) if len(agents) > 1:
-                members = position[list(agents)]
-                links = np.asarray(link_margin(graph, members[:, None], members[None]))
-                one, other, _ = spanning_tree(links[None])
-                for a, b in zip(one[0].tolist(), other[0].tolist(), strict=True):
-                    first.append(agents[a])
-                    second.append(agents[b])
-                    least.append(0.0)
-                    most.append(max(graph.radius - NEAR, 0.0))
-                    offset.append(none)
-            case _:
-                pass
+        graph = shape.restricted
+        for edge in shape.formation.edges if shape.formation else ():
+            first.append(edge.first)
+            second.append(edge.second)
+            if isinstance(edge.target, tuple):
+                least.append(0.0)
+                most.append(np.inf)
+                offset.append(edge.target)
+            else:
+                least.append(edge.target)
+                most.append(edge.target)
+                offset.append(none)
+        if isinstance(graph, Proximity) and len(graph.agents) > 1:
+            members = position[list(graph.agents)]
+            links = np.asarray(link_margin(graph, members[:, None], members[None]))
+            one, other, _ = spanning_tree(links[None])
+            for a, b in zip(one[0].tolist(), other[0].tolist(), strict=True):
+                first.append(graph.agents[a])
+                second.append(graph.agents[b])
+                least.append(0.0)
+                most.append(max(graph.radius - NEAR, 0.0))
+                offset.append(none)
     ends = np.array(first, dtype=np.int64), np.array(second, dtype=np.int64)
     return *ends, np.array(least), np.array(most), np.array(offset).reshape(-1, dim)
 

@@ -25,7 +25,7 @@ from missionc.backends.clot.schedule.geodesics import Geodesics, along
 from missionc.backends.clot.schedule.schedule import Schedule, Scheduler
 from missionc.backends.clot.weights import Spare, Weights
 from missionc.base.trace import Array, Flags
-from missionc.ir import Anywhere, Connected, Exactly, InFormation, Inside, Mission, Proximity, Region, Touches
+from missionc.ir import Anywhere, Exactly, Inside, Mission, Proximity, Region
 from missionc.kernel.nodes import At, Atom
 from missionc.world.sampling import points_in
 from missionc.world.signed_distance import signed_distance
@@ -280,9 +280,7 @@ class _KeyFrames:
         places = {
             hold.agent
             for hold in self.schedule.holds
-            if hold.low <= step <= hold.high
-            and isinstance(hold.term, Atom)
-            and isinstance(hold.term.predicate, Inside | Touches)
+            if hold.low <= step <= hold.high and isinstance(hold.term, Atom) and hold.term.predicate.region
         }
         return places | {agent for agents in self._places(step).values() for agent in agents} | set(self._exact(step))
 
@@ -295,16 +293,13 @@ class _KeyFrames:
             term = hold.term
             if not (isinstance(term, Atom) and hold.low <= step <= hold.high):
                 continue
-            match term.predicate:
-                case InFormation(formation):
-                    for edge in formation.edges:
-                        ties[edge.first, edge.second] = ties[edge.second, edge.first] = True
-                        spacing.append(float(np.linalg.norm(edge.target)))
-                case Connected(Proximity() as graph, agents) if not spacing:
-                    ties[np.ix_(agents, agents)] = True
-                    spacing.append(0.8 * graph.radius)
-                case _:
-                    pass
+            graph = term.predicate.restricted
+            for edge in term.predicate.formation.edges if term.predicate.formation else ():
+                ties[edge.first, edge.second] = ties[edge.second, edge.first] = True
+                spacing.append(float(np.linalg.norm(edge.target)))
+            if isinstance(graph, Proximity) and not spacing:
+                ties[np.ix_(graph.agents, graph.agents)] = True
+                spacing.append(0.8 * graph.radius)
         return ties, min(spacing, default=0.0)
 
     def _toward(self, region: Region, middle: Array, extent: float) -> Array:

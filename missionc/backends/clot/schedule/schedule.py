@@ -30,7 +30,7 @@ from missionc.backends.clot.schedule.mutex_literals import (
 from missionc.backends.clot.schedule.perturbed_distances import PerturbedDistances
 from missionc.backends.clot.schedule.tasks import Decision, Event, Hold, Option, Outline
 from missionc.base.trace import Array
-from missionc.ir import Anywhere, Connected, Exactly, InFormation, Inside, Mission, Predicate, Region, Touches
+from missionc.ir import Anywhere, Exactly, Mission, Predicate, Region
 from missionc.kernel.nodes import Atom, Node
 from missionc.world.sampling import points_in
 from missionc.world.signed_distance import signed_distance
@@ -64,7 +64,7 @@ class Visit:
     @property
     def agents(self) -> set[int]:
         """Who has to get somewhere for it."""
-        return {agent for agent, _ in self.regions} | {agent for shape in self.shapes for agent in _members(shape)}
+        return {agent for agent, _ in self.regions} | {agent for shape in self.shapes for agent in shape.others}
 
 
 @dataclass(frozen=True, slots=True)
@@ -320,7 +320,7 @@ def _regions(holds: tuple[Hold, ...]) -> Iterator[tuple[int, Region]]:
     """Where holds want their agents, those that are about places."""
     for hold in holds:
         term = hold.term
-        if isinstance(term, Atom) and isinstance(term.predicate, Inside | Touches):
+        if isinstance(term, Atom) and term.predicate.region:
             yield hold.agent, term.predicate.region
 
 
@@ -332,16 +332,6 @@ def _shapes(holds: tuple[Hold, ...]) -> Iterator[Predicate]:
         if isinstance(term, Atom) and can_be_gathered(term.predicate) and term.predicate not in seen:
             seen.add(term.predicate)
             yield term.predicate
-
-
-def _members(shape: Predicate) -> tuple[int, ...]:
-    match shape:
-        case InFormation(formation):
-            return formation.agents
-        case Connected(_, agents):
-            return agents
-        case _:
-            return ()
 
 
 def _told(

@@ -15,7 +15,7 @@ from missionc.backends.clot.schedule.geodesics import Geodesics, along
 from missionc.backends.clot.schedule.key_frames import KeyFrame
 from missionc.backends.clot.schedule.schedule import Schedule
 from missionc.base.trace import Array
-from missionc.ir import Box, Connected, InFormation, Mission, Still
+from missionc.ir import Box, Mission, Still
 from missionc.kernel.nodes import Atom
 from missionc.world.signed_distance import signed_distance
 
@@ -113,13 +113,11 @@ def _teams(mission: Mission, schedule: Schedule, begin: int, end: int) -> list[l
         term = hold.term
         if not (isinstance(term, Atom) and hold.low < end and hold.high > begin):
             continue
-        match term.predicate:
-            case InFormation(formation):
-                pairs.extend((edge.first, edge.second) for edge in formation.edges)
-            case Connected(_, agents):
-                pairs.extend((agents[0], other) for other in agents[1:])
-            case _:
-                pass
+        graph = term.predicate.restricted
+        if term.predicate.formation:
+            pairs.extend(term.predicate.pairs)
+        elif graph:
+            pairs.extend((graph.agents[0], other) for other in graph.agents[1:])
     count = len(mission.agents)
     first, second = (np.array(column, dtype=np.int64) for column in (zip(*pairs, strict=True) if pairs else ((), ())))
     tied = coo_matrix((np.ones(len(first)), (first, second)), shape=(count, count))
