@@ -42,6 +42,42 @@ CHANGE = PAGE.split("```diff\n", 1)[1].split("```", 1)[0]
 PATH = re.compile(r"`((?:missionc|tests|docs|editors|grammars|website)/[\w/.]+)`")
 GO_ON = {"demo", "lsp"}
 """Commands that open a browser or wait for an editor: no command lines are drawn for them."""
+BESIDE = '''\
+"""A predicate about an agent and a region."""
+
+from missionc.base.late_dataclass import dataclass
+from missionc.ir.places import Region
+from missionc.ir.predicates.facts import PredicateFacts
+
+
+@dataclass(frozen=True, slots=True)
+class Beside(PredicateFacts):
+    region: Region
+
+    def margin(self, view):
+        return 0.5 - view.outside(self.region)
+
+    def rate(self, view):
+        return view.motion()
+
+    def moved(self, borders):
+        return Beside(borders.region(self.region))
+
+    def show(self, words):
+        return f"beside({self.region.name})"
+
+    def phrases(self, words):
+        return f"is beside `{self.region.name}`", f"is not beside `{self.region.name}`"
+'''
+BESIDE_WORD = """\
+from missionc.ir import About
+from missionc.ir.predicates import Beside
+from missionc.language.predicate import Predicate
+
+PREDICATE = Predicate("beside", About.AGENT, ("region",), True, "it is within half a metre", "beside(field)", Beside)
+"""
+BESIDE_KIND = "from missionc.ir.predicates.beside import Beside"
+BESIDE_NAME = "from missionc.language.predicates.beside import PREDICATE as BESIDE"
 UNLESS = SMALL.replace("eventually[0, 6 s] goal", "not goal unless[0, 6 s] goal")
 
 
@@ -132,15 +168,28 @@ def changed(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The repository with the operator of the worked example in it."""
     if shutil.which("git") is None:
         pytest.skip("git applies the change")
-    copy = tmp_path_factory.mktemp("changed")
-    for folder in ("missionc", "tests", "grammars", "missions", "editors"):
-        shutil.copytree(ROOT / folder, copy / folder, ignore=shutil.ignore_patterns("__pycache__", "node_modules"))
-    (copy / "docs").symlink_to(ROOT / "docs")
-    shutil.copy(ROOT / "pyproject.toml", copy)
+    copy = copied(tmp_path_factory.mktemp("changed"))
     apply = ["git", "apply", "--unidiff-zero", "-"]
     ran = subprocess.run(apply, cwd=copy, input=CHANGE, capture_output=True, text=True)
     assert ran.returncode == 0, ran.stderr
     return copy
+
+
+def copied(home: Path) -> Path:
+    """The repository once more, to be changed."""
+    copy = home / "copy"
+    copy.mkdir()
+    for folder in ("missionc", "tests", "grammars", "missions", "editors"):
+        shutil.copytree(ROOT / folder, copy / folder, ignore=shutil.ignore_patterns("__pycache__", "node_modules"))
+    (copy / "docs").symlink_to(ROOT / "docs")
+    shutil.copy(ROOT / "pyproject.toml", copy)
+    return copy
+
+
+def replaced(path: Path, old: str, new: str) -> None:
+    text = path.read_text(encoding="utf-8")
+    assert text.count(old) == 1, old
+    path.write_text(text.replace(old, new), encoding="utf-8")
 
 
 def python(folder: Path, *words: str) -> str:
@@ -174,10 +223,26 @@ def test_the_property_tests_take_the_operator_of_contributing_from_there(changed
 # ------------------------------------------------- what is data or a module
 
 
-def test_a_predicate_has_its_two_modules_and_is_named_in_its_folder() -> None:
-    assert {path for path in modules("a predicate", "touches") if not (ROOT / path).is_file()} == set()
+def test_a_predicate_is_two_modules_and_two_names_and_missions_may_use_it(tmp_path: Path) -> None:
+    copy = copied(tmp_path)
+    meaning, spelling = sorted(path for path in modules("a predicate") if "NAME" in path)
+    (copy / meaning.replace("NAME", "beside")).write_text(BESIDE, encoding="utf-8")
+    (copy / spelling.replace("NAME", "beside")).write_text(BESIDE_WORD, encoding="utf-8")
+    kinds, words = sorted(path for path in modules("a predicate") if path.endswith("__init__.py"))
+    replaced(copy / kinds, "from missionc.ir.predicates.compare", f"{BESIDE_KIND}\nfrom missionc.ir.predicates.compare")
+    replaced(copy / kinds, "= Inside |", "= Beside | Inside |")
+    replaced(copy / words, "PREDICATES:", f"{BESIDE_NAME}\n\nPREDICATES:")
+    replaced(copy / words, "(REGION,", "(BESIDE, REGION,")
+    mission = tmp_path / "small.mission"
+    mission.write_text(f"{SMALL}require off: eventually[0, 6 s] drone[0]: not beside(base)\n", encoding="utf-8")
+    assert "is not beside `base`" in python(copy, "-m", "missionc", "explain", str(mission))
+    python(copy, "-m", "missionc", "compile", str(mission), "-o", str(tmp_path / "out"), "--quiet")
+    assert (tmp_path / "out" / "plan.json").is_file()
+
+
+def test_the_predicates_that_are_there_are_named_where_a_new_one_is() -> None:
     listed = {path for path in modules("a predicate", "touches") if path.startswith("missionc/language/")}
-    assert modules_that_name("touches", "missionc/language") | {"missionc/language/margins/touches.py"} == listed
+    assert modules_that_name("touches", "missionc/language") | {"missionc/language/predicates/touches.py"} == listed
 
 
 def test_a_diagnostic_is_one_line_and_one_page() -> None:

@@ -53,6 +53,10 @@ class Compare(PredicateFacts):
         return any(isinstance(feature, Speed) for _, feature in self.terms)
 
     @property
+    def is_of_speed(self) -> bool:
+        return all(isinstance(feature, Speed) for _, feature in self.terms)
+
+    @property
     def open_border(self) -> bool:
         return self.strict
 

@@ -67,6 +67,11 @@ class PredicateFacts:
         return False
 
     @property
+    def is_of_speed(self) -> bool:
+        """Whether its margin is in m/s."""
+        return False
+
+    @property
     def open_border(self) -> bool:
         """Whether it is false where its margin is exactly 0."""
         return False
@@ -83,7 +88,7 @@ class PredicateFacts:
     def margin(self, view: Measures) -> Array:
         """The signed distance to the border of its truth, positive where true: (...), metres.
 
-        For a comparison of speed alone m/s. At exactly 0 the sign says nothing.
+        Where it ``is_of_speed``, m/s. At exactly 0 the sign says nothing.
         """
         raise NotImplementedError
 

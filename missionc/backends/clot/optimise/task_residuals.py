@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import reduce
 from itertools import groupby, pairwise
-from typing import Any, assert_never
+from typing import Any
 
 import numpy as np
 import torch
@@ -25,22 +25,16 @@ from missionc.backends.clot.optimise.residuals import Group
 from missionc.backends.clot.weights import Spare, Weights
 from missionc.base.trace import Array, Flags
 from missionc.ir import (
-    Compare,
-    Connected,
     Connectivity,
     Formation,
     Graph,
-    InFormation,
-    Inside,
     Mission,
-    Speed,
-    Touches,
+    Predicate,
 )
 from missionc.kernel.nodes import Node, RouteNode
 from missionc.language.margins.formation import edge_error
 from missionc.language.margins.predicate_margins import link_margin
 from missionc.language.margins.view import View
-from missionc.world.signed_distance import signed_distance
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -64,40 +58,18 @@ class TaskCosts:
 
     def _margin(self, leaf: Node, mask: Flags, control: Array) -> Iterator[Group]:
         predicate, holds = signed_predicate(leaf)
-        sign = 1.0 if holds else -1.0
-        spare, weight = self.spare.task, self.weights.task
-        agent, step = (index.astype(np.int64) for index in np.nonzero(mask))
-        match predicate:
-            case Inside(place) | Touches(place):
-                grown = 0.0
-                if isinstance(predicate, Touches):
-                    grown = 1.0
-                elif predicate.body:
-                    grown = -1.0
-                radius = np.array([one.radius for one in self.mission.agents])[agent] * grown
-                bound = torch.from_numpy(radius)
-                yield Group(
-                    f"{'' if holds else 'not '}{place.name}",
-                    (self._at(agent, step),),
-                    lambda point: spare - sign * (bound - signed_distance(torch, place.shape, point)),
-                    weight,
-                    spare,
-                )
-            case Compare():
-                yield self._compare(predicate, sign, agent, step)
-            case Connected():
-                moments = np.flatnonzero(mask.any(axis=0))
-                if holds:
-                    yield from self._links(predicate.restricted, self._tree(predicate, moments, control), True)
-                    if self.mission.solve.connectivity is Connectivity.LAMBDA2:
-                        yield from self._second_eigenvalue(predicate.restricted, moments)
-                else:
-                    yield from self._links(predicate.restricted, self._cut(predicate, moments, control), False)
-            case InFormation(formation):
-                moments = np.flatnonzero(mask.any(axis=0)).astype(np.int64)
-                yield from self._formation(formation, moments, holds, control)
-            case _:
-                assert_never(predicate)
+        graph = predicate.restricted
+        moments = np.flatnonzero(mask.any(axis=0)).astype(np.int64)
+        if predicate.formation:
+            yield from self._formation(predicate.formation, moments, holds, control)
+        elif graph and holds:
+            yield from self._links(graph, self._tree(graph, moments, control), True)
+            if self.mission.solve.connectivity is Connectivity.LAMBDA2:
+                yield from self._second_eigenvalue(graph, moments)
+        elif graph:
+            yield from self._links(graph, self._cut(graph, moments, control), False)
+        else:
+            yield self._measured(predicate, holds, mask)
 
     def _formation(self, formation: Formation, moments: Indices, holds: bool, control: Array) -> Iterator[Group]:
         """Every edge's error within the tolerance; or, where the formation must not be, the worst one's beyond it.
@@ -141,32 +113,33 @@ class TaskCosts:
                 kept / len(formation.edges) if formation.total else kept,
             )
 
-    def _compare(self, predicate: Compare, sign: float, agent: Indices, step: Indices) -> Group:
-        """A comparison, whatever it reads: own position and velocity, and other agents' positions."""
-        made = self.splines
+    def _measured(self, predicate: Predicate, holds: bool, mask: Flags) -> Group:
+        """What is measured of agents, whatever it reads: own position and velocity, and other agents' positions."""
+        made, sign = self.splines, 1.0 if holds else -1.0
+        agent, step = (index.astype(np.int64) for index in np.nonzero(mask))
         if predicate.about_team:
             step = np.unique(step)
             agent = np.zeros_like(step)
         arguments = [self._at(agent, step)]
-        where: dict[object, int] = {}
-        for _, feature in predicate.terms:
-            if isinstance(feature, Speed):
-                where[feature] = len(arguments)
-                arguments.append(made.velocity(agent, step))
-            for target in feature.others:
-                if target not in where:
-                    where[target] = len(arguments)
-                    arguments.append(self._at(np.full(len(step), target), step))
-        altitude = torch.from_numpy(np.array([one.altitude for one in self.mission.agents])[agent])
-        in_speed = all(isinstance(feature, Speed) for _, feature in predicate.terms)
-        scale = made.step if in_speed and made.steps else 1.0
+        if predicate.reads_speed:
+            arguments.append(made.velocity(agent, step))
+        named = sorted(predicate.others)
+        arguments.extend(self._at(np.full(len(step), other), step) for other in named)
+        radius, altitude = (
+            torch.from_numpy(np.array([getattr(one, what) for one in self.mission.agents])[agent])
+            for what in ("radius", "altitude")
+        )
+        scale = made.step if predicate.is_of_speed and made.steps else 1.0
 
         def shortfall(*points: Tensor) -> Tensor:
-            margin = predicate.margin(_OfPoints(points, where, altitude)) + 0.0 * points[0][:, 0]
-            lacking: Tensor = (self.spare.task - sign * margin) * scale
+            measured = predicate.margin(_OfPoints(points, named, radius, altitude))
+            if predicate.about_team:
+                measured = measured + 0.0 * points[0][:, 0]
+            lacking: Tensor = (self.spare.task - sign * measured) * scale
             return lacking
 
-        return Group("comparison", tuple(arguments), shortfall, self.weights.task, self.spare.task * scale)
+        name = f"{'' if holds else 'not '}{predicate.region.name}" if predicate.region else "comparison"
+        return Group(name, tuple(arguments), shortfall, self.weights.task, self.spare.task * scale)
 
     def _links(self, graph: Graph, links: Links, together: bool) -> Iterator[Group]:
         if len(links) == 0:
@@ -219,19 +192,19 @@ class TaskCosts:
                 kept,
             )
 
-    def _tree(self, predicate: Connected, moments: Indices, control: Array) -> Links:
+    def _tree(self, graph: Graph, moments: Indices, control: Array) -> Links:
         """The edges of each step's best spanning tree."""
-        agents = np.array(predicate.agents)
-        first, second, _ = spanning_tree(self._all_links(predicate, moments, control))
+        agents = np.array(graph.agents)
+        first, second, _ = spanning_tree(self._all_links(graph, moments, control))
         if len(agents) < 2:
             return np.zeros((0, 3), dtype=np.int64)
         step = np.repeat(moments[:, None], len(agents) - 1, axis=1)
         return np.stack([agents[first].ravel(), agents[second].ravel(), step.ravel()], axis=1)
 
-    def _cut(self, predicate: Connected, moments: Indices, control: Array) -> Links:
+    def _cut(self, graph: Graph, moments: Indices, control: Array) -> Links:
         """At each step, all pairs across the tree's worst edge: the parting that takes least."""
-        agents = np.array(predicate.agents)
-        links = self._all_links(predicate, moments, control)
+        agents = np.array(graph.agents)
+        links = self._all_links(graph, moments, control)
         first, second, worst = spanning_tree(links)
         found: list[Links] = []
         for row, step in enumerate(moments) if len(agents) > 1 else ():
@@ -244,30 +217,34 @@ class TaskCosts:
             found.append(np.stack([agents[one], agents[other], np.full(len(one), step)], axis=1))
         return np.concatenate(found) if found else np.zeros((0, 3), dtype=np.int64)
 
-    def _all_links(self, predicate: Connected, moments: Indices, control: Array) -> Array:
+    def _all_links(self, graph: Graph, moments: Indices, control: Array) -> Array:
         position, _ = self.splines.states(control)
-        members = position[list(predicate.agents)][:, moments].swapaxes(0, 1)
-        return np.asarray(link_margin(predicate.graph, members[:, :, None], members[:, None, :]))
+        members = position[list(graph.agents)][:, moments].swapaxes(0, 1)
+        return np.asarray(link_margin(graph, members[:, :, None], members[:, None, :]))
 
     def _at(self, agent: Indices, step: Indices) -> Arguments:
         return self.splines.position(agent, step, np.zeros(len(agent)))
 
 
 class _OfPoints(View):
-    """Points that a comparison reads, (moments, dim) each: one's own first, others and speeds ``where`` it says."""
+    """Points that a predicate reads, (moments, dim) each: one's own, then one's velocity, then those of others."""
 
-    def __init__(self, points: tuple[Tensor, ...], where: dict[object, int], altitude: Tensor) -> None:
+    def __init__(self, points: tuple[Tensor, ...], others: list[int], radius: Tensor, altitude: Tensor) -> None:
         super().__init__(torch, points[0].shape[-1])
-        self.points, self.where, self.own_altitude = points, where, altitude
+        self.points, self.others = points, others
+        self.own_radius, self.own_altitude = radius, altitude
 
     def own(self) -> Tensor:
         return self.points[0]
 
     def place(self, agent: int) -> Tensor:
-        return self.points[self.where[agent]]
+        return self.points[self.others.index(agent) - len(self.others)]
 
     def velocity(self) -> Tensor:
-        return self.points[self.where[Speed()]]
+        return self.points[1]
+
+    def radius(self) -> Tensor:
+        return self.own_radius
 
     def plane(self) -> Tensor:
         return self.own_altitude
