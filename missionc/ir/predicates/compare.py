@@ -78,7 +78,7 @@ class Compare(PredicateFacts):
     def margin(self, view: Measures) -> Array:
         total = sum((weight * feature.measured(view) for weight, feature in self.terms), start=self.constant)
         value = total / self.scale(view.dimension)
-        return value if self.about_team else value + view.nothing()
+        return value if self.terms else value + view.nothing()
 
     def rate(self, view: Changes) -> Array:
         direction = self._direction(view.dimension)

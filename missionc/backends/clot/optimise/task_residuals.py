@@ -132,9 +132,7 @@ class TaskCosts:
         scale = made.step if predicate.is_of_speed and made.steps else 1.0
 
         def shortfall(*points: Tensor) -> Tensor:
-            measured = predicate.margin(_OfPoints(points, named, radius, altitude))
-            if predicate.about_team:
-                measured = measured + 0.0 * points[0][:, 0]
+            measured = predicate.margin(_OfPoints(points, named, radius, altitude)) + 0.0 * points[0][:, 0]
             lacking: Tensor = (self.spare.task - sign * measured) * scale
             return lacking
 
