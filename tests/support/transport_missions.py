@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import missionc
 from missionc.backends.clot.cost_graph.cost_graph import build
+from missionc.backends.clot.cost_weights import Spare, Weights
 from missionc.backends.clot.optimise.control_points import splines
 from missionc.backends.clot.optimise.goal_terms import Demand
 from missionc.backends.clot.optimise.motion_residuals import Costs
-from missionc.backends.clot.weights import Spare, Weights
 from missionc.base.source import Source
 from missionc.base.units import Seconds
 from missionc.ir import Mission

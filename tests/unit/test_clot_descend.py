@@ -13,6 +13,7 @@ pytest.importorskip("torch")
 
 from missionc.backends.api import Budget, Planned, Report
 from missionc.backends.clot.backend import BACKEND
+from missionc.backends.clot.cost_weights import Spare, Weights
 from missionc.backends.clot.optimise.accept import attempt
 from missionc.backends.clot.optimise.candidate import System
 from missionc.backends.clot.optimise.control_points import splines, trace
@@ -21,7 +22,6 @@ from missionc.backends.clot.optimise.goal_terms import Demand
 from missionc.backends.clot.optimise.improve import effort, travelled
 from missionc.backends.clot.optimise.motion_residuals import Costs
 from missionc.backends.clot.optimise.residuals import Rows
-from missionc.backends.clot.weights import Spare, Weights
 from missionc.backends.options import Options
 from missionc.base.trace import Array, Trace
 from missionc.ir import Mission

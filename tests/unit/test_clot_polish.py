@@ -14,6 +14,7 @@ pytest.importorskip("torch")
 
 from missionc.backends.clot.cost_graph.cost_graph import build
 from missionc.backends.clot.cost_graph.spanning_trees import spanning_tree
+from missionc.backends.clot.cost_weights import Spare, Weights
 from missionc.backends.clot.optimise.accept import attempt
 from missionc.backends.clot.optimise.control_points import splines, trace
 from missionc.backends.clot.optimise.goal_terms import Demand
@@ -25,7 +26,6 @@ from missionc.backends.clot.schedule.key_frames import key_frames
 from missionc.backends.clot.schedule.schedule import Schedule, Scheduler
 from missionc.backends.clot.schedule.sketch import sketch
 from missionc.backends.clot.schedule.tasks import outline
-from missionc.backends.clot.weights import Spare, Weights
 from missionc.ir import Connected, Mission
 from missionc.kernel.nodes import Kernel
 from missionc.pipeline import driver

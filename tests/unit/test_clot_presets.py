@@ -20,12 +20,12 @@ from missionc.backends.clot.backend import BACKEND
 from missionc.backends.clot.cost_graph.cost_graph import build
 from missionc.backends.clot.cost_graph.motion_batch import States, team, velocities
 from missionc.backends.clot.cost_graph.robustness import Robustness
+from missionc.backends.clot.cost_weights import ProbeWeights
 from missionc.backends.clot.optimise.free_distance import Surroundings
 from missionc.backends.clot.paper.prefix import about
 from missionc.backends.clot.paper.prefix_check import prefix_margin
 from missionc.backends.clot.paper.probe_cost import ProbeCost
 from missionc.backends.clot.run.presets import PRESETS, preset
-from missionc.backends.clot.weights import ProbeWeights
 from missionc.backends.options import PRESETS as NAMES
 from missionc.backends.options import Options
 from missionc.base.source import Source

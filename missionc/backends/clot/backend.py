@@ -37,6 +37,7 @@ from missionc.backends.api import (
     forget,
 )
 from missionc.backends.clot.cost_graph.cost_graph import build, formulas_below
+from missionc.backends.clot.cost_weights import Spare, Weights
 from missionc.backends.clot.optimise.accept import attempt
 from missionc.backends.clot.optimise.active_set import Choices
 from missionc.backends.clot.optimise.control_points import splines, trace
@@ -62,7 +63,6 @@ from missionc.backends.clot.schedule.schedule import Scheduler
 from missionc.backends.clot.schedule.sketch import sketch
 from missionc.backends.clot.schedule.tasks import Outline, outline
 from missionc.backends.clot.torch_device import device_missing, enough_memory, one_thread
-from missionc.backends.clot.weights import Spare, Weights
 from missionc.backends.options import Options
 from missionc.backends.run_account import Account
 from missionc.base.signals import asked, hold

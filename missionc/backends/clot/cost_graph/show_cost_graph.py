@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import fields
 from typing import TYPE_CHECKING
 
-from missionc.backends.clot.weights import AIMS, TIDY, ProbeWeights, Spare, Weights
+from missionc.backends.clot.cost_weights import AIMS, TIDY, ProbeWeights, Spare, Weights
 from missionc.ir import Mission
 from missionc.kernel.nodes import Kernel
 from missionc.kernel.show import show

@@ -11,12 +11,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from missionc.backends.clot.cost_weights import AIMS, TIDY
 from missionc.backends.clot.optimise.convex_descent import descend
 from missionc.backends.clot.optimise.goal_terms import Demand
 from missionc.backends.clot.optimise.levenberg_marquardt import polish
 from missionc.backends.clot.optimise.minimize_duration import shorten
 from missionc.backends.clot.optimise.motion_residuals import Costs
-from missionc.backends.clot.weights import AIMS, TIDY
 from missionc.base.trace import Array, Trace
 from missionc.ir import Mission, Objective
 from missionc.kernel.nodes import Kernel

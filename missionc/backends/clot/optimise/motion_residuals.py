@@ -13,12 +13,12 @@ import numpy as np
 import torch
 from torch import Tensor
 
+from missionc.backends.clot.cost_weights import Spare, Weights
 from missionc.backends.clot.optimise.active_set import Active
 from missionc.backends.clot.optimise.control_points import Arguments, Indices, Splines
 from missionc.backends.clot.optimise.obstacle_index import Obstacles
 from missionc.backends.clot.optimise.residuals import Group
 from missionc.backends.clot.optimise.task_residuals import TaskCosts, norm
-from missionc.backends.clot.weights import Spare, Weights
 from missionc.base.trace import Array
 from missionc.ir import Anywhere, Mission
 from missionc.ir import Box as BoxShape

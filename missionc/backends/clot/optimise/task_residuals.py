@@ -19,10 +19,10 @@ from torch import Tensor
 from missionc.backends.clot.cost_graph.cost_graph import signed_predicate
 from missionc.backends.clot.cost_graph.leaf_margins import link_weight, second_eigenvalue
 from missionc.backends.clot.cost_graph.spanning_trees import spanning_tree
+from missionc.backends.clot.cost_weights import Spare, Weights
 from missionc.backends.clot.optimise.active_set import Active, Links, Stretch
 from missionc.backends.clot.optimise.control_points import Arguments, Indices, Splines
 from missionc.backends.clot.optimise.residuals import Group
-from missionc.backends.clot.weights import Spare, Weights
 from missionc.base.trace import Array, Flags
 from missionc.ir import (
     Connectivity,

@@ -19,6 +19,7 @@ from torch import Tensor
 
 from missionc.backends.api import ignore
 from missionc.backends.clot.cost_graph.motion_batch import Team, team
+from missionc.backends.clot.cost_weights import ProbeWeights
 from missionc.backends.clot.optimise.active_set import Choices
 from missionc.backends.clot.optimise.free_distance import Surroundings
 from missionc.backends.clot.paper.first_motions import FirstMotions
@@ -33,7 +34,6 @@ from missionc.backends.clot.run.child_processes import Children, children
 from missionc.backends.clot.run.presets import Preset
 from missionc.backends.clot.run.transport_settings import TransportSettings
 from missionc.backends.clot.torch_device import seeded
-from missionc.backends.clot.weights import ProbeWeights
 from missionc.base.trace import Array
 from missionc.ir import Mission
 from missionc.kernel import nodes as kernel

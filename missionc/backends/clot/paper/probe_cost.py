@@ -19,11 +19,11 @@ from torch import Tensor
 
 from missionc.backends.clot.cost_graph.leaf_margins import UNLIMITED
 from missionc.backends.clot.cost_graph.motion_batch import Team
+from missionc.backends.clot.cost_weights import ProbeWeights
 from missionc.backends.clot.optimise.free_distance import Surroundings
 from missionc.backends.clot.paper.paper_rules import PaperRules
 from missionc.backends.clot.paper.sparsity_pattern import SparsityPattern, sparsity_pattern
 from missionc.backends.clot.torch_device import places as at
-from missionc.backends.clot.weights import ProbeWeights
 from missionc.ir import Mission
 from missionc.kernel.nodes import Node
 

@@ -17,13 +17,13 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 from scipy.spatial.distance import cdist
 
+from missionc.backends.clot.cost_weights import Spare, Weights
 from missionc.backends.clot.optimise.control_points import Splines
 from missionc.backends.clot.optimise.goal_terms import Demand
 from missionc.backends.clot.optimise.levenberg_marquardt import Polished, polish
 from missionc.backends.clot.optimise.motion_residuals import Costs
 from missionc.backends.clot.schedule.geodesics import Geodesics, along
 from missionc.backends.clot.schedule.schedule import Schedule, Scheduler
-from missionc.backends.clot.weights import Spare, Weights
 from missionc.base.trace import Array, Flags
 from missionc.ir import Anywhere, Exactly, Inside, Mission, Proximity, Region
 from missionc.kernel.nodes import At, Atom
