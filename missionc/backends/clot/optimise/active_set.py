@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from missionc.backends.clot.cost_graph.leaf_margins import UNLIMITED
-from missionc.backends.clot.cost_graph.unroll_routes import Place, that_break, that_make
+from missionc.backends.clot.optimise.route_pieces import Place, that_break, that_make
 from missionc.base.trace import Array, Flags
 from missionc.ir import Graph
 from missionc.kernel import nodes as kernel

@@ -1,4 +1,4 @@
-"""Bounded routes unrolled into links: the terms that make one, or break all, at one step, seen from one agent.
+"""Pieces of routes bounded in metres: what makes one, or breaks all, at one step, seen from one agent.
 
 That a route is there rests on one route: its links, its agents and its length. That none
 is there rests on something of every route, and one thing may do for many.
