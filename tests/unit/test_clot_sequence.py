@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import pairwise, permutations
 from pathlib import Path
 
@@ -199,10 +200,10 @@ def test_the_parent_is_the_nearest_planned_neighbour() -> None:
 
 def test_linked_agents_communicate_and_the_nearest_join_the_rest() -> None:
     graph = ir.Proximity("radio", Metres(1.5), (0, 1, 2, 3), SPAN)
-    assert communication(graph, np.array(LINE), graph.agents) == chain(0, 1, 2, 3), "6 m is the shortest bridge"
-    assert communication(graph, np.array(LINE), (0, 2)) == {(0, 2)}
+    assert communication(graph, np.array(LINE)) == chain(0, 1, 2, 3), "6 m is the shortest bridge"
+    assert communication(replace(graph, agents=(0, 2)), np.array(LINE)) == {(0, 2)}
     beacons = ir.BeaconCover("mast", Metres(1.5), ((2.0, 1.0),), (0, 1, 2), SPAN)
-    assert communication(beacons, np.array(LINE), beacons.agents) == {(0, 1), (0, 2), (1, 2)}
+    assert communication(beacons, np.array(LINE)) == {(0, 1), (0, 2), (1, 2)}
 
 
 def test_couplings_last_as_long_as_their_formula_can_matter() -> None:

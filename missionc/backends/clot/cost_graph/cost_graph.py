@@ -35,10 +35,14 @@ from missionc.kernel.nodes import (
     Not,
     PathLength,
     Reach,
+    ReachNode,
     Route,
 )
 from missionc.kernel.normal_form import rebuilt
 from missionc.kernel.walk import children, postorder
+
+Unrolled: TypeAlias = ReachNode | PathLength
+"""Constructors that a cost graph has links, or routes bounded in metres, in the place of."""
 
 SignedPredicate: TypeAlias = tuple[Predicate, bool]
 """A predicate, and whether it is to hold."""

@@ -10,22 +10,36 @@ margins says nothing about the other ninety-nine; this does.
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TypeAlias, assert_never
 
 import numpy as np
 from numpy.typing import NDArray
 
+from missionc.backends.clot.cost_graph.cost_graph import Unrolled
 from missionc.backends.clot.cost_graph.leaf_margins import UNLIMITED
 from missionc.backends.clot.optimise.route_pieces import Place, that_break, that_make
 from missionc.base.trace import Array, Flags
 from missionc.ir import Graph
-from missionc.kernel import nodes as kernel
-from missionc.kernel.nodes import Node, RouteNode
+from missionc.kernel.nodes import (
+    All,
+    Any,
+    At,
+    AtLeast,
+    Atom,
+    Is,
+    NeighbourNode,
+    Node,
+    Not,
+    RouteNode,
+    UntilNode,
+    WindowNode,
+)
+from missionc.kernel.walk import children
 
 Choices: TypeAlias = Mapping[tuple[Node, int, int], int]
-"""What a witness decided: of a term at an agent and a step, the number of the part, of the step of the mission (of a
+"""What a witness decided: of a formula at an agent and a step, the number of the part, of the step of the mission (of a
 ``Release`` the last one where nothing frees it), or of the agent it is linked to."""
 
 Links: TypeAlias = NDArray[np.int64]
@@ -40,9 +54,9 @@ class Stretch:
     step: int
     longer: bool
 
-    def bound(self, term: RouteNode) -> float:
-        """Which of a term's bounds, metres: a route that must be is between them, one that must not be beyond one."""
-        return term.low if self.longer != term.every else term.high
+    def bound(self, node: RouteNode) -> float:
+        """Which of a node's bounds, metres: a route that must be is between them, one that must not be beyond one."""
+        return node.low if self.longer != node.every else node.high
 
 
 @dataclass(slots=True)
@@ -51,7 +65,7 @@ class Active:
 
     ``margins``: where each ``Atom``, or negation of one, must hold, (agents, steps). ``joined``
     and ``parted``: the links a graph must have, and must not have.
-    ``lengths``: the routes whose lengths are bounded, by the term that bounds them.
+    ``lengths``: the routes whose lengths are bounded, by the formula that bounds them.
     """
 
     margins: dict[Node, Flags] = field(default_factory=dict)
@@ -74,9 +88,9 @@ def activate(
     """What has to hold of one candidate for all of the roots to hold at step 0.
 
     Args:
-        order: every term, each after those below it.
-        values: of every term, (agents, steps) or 1 in place of either, metres.
-        links: of every graph that terms read, (steps, members, members), metres.
+        order: every formula, each after those below it.
+        values: of every node, (agents, steps) or 1 in place of either, metres.
+        links: of every graph that formulas read, (steps, members, members), metres.
         position: (agents, steps, dim), metres.
         choices: where these have an answer it counts; elsewhere the values do.
         decided: only what has to hold whatever the values are, which are not looked at then.
@@ -88,9 +102,9 @@ def activate(
     run = _Run(values, links, position, choices, decided, witness, closest)
     for root in roots:
         run.mask(root)[0, 0] = True
-    for term in reversed(order):
-        if term in run.masks:
-            run.pass_on(term, run.masks.pop(term))
+    for node in reversed(order):
+        if node in run.masks:
+            run.pass_on(node, run.masks.pop(node))
     return run.active
 
 
@@ -109,203 +123,168 @@ class _Run:
         self.decided, self.witness = decided, witness
         self.given, self.links, self.position, self.choices = values, links, position, choices
         self.shape: tuple[int, int] = (position.shape[0], position.shape[1])
-        self.chosen_terms = {term for term, _, _ in choices}
+        self.choosers = {node for node, _, _ in choices}
         self.active = Active()
         self.masks: dict[Node, Flags] = {}
 
-    def mask(self, term: Node) -> Flags:
-        if term not in self.masks:
-            self.masks[term] = np.zeros(self.shape, dtype=np.bool_)
-        return self.masks[term]
+    def mask(self, node: Node) -> Flags:
+        if node not in self.masks:
+            self.masks[node] = np.zeros(self.shape, dtype=np.bool_)
+        return self.masks[node]
 
-    def value(self, term: Node) -> Array:
-        return np.broadcast_to(self.given[term], self.shape)
+    def value(self, node: Node) -> Array:
+        return np.broadcast_to(self.given[node], self.shape)
 
-    def pass_on(self, term: Node, mask: Flags) -> None:
-        match term:
-            case kernel.Atom() | kernel.Not(kernel.Atom()):
-                self.active.margins[term] = mask
-            case kernel.Is() | kernel.Not(kernel.Is()):
-                return
-            case kernel.Route() | kernel.EveryRoute():
-                self._length(term, mask)
-            case kernel.All(parts):
+    def pass_on(self, node: Node, mask: Flags) -> None:
+        assert not isinstance(node, Unrolled), "not in a cost graph"
+        if isinstance(node, WindowNode | UntilNode):
+            return self._over_window(node, mask)
+        if isinstance(node, NeighbourNode):
+            return self._every_linked(node, mask) if node.every else self._some_linked(node, mask)
+        if isinstance(node, RouteNode):
+            return self._length(node, mask)
+        match node:
+            case Atom() | Not(Atom()):
+                self.active.margins[node] = mask
+            case Is() | Not():
+                pass
+            case All(parts):
                 for part in parts:
                     self.mask(part)[mask] = True
-            case kernel.Any(parts):
-                self._choose(term, parts, 1, mask)
-            case kernel.AtLeast(count, parts):
-                self._choose(term, parts, count, mask)
-            case kernel.At(agent, body):
+            case Any(parts):
+                self._choose(node, parts, 1, mask)
+            case AtLeast(count, parts):
+                self._choose(node, parts, count, mask)
+            case At(agent, body):
                 self.mask(body)[agent] |= mask.any(axis=0)
-            case kernel.Always(body, low, high):
-                for agent, step in np.argwhere(mask):
-                    self.mask(body)[agent, step + low : self._last(step, high) + 1] = True
-            case kernel.Eventually():
-                self._eventually(term, mask)
-            case kernel.Until():
-                self._until(term, mask)
-            case kernel.Release():
-                self._release(term, mask)
-            case kernel.Neighbour(graph, body):
-                self._some_linked(term, graph, body, mask)
-            case kernel.EveryNeighbour(graph, body):
-                self._every_linked(graph, body, mask)
-            case kernel.Not() | kernel.Reach() | kernel.EveryReach() | kernel.PathLength():
-                raise AssertionError("not in a cost graph")
             case _:
-                assert_never(term)
+                assert_never(node)
 
-    def _note(self, term: Node, agent: int, step: int, chosen: int) -> None:
+    def _note(self, node: Node, agent: int, step: int, chosen: int) -> None:
         if self.witness is not None:
-            self.witness[term, agent, step] = chosen
+            self.witness[node, agent, step] = chosen
 
-    def _last(self, step: int, high: int | None) -> int:
-        return self.shape[1] - 1 if high is None else min(step + high, self.shape[1] - 1)
+    def _chosen(self, node: Node, agent: int, step: int) -> int | None:
+        return self.choices.get((node, agent, step)) if node in self.choosers else None
 
-    def _chosen(self, term: Node, agent: int, step: int) -> int | None:
-        return self.choices.get((term, agent, step)) if term in self.chosen_terms else None
-
-    def _choose(self, term: Node, parts: tuple[Node, ...], count: int, mask: Flags) -> None:
+    def _choose(self, node: Node, parts: tuple[Node, ...], count: int, mask: Flags) -> None:
         """The best ``count`` of the parts, at each place of the mask."""
         if not parts:
             return
         if self.decided:
-            for place in np.argwhere(mask).tolist() if term in self.chosen_terms else ():
-                chosen = self._chosen(term, *place)
+            for place in np.argwhere(mask).tolist() if node in self.choosers else ():
+                chosen = self._chosen(node, *place)
                 if chosen is not None:
                     self.mask(parts[chosen])[tuple(place)] = True
             return
         agent, step = np.nonzero(mask)
         stacked = np.stack([self.value(part)[agent, step] for part in parts])
         best = np.argsort(-stacked, axis=0, kind="stable")[:count]
-        if term in self.chosen_terms:
+        if node in self.choosers:
             for column, (one, moment) in enumerate(zip(agent.tolist(), step.tolist(), strict=True)):
-                chosen = self._chosen(term, one, moment)
+                chosen = self._chosen(node, one, moment)
                 if chosen is not None:
                     best[:, column] = [chosen, *(each for each in best[:, column] if each != chosen)][:count]
         if self.witness is not None and count == 1:
             for one, moment, number in zip(agent.tolist(), step.tolist(), best[0].tolist(), strict=True):
-                self._note(term, one, moment, number)
+                self._note(node, one, moment, number)
         for row in best:
             for number in np.unique(row):
                 here = row == number
                 self.mask(parts[number])[agent[here], step[here]] = True
 
-    def _moments(
-        self, term: Node, mask: Flags, high: int | None, best: Callable[[int, int, int], int]
-    ) -> Iterator[tuple[int, int, int, int]]:
-        """Each place of the mask, as an agent and a step; the last step of the window there; the step chosen from it.
+    def _over_window(self, node: WindowNode | UntilNode, mask: Flags) -> None:
+        """Some: ``end`` at one step of the window, and ``hold`` before it.
 
-        Args:
-            best: the step that the values choose, by agent, step and last step.
+        Every: ``end`` at each step of the window up to one where ``hold`` holds, or up to the window's last.
         """
+        *hold, end = children(node)
         for agent, step in np.argwhere(mask).tolist():
-            last, chosen = self._last(step, high), self._chosen(term, agent, step)
+            last = self.shape[1] - 1 if node.high is None else min(step + node.high, self.shape[1] - 1)
+            chosen = self._chosen(node, agent, step) if hold or not node.every else last
             if chosen is None:
                 if self.decided:
                     continue
-                chosen = best(agent, step, last)
-                self._note(term, agent, step, chosen)
-            yield agent, step, last, chosen
+                chosen = self._best_step(node, agent, step, last)
+                self._note(node, agent, step, chosen)
+            self.mask(end)[agent, step + node.low if node.every else chosen : chosen + 1] = True
+            if hold and (chosen < last or not node.every):
+                self.mask(hold[0])[agent, chosen if node.every else slice(step, chosen)] = True
 
-    def _eventually(self, term: kernel.Eventually, mask: Flags) -> None:
-        def best(agent: int, step: int, last: int) -> int:
-            return step + term.low + int(self.value(term.body)[agent, step + term.low : last + 1].argmax())
-
-        for agent, _, _, chosen in self._moments(term, mask, term.high, best):
-            self.mask(term.body)[agent, chosen] = True
-
-    def _until(self, term: kernel.Until, mask: Flags) -> None:
-        def best(agent: int, step: int, last: int) -> int:
-            held = np.minimum.accumulate(np.r_[np.inf, self.value(term.hold)[agent, step:last]])
-            ends = self.value(term.end)[agent, step : last + 1]
-            return step + term.low + int(np.minimum(held, ends)[term.low :].argmax())
-
-        for agent, step, _, chosen in self._moments(term, mask, term.high, best):
-            self.mask(term.end)[agent, chosen] = True
-            self.mask(term.hold)[agent, step:chosen] = True
-
-    def _release(self, term: kernel.Release, mask: Flags) -> None:
-        """``end`` at each step of the window up to one where ``hold`` holds, or up to the window's last."""
-
-        def best(agent: int, step: int, last: int) -> int:
-            window = self.value(term.end)[agent, step : last + 1].copy()
-            window[: term.low] = np.inf
-            kept = np.minimum.accumulate(window)  # kept[k]: `end` from `low` up to and with k steps ahead
-            freed = np.minimum(self.value(term.hold)[agent, step : last + 1], kept)[:-1]
+    def _best_step(self, node: WindowNode | UntilNode, agent: int, step: int, last: int) -> int:
+        """The step of the mission that the values choose."""
+        ends, *holds = (self.value(part)[agent, step : last + 1] for part in reversed(children(node)))
+        if node.every:
+            kept = np.minimum.accumulate(np.where(np.arange(len(ends)) < node.low, np.inf, ends))
+            freed = np.minimum(holds[0], kept)[:-1]  # kept[k]: `end` from `low` up to and with k steps ahead
             return last if kept[-1] >= freed.max(initial=-np.inf) else step + int(freed.argmax())
-
-        for agent, step, last, chosen in self._moments(term, mask, term.high, best):
-            self.mask(term.end)[agent, step + term.low : chosen + 1] = True
-            if chosen < last:
-                self.mask(term.hold)[agent, chosen] = True
+        for hold in holds:
+            ends = np.minimum(np.minimum.accumulate(np.r_[np.inf, hold[:-1]]), ends)
+        return step + node.low + int(ends[node.low :].argmax())
 
     def _places(self, graph: Graph, mask: Flags) -> tuple[Links, Links, Array]:
         """Places of the mask that are members: number of the member and step (places,) each; and their links."""
         member, step = np.nonzero(mask[list(graph.agents)])
         return member, step, self.links[graph][step, member]
 
-    def _some_linked(self, term: Node, graph: Graph, body: Node, mask: Flags) -> None:
+    def _some_linked(self, node: NeighbourNode, mask: Flags) -> None:
+        graph = node.graph
         if len(graph.agents) < 2:
             return
-        agents = np.array(graph.agents)
         if self.decided:
-            known = [(agent, self._chosen(term, agent, step), step) for agent, step in np.argwhere(mask).tolist()]
-            self._join(graph, body, [(agent, other, step) for agent, other, step in known if other is not None])
-            return
-        member, step, links = self._places(graph, mask)
-        there = self.value(body)[agents[None, :], step[:, None]]
-        best = agents[np.minimum(links, there).argmax(axis=1)]
-        found: list[tuple[int, int, int]] = []
-        for agent, moment, other in zip(agents[member].tolist(), step.tolist(), best.tolist(), strict=True):
-            chosen = self._chosen(term, agent, moment)
-            if chosen is None:
-                self._note(term, agent, moment, other)
-            found.append((agent, other if chosen is None else chosen, moment))
-        self._join(graph, body, found)
-
-    def _join(self, graph: Graph, body: Node, links: list[tuple[int, int, int]]) -> None:
-        if links:
-            joined = np.array(links)
-            self.mask(body)[joined[:, 1], joined[:, 2]] = True
+            known = [(agent, self._chosen(node, agent, step), step) for agent, step in np.argwhere(mask).tolist()]
+            found = [(agent, other, step) for agent, other, step in known if other is not None]
+        else:
+            agents = np.array(graph.agents)
+            member, steps, links = self._places(graph, mask)
+            best = agents[np.minimum(links, self.value(node.body)[agents[None, :], steps[:, None]]).argmax(axis=1)]
+            found = []
+            for agent, step, other in zip(agents[member].tolist(), steps.tolist(), best.tolist(), strict=True):
+                chosen = self._chosen(node, agent, step)
+                if chosen is None:
+                    self._note(node, agent, step, other)
+                found.append((agent, other if chosen is None else chosen, step))
+        if found:
+            joined = np.array(found)
+            self.mask(node.body)[joined[:, 1], joined[:, 2]] = True
             self.active.joined[graph].append(joined)
 
-    def _every_linked(self, graph: Graph, body: Node, mask: Flags) -> None:
+    def _every_linked(self, node: NeighbourNode, mask: Flags) -> None:
+        graph = node.graph
         if len(graph.agents) < 2 or self.decided:
             return
         agents = np.array(graph.agents)
         member, step, links = self._places(graph, mask)
-        there = self.value(body)[agents[None, :], step[:, None]]
+        there = self.value(node.body)[agents[None, :], step[:, None]]
         elsewhere = np.arange(len(agents))[None, :] != member[:, None]
         place, other = np.nonzero(elsewhere & (there >= -links))
-        self.mask(body)[agents[other], step[place]] = True
+        self.mask(node.body)[agents[other], step[place]] = True
         place, other = np.nonzero(elsewhere & (there < -links))
         self.active.parted[graph].append(np.stack([agents[member[place]], agents[other], step[place]], axis=1))
 
-    def _length(self, term: RouteNode, mask: Flags) -> None:
+    def _length(self, node: RouteNode, mask: Flags) -> None:
         """What the best route rests on; or, where none must be, what breaks each of them."""
         if self.decided:
             return
-        agents = np.array(term.graph.agents, dtype=np.int64)
-        if term.low <= 0:
+        agents = np.array(node.graph.agents, dtype=np.int64)
+        if node.low <= 0:
             outside = np.setdiff1d(np.arange(len(mask)), agents)
-            self.mask(term.end)[outside] |= mask[outside]
-        holds = not term.every
+            self.mask(node.end)[outside] |= mask[outside]
+        holds = not node.every
         links: set[tuple[int, ...]] = set()
         stretches: set[Stretch] = set()
         member, steps = np.nonzero(mask[agents])
-        places = {step: self._place(term, step) for step in set(steps.tolist())}
+        places = {step: self._place(node, step) for step in set(steps.tolist())}
         for start, step in zip(member.tolist(), steps.tolist(), strict=True):
             place = places[step]
-            worth = float(self.value(term)[agents[start], step])
+            worth = float(self.value(node)[agents[start], step])
             if holds and worth <= -UNLIMITED / 2:
                 continue  # there is no such route, wherever the agents are
             for kind, members in (that_make if holds else that_break)(place, start, worth):
                 named = tuple(agents[list(members)].tolist())
                 match kind:
                     case "through" | "end":
-                        self.mask(term.through if kind == "through" else term.end)[named[0], step] = True
+                        self.mask(node.through if kind == "through" else node.end)[named[0], step] = True
                     case "link":
                         links.add((*named, step))
                     case "shorter" | "longer":
@@ -314,14 +293,14 @@ class _Run:
                         assert_never(kind)
         if links:
             lists = self.active.joined if holds else self.active.parted
-            lists[term.graph].append(np.array(sorted(links)))
+            lists[node.graph].append(np.array(sorted(links)))
         if stretches:
-            self.active.lengths[term] = sorted(stretches)
+            self.active.lengths[node] = sorted(stretches)
 
-    def _place(self, term: RouteNode, step: int) -> Place:
-        agents = np.array(term.graph.agents, dtype=np.int64)
+    def _place(self, node: RouteNode, step: int) -> Place:
+        agents = np.array(node.graph.agents, dtype=np.int64)
         here = self.position[agents, step]
         lengths = np.linalg.norm(here[:, None] - here[None], axis=-1)
-        through, end = (self.value(part)[agents, step] for part in (term.through, term.end))
+        through, end = (self.value(part)[agents, step] for part in (node.through, node.end))
         closest = self.closest[np.ix_(agents, agents)]
-        return Place(self.links[term.graph][step], lengths, closest, through, end, term.low, term.high)
+        return Place(self.links[node.graph][step], lengths, closest, through, end, node.low, node.high)

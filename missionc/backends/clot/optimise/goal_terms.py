@@ -59,7 +59,7 @@ class Demand:
 
     def _activated(self, position: Array, velocity: Array, witness: dict[tuple[Node, int, int], int] | None) -> Active:
         robustness, values = self._evaluated(position, velocity)
-        graphs = {term.graph for term in self.order if isinstance(term, NeighbourNode | RouteNode)}
+        graphs = {node.graph for node in self.order if isinstance(node, NeighbourNode | RouteNode)}
         links = {graph: robustness.links(graph)[0].numpy() for graph in graphs}
         radius = np.array([agent.radius for agent in self.mission.agents])
         closest = radius[:, None] + radius + self.mission.separation
@@ -70,7 +70,7 @@ class Demand:
         states = States(torch.from_numpy(position)[None], torch.from_numpy(velocity)[None])
         with torch.no_grad():
             robustness = Robustness(self.team, states, self.ruled_out)
-            return robustness, {term: value[0].numpy() for term, value in robustness.values(self.order).items()}
+            return robustness, {node: value[0].numpy() for node, value in robustness.values(self.order).items()}
 
     def untangled(self, position: Array, velocity: Array) -> Demand | None:
         """The same with one side given up wherever a margin and its opposite are both asked for; None where none are.

@@ -53,8 +53,8 @@ class TaskCosts:
         for lists, together in ((active.joined, True), (active.parted, False)):
             for graph, links in lists.items():
                 yield from self._links(graph, np.concatenate(links), together)
-        for term, stretches in active.lengths.items():
-            yield from self._lengths(term, stretches)
+        for node, stretches in active.lengths.items():
+            yield from self._lengths(node, stretches)
 
     def _margin(self, leaf: Node, mask: Flags, control: Array) -> Iterator[Group]:
         predicate, holds = signed_predicate(leaf)
@@ -174,16 +174,16 @@ class TaskCosts:
         where = tuple(self._at(np.full(len(moments), agent), moments) for agent in graph.agents)
         yield Group(f"connectivity of {graph.name}", where, shortfall, self.weights.links, full)
 
-    def _lengths(self, term: RouteNode, stretches: list[Stretch]) -> Iterator[Group]:
+    def _lengths(self, node: RouteNode, stretches: list[Stretch]) -> Iterator[Group]:
         """Routes that are long enough, and routes that are short enough; those of as many agents together."""
-        kept = min(self.spare.task, (term.high - term.low) / 3) if not term.every else self.spare.task
+        kept = min(self.spare.task, (node.high - node.low) / 3) if not node.every else self.spare.task
         for _, alike in groupby(sorted(stretches, key=_kind), key=_kind):
             some = list(alike)
             agents = np.array([each.agents for each in some])
             step = np.array([each.step for each in some])
-            bound, sign = some[0].bound(term), 1.0 if some[0].longer else -1.0
+            bound, sign = some[0].bound(node), 1.0 if some[0].longer else -1.0
             yield Group(
-                f"length on {term.graph.name}",
+                f"length on {node.graph.name}",
                 tuple(self._at(agent, step) for agent in agents.T),
                 lambda *points, bound=bound, sign=sign: kept - sign * (_length(points) - bound),
                 self.weights.task,

@@ -7,7 +7,7 @@ value on (the least of them, where they are several); (III) a conjunction
 further up takes the mean of its parts; (IV) a disjunction takes the greatest.
 What does not read the waypoint has its usual value.
 
-A leaf is what is neither conjunction nor disjunction, so terms over links are
+A leaf is what is neither conjunction nor disjunction, so formulas over links are
 leaves too. ``a until b`` is read as ``b or (a and what is so one step later)``,
 ``release`` as ``b and (a or ...)``. Parts without limit stay out of means.
 
@@ -18,7 +18,7 @@ Source:
 from __future__ import annotations
 
 from math import inf
-from typing import assert_never
+from typing import TypeAlias
 
 import numpy as np
 import torch
@@ -26,77 +26,59 @@ from torch import Tensor
 
 from missionc.backends.clot.cost_graph.leaf_margins import UNLIMITED
 from missionc.backends.clot.paper.perturbed_robustness import Perturbed
-from missionc.backends.clot.paper.sparsity_pattern import TermPattern, mark, window
+from missionc.backends.clot.paper.sparsity_pattern import NodePattern, mark
 from missionc.base.trace import Flags
-from missionc.kernel import nodes as kernel
-from missionc.kernel.nodes import LeafNode, NeighbourNode, Node, RouteNode, UntilNode
+from missionc.kernel.nodes import All, At, LeafNode, NeighbourNode, Node, Not, RouteNode, UntilNode, WindowNode
+from missionc.kernel.walk import children
+
+Reading: TypeAlias = tuple[Tensor, Flags]
+"""Values, (batch, rows, steps, offsets, directions), and where they read the waypoint, (rows, steps, offsets)."""
 
 
 class PaperRules(Perturbed):
     """Values of formulas by the paper's four rules."""
 
-    def conjunction(self, node: kernel.All | kernel.Always | UntilNode, pattern: TermPattern) -> Tensor:
-        match node:
-            case kernel.All(parts):
-                whole = self._conjunction(pattern)
-                for part in parts:
-                    whole.add(self.laid(part, pattern), self._reads(part, pattern), is_leaf(part))
-                return whole.value()
-            case kernel.Always(body):
-                whole = self._conjunction(pattern)
-                for ahead in self.ahead(node, pattern):
-                    whole.add(self.laid(body, pattern, ahead=ahead), self._reads(body, pattern, ahead), is_leaf(body))
-                return whole.value()
-            case kernel.Until():
-                return self._until(node, pattern)
-            case kernel.Release():
-                return self._release(node, pattern)
-            case _:
-                assert_never(node)
+    def conjunction(self, node: All | WindowNode | UntilNode, pattern: NodePattern) -> Tensor:
+        if isinstance(node, UntilNode):
+            return self._until(node, pattern)
+        whole = self._conjunction(pattern)
+        for part in children(node):
+            for ahead in (0,) if isinstance(node, All) else self.ahead(node, pattern):
+                whole.add(self.laid(part, pattern, ahead=ahead), self._reads(part, pattern, ahead), is_leaf(part))
+        return whole.value()
 
-    def _until(self, term: kernel.Until, pattern: TermPattern) -> Tensor:
-        shape = window(term)
-        later, nonzero = self._conjunction(pattern).least, np.zeros_like(pattern.nonzero)
-        later = -later
-        for ahead in reversed(self.ahead(term, pattern)):
-            here, both = self._steps(pattern, ahead), self._conjunction(pattern)
-            goes_on = self._steps(pattern, ahead + 1) if ahead + 1 in self.ahead(term, pattern) else 0
-            hold = self._reads(term.hold, pattern, ahead)
-            both.add(self.laid(term.hold, pattern, ahead=ahead), hold, is_leaf(term.hold))
-            both.add(later, nonzero, False)
-            later = both.value()
-            later[:, :, goes_on:] = -inf
-            nonzero = both.nonzero.copy()
-            nonzero[:, goes_on:] = False
-            if ahead >= shape.low:
-                end = self.laid(term.end, pattern, ahead=ahead)
-                later[:, :, :here] = torch.maximum(later[:, :, :here], end)
-                nonzero[:, :here] |= self._reads(term.end, pattern, ahead)
+    def _until(self, node: UntilNode, pattern: NodePattern) -> Tensor:
+        """``until``, or where ``every`` its dual: from the last step of the window to the first."""
+        held, ends = (self._or, self._and) if node.every else (self._and, self._or)
+        nothing = inf if node.every else -inf
+        later, nonzero = self.everywhere(nothing, pattern), np.zeros_like(pattern.nonzero)
+        for ahead in reversed(self.ahead(node, pattern)):
+            if ahead + 1 in self.ahead(node, pattern):
+                goes_on = self._steps(pattern, ahead + 1)
+                later, nonzero = held(node.hold, ahead, pattern, later, nonzero)
+                later[:, :, goes_on:] = nothing
+                nonzero[:, goes_on:] = False
+            if ahead >= node.low:
+                later, nonzero = ends(node.end, ahead, pattern, later, nonzero)
         return later
 
-    def _release(self, term: kernel.Release, pattern: TermPattern) -> Tensor:
-        shape = window(term)
-        later, nonzero = self._conjunction(pattern).least, np.zeros_like(pattern.nonzero)
-        for ahead in reversed(self.ahead(term, pattern)):
-            here, both = self._steps(pattern, ahead), self._conjunction(pattern)
-            goes_on = self._steps(pattern, ahead + 1) if ahead + 1 in self.ahead(term, pattern) else 0
-            free = self.laid(term.hold, pattern, ahead=ahead)
-            later[:, :, :here] = torch.maximum(later[:, :, :here], free)
-            nonzero[:, :here] |= self._reads(term.hold, pattern, ahead)
-            later[:, :, goes_on:] = inf
-            nonzero[:, goes_on:] = False
-            if ahead >= shape.low:
-                end = self._reads(term.end, pattern, ahead)
-                both.add(self.laid(term.end, pattern, ahead=ahead), end, is_leaf(term.end))
-                both.add(later, nonzero, False)
-                later, nonzero = both.value(), both.nonzero
-        return later
+    def _and(self, part: Node, ahead: int, pattern: NodePattern, later: Tensor, nonzero: Flags) -> Reading:
+        both = self._conjunction(pattern)
+        both.add(self.laid(part, pattern, ahead=ahead), self._reads(part, pattern, ahead), is_leaf(part))
+        both.add(later, nonzero, False)
+        return both.value(), both.nonzero
 
-    def _steps(self, pattern: TermPattern, ahead: int) -> int:
+    def _or(self, part: Node, ahead: int, pattern: NodePattern, later: Tensor, nonzero: Flags) -> Reading:
+        here = self._steps(pattern, ahead)
+        later[:, :, :here] = torch.maximum(later[:, :, :here], self.laid(part, pattern, ahead=ahead))
+        nonzero[:, :here] |= self._reads(part, pattern, ahead)
+        return later, nonzero
+
+    def _steps(self, pattern: NodePattern, ahead: int) -> int:
         """How many of the steps have a step so far ahead of them."""
         return min(pattern.steps, self.position.shape[2] - pattern.first - ahead)
 
-    def _reads(self, part: Node, pattern: TermPattern, ahead: int = 0) -> Flags:
+    def _reads(self, part: Node, pattern: NodePattern, ahead: int = 0) -> Flags:
         """What a part touches, laid out as in ``laid``: (rows, steps, offsets)."""
         rows, _, offsets = pattern.nonzero.shape
         nonzero = np.zeros((rows, self._steps(pattern, ahead), offsets), dtype=bool)
@@ -107,7 +89,7 @@ class PaperRules(Perturbed):
             mark(nonzero[:, :, inner], pattern.rows, below, pattern.first + ahead)
         return nonzero
 
-    def _conjunction(self, pattern: TermPattern) -> Conjunction:
+    def _conjunction(self, pattern: NodePattern) -> Conjunction:
         return Conjunction(self.everywhere(inf, pattern), np.zeros_like(pattern.nonzero))
 
 
@@ -116,7 +98,7 @@ class Conjunction:
 
     Args:
         least: of the parts so far, (batch, rows, steps, offsets, directions).
-        touched: (rows, steps, offsets), where a part so far reads the waypoint.
+        nonzero: (rows, steps, offsets), where a part so far reads the waypoint.
     """
 
     def __init__(self, least: Tensor, nonzero: Flags) -> None:
@@ -145,11 +127,11 @@ class Conjunction:
         return torch.where(_tensor(self.leaves, mean.device), self.passed, above)
 
 
-def is_leaf(term: Node) -> bool:
+def is_leaf(node: Node) -> bool:
     """Neither a conjunction nor a disjunction."""
-    while isinstance(term, kernel.At):
-        term = term.body
-    return isinstance(term, kernel.Not | LeafNode | NeighbourNode | RouteNode)
+    while isinstance(node, At):
+        node = node.body
+    return isinstance(node, Not | LeafNode | NeighbourNode | RouteNode)
 
 
 def _tensor(nonzero: Flags, device: torch.device) -> Tensor:

@@ -11,14 +11,14 @@ from torch import Tensor
 
 from missionc.backends.clot.cost_graph.leaf_margins import UNLIMITED, margin
 from missionc.backends.clot.cost_graph.motion_batch import States, Team, velocities
-from missionc.backends.clot.paper.sparsity_pattern import TermPattern
+from missionc.backends.clot.paper.sparsity_pattern import NodePattern
 from missionc.backends.clot.torch_device import places
 from missionc.ir import Graph, Predicate
 from missionc.language.margins.predicate_margins import link_margin
 
 
 def moved_margin(
-    predicate: Predicate, reading: TermPattern, team: Team, position: Tensor, agent: int, probes: Tensor
+    predicate: Predicate, reading: NodePattern, team: Team, position: Tensor, agent: int, probes: Tensor
 ) -> Tensor:
     """A predicate's margin where a waypoint is moved: (batch, rows, steps, offsets, directions), metres.
 

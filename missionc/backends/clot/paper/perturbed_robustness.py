@@ -17,23 +17,37 @@ from typing import assert_never
 import torch
 from torch import Tensor
 
+from missionc.backends.clot.cost_graph.cost_graph import Unrolled, signed_predicate
 from missionc.backends.clot.cost_graph.leaf_margins import UNLIMITED
 from missionc.backends.clot.cost_graph.motion_batch import States, Team, velocities
 from missionc.backends.clot.cost_graph.robustness import Robustness
 from missionc.backends.clot.cost_graph.route_metres import length_value
 from missionc.backends.clot.paper.perturbed_leaves import moved_links, moved_margin
-from missionc.backends.clot.paper.sparsity_pattern import Rows, SparsityPattern, TermPattern, window
+from missionc.backends.clot.paper.sparsity_pattern import NodePattern, Rows, SparsityPattern
 from missionc.backends.clot.torch_device import places
 from missionc.ir import Graph, Predicate
-from missionc.kernel import nodes as kernel
-from missionc.kernel.nodes import Node, RouteNode, UntilNode, WindowNode
+from missionc.kernel.nodes import (
+    All,
+    Any,
+    At,
+    AtLeast,
+    Atom,
+    Is,
+    NeighbourNode,
+    Node,
+    Not,
+    RouteNode,
+    UntilNode,
+    WindowNode,
+)
+from missionc.kernel.walk import asks
 
 
 class Perturbed(ABC):
-    """Values of terms where a waypoint is moved.
+    """Values of formulas where a waypoint is moved.
 
-    A value is (batch, rows, steps, offsets, directions), laid out as the term's
-    ``TermPattern`` says: the value at a step where the waypoint that many steps
+    A value is (batch, rows, steps, offsets, directions), laid out as the formula's
+    ``NodePattern`` says: the value at a step where the waypoint that many steps
     ahead of it is moved.
 
     Args:
@@ -50,9 +64,9 @@ class Perturbed(ABC):
 
     def goals(self) -> Tensor:
         """The robustness of each goal: (goals, batch, waypoints, directions), metres."""
-        for term in self.patterns.order:
-            if term in self.patterns.of:
-                self.values[term] = self.value(term, self.patterns.of[term])
+        for node in self.patterns.order:
+            if node in self.patterns.of:
+                self.values[node] = self.value(node, self.patterns.of[node])
         batch, steps, directions, _ = self.probes.shape
         found = []
         for goal in self.patterns.goals:
@@ -65,57 +79,50 @@ class Perturbed(ABC):
         return torch.stack(found)
 
     @abstractmethod
-    def conjunction(self, node: kernel.All | kernel.Always | UntilNode, pattern: TermPattern) -> Tensor:
+    def conjunction(self, node: All | WindowNode | UntilNode, pattern: NodePattern) -> Tensor:
         """The value of what asks for several things at once, from those of the formulas below it."""
 
-    def value(self, node: Node, pattern: TermPattern) -> Tensor:
+    def value(self, node: Node, pattern: NodePattern) -> Tensor:
         """The value of a formula from those of the formulas below it."""
+        assert not isinstance(node, Is | Unrolled), "no motion changes it, or not in a cost graph"
+        if isinstance(node, WindowNode) and not node.every:
+            return self._eventually(node, pattern)
+        if isinstance(node, All | WindowNode | UntilNode):
+            return self.conjunction(node, pattern)
+        if isinstance(node, NeighbourNode):
+            sign = -1 if node.every else 1
+            return sign * self._linked(
+                node.graph, sign * self.laid(node.body, pattern, node.graph.agents), pattern, node.body
+            )
+        if isinstance(node, RouteNode):
+            return self._route(node, pattern)
         match node:
-            case kernel.Atom(predicate):
-                return self._margin(predicate, pattern)
-            case kernel.Not(kernel.Atom(predicate)):
-                return -self._margin(predicate, pattern)
-            case kernel.All() | kernel.Always() | kernel.Until() | kernel.Release():
-                return self.conjunction(node, pattern)
-            case kernel.Any(parts):
+            case Atom() | Not():
+                predicate, holds = signed_predicate(node)
+                return self._margin(predicate, pattern) if holds else -self._margin(predicate, pattern)
+            case Any(parts):
                 return self._full(reduce(torch.maximum, [self.laid(part, pattern) for part in parts]), pattern)
-            case kernel.AtLeast(count, parts):
+            case AtLeast(count, parts):
                 each = torch.stack([self._full(self.laid(part, pattern), pattern) for part in parts])
                 return each.sort(dim=0, descending=True).values[count - 1]
-            case kernel.Eventually(body):
-                greatest = self.everywhere(-inf, pattern)
-                for ahead in self.ahead(node, pattern):
-                    later = self.laid(body, pattern, ahead=ahead)
-                    here = greatest[:, :, : later.shape[2]]
-                    here.copy_(torch.maximum(here, later))
-                return greatest
-            case kernel.At(agent, body):
+            case At(agent, body):
                 below = self.patterns.of[body]
                 row = 0 if below.rows is None else below.rows.index(agent)
                 first = pattern.first - below.first
                 return self.values[body][:, row : row + 1, first : first + pattern.steps]
-            case kernel.Neighbour(graph, body):
-                return self._linked(graph, self.laid(body, pattern, graph.agents), pattern, body)
-            case kernel.EveryNeighbour(graph, body):
-                return -self._linked(graph, -self.laid(body, pattern, graph.agents), pattern, body)
-            case kernel.Route() | kernel.EveryRoute():
-                return self._route(node, pattern)
-            case kernel.Is() | kernel.Not() | kernel.Reach() | kernel.EveryReach() | kernel.PathLength():
-                raise AssertionError("no motion changes it, or not in a cost graph")
             case _:
                 assert_never(node)
 
-    def ahead(self, node: WindowNode | UntilNode, pattern: TermPattern) -> range:
+    def ahead(self, node: WindowNode | UntilNode, pattern: NodePattern) -> range:
         """The steps ahead that a window looks at, from the first step at which it is needed."""
-        shape = window(node)
-        width = shape.width((pattern.first, pattern.first + pattern.steps - 1), self.position.shape[2])
-        return range(shape.first, shape.first + width)
+        last = self.position.shape[2] - 1 - pattern.first if node.high is None else node.high
+        return range(min(ask.low for ask in asks(node)), last + 1)
 
-    def laid(self, part: Node, pattern: TermPattern, rows: Rows = None, ahead: int = 0) -> Tensor:
-        """A part's values as they lie in a term: 1 in place of what they do not depend on.
+    def laid(self, part: Node, pattern: NodePattern, rows: Rows = None, ahead: int = 0) -> Tensor:
+        """A part's values as they lie in a formula's: 1 in place of what they do not depend on.
 
         Args:
-            pattern: of the term.
+            pattern: of the formula.
             rows: the agents asked for; the pattern's, where None.
             ahead: for a part read that many steps ahead; at fewer steps, where it would run past the last one.
         """
@@ -143,10 +150,18 @@ class Perturbed(ABC):
                     whole[:, rows.index(row), :, start : start + size] = new[:, index]
         return whole
 
-    def everywhere(self, value: float, pattern: TermPattern) -> Tensor:
+    def _eventually(self, node: WindowNode, pattern: NodePattern) -> Tensor:
+        greatest = self.everywhere(-inf, pattern)
+        for ahead in self.ahead(node, pattern):
+            later = self.laid(node.body, pattern, ahead=ahead)
+            here = greatest[:, :, : later.shape[2]]
+            here.copy_(torch.maximum(here, later))
+        return greatest
+
+    def everywhere(self, value: float, pattern: NodePattern) -> Tensor:
         return self.position.new_full((self.probes.shape[0], *pattern.nonzero.shape, self.probes.shape[2]), value)
 
-    def _margin(self, predicate: Predicate, pattern: TermPattern) -> Tensor:
+    def _margin(self, predicate: Predicate, pattern: NodePattern) -> Tensor:
         key = (predicate, pattern.first, pattern.steps)
         if key not in self.margins:
             self.margins[key] = moved_margin(
@@ -154,13 +169,13 @@ class Perturbed(ABC):
             )
         return self.margins[key]
 
-    def _linked(self, graph: Graph, body: Tensor, pattern: TermPattern, term: Node) -> Tensor:
+    def _linked(self, graph: Graph, body: Tensor, pattern: NodePattern, part: Node) -> Tensor:
         """``Neighbour`` for each of the graph's agents: only changed agents and links are looked at again."""
         members, agent = list(graph.agents), self.patterns.agent
         here = slice(pattern.first, pattern.first + pattern.steps)
         links = self.unmoved.links(graph)[:, here]
         now = -pattern.low
-        below = self.patterns.of.get(term)
+        below = self.patterns.of.get(part)
         rows = () if below is None else members if below.rows is None else below.rows
         changed = [place for place, member in enumerate(members) if member in rows or member == agent]
         unchanged = [place for place in range(len(members)) if place not in changed]
@@ -184,12 +199,12 @@ class Perturbed(ABC):
             value[:, members.index(agent), :, now] = torch.minimum(moved, body[:, :, :, now]).amax(dim=1)
         return value
 
-    def _route(self, term: RouteNode, pattern: TermPattern) -> Tensor:
+    def _route(self, node: RouteNode, pattern: NodePattern) -> Tensor:
         """Judged again where it changes, as ``route_metres`` says."""
         batch, agents, _, dim = self.position.shape
         directions, everyone = self.probes.shape[2], tuple(range(agents))
         here = slice(pattern.first, pattern.first + pattern.steps)
-        parts = [self.laid(part, pattern, everyone) for part in (term.through, term.end)]
+        parts = [self.laid(part, pattern, everyone) for part in (node.through, node.end)]
         unmoved = self.position[:, :, here, None].expand(-1, -1, -1, directions, -1)
         found = []
         for index, offset in enumerate(range(pattern.low, pattern.high + 1)):
@@ -200,14 +215,14 @@ class Perturbed(ABC):
             position = places.reshape(batch, agents, -1, dim)
             whole = (batch, agents, pattern.steps, pattern.high - pattern.low + 1, directions)
             given = [part.expand(whole)[:, :, :, index].reshape(batch, agents, -1) for part in parts]
-            value = length_value(term, self.team, States(position, torch.zeros_like(position)), *given)
+            value = length_value(node, self.team, States(position, torch.zeros_like(position)), *given)
             found.append(value.reshape(batch, agents, pattern.steps, directions))
         return torch.stack(found, dim=3)
 
     def _rows(self, value: Tensor, rows: Rows) -> Tensor:
         return value if rows is None or value.shape[1] == 1 else value[:, places(rows, value.device)]
 
-    def _full(self, value: Tensor, pattern: TermPattern) -> Tensor:
+    def _full(self, value: Tensor, pattern: NodePattern) -> Tensor:
         rows = 1 if pattern.rows is None else len(pattern.rows)
         offsets = pattern.high - pattern.low + 1
         return value.expand(self.probes.shape[0], rows, pattern.steps, offsets, self.probes.shape[2])

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import cache
 from itertools import groupby
 from typing import TypeAlias
 
@@ -22,17 +23,7 @@ from missionc.ir import (
     Predicate,
 )
 from missionc.kernel.analysis import relevance
-from missionc.kernel.nodes import (
-    Atom,
-    EveryNeighbour,
-    EveryReach,
-    EveryRoute,
-    Kernel,
-    Neighbour,
-    PathLength,
-    Reach,
-    Route,
-)
+from missionc.kernel.nodes import Atom, Kernel, LinkNode
 from missionc.language.margins.links import all_links
 
 Edge: TypeAlias = tuple[int, int]
@@ -180,32 +171,19 @@ def couplings(mission: Mission, kernel: Kernel, positions: Array) -> Couplings:
     """
     agents, steps = len(mission.agents), int(mission.steps) + 1
     when: dict[frozenset[Edge], Flags] = {}
-    linked: dict[tuple[Graph, tuple[int, ...]], frozenset[Edge]] = {}
 
-    def communicating(graph: Graph, members: tuple[int, ...]) -> frozenset[Edge]:
-        key = graph, members
-        if key not in linked:
-            linked[key] = communication(graph, positions, members)
-        return linked[key]
+    @cache
+    def communicating(graph: Graph) -> frozenset[Edge]:
+        return communication(graph, positions)
 
     for node, where in relevance((goal.formula for goal in kernel.requirements), agents, steps - 1):
-        match node:
-            case Atom(predicate) if linked_over := predicate.restricted:
-                found = [(communicating(linked_over, linked_over.agents), _any_agent(where))]
-            case Atom(predicate):
-                found = list(_coupled_by(predicate, where))
-            case (
-                Neighbour(graph)
-                | EveryNeighbour(graph)
-                | Reach(graph)
-                | EveryReach(graph)
-                | Route(graph)
-                | EveryRoute(graph)
-                | PathLength(graph)
-            ):
-                found = [(communicating(graph, graph.agents), _any_agent(where[list(graph.agents)]))]
-            case _:
-                continue
+        found: Iterable[tuple[frozenset[Edge], Flags]] = ()
+        if isinstance(node, LinkNode):
+            found = [(communicating(node.graph), _any_agent(where[list(node.graph.agents)]))]
+        elif isinstance(node, Atom) and (linked_over := node.predicate.restricted):
+            found = [(communicating(linked_over), _any_agent(where))]
+        elif isinstance(node, Atom):
+            found = _coupled_by(node.predicate, where)
         for pairs, at in found:
             when[pairs] = when.get(pairs, at) | at
     nobody: frozenset[Edge] = frozenset()
@@ -224,22 +202,19 @@ def of_phases(phases: Iterable[tuple[int, int, Collection[Edge]]], agents: int) 
     return Couplings(made, _phase(made[0].first, made[-1].last, together, agents))
 
 
-def communication(graph: Graph, positions: Array, members: Sequence[int]) -> frozenset[Edge]:
+def communication(graph: Graph, positions: Array) -> frozenset[Edge]:
     """The pairs linked at these positions; where that leaves the graph in parts, the nearest pairs join them.
 
     Args:
         positions: of all the mission's agents, (agents, dim), metres.
-        members: the agents of the graph that count.
 
     Source:
         [clot] IV-B.1: global constraints are modelled by the initial communication graph.
     """
-    chosen = [place for place, agent in enumerate(graph.agents) if agent in members]
-    names = np.array(graph.agents, dtype=np.int64)[chosen]
-    margin = all_links(graph, positions[:, None, :])[0][np.ix_(chosen, chosen)]
-    first, second, _ = (each[0] for each in spanning_tree(margin[None])) if chosen else ((), (), ())
+    margin = all_links(graph, positions[:, None, :])[0]
+    first, second, _ = (each[0] for each in spanning_tree(margin[None])) if graph.agents else ((), (), ())
     pairs = [*np.argwhere(margin > 0).tolist(), *zip(first, second, strict=True)]
-    return frozenset(_edge(int(names[one]), int(names[other])) for one, other in pairs)
+    return frozenset(_edge(graph.agents[one], graph.agents[other]) for one, other in pairs)
 
 
 def in_order(sequence: Sequence[int]) -> Offers:

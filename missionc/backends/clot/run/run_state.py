@@ -112,8 +112,8 @@ def to_snapshot(state: State, graph: Kernel) -> Snapshot:
         words["search"] = {"text": search.text, "planned": search.planned, "margin": _number(search.margin)}
         arrays |= {f"search.{name}": array for name, array in search.arrays.items()}
     if state.reached is not None:
-        place = {term: index for index, term in enumerate(formulas_below(graph))}
-        rows = [(place[term], agent, step, chosen) for (term, agent, step), chosen in state.reached.choices.items()]
+        place = {node: index for index, node in enumerate(formulas_below(graph))}
+        rows = [(place[node], agent, step, chosen) for (node, agent, step), chosen in state.reached.choices.items()]
         arrays["reached.control"] = state.reached.control
         arrays["reached.choices"] = np.array(rows, dtype=np.float64).reshape(-1, 4)
     return Snapshot(arrays, words)
@@ -161,16 +161,13 @@ def _choices(rows: Array, mission: Mission, graph: Kernel) -> Choices:
     order = formulas_below(graph)
     found = {}
     for index, agent, step, chosen in rows.astype(np.int64).tolist():
-        term = order[_within(index, len(order))]
-        match term:
-            case kernel.Any(parts) | kernel.AtLeast(_, parts):
-                most = len(parts)
-            case kernel.Neighbour():
-                most = len(mission.agents)
-            case _:
-                most = mission.steps + 1
+        node = order[_within(index, len(order))]
+        if isinstance(node, kernel.Any | kernel.AtLeast):
+            most = len(node.parts)
+        else:
+            most = len(mission.agents) if isinstance(node, kernel.NeighbourNode) else mission.steps + 1
         place = _within(agent, len(mission.agents)), _within(step, mission.steps + 1)
-        found[term, *place] = _within(chosen, most)
+        found[node, *place] = _within(chosen, most)
     return found
 
 

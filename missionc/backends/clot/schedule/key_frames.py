@@ -135,13 +135,13 @@ class _KeyFrames:
     def _demand(self, step: int) -> Demand:
         """Everything that holds at a step, and the places of starts and finishes that are regions."""
         here = [hold for hold in self.schedule.holds if hold.timeless and hold.low <= step <= hold.high]
-        roots = [At(hold.agent, hold.term) for hold in here]
+        roots = [At(hold.agent, hold.node) for hold in here]
         for agent in self.mission.agents:
             place = agent.start if step == 0 else agent.finish if step == self.steps else None
             if isinstance(place, Anywhere):
                 roots.append(At(agent.index, Atom(Inside(place.region, False))))
         choices = {
-            (each.term, each.agent, 0): each.part for each in self.schedule.decisions if each.low <= step <= each.high
+            (each.node, each.agent, 0): each.part for each in self.schedule.decisions if each.low <= step <= each.high
         }
         return Demand.of(self.mission, tuple(roots), choices, 0)
 
@@ -280,7 +280,7 @@ class _KeyFrames:
         places = {
             hold.agent
             for hold in self.schedule.holds
-            if hold.low <= step <= hold.high and isinstance(hold.term, Atom) and hold.term.predicate.region
+            if hold.low <= step <= hold.high and isinstance(hold.node, Atom) and hold.node.predicate.region
         }
         return places | {agent for agents in self._places(step).values() for agent in agents} | set(self._exact(step))
 
@@ -290,11 +290,11 @@ class _KeyFrames:
         ties = np.zeros((count, count), dtype=np.bool_)
         spacing: list[float] = []
         for hold in self.schedule.holds:
-            term = hold.term
-            if not (isinstance(term, Atom) and hold.low <= step <= hold.high):
+            node = hold.node
+            if not (isinstance(node, Atom) and hold.low <= step <= hold.high):
                 continue
-            graph = term.predicate.restricted
-            for edge in term.predicate.formation.edges if term.predicate.formation else ():
+            graph = node.predicate.restricted
+            for edge in node.predicate.formation.edges if node.predicate.formation else ():
                 ties[edge.first, edge.second] = ties[edge.second, edge.first] = True
                 spacing.append(float(np.linalg.norm(edge.target)))
             if isinstance(graph, Proximity) and not spacing:

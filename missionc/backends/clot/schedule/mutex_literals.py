@@ -43,7 +43,7 @@ def mutex_literals(outline: Outline) -> frozenset[Literal]:
         event = events.pop()
         holds.extend((*event.holds, *event.before))
         events.extend(event.then)
-    everything = {literal for hold in holds for literal in _literals(hold.agent, hold.term)}
+    everything = {literal for hold in holds for literal in _literals(hold.agent, hold.node)}
     return frozenset(literal for literal in everything if (literal[0], literal[1], not literal[2]) in everything)
 
 
@@ -51,7 +51,7 @@ def timed_literals(holds: Iterable[Hold], among: frozenset[Literal], step: float
     """The literals of holds, as far as they are among these; ``step`` is seconds, and so are the results' times."""
     found: list[TimedLiterals] = []
     for hold in holds if among else ():
-        literals = among.intersection(_literals(hold.agent, hold.term))
+        literals = among.intersection(_literals(hold.agent, hold.node))
         if literals:
             found.append(TimedLiterals(literals, hold.low * step, hold.high * step))
     return tuple(found)
@@ -77,13 +77,13 @@ def mutex_seconds(one: TimedLiterals, others: Iterable[TimedLiterals], step: flo
     return sum(each + step for each in denied if each is not None)
 
 
-def _literals(agent: int, term: Node) -> Iterator[Literal]:
-    stack = [(agent, term)]
+def _literals(agent: int, node: Node) -> Iterator[Literal]:
+    stack = [(agent, node)]
     while stack:
-        agent, term = stack.pop()
-        match term:
+        agent, node = stack.pop()
+        match node:
             case Atom(predicate) | Not(Atom(predicate)):
-                yield TEAM if predicate.about_team else agent, predicate, isinstance(term, Atom)
+                yield TEAM if predicate.about_team else agent, predicate, isinstance(node, Atom)
             case All(parts):
                 stack.extend((agent, part) for part in parts)
             case At(other, body):

@@ -319,46 +319,46 @@ def _deadline(options: tuple[Option, ...]) -> int:
 def _regions(holds: tuple[Hold, ...]) -> Iterator[tuple[int, Region]]:
     """Where holds want their agents, those that are about places."""
     for hold in holds:
-        term = hold.term
-        if isinstance(term, Atom) and term.predicate.region:
-            yield hold.agent, term.predicate.region
+        node = hold.node
+        if isinstance(node, Atom) and node.predicate.region:
+            yield hold.agent, node.predicate.region
 
 
 def _shapes(holds: tuple[Hold, ...]) -> Iterator[Predicate]:
     """The formations and graphs that holds ask for, each once."""
     seen: set[Predicate] = set()
     for hold in holds:
-        term = hold.term
-        if isinstance(term, Atom) and can_be_gathered(term.predicate) and term.predicate not in seen:
-            seen.add(term.predicate)
-            yield term.predicate
+        node = hold.node
+        if isinstance(node, Atom) and can_be_gathered(node.predicate) and node.predicate not in seen:
+            seen.add(node.predicate)
+            yield node.predicate
 
 
 def _told(
     outline: Outline, appointments: tuple[Appointment, ...], options: list[Option], late: float, steps: int
 ) -> Schedule:
-    """Holds and decisions counted from step 0, and all choices by term, agent and step."""
+    """Holds and decisions counted from step 0, and all choices by formula, agent and step."""
     holds = [*outline.holds, *(hold for option in options for hold in option.holds)]
     decisions = [decision for option in options for decision in option.decisions]
     choices: dict[tuple[Node, int, int], int] = {}
     for appointment in appointments:
         event, at = appointment.visit.event, appointment.step
         holds.extend(
-            Hold(hold.agent, hold.term, hold.low + at, min(hold.high + at, steps), hold.timeless)
+            Hold(hold.agent, hold.node, hold.low + at, min(hold.high + at, steps), hold.timeless)
             for hold in event.holds
         )
         base = 0 if appointment.visit.after is None else appointments[appointment.visit.after].step
         holds.extend(
-            Hold(hold.agent, hold.term, base + hold.low, at - 1, hold.timeless)
+            Hold(hold.agent, hold.node, base + hold.low, at - 1, hold.timeless)
             for hold in event.before
             if at > base + hold.low
         )
         decisions.extend(
-            Decision(each.term, each.agent, each.part, each.low + at, min(each.high + at, steps))
+            Decision(each.node, each.agent, each.part, each.low + at, min(each.high + at, steps))
             for each in event.decisions
         )
         choices[event.chooser, event.agent, event.asked + base] = at
     for each in decisions:
         for step in range(each.low, each.high + 1):
-            choices[each.term, each.agent, step] = each.part
+            choices[each.node, each.agent, step] = each.part
     return Schedule(appointments, tuple(holds), tuple(decisions), choices, late)

@@ -110,12 +110,12 @@ def _teams(mission: Mission, schedule: Schedule, begin: int, end: int) -> list[l
     """The agents that a formation or a connected graph ties together between two steps."""
     pairs: list[tuple[int, int]] = []
     for hold in schedule.holds:
-        term = hold.term
-        if not (isinstance(term, Atom) and hold.low < end and hold.high > begin):
+        node = hold.node
+        if not (isinstance(node, Atom) and hold.low < end and hold.high > begin):
             continue
-        graph = term.predicate.restricted
-        if term.predicate.formation:
-            pairs.extend(term.predicate.pairs)
+        graph = node.predicate.restricted
+        if node.predicate.formation:
+            pairs.extend(node.predicate.pairs)
         elif graph:
             pairs.extend((graph.agents[0], other) for other in graph.agents[1:])
     count = len(mission.agents)

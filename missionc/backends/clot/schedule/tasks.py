@@ -17,13 +17,11 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from itertools import combinations, product
 from math import comb, prod
-from typing import assert_never
 
 import numpy as np
 
 from missionc.backends.clot.cost_graph.cost_graph import formulas_below
-from missionc.kernel import nodes as kernel
-from missionc.kernel.nodes import Kernel, Node
+from missionc.kernel.nodes import All, Any, At, AtLeast, Kernel, Node, UntilNode, WindowNode
 from missionc.kernel.walk import children
 
 MOST_OPTIONS = 256
@@ -32,13 +30,13 @@ MOST_OPTIONS = 256
 
 @dataclass(frozen=True, slots=True)
 class Hold:
-    """``term`` holds of ``agent`` at every step from ``low`` to ``high``, which count from the event; or from step 0.
+    """``node`` holds of ``agent`` at every step from ``low`` to ``high``, which count from the event; or from step 0.
 
     ``timeless`` where no temporal operator is in it, so that one configuration can be asked for it.
     """
 
     agent: int
-    term: Node
+    node: Node
     low: int
     high: int
     timeless: bool
@@ -46,9 +44,9 @@ class Hold:
 
 @dataclass(frozen=True, slots=True)
 class Decision:
-    """A part chosen, by number, of a term at an agent, at the steps ``low`` to ``high`` from the event (or step 0)."""
+    """A part chosen, by number, of a node at an agent, at the steps ``low`` to ``high`` from the event (or step 0)."""
 
-    term: Node
+    node: Node
     agent: int
     part: int
     low: int
@@ -59,7 +57,7 @@ class Decision:
 class Event:
     """All of ``holds`` and ``then`` from a step of the window ``low`` to ``high``; ``before`` at each step up to it.
 
-    ``chooser`` at ``agent`` is the term whose window this is, asked at ``asked`` steps from the
+    ``chooser`` at ``agent`` is the formula whose window this is, asked at ``asked`` steps from the
     event around it (or step 0); the window counts from there too. ``kind`` is what to call it.
     """
 
@@ -116,90 +114,75 @@ class _Reader:
     def __init__(self, order: list[Node], steps: int) -> None:
         self.steps = steps
         self.timeless: dict[Node, bool] = {}
-        for term in order:
-            windowed = isinstance(term, kernel.WindowNode | kernel.UntilNode)
-            self.timeless[term] = not windowed and all(self.timeless[part] for part in children(term))
+        for node in order:
+            windowed = isinstance(node, WindowNode | UntilNode)
+            self.timeless[node] = not windowed and all(self.timeless[part] for part in children(node))
 
-    def conjuncts(self, term: Node, agent: int) -> Iterable[tuple[int, Node]]:
-        stack = [(agent, term)]
+    def conjuncts(self, node: Node, agent: int) -> Iterable[tuple[int, Node]]:
+        stack = [(agent, node)]
         while stack:
-            agent, term = stack.pop()
-            match term:
-                case kernel.All(parts):
+            agent, node = stack.pop()
+            match node:
+                case All(parts):
                     stack.extend((agent, part) for part in reversed(parts))
-                case kernel.At(other, body):
+                case At(other, body):
                     stack.append((other, body))
                 case _:
-                    yield agent, term
+                    yield agent, node
 
-    def options(self, term: Node, agent: int, low: int, high: int, branch: bool) -> tuple[Option, ...]:
-        """The ways in which a term holds at an agent at all steps from ``low`` to ``high``."""
-        match term:
-            case kernel.All(parts):
+    def options(self, node: Node, agent: int, low: int, high: int, branch: bool) -> tuple[Option, ...]:
+        """The ways in which a formula holds at an agent at all steps from ``low`` to ``high``."""
+        match node:
+            case All(parts):
                 return self._together([self.options(part, agent, low, high, branch) for part in parts])
-            case kernel.At(other, body):
+            case At(other, body):
                 return self.options(body, other, low, high, branch)
-            case kernel.Always(body, first, last):
-                return self.options(body, agent, low + first, self._end(high, last), branch)
-            case kernel.Release(free, end, first, last):
-                kept = self.options(end, agent, low + first, self._end(high, last), branch)
-                return (*kept, *self._freed(term, free, end, agent, low, first, last)) if low == high else kept
-            case kernel.Any(parts) if parts and (branch or (low == high and not self.timeless[term])):
+            case Any(parts) if parts and (branch or (low == high and not self.timeless[node])):
                 found = [
-                    replace(option, decisions=(*option.decisions, Decision(term, agent, number, low, high)))
+                    replace(option, decisions=(*option.decisions, Decision(node, agent, number, low, high)))
                     for number, part in enumerate(parts)
                     for option in self.options(part, agent, low, high, branch)
                 ]
                 return _some_of(found)
-            case kernel.AtLeast(count, parts) if low == high and not self.timeless[term]:
+            case AtLeast(count, parts) if low == high and not self.timeless[node]:
                 return self._some(parts, count, agent, low)
-            case kernel.Eventually(body, first, last) if low == high:
-                bodies = self.options(body, agent, 0, 0, True)
-                return tuple(self._event(term, agent, low, first, last, option) for option in bodies)
-            case kernel.Until(hold, end, first, last) if low == high:
-                before = Hold(agent, hold, low, low, self.timeless[hold])
-                found = [
-                    self._event(term, agent, low, first, last, option, (before,))
-                    for option in self.options(end, agent, 0, 0, True)
-                ]
-                return tuple(found)
-            case kernel.Any() | kernel.AtLeast() | kernel.Eventually() | kernel.Until():
-                return self._held(term, agent, low, high)
-            case kernel.Atom() | kernel.Is() | kernel.Not():
-                return self._held(term, agent, low, high)
-                return self._held(term, agent, low, high)
-            case kernel.Neighbour() | kernel.EveryNeighbour() | kernel.Route() | kernel.EveryRoute():
-                return self._held(term, agent, low, high)
-            case kernel.Reach() | kernel.EveryReach() | kernel.PathLength():
-                raise AssertionError("not in a cost graph")
+            case _ if isinstance(node, WindowNode | UntilNode) and (node.every or low == high):
+                return self._over_window(node, agent, low, high, branch)
             case _:
-                assert_never(term)
+                return (Option((self._hold(node, agent, low, high),)),)
 
-    def _held(self, term: Node, agent: int, low: int, high: int) -> tuple[Option, ...]:
-        return (Option((Hold(agent, term, low, high, self.timeless[term]),)),)
-
-    def _freed(
-        self, term: Node, free: Node, end: Node, agent: int, asked: int, first: int, last: int | None
+    def _over_window(
+        self, node: WindowNode | UntilNode, agent: int, low: int, high: int, branch: bool
     ) -> tuple[Option, ...]:
-        """``free`` at some step before the window's last, ``end`` from the window's first step up to it."""
-        before = Hold(agent, end, asked + first, asked + first, self.timeless[end])
-        here = Hold(agent, end, 0, 0, self.timeless[end])
-        final = (self.steps - asked if last is None else last) - 1
-        found: list[Option] = []
-        for option in self.options(free, agent, 0, 0, True):
-            if first > 0 and final >= 0:
-                found.append(self._event(term, agent, asked, 0, min(first - 1, final), option))
-            if first <= final:
-                also = replace(option, holds=(*option.holds, here))
-                found.append(self._event(term, agent, asked, first, final, also, (before,)))
-        return tuple(found)
+        *hold, end = children(node)
+        if not node.every:
+            before = tuple(self._hold(each, agent, low, low) for each in hold)
+            bodies = self.options(end, agent, 0, 0, True)
+            return tuple(self._event(node, agent, low, node.low, node.high, option, before) for option in bodies)
+        until = self.steps if node.high is None else min(high + node.high, self.steps)
+        kept = self.options(end, agent, low + node.low, until, branch)
+        return (*kept, *self._freed(node, agent, low)) if isinstance(node, UntilNode) and low == high else kept
 
-    def _end(self, high: int, last: int | None) -> int:
-        return self.steps if last is None else min(high + last, self.steps)
+    def _hold(self, node: Node, agent: int, low: int, high: int) -> Hold:
+        return Hold(agent, node, low, high, self.timeless[node])
+
+    def _freed(self, node: UntilNode, agent: int, asked: int) -> tuple[Option, ...]:
+        """``hold`` at some step before the window's last, ``end`` from the window's first step up to it."""
+        before = self._hold(node.end, agent, asked + node.low, asked + node.low)
+        here = self._hold(node.end, agent, 0, 0)
+        final = (self.steps - asked if node.high is None else node.high) - 1
+        found: list[Option] = []
+        for option in self.options(node.hold, agent, 0, 0, True):
+            if node.low > 0 and final >= 0:
+                found.append(self._event(node, agent, asked, 0, min(node.low - 1, final), option))
+            if node.low <= final:
+                also = replace(option, holds=(*option.holds, here))
+                found.append(self._event(node, agent, asked, node.low, final, also, (before,)))
+        return tuple(found)
 
     def _event(
         self,
-        term: Node,
+        node: Node,
         agent: int,
         asked: int,
         first: int,
@@ -208,7 +191,7 @@ class _Reader:
         before: tuple[Hold, ...] = (),
     ) -> Option:
         high = self.steps if last is None else asked + last
-        event = Event(term, agent, asked, asked + first, high, body.holds, before, body.decisions, body.events)
+        event = Event(node, agent, asked, asked + first, high, body.holds, before, body.decisions, body.events)
         return Option(events=(event,))
 
     def _together(self, each: list[tuple[Option, ...]]) -> tuple[Option, ...]:
