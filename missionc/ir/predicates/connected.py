@@ -33,6 +33,11 @@ class Connected(PredicateFacts):
     def restricted(self) -> Graph:
         return self.graph if self.agents == self.graph.agents else replace(self.graph, agents=self.agents)
 
+    def among(self, agents: frozenset[int]) -> Connected | None:
+        """These connected among themselves, which does not follow from the whole: its routes may go over the others."""
+        members = tuple(agent for agent in self.agents if agent in agents)
+        return self if members == self.agents else Connected(self.graph, members) if len(members) > 1 else None
+
     def margin(self, view: Measures) -> Array:
         return view.weakest_link(self.restricted)
 

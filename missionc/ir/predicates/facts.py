@@ -57,6 +57,10 @@ class PredicateFacts:
         """It without what an agent, of whom it is asked, is to itself."""
         return self
 
+    def among(self, agents: frozenset[int]) -> Self | None:
+        """What it asks of those it names, as far as they are among these; None where that is nothing."""
+        return self if self.others <= agents else None
+
     @property
     def parts(self) -> tuple[Self, ...]:
         """Predicates about fewer agents, of which it is the conjunction; itself where there are none."""

@@ -28,6 +28,12 @@ class InFormation(PredicateFacts):
     def pairs(self) -> tuple[tuple[int, int], ...]:
         return tuple((edge.first, edge.second) for edge in self.formation.edges)
 
+    def among(self, agents: frozenset[int]) -> InFormation | None:
+        edges = tuple(edge for edge in self.formation.edges if {edge.first, edge.second} <= agents)
+        if edges == self.formation.edges:
+            return self
+        return InFormation(replace(self.formation, edges=edges)) if edges else None
+
     @property
     def parts(self) -> tuple[InFormation, ...]:
         if self.formation.total and len(self.formation.edges) > 1:

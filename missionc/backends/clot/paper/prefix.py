@@ -1,6 +1,6 @@
 """Optimistic truncation of goals to the agents planned so far: the others count as the best there is.
 
-Negations are at the leaves, so a term is worth no less where every margin that reads an agent not
+Negations are at the leaves, so a formula is worth no less where every margin that reads an agent not
 planned yet holds without limit. A goal that fails all the same cannot be kept by planning the
 others; only then is a partial team given up. One exception: ``connected`` is asked of the planned
 agents among themselves, which the sequence makes possible and a bound could not guide.
@@ -15,15 +15,29 @@ from collections.abc import Iterable
 from dataclasses import replace
 from typing import assert_never
 
-from missionc.backends.clot.cost_graph.cost_graph import at_least
+from missionc.backends.clot.cost_graph.cost_graph import Unrolled, at_least, signed_predicate
 from missionc.backends.clot.optimise.active_set import Choices
-from missionc.ir import Compare, Connected, DistanceBetween, DistanceTo, InFormation, Inside, Predicate, Touches
-from missionc.kernel import nodes as kernel
-from missionc.kernel.nodes import Node
+from missionc.ir import Predicate
+from missionc.kernel.nodes import (
+    All,
+    Always,
+    Any,
+    At,
+    AtLeast,
+    Atom,
+    Is,
+    Neighbour,
+    NeighbourNode,
+    Node,
+    Not,
+    RouteNode,
+    UntilNode,
+    WindowNode,
+)
 from missionc.kernel.normal_form import rebuilt
 from missionc.kernel.walk import children, postorder
 
-HOLDS = kernel.All(())
+HOLDS = All(())
 """What no planned agent can break."""
 
 KNOWN, UNKNOWN = -1, -2
@@ -57,126 +71,93 @@ class _Prefix:
     ) -> None:
         self.planned, self.newest = planned, newest
         self.chosen: dict[tuple[Node, int], set[int]] = {}
-        for (term, agent, step), choice in choices.items():
-            moved = choice - step if isinstance(term, kernel.Eventually | kernel.Until) else choice
-            self.chosen.setdefault((term, agent), set()).add(moved)
-        choosers = {term for term, _ in self.chosen}
+        for (node, agent, step), choice in choices.items():
+            moved = choice - step if isinstance(node, WindowNode | UntilNode) else choice
+            self.chosen.setdefault((node, agent), set()).add(moved)
+        choosers = {node for node, _ in self.chosen}
         self.decided: set[Node] = set()
-        for term in order:
-            if term in choosers or not self.decided.isdisjoint(children(term)):
-                self.decided.add(term)
-        rows: dict[Node, set[int]] = {term: set() for term in order}
+        for node in order:
+            if node in choosers or not self.decided.isdisjoint(children(node)):
+                self.decided.add(node)
+        rows: dict[Node, set[int]] = {node: set() for node in order}
         for root in roots:
             rows[root].add(self._row(root, 0))
-        for term in reversed(order):
-            for part in children(term):
-                rows[part] |= {self._below(term, row, part) for row in rows[term]}
-        self.terms: dict[tuple[Node, int], Node] = {}
+        for node in reversed(order):
+            for part in children(node):
+                rows[part] |= {self._below(node, row, part) for row in rows[node]}
         self.leaves: dict[Predicate, Node] = {}
-        for term in order:
-            for row in rows[term]:
-                self.terms[term, row] = self._term(term, row)
-        self.made = {root: self.terms[root, self._row(root, 0)] for root in roots}
+        self.forms: dict[tuple[Node, int], Node] = {}
+        for node in order:
+            for row in rows[node]:
+                self.forms[node, row] = self._form(node, row)
+        self.made = {root: self.forms[root, self._row(root, 0)] for root in roots}
 
-    def _row(self, term: Node, agent: int) -> int:
-        if term in self.decided:
+    def _row(self, node: Node, agent: int) -> int:
+        if node in self.decided:
             return agent
-        return KNOWN if agent == KNOWN or agent in self.planned else UNKNOWN
+        return KNOWN if self._is_planned(agent) else UNKNOWN
 
-    def _below(self, term: Node, row: int, part: Node) -> int:
-        match term:
-            case kernel.At(agent):
-                return self._row(part, agent)
-            case kernel.Neighbour() | kernel.EveryNeighbour() | kernel.Route() | kernel.EveryRoute():
-                return KNOWN
-            case _:
-                return self._row(part, row)
+    def _below(self, node: Node, row: int, part: Node) -> int:
+        if isinstance(node, NeighbourNode | RouteNode):
+            return KNOWN
+        return self._row(part, node.agent if isinstance(node, At) else row)
 
-    def _term(self, term: Node, row: int) -> Node:
-        parts = tuple(self.terms[part, self._below(term, row, part)] for part in children(term))
-        chosen = self.chosen.get((term, row), set())
+    def _form(self, node: Node, row: int) -> Node:
+        parts = tuple(self.forms[part, self._below(node, row, part)] for part in children(node))
+        chosen = self.chosen.get((node, row), set())
         only = next(iter(chosen)) if len(chosen) == 1 else None
-        match term:
-            case kernel.Atom(predicate) | kernel.Not(kernel.Atom(predicate)):
-                return self._leaf(term, predicate, isinstance(term, kernel.Atom), row)
-            case kernel.Is() | kernel.Not(kernel.Is()):
-                return term
-            case kernel.All():
+        assert not isinstance(node, Unrolled), "not in a cost graph"
+        if isinstance(node, WindowNode | UntilNode):
+            return self._windowed(node, parts, only)
+        if isinstance(node, NeighbourNode) and node.every:
+            members = tuple(agent for agent in node.graph.agents if agent in self.planned)
+            if not self._is_planned(row) or parts[0] is HOLDS or len(members) < 2:
+                return HOLDS
+            return replace(node, graph=replace(node.graph, agents=members), body=parts[0])
+        if isinstance(node, NeighbourNode | RouteNode):
+            return rebuilt(node, parts) if self.planned.issuperset(node.graph.agents) else HOLDS
+        match node:
+            case Atom() | Not(Atom()):
+                return self._leaf(node, row)
+            case Is() | Not():
+                return node
+            case All():
                 return _all(parts)
-            case kernel.Any():
+            case Any():
                 return _any(parts) if only is None else parts[only]
-            case kernel.AtLeast(count):
+            case AtLeast(count):
                 return _at_least(count, parts)
-            case kernel.Eventually(_, low, high):
-                low, high = (low, high) if only is None else (only, only)
-                return HOLDS if parts[0] is HOLDS else kernel.Eventually(parts[0], low, high)
-            case kernel.Until(_, _, low, high):
-                hold, end = parts
-                if only is None:
-                    return HOLDS if end is HOLDS and low == 0 else rebuilt(term, parts)
-                before = HOLDS if hold is HOLDS or only == 0 else kernel.Always(hold, 0, only - 1)
-                return _all((before, HOLDS if end is HOLDS else kernel.Always(end, only, only)))
-            case kernel.Always() | kernel.Release() | kernel.At():
-                return HOLDS if parts[-1] is HOLDS else rebuilt(term, parts)
-            case kernel.EveryNeighbour(graph):
-                members = tuple(agent for agent in graph.agents if agent in self.planned)
-                if not self._is_planned(row) or parts[0] is HOLDS or len(members) < 2:
-                    return HOLDS
-                return kernel.EveryNeighbour(replace(graph, agents=members), parts[0])
-            case kernel.Neighbour(graph) | kernel.Route(graph) | kernel.EveryRoute(graph):
-                return rebuilt(term, parts) if self.planned.issuperset(graph.agents) else HOLDS
-            case kernel.Not() | kernel.Reach() | kernel.EveryReach() | kernel.PathLength():
-                raise AssertionError("not in a cost graph")
+            case At():
+                return HOLDS if parts[0] is HOLDS else rebuilt(node, parts)
             case _:
-                assert_never(term)
+                assert_never(node)
+
+    def _windowed(self, node: WindowNode | UntilNode, parts: tuple[Node, ...], only: int | None) -> Node:
+        """``only`` is how many steps ahead a witness has the end of ``Eventually`` or ``Until``."""
+        *hold, end = parts
+        if only is None or node.every:
+            free = node.every or node.low == 0 or not hold
+            return HOLDS if end is HOLDS and free else rebuilt(node, parts)
+        before = tuple(HOLDS if each is HOLDS or only == 0 else Always(each, 0, only - 1) for each in hold)
+        return _all((*before, HOLDS if end is HOLDS else Always(end, only, only)))
 
     def _is_planned(self, row: int) -> bool:
         return row == KNOWN or row in self.planned
 
-    def _leaf(self, term: Node, predicate: Predicate, holds: bool, row: int) -> Node:
-        """A predicate, or its negation, where all it reads is planned; of one about pairs, those that are."""
-        match predicate:
-            case Inside() | Touches():
-                return term if self._is_planned(row) else HOLDS
-            case Connected(_, agents):
-                members = tuple(agent for agent in agents if agent in self.planned)
-                if not holds:
-                    return term if members == agents else HOLDS
-                if len(members) < 2 or self.newest not in (None, *members):
-                    return HOLDS
-                return self._connected(predicate, members)
-            case InFormation(formation):
-                edges = tuple(edge for edge in formation.edges if {edge.first, edge.second} <= self.planned)
-                if edges == formation.edges:
-                    return term
-                if not (holds and edges):
-                    return HOLDS
-                if predicate not in self.leaves:
-                    self.leaves[predicate] = kernel.Atom(InFormation(replace(formation, edges=edges)))
-                return self.leaves[predicate]
-            case Compare(terms):
-                for _, feature in terms:
-                    match feature:
-                        case DistanceBetween(first, second):
-                            reads = self.planned.issuperset((first, second))
-                        case DistanceTo(int(target)):
-                            reads = target in self.planned and self._is_planned(row)
-                        case _:
-                            reads = self._is_planned(row)
-                    if not reads:
-                        return HOLDS
-                return term
-            case _:
-                assert_never(predicate)
-
-    def _connected(self, predicate: Connected, members: tuple[int, ...]) -> Node:
-        if predicate not in self.leaves:
-            if self.newest is None:
-                self.leaves[predicate] = kernel.Atom(Connected(predicate.graph, members))
-            else:
-                linked = kernel.Neighbour(replace(predicate.graph, agents=members), HOLDS)
-                self.leaves[predicate] = kernel.At(self.newest, linked)
-        return self.leaves[predicate]
+    def _leaf(self, node: Node, row: int) -> Node:
+        """A predicate, or its negation, where all it reads is planned; of one about several, what it asks of those."""
+        predicate, holds = signed_predicate(node)
+        if predicate.reads_oneself(3) and not self._is_planned(row):
+            return HOLDS
+        less = predicate.among(self.planned)
+        if less is None or (less is not predicate and not holds):
+            return HOLDS
+        graph = less.restricted
+        if graph is None or not holds or self.newest is None:
+            return node if less is predicate else self.leaves.setdefault(less, Atom(less))
+        if not {self.newest} < set(graph.agents):
+            return HOLDS
+        return self.leaves.setdefault(less, At(self.newest, Neighbour(graph, HOLDS)))
 
 
 def _all(parts: tuple[Node, ...]) -> Node:
