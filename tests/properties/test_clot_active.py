@@ -53,8 +53,8 @@ def judged(graph: Kernel, mission: ir.Mission, trace: Trace) -> tuple[dict[Node,
 
     states = States(torch.from_numpy(trace.position)[None], torch.from_numpy(trace.velocity)[None])
     judge = Robustness(team(mission, dtype=torch.float64), states)
-    values = {term: value[0].numpy() for term, value in judge.values(formulas_below(graph)).items()}
-    graphs = {term.graph for term in formulas_below(graph) if isinstance(term, NeighbourNode | RouteNode)}
+    values = {node: value[0].numpy() for node, value in judge.values(formulas_below(graph)).items()}
+    graphs = {node.graph for node in formulas_below(graph) if isinstance(node, NeighbourNode | RouteNode)}
     return values, {each: judge.links(each)[0].numpy() for each in graphs}
 
 
@@ -64,11 +64,11 @@ def least(active: Active, values: dict[Node, Array], trace: Trace) -> float:
     found = [math.inf]
     for margin, mask in active.margins.items():
         found.extend(np.broadcast_to(values[margin], shape)[mask].tolist())
-    for term, stretches in active.lengths.items():
+    for node, stretches in active.lengths.items():
         for stretch in stretches:
             points = trace.position[list(stretch.agents), stretch.step]
             length = float(np.linalg.norm(np.diff(points, axis=0), axis=-1).sum())
-            found.append((length - stretch.bound(term)) * (1.0 if stretch.longer else -1.0))
+            found.append((length - stretch.bound(node)) * (1.0 if stretch.longer else -1.0))
     for lists, sign in ((active.joined, 1.0), (active.parted, -1.0)):
         for graph, parts in lists.items():
             margins = all_links(graph, trace.position)
@@ -172,10 +172,10 @@ def test_a_witness_decides_what_the_values_did(case: Case) -> None:
     moved = case.trace.position[:, ::-1] + 0.3
     kept = Demand.of(case.run.mission, roots, witness, steps).active(moved, case.trace.velocity)
     open_ = AtLeast | Release | EveryNeighbour | RouteNode
-    left_open = any(isinstance(term, open_) for term in free.order)
+    left_open = any(isinstance(node, open_) for node in free.order)
     if not left_open:
         assert set(kept.margins) == set(chosen.margins)
-        assert all(np.array_equal(kept.margins[term], mask) for term, mask in chosen.margins.items())
+        assert all(np.array_equal(kept.margins[node], mask) for node, mask in chosen.margins.items())
         assert {graph: links_of(each) for graph, each in kept.joined.items()} == {
             graph: links_of(each) for graph, each in chosen.joined.items()
         }

@@ -54,7 +54,7 @@ seeds = st.integers(0, 2**32 - 1)
 SPATIAL = [operator for operator in OPERATORS if operator.spatial]
 
 
-def term_of(mission: ir.Mission, formula: ir.Formula) -> Node:
+def node_of(mission: ir.Mission, formula: ir.Formula) -> Node:
     kernel, findings = expand(replace(mission, requirements=(ir.Requirement("asked", formula, SPAN),)))
     assert kernel is not None, findings
     return build(kernel).requirements[0].formula
@@ -70,16 +70,16 @@ def states_of(*traces: Trace) -> States:
     )
 
 
-def values_of(mission: ir.Mission, term: Node, states: States) -> Array:
-    """The term's value everywhere: (batch, agents, steps)."""
+def values_of(mission: ir.Mission, node: Node, states: States) -> Array:
+    """The node's value everywhere: (batch, agents, steps)."""
     evaluation = Robustness(team(mission, dtype=torch.float64), states)
-    return evaluation.values(postorder([term]))[term].expand(states.position.shape[:3]).numpy()
+    return evaluation.values(postorder([node]))[node].expand(states.position.shape[:3]).numpy()
 
 
 def agrees(case: Case, formula: ir.Formula) -> None:
     mission = case.run.mission
-    term = term_of(mission, formula)
-    found = values_of(mission, term, states_of(case.trace))[0]
+    node = node_of(mission, formula)
+    found = values_of(mission, node, states_of(case.trace))[0]
     kernel, _ = expand(replace(mission, requirements=(ir.Requirement("asked", formula, SPAN),)))
     assert kernel is not None
     monitored = robustness(kernel.requirements[0].formula, mission, case.trace)
@@ -118,12 +118,12 @@ def test_any_formula_is_worth_what_the_reference_says(case: Case) -> None:
 @settings(max_examples=25)
 @given(cases(), seeds)
 def test_a_batch_is_worth_what_its_motions_are(case: Case, seed: int) -> None:
-    mission, term = case.run.mission, term_of(case.run.mission, case.formula)
+    mission, node = case.run.mission, node_of(case.run.mission, case.formula)
     places = np.random.default_rng(seed).uniform(0.0, 2.0, (3, *case.trace.position.shape))
     traces = [case.trace, *(trace_of(each.tolist()) for each in places)]
-    together = values_of(mission, term, states_of(*traces))
+    together = values_of(mission, node, states_of(*traces))
     for index, trace in enumerate(traces):
-        assert np.array_equal(together[index], values_of(mission, term, states_of(trace))[0])
+        assert np.array_equal(together[index], values_of(mission, node, states_of(trace))[0])
 
 
 steps = st.integers(1, 20)
@@ -158,9 +158,9 @@ def test_until_and_release_reach_to_the_end_of_the_mission(count: int, low: int,
     low = min(low, count - 1)
     trace = trace_of(generator.uniform(0, 2, (2, count, 2)).tolist())
     mission = mission_of(2, count - 1)
-    first, second = (term_of(mission, ir.Holds(ir.Inside(region, False), SPAN)) for region in mission.regions[:2])
+    first, second = (node_of(mission, ir.Holds(ir.Inside(region, False), SPAN)) for region in mission.regions[:2])
     states = states_of(trace)
-    hold, end = (values_of(mission, term, states)[0] for term in (first, second))
+    hold, end = (values_of(mission, node, states)[0] for node in (first, second))
     freed = values_of(mission, Until(first, second, low, None), states)[0]
     held = values_of(mission, Release(first, second, low, None), states)[0]
     for agent in range(2):
@@ -217,7 +217,7 @@ def moved_motions(position: torch.Tensor, agent: int, probes: torch.Tensor) -> t
 class Slow:
     """The paper's four rules on the tree of a formula, one waypoint and one direction at a time.
 
-    ``usual`` and ``moved`` are the values of every term, (agents, steps), on the motion and on the moved one.
+    ``usual`` and ``moved`` are the values of every node, (agents, steps), on the motion and on the moved one.
     """
 
     def __init__(
@@ -225,14 +225,14 @@ class Slow:
     ) -> None:
         self.usual, self.moved, self.agent, self.waypoint, self.last = usual, moved, agent, waypoint, last
 
-    def of(self, term: Node, agent: int, step: int) -> tuple[float, bool, bool]:
+    def of(self, node: Node, agent: int, step: int) -> tuple[float, bool, bool]:
         """Value, whether the waypoint is read, whether it is a leaf."""
-        match term:
+        match node:
             case Atom(predicate) | Not(Atom(predicate)):
                 read = reads(predicate, agent, step, self.agent, self.waypoint, self.last)
-                return float((self.moved if read else self.usual)[term][agent, step]), read, True
+                return float((self.moved if read else self.usual)[node][agent, step]), read, True
             case Is() | Not():
-                return float(self.usual[term][agent, step]), False, True
+                return float(self.usual[node][agent, step]), False, True
             case At(other, body):
                 return self.of(body, other, step)
             case All(parts):
@@ -259,7 +259,7 @@ class Slow:
                     if here in window:
                         value = self.both([self.of(end, agent, here), value])
                 return value
-        raise AssertionError(term)
+        raise AssertionError(node)
 
     def window(self, low: int, high: int | None, step: int) -> range:
         return range(step + low, (self.last if high is None else step + high) + 1)
@@ -308,7 +308,7 @@ def by_the_rules(mission: ir.Mission, goal: Node, position: torch.Tensor, agent:
 
     def values(motion: torch.Tensor) -> dict[Node, Array]:
         found = Robustness(crew, States(motion, velocities(motion, mission.step))).values(order)
-        return {term: value.expand(len(motion), size, count)[0].numpy() for term, value in found.items()}
+        return {node: value.expand(len(motion), size, count)[0].numpy() for node, value in found.items()}
 
     motions = moved_motions(position, agent, probes)
     for batch, waypoint, direction in np.ndindex(*found.shape):
@@ -325,14 +325,14 @@ def by_the_rules(mission: ir.Mission, goal: Node, position: torch.Tensor, agent:
 def test_the_four_rules_are_what_they_say(data: st.DataObject, seed: int, agent: int) -> None:
     plain = [operator for operator in OPERATORS if not operator.spatial and operator.name != "count"]
     case = data.draw(cases(data.draw(st.sampled_from(plain))))
-    term = term_of(case.run.mission, case.formula)
+    node = node_of(case.run.mission, case.formula)
     beyond = AtLeast | NeighbourNode | RouteNode
-    assume(not any(isinstance(one, beyond) for one in postorder([term])))
+    assume(not any(isinstance(one, beyond) for one in postorder([node])))
     size, count, _ = case.trace.position.shape
     generator = np.random.default_rng(seed)
     probes = torch.tensor(generator.uniform(0, 2, (1, count, 2, 2)))
     position = torch.tensor(case.trace.position)[None]
-    goal = At(int(generator.integers(size)), term)
+    goal = At(int(generator.integers(size)), node)
     by_the_rules(case.run.mission, goal, position, agent % size, probes)
 
 
@@ -350,14 +350,14 @@ def test_the_four_rules_on_the_formula_of_the_papers_second_figure(seed: int) ->
     crew = team(mission, dtype=torch.float64)
     found = PaperRules(sparsity_pattern([goal], 0, 1, count), crew, position, probes).goals()[0, 0]
 
-    def leaf(term: Atom, place: torch.Tensor) -> float:
+    def leaf(node: Atom, place: torch.Tensor) -> float:
         one = States(place.reshape(1, 1, 1, 2), torch.zeros(1, 1, 1, 2))
-        return float(margin_in_torch(term.predicate, crew, one))
+        return float(margin_in_torch(node.predicate, crew, one))
 
     for moved, direction in np.ndindex(count, 4):
         places = position[0, 0].clone()
         places[moved] = probes[0, moved, direction]
-        fa, fb, fc, fd = ([leaf(term, place) for place in places] for term in (a, b, c, d))
+        fa, fb, fc, fd = ([leaf(node, place) for place in places] for node in (a, b, c, d))
         always = fa[moved] if 2 <= moved <= 5 else min(fa[2:6])
         eventually = max(fb[moved] if s <= moved <= s + 2 else min(fb[s : s + 3]) for s in (0, 1, 2))
         freed = fd[3]

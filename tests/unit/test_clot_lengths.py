@@ -135,7 +135,7 @@ def test_the_gradient_of_a_length_is_what_small_differences_say(name: str, seed:
     shape = len(demand.mission.agents), demand.mission.steps + 1, 2
     control = costs.splines.through(generator.uniform((0, 0), (5, 4), shape))
     active = demand.active(*costs.splines.states(control))
-    assert all(isinstance(term, RouteNode) for term in active.lengths)
+    assert all(isinstance(node, RouteNode) for node in active.lengths)
     groups = [group for group in costs.groups(control, active) if group.name == "length on radio"]
     assert groups
     direction, tiny = generator.standard_normal(control.shape), 1e-6

@@ -175,12 +175,12 @@ def test_a_tree_spans_with_the_best_worst_link() -> None:
         assert len(group) < 7
 
 
-# --------------------------------------------------------- from words to terms
+# --------------------------------------------------------- from words to formulas
 
 
 def test_routes_of_any_length_between_all_members_are_one_term() -> None:
     _, kernel = of_file("clot_visit")
-    predicates = [term.predicate for term in formulas_below(build(kernel)) if isinstance(term, Atom)]
+    predicates = [node.predicate for node in formulas_below(build(kernel)) if isinstance(node, Atom)]
     assert sum(isinstance(predicate, Connected) for predicate in predicates) == 1
 
 

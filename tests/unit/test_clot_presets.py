@@ -179,11 +179,11 @@ def test_a_partial_team_is_never_judged_worse_than_the_whole_team_could_be(requi
     value = Robustness(team(mission, dtype=torch.float64), states).values(formulas_below(graph))[whole][:, 0, 0]
     if known == {0, 1, 2}:
         assert part == (whole,) or len(part) == 1
-    for term in part:
+    for node in part:
         shaken = position.clone()
         shaken[:, sorted({0, 1, 2} - known)] = 0.0
         moved = States(shaken, velocities(shaken, mission.step))
-        bound = Robustness(team(mission, dtype=torch.float64), moved).values(postorder([term]))[term][:, 0, 0]
+        bound = Robustness(team(mission, dtype=torch.float64), moved).values(postorder([node]))[node][:, 0, 0]
         assert bool((bound >= value - 1e-9).all())
 
 

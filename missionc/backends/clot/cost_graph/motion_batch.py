@@ -1,4 +1,4 @@
-"""Batches of joint motions as tensors, and the numbers of the mission that the terms read."""
+"""Batches of joint motions as tensors, and the numbers of the mission that formulas read."""
 
 from __future__ import annotations
 

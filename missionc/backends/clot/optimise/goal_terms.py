@@ -1,4 +1,4 @@
-"""Goals of a candidate: cost-graph terms that must hold at step 0, and the choices that a witness made for them."""
+"""Goals of a candidate: formulas that must hold at step 0, and the choices that a witness made for them."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from missionc.kernel.walk import postorder
 @dataclass(frozen=True, slots=True, eq=False)
 class Demand:
     """Args:
-    roots: the terms that must hold, at step 0 (of a single configuration: at its step).
+    roots: the formulas that must hold, at step 0 (of a single configuration: at its step).
     choices: what is decided already; elsewhere the values decide.
     """
 

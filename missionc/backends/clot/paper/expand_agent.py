@@ -65,7 +65,7 @@ class Expansion:
     """``tree_search.Expand``.
 
     Args:
-        goals: the requirements' terms.
+        goals: the requirements' formulas.
         choices: what the schedule decided; nothing where candidates are free to choose.
         device: where candidates are moved and judged, in float32.
         go_on: whether there is time.
