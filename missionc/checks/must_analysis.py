@@ -8,7 +8,7 @@ the bits of a number.
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterable
+from collections.abc import Callable, Hashable, Iterable
 from dataclasses import field
 from typing import assert_never
 
@@ -19,25 +19,20 @@ from missionc.checks.value_ranges import of_comparison
 from missionc.ir import Agent, Compare, Formula, Graph, Holds, Predicate
 from missionc.kernel.nodes import (
     All,
-    Always,
     Any,
     At,
     AtLeast,
     Atom,
-    Eventually,
-    EveryNeighbour,
-    EveryReach,
-    EveryRoute,
     Is,
     Kernel,
-    Neighbour,
+    NeighbourNode,
     Node,
     Not,
     PathLength,
-    Reach,
-    Release,
-    Route,
-    Until,
+    ReachNode,
+    RouteNode,
+    UntilNode,
+    WindowNode,
 )
 from missionc.kernel.walk import children, postorder
 from missionc.language.walk_formulas import bits_of
@@ -114,40 +109,33 @@ def _of_node(known: MustAnalysis, node: Node, below: list[Sure]) -> Sure:
         case Is(agents):
             bits = bits_of(tuple(sorted(agents)))
             return _made(known, _number(known, ("is", agents)), bits, known.everyone & ~bits)
-        case PathLength(graph, agent, low, high):
-            return Sure(_number(known, ("length", graph, agent, low, high)), 0, 0)
+        case PathLength(graph, agent, shortest, longest):
+            return Sure(_number(known, ("length", graph, agent, shortest, longest)), 0, 0)
         case Not():
             return below[0].opposite
-        case All():
-            return _conjunction(known, below)
-        case Any():
-            return _conjunction(known, _opposites(below)).opposite
         case AtLeast(count):
             return _enough(known, count, below)
         case At(agent):
             return _at(known, agent, below[0])
-        case Always(_, low, high):
-            return _always(known, below[0], low, high)
-        case Eventually(_, low, high):
-            return _always(known, below[0].opposite, low, high).opposite
-        case Until(_, _, low, high):
-            return _until(known, below, low, high)
-        case Release(_, _, low, high):
-            return _until(known, _opposites(below), low, high).opposite
-        case Neighbour(graph):
-            return _neighbour(known, below[0], graph)
-        case EveryNeighbour(graph):
-            return _neighbour(known, below[0].opposite, graph).opposite
-        case Reach(graph, _, _, hops):
-            return _route(known, below, graph, 0, hops)
-        case EveryReach(graph, _, _, hops):
-            return _route(known, _opposites(below), graph, 0, hops).opposite
-        case Route(graph, _, _, shortest, longest):
-            return _route(known, below, graph, shortest, longest)
-        case EveryRoute(graph, _, _, shortest, longest):
-            return _route(known, _opposites(below), graph, shortest, longest).opposite
+        case All() | Any():
+            return _of_pair(node.every, below, lambda parts: _conjunction(known, parts))
+        case WindowNode(_, low, high):
+            return _of_pair(node.every, below, lambda parts: _always(known, parts[0], low, high))
+        case UntilNode(_, _, low, high):
+            return _of_pair(not node.every, below, lambda parts: _until(known, parts, low, high))
+        case NeighbourNode(graph):
+            return _of_pair(not node.every, below, lambda parts: _neighbour(known, parts[0], graph))
+        case ReachNode(graph, _, _, hops):
+            return _of_pair(not node.every, below, lambda parts: _route(known, parts, graph, 0, hops))
+        case RouteNode(graph, _, _, shortest, longest):
+            return _of_pair(not node.every, below, lambda parts: _route(known, parts, graph, shortest, longest))
         case _:
             assert_never(node)
+
+
+def _of_pair(itself: bool, below: list[Sure], sure: Callable[[list[Sure]], Sure]) -> Sure:
+    """What is sure of a node whose pair has one that ``sure`` knows: not ``itself``, then its dual."""
+    return sure(below) if itself else sure(_opposites(below)).opposite
 
 
 def _opposites(parts: Iterable[Sure]) -> list[Sure]:

@@ -17,25 +17,18 @@ from missionc.checks.literals import Literal
 from missionc.ir import AtLeastOf, Holds, Mission
 from missionc.kernel.nodes import (
     All,
-    Always,
     Any,
     At,
     AtLeast,
-    Atom,
-    Eventually,
-    EveryNeighbour,
-    EveryReach,
-    EveryRoute,
-    Is,
     Kernel,
-    Neighbour,
+    LeafNode,
+    NeighbourNode,
     Node,
     Not,
-    PathLength,
-    Reach,
-    Release,
-    Route,
-    Until,
+    ReachNode,
+    RouteNode,
+    UntilNode,
+    WindowNode,
 )
 from missionc.language.walk_formulas import bits_of
 
@@ -205,33 +198,27 @@ def _needs(node: Node, when: When, last: int | None) -> Iterator[tuple[Node, Whe
             yield from ((part, when) for part in parts)
         case Any(parts) if parts:
             yield from ((part, when) for part in _in_each(_conjuncts(part) for part in parts))
-        case Always(body, low, high):
+        case WindowNode(body, low, high) if node.every:
             yield from ((body, then) for then in when.throughout(low, high, last))
-        case Eventually(body, low, high):
+        case WindowNode(body, low, high):
             yield body, when.sometime(low, high, last)
-        case Until(hold, end, low, high):
+        case UntilNode(hold, end, low, high) if not node.every:
             yield end, when.sometime(low, high, last)
             if low > 0:
                 yield from ((hold, then) for then in when.throughout(0, low - 1, last))
-        case Release(_, end, low):
-            if low == 0:
-                yield end, when
-        case Reach() | Route():
+        case ReachNode() | RouteNode() if not node.every:
             yield from ((part, when) for part in _of_route(node))
-        case EveryReach(end=end):
+        case UntilNode(_, end) | ReachNode(_, _, end) | RouteNode(_, _, end) if node.low <= 0:
             yield end, when
-        case EveryRoute(end=end, low=shortest):
-            if shortest <= 0:
-                yield end, when
-        case Any() | Atom() | Is() | Not() | PathLength() | AtLeast() | At() | Neighbour() | EveryNeighbour():
+        case Any() | LeafNode() | Not() | AtLeast() | At() | UntilNode() | NeighbourNode() | ReachNode() | RouteNode():
             return
         case _:
             assert_never(node)
 
 
-def _of_route(node: Reach | Route) -> Iterable[Node]:
+def _of_route(node: ReachNode | RouteNode) -> Iterable[Node]:
     """A route without links has the agent as its end, any other as its first."""
-    if isinstance(node, Route) and node.low > 0:
+    if node.low > 0:
         return (node.through,)
     return _in_each((_parts(node.through), _parts(node.end)))
 
@@ -257,7 +244,7 @@ def _parts(node: Node) -> dict[Node, None]:
 def _conjuncts(node: Node) -> dict[Node, None]:
     """The same, with what routes need."""
     found = _parts(node)
-    routes = [part for part in found if isinstance(part, Reach | Route)]
+    routes = [part for part in found if isinstance(part, ReachNode | RouteNode) and not part.every]
     return found | dict.fromkeys(chain.from_iterable(map(_of_route, routes)))
 
 

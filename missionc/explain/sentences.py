@@ -32,7 +32,7 @@ from missionc.explain.phrases import (
     who_of,
     window_of,
 )
-from missionc.kernel.nodes import All, Always, Any, Eventually, Is, Node, Not, Until
+from missionc.kernel.nodes import All, Any, Is, Node, Not, UntilNode, WindowNode
 from missionc.language.walk_formulas import bottom_up, meaning, operands
 
 LONG = 12
@@ -262,9 +262,9 @@ class _Speaker:
         found: list[tuple[bool, When]] = []
         while isinstance(formula, ir.Apply) and len(found) < DEEP and not self._called(formula):
             node = None if formula.operator.spatial else meaning(formula)[0]
-            if not isinstance(node, Always | Eventually) or not isinstance(node.body, Is):
+            if not isinstance(node, WindowNode) or not isinstance(node.body, Is):
                 break
-            found.append((isinstance(node, Always), When(node.low, node.high, from_start, self.mission)))
+            found.append((node.every, When(node.low, node.high, from_start, self.mission)))
             formula, from_start = formula.operands[0], False
         return found, formula
 
@@ -293,7 +293,7 @@ class _Speaker:
                 one = noun(body.agents, self.mission).one
                 return Clause(f"there is no {one} that {verb}", self._literal(body.body) is not None)
         node = meaning(body)[0] if isinstance(body, ir.Apply) and not body.operator.spatial else None
-        if isinstance(body, ir.Apply) and isinstance(node, Eventually) and isinstance(node.body, Is):
+        if isinstance(body, ir.Apply) and isinstance(node, WindowNode) and not node.every and isinstance(node.body, Is):
             when = When(node.low, node.high, around.from_start, self.mission)
             if when.low != when.high:
                 return Clause(f"{when.at('no step')}, {self.clause(body.operands[0], around.inner(later=True)).text}")
@@ -353,7 +353,7 @@ class _Speaker:
         if isinstance(formula.bounds, ir.Window):
             return When(formula.bounds.low, formula.bounds.high, around.from_start, self.mission)
         node = meaning(formula)[0]
-        if isinstance(node, Always | Eventually | Until):
+        if isinstance(node, WindowNode | UntilNode):
             return When(node.low, node.high, around.from_start, self.mission)
         return None
 

@@ -15,8 +15,6 @@ from missionc.kernel.nodes import (
     Always,
     At,
     Atom,
-    EveryNeighbour,
-    EveryReach,
     Is,
     LinkNode,
     NeighbourNode,
@@ -77,7 +75,7 @@ def helped_by_more(roots: Iterable[Node]) -> dict[Node, bool]:
     """Whether agents that join can only make each node true."""
     known: dict[Node, bool] = {}
     for node in postorder(roots):
-        hindered = isinstance(node, EveryNeighbour | EveryReach) or reads_lengths(node)
+        hindered = reads_lengths(node) or (isinstance(node, NeighbourNode | ReachNode) and node.every)
         known[node] = not hindered and all(known[child] for child in children(node))
     return known
 
@@ -117,10 +115,10 @@ def about_whom(roots: Iterable[Node], agents: int) -> dict[Node, Flags]:
                 about[list(range(agents) if predicate.about_team else predicate.others)] = True
             case At(agent):
                 about = np.broadcast_to(about[:, [agent]], nobody.shape)
-            case _ if isinstance(node, ReachNode | RouteNode):
-                about = below[1] | _among(node.graph, about)
-            case _ if isinstance(node, LinkNode):
-                about = _among(node.graph, about)
+            case ReachNode(graph) | RouteNode(graph):
+                about = below[1] | _among(graph, about)
+            case NeighbourNode(graph) | PathLength(graph):
+                about = _among(graph, about)
             case _:
                 pass
         known[node] = about

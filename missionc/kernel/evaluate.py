@@ -18,27 +18,18 @@ from typing import Generic, TypeVar, assert_never
 from missionc.ir import Predicate
 from missionc.kernel.nodes import (
     All,
-    Always,
     Any,
     At,
     AtLeast,
     Atom,
-    Eventually,
-    EveryNeighbour,
-    EveryReach,
-    EveryRoute,
     Is,
-    Neighbour,
+    LeafNode,
     NeighbourNode,
     Node,
     Not,
     PathLength,
-    Reach,
     ReachNode,
-    Release,
-    Route,
     RouteNode,
-    Until,
     UntilNode,
     WindowNode,
 )
@@ -122,7 +113,7 @@ def evaluate(roots: Iterable[Node], domain: Domain[Value]) -> dict[Node, Value]:
 def value_of(node: Node, below: Sequence[Value], domain: Domain[Value]) -> Value:
     """A formula's value from those of the formulas directly below it."""
     match node:
-        case Atom() | Is() | PathLength():
+        case LeafNode():
             return _leaf(node, True, domain)
         case Not(body):
             return _leaf(body, False, domain)
@@ -132,17 +123,17 @@ def value_of(node: Node, below: Sequence[Value], domain: Domain[Value]) -> Value
             return domain.join(below)
         case AtLeast(count):
             return domain.at_least(count, below)
-        case Always() | Eventually():
+        case WindowNode():
             return domain.window(node, below[0])
-        case Until() | Release():
+        case UntilNode():
             return domain.until(node, below[0], below[1])
         case At(agent):
             return domain.at(agent, below[0])
-        case Neighbour() | EveryNeighbour():
+        case NeighbourNode():
             return domain.neighbour(node, below[0])
-        case Reach() | EveryReach():
+        case ReachNode():
             return domain.reach(node, below[0], below[1])
-        case Route() | EveryRoute():
+        case RouteNode():
             return domain.route(node, below[0], below[1])
         case _:
             assert_never(node)

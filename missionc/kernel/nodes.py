@@ -6,7 +6,8 @@ depend on the agent it is asked of. ``span`` is the words the node came from;
 one that several formulas share has none, and goes by the words of what asks for it.
 
 The kernel is in negation normal form: ``Not`` stands on leaves alone (``Atom``, ``Is``, ``PathLength``), and
-every other constructor has its dual beside it. One that came of negating what the author wrote is ``dual``: it
+every other constructor has its dual beside it. The two are of one kind and have its fields: where ``every``, the one
+that asks for each step, neighbour or route. One that came of negating what the author wrote is ``dual``: it
 says the opposite of its words.
 """
 
@@ -21,8 +22,14 @@ from missionc.base.source import Span
 from missionc.ir import Formula, Graph, Predicate
 
 
+class LeafNode:
+    """A constructor over no other node."""
+
+    __slots__ = ()
+
+
 @dataclass(frozen=True, slots=True, eq=False)
-class Atom:
+class Atom(LeafNode):
     """The predicate holds here, now."""
 
     predicate: Predicate
@@ -30,7 +37,7 @@ class Atom:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Is:
+class Is(LeafNode):
     """This agent is one of these (mission indices)."""
 
     agents: frozenset[int]
@@ -76,20 +83,8 @@ class AtLeast:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Always:
-    """At every step from ``low`` to ``high`` ahead; ``high`` None is the mission's last step."""
-
-    every = True
-    body: Node
-    low: int
-    high: int | None
-    span: Span | None = None
-    dual: bool = False
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Eventually:
-    """At some step from ``low`` to ``high`` ahead; ``high`` None is the mission's last step."""
+class WindowNode:
+    """The body at steps from ``low`` to ``high`` ahead; ``high`` None is the mission's last step."""
 
     every = False
     body: Node
@@ -99,9 +94,22 @@ class Eventually:
     dual: bool = False
 
 
+class Always(WindowNode):
+    """At every step of the window."""
+
+    __slots__ = ()
+    every = True
+
+
+class Eventually(WindowNode):
+    """At some step of the window."""
+
+    __slots__ = ()
+
+
 @dataclass(frozen=True, slots=True, eq=False)
-class Until:
-    """``end`` at some step from ``low`` to ``high`` ahead, ``hold`` at every step from now up to, not at, that one."""
+class UntilNode:
+    """``end`` at steps from ``low`` to ``high`` ahead, ``hold`` at steps before them; ``high`` as of a window."""
 
     every = False
     hold: Node
@@ -112,44 +120,46 @@ class Until:
     dual: bool = False
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Release:
-    """The dual of ``Until``: at every step from ``low`` to ``high`` ahead ``end``, or ``hold`` at one before it."""
+class Until(UntilNode):
+    """``end`` at some step of the window, ``hold`` at every step from now up to, not at, that one."""
 
+    __slots__ = ()
+
+
+class Release(UntilNode):
+    """The dual of ``Until``: at every step of the window ``end``, or ``hold`` at one before it."""
+
+    __slots__ = ()
     every = True
-    hold: Node
-    end: Node
-    low: int
-    high: int | None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class NeighbourNode:
+    """The body now, at agents linked to this one."""
+
+    every = False
+    graph: Graph
+    body: Node
     span: Span | None = None
     dual: bool = False
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Neighbour:
+class Neighbour(NeighbourNode):
     """Now, at some agent linked to this one."""
 
-    every = False
-    graph: Graph
-    body: Node
-    span: Span | None = None
-    dual: bool = False
+    __slots__ = ()
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class EveryNeighbour:
+class EveryNeighbour(NeighbourNode):
     """The dual of ``Neighbour``: now, at every agent linked to this one."""
 
+    __slots__ = ()
     every = True
-    graph: Graph
-    body: Node
-    span: Span | None = None
-    dual: bool = False
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Reach:
-    """Now, a route of at most ``hops`` links (none at all included) over ``through`` agents ends at an ``end`` agent.
+class ReachNode:
+    """Routes, now, of at most ``hops`` links (none at all included) over ``through`` agents to an ``end`` agent.
 
     ``through`` holds at every agent of the route but the last. An agent outside
     the graph has no links. Lower bounds are spelt out by the operators, in
@@ -157,6 +167,7 @@ class Reach:
     """
 
     every = False
+    low = 0
     graph: Graph
     through: Node
     end: Node
@@ -165,22 +176,22 @@ class Reach:
     dual: bool = False
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class EveryReach:
+class Reach(ReachNode):
+    """Some such route is there."""
+
+    __slots__ = ()
+
+
+class EveryReach(ReachNode):
     """The dual of ``Reach``: each such route has a ``through`` agent before its last, or ends at an ``end`` agent."""
 
+    __slots__ = ()
     every = True
-    graph: Graph
-    through: Node
-    end: Node
-    hops: int
-    span: Span | None = None
-    dual: bool = False
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Route:
-    """``Reach`` for a length in metres: a route without repeated agents whose length is within the bounds."""
+class RouteNode:
+    """Routes, as of a ``ReachNode``, without repeated agents and of a length within the bounds, in metres."""
 
     every = False
     graph: Graph
@@ -192,22 +203,21 @@ class Route:
     dual: bool = False
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class EveryRoute:
+class Route(RouteNode):
+    """Some such route is there."""
+
+    __slots__ = ()
+
+
+class EveryRoute(RouteNode):
     """The dual of ``Route``, as ``EveryReach`` is that of ``Reach``."""
 
+    __slots__ = ()
     every = True
-    graph: Graph
-    through: Node
-    end: Node
-    low: float
-    high: float
-    span: Span | None = None
-    dual: bool = False
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class PathLength:
+class PathLength(LeafNode):
     """The shortest way from here to that agent, in metres along the links, is within the bounds."""
 
     every = False
@@ -229,19 +239,9 @@ class At:
 
 
 Node: TypeAlias = (
-    "Atom | Is | Not | All | Any | AtLeast | Always | Eventually | Until | Release | Neighbour | EveryNeighbour "
-    "| Reach | EveryReach | Route | EveryRoute | PathLength | At"
+    "Atom | Is | Not | All | Any | AtLeast | WindowNode | UntilNode | NeighbourNode | ReachNode | RouteNode "
+    "| PathLength | At"
 )
-
-WindowNode: TypeAlias = Always | Eventually
-UntilNode: TypeAlias = Until | Release
-NeighbourNode: TypeAlias = Neighbour | EveryNeighbour
-ReachNode: TypeAlias = Reach | EveryReach
-RouteNode: TypeAlias = Route | EveryRoute
-"""A constructor and its dual: where ``every``, the one that asks for each step, neighbour or route."""
-
-LeafNode: TypeAlias = Atom | Is | PathLength
-"""Constructors over no other node."""
 
 LinkNode: TypeAlias = NeighbourNode | ReachNode | RouteNode | PathLength
 """Constructors that read the links of a graph."""

@@ -19,21 +19,23 @@ from missionc.kernel.nodes import (
     Any,
     At,
     AtLeast,
-    Atom,
     Eventually,
     EveryNeighbour,
     EveryReach,
     EveryRoute,
-    Is,
     LeafNode,
     Neighbour,
+    NeighbourNode,
     Node,
     Not,
-    PathLength,
     Reach,
+    ReachNode,
     Release,
     Route,
+    RouteNode,
     Until,
+    UntilNode,
+    WindowNode,
 )
 from missionc.kernel.walk import children, postorder
 
@@ -95,15 +97,15 @@ def _form(node: Node, holds: bool, forms: Forms, written: dict[Node, Not]) -> No
 def rebuilt(node: Node, parts: tuple[Node, ...]) -> Node:
     """The same constructor over other nodes."""
     match node:
-        case Atom() | Is() | PathLength():
+        case LeafNode():
             return node
         case All() | Any() | AtLeast():
             return replace(node, parts=parts)
-        case Not() | Always() | Eventually() | At() | Neighbour() | EveryNeighbour():
+        case Not() | WindowNode() | At() | NeighbourNode():
             return replace(node, body=parts[0])
-        case Until() | Release():
+        case UntilNode():
             return replace(node, hold=parts[0], end=parts[1])
-        case Reach() | EveryReach() | Route() | EveryRoute():
+        case ReachNode() | RouteNode():
             return replace(node, through=parts[0], end=parts[1])
         case _:
             assert_never(node)

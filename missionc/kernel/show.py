@@ -12,25 +12,20 @@ from typing import assert_never
 from missionc.ir import Graph, Mission
 from missionc.kernel.nodes import (
     All,
-    Always,
     Any,
     At,
     AtLeast,
     Atom,
-    Eventually,
-    EveryNeighbour,
-    EveryReach,
-    EveryRoute,
     Is,
     Kernel,
-    Neighbour,
+    NeighbourNode,
     Node,
     Not,
     PathLength,
-    Reach,
-    Release,
-    Route,
-    Until,
+    ReachNode,
+    RouteNode,
+    UntilNode,
+    WindowNode,
 )
 from missionc.kernel.walk import children, postorder
 
@@ -84,26 +79,16 @@ class Words:
                 return f"any({', '.join(below)})" if below else "false"
             case AtLeast(count):
                 return f"at-least {count} ({', '.join(below)})"
-            case Always(_, low, high):
-                return f"always {window(low, high)} {below[0]}"
-            case Eventually(_, low, high):
-                return f"eventually {window(low, high)} {below[0]}"
-            case Until(_, _, low, high):
-                return f"{below[0]} until {window(low, high)} {below[1]}"
-            case Release(_, _, low, high):
-                return f"{below[0]} release {window(low, high)} {below[1]}"
-            case Neighbour(graph):
-                return f"neighbour on {self.graph(graph)} {below[0]}"
-            case EveryNeighbour(graph):
-                return f"every neighbour on {self.graph(graph)} {below[0]}"
-            case Reach(graph, _, _, hops):
-                return f"{below[0]} reach {hops} hops on {self.graph(graph)} {below[1]}"
-            case EveryReach(graph, _, _, hops):
-                return f"{below[0]} every reach {hops} hops on {self.graph(graph)} {below[1]}"
-            case Route(graph, _, _, low, high):
-                return f"{below[0]} route {metres(low, high)} on {self.graph(graph)} {below[1]}"
-            case EveryRoute(graph, _, _, low, high):
-                return f"{below[0]} every route {metres(low, high)} on {self.graph(graph)} {below[1]}"
+            case WindowNode(_, low, high):
+                return f"{'always' if node.every else 'eventually'} {window(low, high)} {below[0]}"
+            case UntilNode(_, _, low, high):
+                return f"{below[0]} {'release' if node.every else 'until'} {window(low, high)} {below[1]}"
+            case NeighbourNode(graph):
+                return f"{_every(node)}neighbour on {self.graph(graph)} {below[0]}"
+            case ReachNode(graph, _, _, hops):
+                return f"{below[0]} {_every(node)}reach {hops} hops on {self.graph(graph)} {below[1]}"
+            case RouteNode(graph, _, _, low, high):
+                return f"{below[0]} {_every(node)}route {metres(low, high)} on {self.graph(graph)} {below[1]}"
             case PathLength(graph, agent, low, high):
                 return f"path to {self.agent(agent)} {metres(low, high)} on {self.graph(graph)}"
             case At(agent):
@@ -127,6 +112,10 @@ class Words:
 def asked(weight: float | None) -> str:
     """A requirement, which has no weight, or a preference."""
     return "require" if weight is None else f"prefer[{number(weight)}]"
+
+
+def _every(node: NeighbourNode | ReachNode | RouteNode) -> str:
+    return "every " if node.every else ""
 
 
 def window(low: int, high: int | None) -> str:

@@ -8,40 +8,31 @@ from typing import assert_never
 from missionc.base.late_dataclass import dataclass
 from missionc.kernel.nodes import (
     All,
-    Always,
     Any,
     At,
     AtLeast,
-    Atom,
-    Eventually,
-    EveryNeighbour,
-    EveryReach,
-    EveryRoute,
-    Is,
-    Neighbour,
+    LeafNode,
+    NeighbourNode,
     Node,
     Not,
-    PathLength,
-    Reach,
-    Release,
-    Route,
-    Until,
+    ReachNode,
+    RouteNode,
+    UntilNode,
+    WindowNode,
 )
 
 
 def children(node: Node) -> tuple[Node, ...]:
     """The nodes directly below, in order."""
     match node:
-        case Atom() | Is() | PathLength():
+        case LeafNode():
             return ()
-        case Not(body) | Always(body) | Eventually(body) | At(_, body) | Neighbour(_, body) | EveryNeighbour(_, body):
+        case Not(body) | WindowNode(body) | At(_, body) | NeighbourNode(_, body):
             return (body,)
         case All(parts) | Any(parts) | AtLeast(_, parts):
             return parts
-        case Until(hold, end) | Release(hold, end):
-            return (hold, end)
-        case Reach() | EveryReach() | Route() | EveryRoute():
-            return (node.through, node.end)
+        case UntilNode(first, end) | ReachNode(_, first, end) | RouteNode(_, first, end):
+            return (first, end)
         case _:
             assert_never(node)
 
@@ -72,23 +63,23 @@ def asks(node: Node) -> tuple[Ask, ...]:
         [strel] Definition 5, with ``until``'s left side asked one step less far.
     """
     match node:
-        case Atom() | Is() | PathLength():
+        case LeafNode():
             return ()
         case Not() | All() | Any() | AtLeast():
             return tuple(map(Ask, children(node)))
-        case Always(body, low, high) | Eventually(body, low, high):
+        case WindowNode(body, low, high):
             return (Ask(body, low, high),)
-        case Until(hold, end, low, high) | Release(hold, end, low, high):
+        case UntilNode(hold, end, low, high):
             held = () if high == 0 else (Ask(hold, 0, None if high is None else high - 1, before_last=high is None),)
             return (*held, Ask(end, low, high))
         case At(agent, body):
             return (Ask(body, of_itself=False, agents=(agent,)),)
-        case Neighbour(graph, body) | EveryNeighbour(graph, body):
+        case NeighbourNode(graph, body):
             return (Ask(body, of_itself=False, agents=graph.agents, linked=True),)
-        case Reach(graph) | EveryReach(graph) | Route(graph) | EveryRoute(graph):
+        case ReachNode(graph, through, end) | RouteNode(graph, through, end):
             # A route without links ends where it begins, also outside the graph.
-            through = Ask(node.through, of_itself=False, agents=graph.agents, linked=True)
-            return through, Ask(node.end, agents=graph.agents, linked=True)
+            passed = Ask(through, of_itself=False, agents=graph.agents, linked=True)
+            return passed, Ask(end, agents=graph.agents, linked=True)
         case _:
             assert_never(node)
 

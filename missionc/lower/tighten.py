@@ -39,19 +39,7 @@ from missionc.ir import (
     Vector,
     Vehicle,
 )
-from missionc.kernel.nodes import (
-    Atom,
-    EveryNeighbour,
-    EveryReach,
-    EveryRoute,
-    Goal,
-    Kernel,
-    Neighbour,
-    Node,
-    Not,
-    Reach,
-    Route,
-)
+from missionc.kernel.nodes import Atom, Goal, Kernel, NeighbourNode, Node, Not, ReachNode, RouteNode
 from missionc.kernel.normal_form import rebuilt
 from missionc.kernel.walk import children, postorder
 
@@ -144,10 +132,8 @@ def _more(node: Node, below: tuple[Node, ...], tighter: _Borders, wider: _Border
             return replace(node, predicate=predicate.moved(tighter))
         case Not(Atom(predicate) as leaf):
             return replace(node, body=replace(leaf, predicate=predicate.moved(wider)))
-        case Neighbour(graph) | Reach(graph) | Route(graph):
-            return rebuilt(replace(node, graph=tighter.graph(graph)), below)
-        case EveryNeighbour(graph) | EveryReach(graph) | EveryRoute(graph):
-            return rebuilt(replace(node, graph=wider.graph(graph)), below)
+        case NeighbourNode(graph) | ReachNode(graph) | RouteNode(graph):
+            return rebuilt(replace(node, graph=(wider if node.every else tighter).graph(graph)), below)
         case _:
             # A shortest way gets longer or shorter with the links: there is no side to be on.
             return rebuilt(node, below)

@@ -10,24 +10,18 @@ from missionc.base.trace import Flags, Trace
 from missionc.ir import Mission
 from missionc.kernel.nodes import (
     All,
-    Always,
     Any,
     At,
     AtLeast,
     Atom,
-    Eventually,
-    EveryNeighbour,
-    EveryReach,
-    EveryRoute,
-    Is,
-    Neighbour,
+    LeafNode,
+    NeighbourNode,
     Node,
     Not,
-    PathLength,
-    Reach,
-    Release,
-    Route,
-    Until,
+    ReachNode,
+    RouteNode,
+    UntilNode,
+    WindowNode,
 )
 from missionc.kernel.walk import postorder
 from missionc.language.margins.predicate_margins import formation_margin
@@ -95,23 +89,20 @@ class _Search:
         match node:
             case Atom():
                 return Decision(step, self._agents_of(node, agent, step))
-            case Is() | Neighbour() | EveryNeighbour() | Reach() | EveryReach() | Route() | EveryRoute() | PathLength():
+            case LeafNode() | NeighbourNode() | ReachNode() | RouteNode():
                 return Decision(step, frozenset((agent,)))
             case Not(body):
                 return (yield body, agent, step)
             case At(other, body):
                 return (yield body, other, step)
-            case All(parts):
-                return (yield from self._by_count(parts, agent, step, verdict, len(parts)))
-            case Any(parts):
-                return (yield from self._by_count(parts, agent, step, verdict, 1))
+            case All(parts) | Any(parts):
+                return (yield from self._by_count(parts, agent, step, verdict, len(parts) if node.every else 1))
             case AtLeast(count, parts):
                 return (yield from self._by_count(parts, agent, step, verdict, count))
-            case Always(body, low, high):
-                return (yield self._in_window(body, agent, step + low, self._end(step, high), verdict, not verdict))
-            case Eventually(body, low, high):
-                return (yield self._in_window(body, agent, step + low, self._end(step, high), verdict, verdict))
-            case Until() | Release():
+            case WindowNode(body, low, high):
+                one = verdict is not node.every
+                return (yield self._in_window(body, agent, step + low, self._end(step, high), verdict, one))
+            case UntilNode():
                 return (yield self._of_until(node, agent, step, verdict))
             case _:
                 assert_never(node)
@@ -138,9 +129,9 @@ class _Search:
             return body, agent, high
         return body, agent, next(step for step in range(low, high + 1) if self.truth(body, agent, step) is verdict)
 
-    def _of_until(self, node: Until | Release, agent: int, step: int, verdict: bool) -> Question:
+    def _of_until(self, node: UntilNode, agent: int, step: int, verdict: bool) -> Question:
         low, high = step + node.low, self._end(step, node.high)
-        if verdict is isinstance(node, Until):
+        if verdict is not node.every:
             return self._in_window(node.end, agent, low, high, verdict, True)
         for now in range(step, high):
             if self.truth(node.hold, agent, now) is verdict:

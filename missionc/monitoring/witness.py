@@ -17,21 +17,7 @@ import numpy as np
 
 from missionc.base.trace import Array, Flags, Trace
 from missionc.ir import Graph, Mission
-from missionc.kernel.nodes import (
-    All,
-    Any,
-    At,
-    AtLeast,
-    Atom,
-    EveryNeighbour,
-    EveryReach,
-    EveryRoute,
-    Neighbour,
-    Node,
-    PathLength,
-    Reach,
-    Route,
-)
+from missionc.kernel.nodes import All, Any, At, AtLeast, Atom, NeighbourNode, Node, PathLength, ReachNode, RouteNode
 from missionc.kernel.walk import children, postorder
 from missionc.language.margins.links import all_links, pieces
 from missionc.monitoring.evaluate import Evaluation
@@ -106,18 +92,18 @@ class Witnesses:
             self.linked[graph] = whole
         return self.linked[graph]
 
-    def next_hops(self, node: Reach | EveryReach | Route | EveryRoute) -> Values:
+    def next_hops(self, node: ReachNode | RouteNode) -> Values:
         """Where the best route from each agent goes on: (steps + 1, agents), -1 where it ends or there is none.
 
         Of the dual, the best of those that it forbids.
         """
         if node not in self.onward:
-            sought = isinstance(node, Reach | Route)
+            sought = not node.every
             through, end = (np.equal(self.truth(part).T, sought) for part in (node.through, node.end))
             links = self.links(node.graph) & through[:, :, None]
             position = self.trace.position.swapaxes(0, 1)
             lengths: Array = np.where(links, 1.0, np.inf)
-            if isinstance(node, Route | EveryRoute):
+            if isinstance(node, RouteNode):
                 lengths = np.where(links, distance_between(np, position[:, :, None], position[:, None, :]), np.inf)
             best = np.where(end, 0.0, np.inf)
             while True:
@@ -191,15 +177,13 @@ class _Search:
                 self.light(mask, tuple(predicate.others))
                 if predicate.formation:
                     self.formations.append(predicate.formation.name)
-            case Neighbour(graph, body) | EveryNeighbour(graph, body):
+            case NeighbourNode(graph, body):
                 self.light(mask)
-                sought = isinstance(node, Neighbour)
-                found = self.known.links(graph) & (self.known.truth(body) == sought).T[:, None, :]
-                self.walk(np.where(found.any(axis=2), found.argmax(axis=2), -1), mask & (truth == sought), 1)
-            case Reach() | EveryReach() | Route() | EveryRoute():
+                found = self.known.links(graph) & (self.known.truth(body) != node.every).T[:, None, :]
+                self.walk(np.where(found.any(axis=2), found.argmax(axis=2), -1), mask & (truth != node.every), 1)
+            case ReachNode() | RouteNode():
                 self.light(mask)
-                sought = isinstance(node, Reach | Route)
-                self.walk(self.known.next_hops(node), mask & (truth == sought), self.known.shape[0])
+                self.walk(self.known.next_hops(node), mask & (truth != node.every), self.known.shape[0])
             case PathLength(_, agent):
                 self.light(mask, (agent,))
             case _ if children(node):

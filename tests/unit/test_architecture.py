@@ -82,5 +82,6 @@ def test_the_table_of_the_kernel_has_every_constructor_with_its_parts() -> None:
 
 def constructors() -> dict[str, list[str]]:
     """What each node of the kernel is made of, but for the words it came from, and whether it says their opposite."""
-    made = [getattr(nodes, name) for name in nodes.Node.split(" | ")]
+    kinds = [getattr(nodes, name) for name in nodes.Node.split(" | ")]
+    made = [node for kind in kinds for node in kind.__subclasses__() or [kind]]
     return {node.__name__: [part.name for part in fields(node) if part.name not in ("span", "dual")] for node in made}

@@ -87,9 +87,9 @@ def _note(found: ConflictTargets, node: Node, sign: int) -> None:
             # A wider graph has shorter ways, and links where there were none: how that bears on a bound is open.
             _add(found.graphs, graph.name, 0)
             _add(found.lengths, span, sign)
-        case _ if isinstance(node, WindowNode | UntilNode):
+        case WindowNode() | UntilNode():
             _add(found.windows, span, -sign if node.every else sign)
-        case _ if isinstance(node, NeighbourNode | ReachNode | RouteNode):
+        case NeighbourNode() | ReachNode() | RouteNode():
             sign = -sign if node.every else sign
             _add(found.graphs, node.graph.name, sign)
             if not isinstance(node, NeighbourNode):

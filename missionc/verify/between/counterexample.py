@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from missionc.base.trace import Flags
-from missionc.kernel.nodes import All, Always, Any, At, AtLeast, Eventually, Node, Not, Release, Until, says_opposite
+from missionc.kernel.nodes import All, Any, At, AtLeast, Node, Not, UntilNode, WindowNode, says_opposite
 from missionc.verify.between.interval_sets import Spans, common
 from missionc.verify.between.motion_clock import STEP
 from missionc.verify.between.truth_over_time import Signals, last_asked
@@ -121,17 +121,13 @@ class Search:
                 return [place.to(body, value=not value)]
             case At(agent, body):
                 return [place.to(body, agent=agent)]
-            case All(parts):
-                return self._parts(place, parts, one=not value)
-            case Any(parts):
-                return self._parts(place, parts, one=value)
+            case All(parts) | Any(parts):
+                return self._parts(place, parts, one=value is not node.every)
             case AtLeast(_, parts):
                 return self._parts(place, parts, one=False)
-            case Always(body, low, high):
-                return self._in_window(place, body, low, high, one=not value)
-            case Eventually(body, low, high):
-                return self._in_window(place, body, low, high, one=value)
-            case Until() | Release():
+            case WindowNode(body, low, high):
+                return self._in_window(place, body, low, high, one=value is not node.every)
+            case UntilNode():
                 return self._of_until(place, node)
             case _:
                 return []
@@ -153,8 +149,8 @@ class Search:
             moments.append(place.to(body, tick=first))
         return [moment for moment in moments if self.is_new(moment)][:1] or moments[:1]
 
-    def _of_until(self, place: _Place, node: Until | Release) -> list[_Place]:
-        if place.value is isinstance(node, Until):
+    def _of_until(self, place: _Place, node: UntilNode) -> list[_Place]:
+        if place.value is not node.every:
             return self._in_window(place, node.end, node.low, node.high, one=True)
         goals = self._in_window(place, node.end, node.low, node.high, one=False)
         last = min(self._window(place.tick, node.low, node.high)[1], last_asked(self.ahead[node.hold], self.end))

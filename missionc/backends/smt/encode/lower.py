@@ -33,29 +33,23 @@ from missionc.backends.smt.encode.occupancy import Occupancy
 from missionc.backends.smt.roadmap.labels import Labels, Unexpressible
 from missionc.backends.smt.roadmap.roadmap import Indices
 from missionc.ir import Mission
-from missionc.kernel.analysis import same_for_all
+from missionc.kernel.analysis import reads_lengths, same_for_all
 from missionc.kernel.nodes import (
     All,
-    Always,
     Any,
     At,
     AtLeast,
     Atom,
-    Eventually,
-    EveryNeighbour,
-    EveryReach,
-    EveryRoute,
     Goal,
-    Is,
-    Neighbour,
+    LeafNode,
+    NeighbourNode,
     Node,
     Not,
-    PathLength,
-    Reach,
-    Release,
-    Until,
+    ReachNode,
+    RouteNode,
+    UntilNode,
+    WindowNode,
 )
-from missionc.kernel.nodes import Route as MetricRoute
 
 DEEP = 20_000
 """Frames: formulas nest some hundreds deep, and each level takes a few."""
@@ -153,15 +147,15 @@ class Formulas:
                 self._together(parts, agents, steps)
                 asks = [self._ask(part, agents, steps) for part in parts]
                 return at_least(self.clauses, count, asks)(np.arange(len(agents)))
-            case Always() | Eventually():
+            case WindowNode():
                 return self.windows.window(node, agents, steps)
-            case Until() | Release():
+            case UntilNode():
                 return self.windows.until(node, agents, steps)
-            case Reach() | EveryReach():
+            case ReachNode():
                 return self._reach(node, agents, steps)
-            case MetricRoute() | EveryRoute() | PathLength() | Not(PathLength()):
+            case _ if reads_lengths(node):
                 raise Unexpressible("a route bounded in metres")
-            case Is() | Not() | At() | Neighbour() | EveryNeighbour():
+            case LeafNode() | Not() | At() | NeighbourNode() | RouteNode():
                 raise AssertionError("these are seen to above")
             case _:
                 assert_never(node)
@@ -180,7 +174,7 @@ class Formulas:
             if len(members) > 1:
                 self.holds(body, np.repeat(members, len(moments)), np.tile(moments, len(members)))
 
-    def _reach(self, node: Reach | EveryReach, agents: Indices, steps: Indices) -> Literals:
+    def _reach(self, node: ReachNode, agents: Indices, steps: Indices) -> Literals:
         """Routes whose ends the places do not decide: whoever starts them is asked by name."""
         graph, links = node.graph, min(node.hops, len(node.graph.agents) - 1) - 1
         route, some = Route(graph, node.through, node.end), not node.every

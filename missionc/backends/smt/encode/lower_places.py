@@ -26,7 +26,7 @@ from missionc.backends.smt.encode.lower_routes import Route, Routes
 from missionc.backends.smt.encode.occupancy import Agents, Occupancy, Tables
 from missionc.backends.smt.roadmap.labels import Labels
 from missionc.backends.smt.roadmap.roadmap import Indices
-from missionc.kernel.nodes import All, Any, AtLeast, Atom, EveryNeighbour, EveryReach, Is, Neighbour, Node, Not, Reach
+from missionc.kernel.nodes import All, Any, AtLeast, Atom, Is, NeighbourNode, Node, Not, ReachNode
 from missionc.kernel.walk import children
 
 
@@ -89,14 +89,14 @@ class Places:
                 return join(self.clauses, not some, len(steps), asks)
             case AtLeast(count, parts):
                 return both(present(agents), at_least(self.clauses, count, [ask(part, some, agents) for part in parts]))
-            case Neighbour() | EveryNeighbour() | Reach() | EveryReach() if node.every is some:
+            case NeighbourNode() | ReachNode() if node.every is some:
                 return both(present(agents), ask(node, not some, agents))
-            case Neighbour(graph, body) | EveryNeighbour(graph, body):
+            case NeighbourNode(graph, body):
                 return both(
                     present(agents.intersection(graph.agents)),
                     lambda rows: self.routes.agent_beside(graph, body, some, steps[rows], places[rows]),
                 )
-            case Reach() | EveryReach():
+            case ReachNode():
                 start = ask(node.through, some, agents.intersection(node.graph.agents))
                 return self._reach(node, some, ask(node.end, some, agents), start, steps, places)
             case _ if self.of_agents.of_team(node):
@@ -130,9 +130,9 @@ class Places:
             match node:
                 case Atom(predicate):
                     known = self.labels.of_places(predicate)
-                case Is() | Neighbour() | EveryNeighbour():
+                case Is() | NeighbourNode():
                     known = True
-                case Not() | All() | Any() | AtLeast() | Reach() | EveryReach():
+                case Not() | All() | Any() | AtLeast() | ReachNode():
                     known = all(map(self.decides, children(node)))
                 case _:
                     known = False
@@ -168,11 +168,11 @@ class Places:
                 return join(self.clauses, node.every, len(steps), map(ask, cheap_first(parts)))
             case AtLeast(count, parts):
                 return at_least(self.clauses, count, [ask(part) for part in parts])(np.arange(len(steps)))
-            case Neighbour(graph, body) | EveryNeighbour(graph, body):
+            case NeighbourNode(graph, body):
                 if agent not in graph.agents:
                     return constant(node.every)
                 return self.routes.agent_beside(graph, body, not node.every, steps, places)
-            case Reach() | EveryReach():
+            case ReachNode():
                 if agent not in node.graph.agents:
                     return self.standing(node.end, agent, steps, places)
                 return self._reach(node, not node.every, ask(node.end), ask(node.through), steps, places)
@@ -185,12 +185,12 @@ class Places:
             match node:
                 case Is(members):
                     own: tuple[Agents, ...] = (members,)
-                case Neighbour(graph) | EveryNeighbour(graph) | Reach(graph) | EveryReach(graph):
+                case NeighbourNode(graph) | ReachNode(graph):
                     own = (frozenset(graph.agents),)
                 case _:
                     own = ()
             # What is asked of linked agents is the same whoever asks.
-            below = () if isinstance(node, Neighbour | EveryNeighbour) else children(node)
+            below = () if isinstance(node, NeighbourNode) else children(node)
             self._told_apart[node] = tuple(dict.fromkeys(own + sum(map(self._apart, below), ())))
         return self._told_apart[node]
 
@@ -199,9 +199,7 @@ class Places:
     def _of_team(self, node: Node, steps: Indices) -> Ask:
         return lambda rows: self.of_agents.holds(node, np.zeros_like(rows), steps[rows])
 
-    def _reach(
-        self, node: Reach | EveryReach, some: bool, here: Ask, start: Ask, steps: Indices, places: Indices
-    ) -> Literals:
+    def _reach(self, node: ReachNode, some: bool, here: Ask, start: Ask, steps: Indices, places: Indices) -> Literals:
         """Routes from who is there, of whom ``here`` asks for their end and ``start`` for what leads onward."""
         links, route = min(node.hops, len(node.graph.agents) - 1) - 1, Route(node.graph, node.through, node.end)
         if links < 0:

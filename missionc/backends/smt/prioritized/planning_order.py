@@ -14,7 +14,7 @@ from missionc.backends.smt.prioritized.requirement_parts import NOBODY, Agents, 
 from missionc.backends.smt.roadmap.labels import Labels
 from missionc.backends.smt.roadmap.own_state import own_states, states_of
 from missionc.base.trace import Flags
-from missionc.kernel.nodes import Any, At, AtLeast, Atom, Eventually, EveryReach, Is, Node, Not, Reach, Until
+from missionc.kernel.nodes import Any, At, AtLeast, Atom, Is, Node, Not, ReachNode, UntilNode, WindowNode
 from missionc.kernel.walk import children, postorder
 
 
@@ -86,7 +86,7 @@ class PlanningOrder:
         own = own_states(order, self.labels)
         for node in order:
             match node:
-                case Eventually(place) | Until(_, place) if place in own:
+                case WindowNode(place) | UntilNode(_, place) if not node.every and place in own:
                     there = self.ways[agent] & states_of(place, agent, self.labels)
                     met = np.flatnonzero(there.any(axis=1))
                     latest = max(latest, int(met[0]) if met.size else len(there))
@@ -108,10 +108,8 @@ def _hubs(formula: Node) -> set[int]:
     hubs: set[int] = set()
     for node in postorder((formula,)):
         match node:
-            case Reach(graph, _, Is(members)) | EveryReach(graph, _, Not(Is(members))) if len(members) < len(
-                graph.agents
-            ):
-                hubs |= members
+            case ReachNode(graph, _, Is(members) | Not(Is(members)) as end) if isinstance(end, Not) is node.every:
+                hubs |= members if len(members) < len(graph.agents) else set()
             case _:
                 pass
     return hubs

@@ -19,7 +19,7 @@ from missionc.backends.smt.roadmap.roadmap import Indices
 from missionc.backends.smt.shorten.held_goals import Goals
 from missionc.base.trace import Array, Flags
 from missionc.kernel.analysis import conjuncts
-from missionc.kernel.nodes import Any, Eventually, Node, Until
+from missionc.kernel.nodes import Any, Node, UntilNode, WindowNode
 
 VISITS = 3
 """Visits of an agent; the phases are twice as many with each. What it must visit besides is not counted."""
@@ -94,7 +94,9 @@ def _tasks(formulas: Iterable[Node], goals: Goals) -> dict[int, SingleAgentTask]
             continue
         task = tasks.get(agent) or SingleAgentTask.nothing(goals.motion.ways[agent])
         match node:
-            case Eventually(body, low, high) | Until(_, body, low, high) if not windows and body in goals.own:
+            case WindowNode(body, low, high) | UntilNode(_, body, low, high) if (
+                not node.every and not windows and body in goals.own
+            ):
                 visit = np.zeros_like(task.room)
                 visit[low : None if high is None else high + 1] = goals.states(body, agent)
                 tasks[agent] = task.and_also(SingleAgentTask(task.room, visit[None]))

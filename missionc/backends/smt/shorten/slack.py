@@ -19,7 +19,7 @@ from missionc.backends.smt.roadmap.roadmap import Indices
 from missionc.backends.smt.roadmap.unique_rows import distinct
 from missionc.backends.smt.shorten.held_goals import Goals
 from missionc.base.trace import Flags, Trace
-from missionc.kernel.nodes import All, Always, Any, At, AtLeast, Eventually, Node, Release, Until
+from missionc.kernel.nodes import All, Any, At, AtLeast, Node, UntilNode, WindowNode
 from missionc.language.margins.predicate_margins import link_margin
 from missionc.monitoring.monitor import truths
 
@@ -82,7 +82,7 @@ class Slack:
             case All(parts):
                 for part in self._cheap_first(parts):
                     self.need(part, asked, step)
-            case Always(body, low, high) if asked == self.agent and body in self.goals.own:
+            case WindowNode(body, low, high) if node.every and asked == self.agent and body in self.goals.own:
                 window = self._window(step, low, high)
                 self.room[window.start : window.stop] &= self.goals.states(body, asked)
             case _ if node in self.goals.instant:
@@ -91,15 +91,13 @@ class Slack:
                 self._some(1, [(part, asked, step) for part in parts])
             case AtLeast(count, parts):
                 self._some(count, [(part, asked, step) for part in parts])
-            case Always(body, low, high):
+            case WindowNode(body, low, high) if node.every:
                 for moment in self._window(step, low, high):
                     self.need(body, asked, moment)
-            case Eventually(body, low, high):
+            case WindowNode(body, low, high):
                 self._some(1, [(body, asked, moment) for moment in self._window(step, low, high)])
-            case Until():
-                self._until(node, asked, step)
-            case Release():
-                self._release(node, asked, step)
+            case UntilNode():
+                (self._release if node.every else self._until)(node, asked, step)
             case _:
                 # At the last step a speed is that of the motion which ended there.
                 last = self.motion.steps
@@ -168,14 +166,14 @@ class Slack:
         for option in concerning[: max(0, count - (len(true) - len(concerning)))]:
             self.need(*option)
 
-    def _until(self, node: Until, asked: int, step: int) -> None:
+    def _until(self, node: UntilNode, asked: int, step: int) -> None:
         window = self._window(step, node.low, node.high)
         end = next(moment for moment in window if self.holds(node.end, asked, moment))
         self.need(node.end, asked, end)
         for moment in range(step, end):
             self.need(node.hold, asked, moment)
 
-    def _release(self, node: Release, asked: int, step: int) -> None:
+    def _release(self, node: UntilNode, asked: int, step: int) -> None:
         window = self._window(step, node.low, node.high)
         freed = (moment for moment in range(step, window.stop - 1) if self.holds(node.hold, asked, moment))
         stop = next(freed, window.stop)
