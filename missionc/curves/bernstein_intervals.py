@@ -160,22 +160,22 @@ def derivative(coefficients: Array) -> Array:
 
 
 def lowered(bound: Array) -> Array:
-    """A lower bound that one operation has rounded; where it is not a number nothing is known."""
+    """A lower bound, (...), that one operation has rounded; where it is not a number nothing is known."""
     return np.where(np.isnan(bound), -np.inf, np.nextafter(bound, -np.inf))
 
 
 def raised(bound: Array) -> Array:
-    """An upper bound that one operation has rounded; where it is not a number nothing is known."""
+    """An upper bound, (...), that one operation has rounded; where it is not a number nothing is known."""
     return np.where(np.isnan(bound), np.inf, np.nextafter(bound, np.inf))
 
 
 def root_below(square: Array) -> Array:
-    """A lower bound of the root, from one of the square."""
+    """A lower bound of the root, from one of the square: (...) -> (...)."""
     return np.maximum(lowered(np.sqrt(np.maximum(square, 0.0))), 0.0)
 
 
 def root_above(square: Array) -> Array:
-    """An upper bound of the root, from one of the square."""
+    """An upper bound of the root, from one of the square: (...) -> (...)."""
     return raised(np.sqrt(np.maximum(square, 0.0)))
 
 

@@ -84,7 +84,7 @@ def speed_bounds(curves: Curves) -> Array:
 
 
 def refined(curves: Curves, extra: Array) -> Curves:
-    """The same motion with more joints: those of ``extra`` (seconds) that fall inside a piece."""
+    """The same motion with more joints: those of ``extra``, (moments,), seconds, that fall inside a piece."""
     inside = extra[(extra > curves.times[0]) & (extra < curves.times[-1])]
     times = np.union1d(curves.times, inside)
     if times.size == curves.times.size:

@@ -53,7 +53,12 @@ class Rows:
         return csr_array(coo_array((np.concatenate(self.value), index), shape=(self.count, self.columns)))
 
     def over(self, spread: csr_array, resting: Array) -> Bounds:
-        """The same of the free coefficients; rows that are free of them are left out."""
+        """The same of the free coefficients; rows that are free of them are left out.
+
+        Args:
+            spread: (columns, coefficients): what each of them adds to the control points.
+            resting: (columns,), metres: the control points where all of them are 0.
+        """
         if not self.count:
             return Bounds(csr_array((0, spread.shape[1])), np.zeros(0), np.zeros(0), np.zeros(0, dtype=np.int64))
         matrix = self.matrix()

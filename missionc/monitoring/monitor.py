@@ -48,7 +48,7 @@ def truth(node: Node, mission: Mission, trace: Trace) -> Flags:
 
 
 def truths(nodes: Iterable[Node], mission: Mission, trace: Trace) -> dict[Node, Flags]:
-    """``truth`` of several formulas, worked out together; not to be written to."""
+    """``truth``, (agents, steps + 1), of several formulas, worked out together; not to be written to."""
     found = Evaluation(TRUTH, mission, trace).values(nodes)
     return {node: np.broadcast_to(value, trace.position.shape[:2]) for node, value in found.items()}
 

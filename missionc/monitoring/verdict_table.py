@@ -168,6 +168,9 @@ def asked_where(
 
     Args:
         opposites: of formulas, a negation that the roots may have in their place.
+
+    Returns:
+        (agents, steps + 1) for each.
     """
     agents, steps = trace.position.shape[:2]
     nowhere = np.zeros((agents, steps), dtype=np.bool_)

@@ -77,6 +77,7 @@ class Witnesses:
         return Witness(search.lit[0], search.lit[1], links, tuple(dict.fromkeys(search.formations)))
 
     def truth(self, node: Node) -> Flags:
+        """(agents, steps + 1)"""
         return np.broadcast_to(self.truths[node], self.shape)
 
     def links(self, graph: Graph) -> Flags:

@@ -97,7 +97,11 @@ def _error(times: Array, error: Array) -> Error:
 
 
 def at_steps(mission: Mission, times: Array, position: Array, velocity: Array, heading: Array) -> Trace:
-    """The states at the mission's steps, on the line between two samples where none falls on the step."""
+    """The states at the mission's steps, on the line between two samples where none falls on the step.
+
+    The arrays are those that ``judge`` takes: (samples,), s; (agents, samples, 3) twice, m and m/s;
+    (agents, samples), rad.
+    """
     steps = mission.step * np.arange(mission.steps + 1)
     after = np.clip(np.searchsorted(times, steps - 1e-9), 1, times.size - 1)
     share = np.clip((steps - times[after - 1]) / (times[after] - times[after - 1]), 0.0, 1.0)

@@ -49,6 +49,7 @@ class Column:
     high: float
 
     def bounds(self, dimension: int) -> tuple[Array, Array]:
+        """Its lowest and its highest corner, (dim,) each, metres."""
         west, south, east, north = shapely.bounds(self.base)
         low = (west - self.radius, south - self.radius, self.low)
         high = (east + self.radius, north + self.radius, self.high)

@@ -80,7 +80,10 @@ def distance_between(xp: Namespace, first: Array, second: Array | tuple[float, .
 
 
 def length(xp: Namespace, coordinates: Iterable[Array]) -> Array:
-    """Euclidean length of a vector, from its coordinates. Its gradient at 0 is 0, where torch's own is not a number."""
+    """Euclidean length of a vector, from its coordinates, (...) each -> (...).
+
+    Its gradient at 0 is 0, where torch's own is not a number.
+    """
     square = reduce(lambda left, right: left + right, [coordinate * coordinate for coordinate in coordinates])
     positive = square > 0
     return xp.where(positive, xp.sqrt(xp.where(positive, square, 1.0)), 0.0)

@@ -134,7 +134,11 @@ class Run:
             return Start(first, self.decided(first, number))
 
     def decided(self, first: Array, number: int) -> Choices:
-        """Z3's choices where nothing is measured; elsewhere a schedule's, at times far from Z3's own."""
+        """Z3's choices where nothing is measured; elsewhere a schedule's, at times far from Z3's own.
+
+        Args:
+            first: its motion, (agents, steps + 1, dim), metres.
+        """
         mission = self.mission
         made = splines(mission)
         roots = tuple(each.formula for each in self.smooth.graph.requirements if each.name in self.asked.whole)

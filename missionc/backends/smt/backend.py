@@ -181,6 +181,11 @@ class Run:
     def with_everyone(
         self, roadmaps: tuple[Roadmap, ...], ways: tuple[Flags, ...], most_links: int, solvers: Solvers
     ) -> Outcome | NoPlan | TooFewLinks:
+        """A plan from one problem with all agents.
+
+        Args:
+            ways: for each agent where it can be, (steps + 1, states).
+        """
         kernel, account = self.kernel, self.account
         everyone = frozenset(range(len(self.mission.agents)))
         self.budget.listen(Progress("lower", len(self.tried), f"{len(everyone)} agents"))

@@ -32,11 +32,11 @@ class FeatureFacts:
         return None
 
     def measured(self, view: Measures) -> Array:
-        """Its value, metres or m/s."""
+        """Its value: (...), metres or m/s."""
         raise NotImplementedError
 
     def rate(self, view: Changes) -> Array:
-        """A bound on how fast its value changes, where it has no direction; per second."""
+        """A bound on how fast its value changes, where it has no direction: (...), per second."""
         return view.motion()
 
     def show(self, words: Words) -> str:

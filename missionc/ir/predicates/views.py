@@ -16,7 +16,10 @@ Array: TypeAlias = Any
 
 
 class Measures(Protocol):
-    """Measures of the team at some moments, metres; oneself is the agent that a predicate is asked of."""
+    """Measures of the team at some moments, metres; oneself is the agent that a predicate is asked of.
+
+    Each is an array, (...), that broadcasts to one number for each agent that is asked and each moment.
+    """
 
     @property
     def dimension(self) -> int: ...
@@ -51,7 +54,7 @@ class Measures(Protocol):
 
 
 class Changes(Protocol):
-    """Bounds on how fast measures change, metres per second."""
+    """Bounds on how fast measures change, metres per second; each broadcasts to one for each agent that is asked."""
 
     @property
     def dimension(self) -> int: ...

@@ -39,7 +39,7 @@ def margin(predicate: Predicate, mission: Mission, trace: Trace) -> Array:
 
 
 def holds(predicate: Predicate, margins: Array) -> Array:
-    """Whether a predicate of these margins is true.
+    """Whether a predicate of these margins is true: (...) -> (...).
 
     Regions, tolerances and ``>=`` hold at their border; links and ``>`` do not.
     """

@@ -10,7 +10,7 @@ from missionc.world.signed_distance import Array, Namespace, distance_between, l
 
 
 class View:
-    """Measures of agents; a kind of view says where these are.
+    """Measures of agents, (...), metres (speeds m/s); a kind of view says where these are.
 
     ``xp`` is the library of its arrays. What a view does not see is a ``ValueError``.
     """

@@ -22,7 +22,7 @@ PER_METRE = 1000
 
 
 def thousandths(values: Array) -> NDArray[np.int64]:
-    """Rounded to thousandths; infinities become ``FAR``."""
+    """Rounded to thousandths, (...) -> (...); infinities become ``FAR``."""
     return np.rint(np.clip(np.nan_to_num(values, nan=-np.inf), -FAR / PER_METRE, FAR / PER_METRE) * PER_METRE).astype(
         np.int64
     )

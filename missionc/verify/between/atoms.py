@@ -39,6 +39,9 @@ Margin: TypeAlias = Callable[[Indices, Indices, Array], Array]
 def atom_signals(predicate: Predicate, agents: Indices, motion: Motion) -> list[Signal]:
     """When a predicate holds at each of these agents; of one about the team, its one signal.
 
+    Args:
+        agents: mission indices, (asked,).
+
     Raises:
         ValueError: the predicate is ``connected``; a kernel has routes in its place.
     """
@@ -56,7 +59,7 @@ def atom_signals(predicate: Predicate, agents: Indices, motion: Motion) -> list[
 
 
 def link_signals(graph: Graph, first: Indices, second: Indices, motion: Motion) -> list[Signal]:
-    """When pairs of agents are linked."""
+    """When pairs of agents, (pairs,) twice, are linked."""
 
     def margin(pair: Indices, piece: Indices, local: Array) -> Array:
         here, there = (motion.position(agent[pair], piece, local) for agent in (first, second))

@@ -42,14 +42,16 @@ class Motion:
         return np.concatenate([[0], np.clip(inner, 0, self.end), [self.end]])
 
     def seconds(self, tick: Indices | int) -> Array:
+        """(...) -> (...)"""
         return np.asarray(np.asarray(tick) / STEP * self.mission.step)
 
     def local(self, piece: Indices, tick: Indices) -> Array:
-        """The seconds that a piece has gone by then; none before it, no more than it lasts."""
+        """The seconds that a piece has gone by then, (...); none before it, no more than it lasts."""
         since = self.seconds(tick) - self.curves.times[piece]
         return np.asarray(np.clip(since, 0.0, self.curves.durations[piece]))
 
     def piece_at(self, tick: Indices) -> Indices:
+        """The piece that a tick falls into: (...) -> (...)."""
         return np.clip(np.searchsorted(self.joints, tick, side="right") - 1, 0, self.joints.size - 2).astype(np.int64)
 
     def position(self, agent: Indices, piece: Indices, local: Array) -> Array:
@@ -87,7 +89,7 @@ class Motion:
         return ROUNDING * (1.0 + terms) + fastest * self.mission.step / STEP
 
     def reach(self, low: Indices, high: Indices) -> Array:
-        """Seconds from the middle of a stretch, in whole ticks, to its ends, at most."""
+        """Seconds from the middle of a stretch, in whole ticks, to its ends, at most: (...) twice -> (...)."""
         return self.seconds(high - low + 1) * FURTHER
 
     @cached_property

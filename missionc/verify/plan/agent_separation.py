@@ -36,7 +36,7 @@ def check_separation(mission: Mission, curves: Curves, tolerance: float = CONTAC
 
 
 def near_pairs(mission: Mission, curves: Curves, spare: float | None) -> Iterator[tuple[int, Indices, Indices]]:
-    """For each piece, the pairs that may come within ``spare`` metres of the separation they need.
+    """For each piece, the pairs, (pairs,) twice, that may come within ``spare`` metres of the separation they need.
 
     Absent ``spare``, the pairs among which the nearest of the piece is.
     """

@@ -92,7 +92,7 @@ def lower(
 
 
 class Formulas:
-    """Literals for formulas about agents."""
+    """Literals for formulas about agents; cells are an agent and a step each, (cells,) twice, literals (cells,)."""
 
     def __init__(
         self, mission: Mission, motion: Motion, clauses: Clauses, occupancy: Occupancy, most_links: int

@@ -86,7 +86,7 @@ def lower_motion(
     """Adds that each agent is in exactly one state at each step, and moves along its roadmap.
 
     Args:
-        ways: where each agent can be, as ``all_ways`` says, or less.
+        ways: where each agent can be, (steps + 1, states), as ``all_ways`` says, or less.
         cast: the agents it is said of.
 
     Raises:

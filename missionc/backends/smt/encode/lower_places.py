@@ -31,7 +31,7 @@ from missionc.kernel.walk import children
 
 
 class OfAgents(Protocol):
-    """The other half of the lowering: formulas about an agent, by its index."""
+    """The other half of the lowering: formulas about an agent, by its index, at a step: (cells,) twice -> (cells,)."""
 
     def holds(self, node: Node, agents: Indices, steps: Indices) -> Literals: ...
 

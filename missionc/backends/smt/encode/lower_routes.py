@@ -31,7 +31,10 @@ class Route:
 
 
 class OfPlaces(Protocol):
-    """Some of the agents is there of whom the formula holds; or it holds of each of them that is."""
+    """Some of the agents is there of whom the formula holds; or it holds of each of them that is.
+
+    Cells are a step and a place each, (cells,) twice, and literals (cells,).
+    """
 
     def among(self, node: Node, some: bool, agents: Agents, steps: Indices, places: Indices) -> Literals: ...
 

@@ -16,6 +16,8 @@ SHARED = 4
 
 
 class OfAgents(Protocol):
+    """Literals for formulas about agents: (cells,) twice, an agent and a step each, -> (cells,)."""
+
     def holds(self, node: Node, agents: Indices, steps: Indices) -> Literals: ...
 
 

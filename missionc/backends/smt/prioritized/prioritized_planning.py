@@ -287,7 +287,11 @@ class PrioritizedPlanner:
         return True
 
     def infeasible(self, formulas: Sequence[Node], ways: tuple[Flags, ...], present: Agents) -> bool:
-        """Whether these hold in no joint motion of those who are there, each within its ways. False says nothing."""
+        """Whether these hold in no joint motion of those who are there, each within its ways. False says nothing.
+
+        Args:
+            ways: for each agent, (steps + 1, states).
+        """
         return SingleAgentRelaxation(self.order.labels, ways, present).infeasible(formulas)
 
     def applicable_parts(self, guaranteed: set[Part], present: Agents) -> dict[Part, Node]:

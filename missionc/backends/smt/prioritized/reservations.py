@@ -141,7 +141,7 @@ class ReservationTable:
         return other
 
     def keep_clear_of(self, agent: int, states: Indices, motion: Motion, weight: float) -> None:
-        """No move is free any more that comes too near the agent, who moves as ``states`` say."""
+        """No move is free any more that comes too near the agent, who moves as ``states``, (agents, steps + 1), say."""
         track = kinematics(states[agent : agent + 1], np.array([agent]), motion, self.mission)
         position, velocity, acceleration = (each[0] for each in track)
         least = float(needed(np.array([self.roadmap.agents[0]]), np.array([agent]), self.mission)[0])

@@ -118,6 +118,9 @@ class Separation:
     def forbid(self, near: Near, states: Indices) -> None:
         """Adds clauses that rule these out, and their like.
 
+        Args:
+            states: the joint motion they are in, (agents, steps + 1).
+
         Raises:
             TooLarge: the clauses would pass their limit.
         """

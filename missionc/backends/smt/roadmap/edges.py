@@ -37,6 +37,7 @@ class Edges:
     bend: Array
 
     def take(self, which: Indices | Flags) -> Edges:
+        """Those at these places, (taken,), or those that are marked, (edges,)."""
         return Edges(self.source[which], self.target[which], self.count[which], self.bend[which])
 
     def __len__(self) -> int:

@@ -69,12 +69,12 @@ class Ground:
         return within & clear_of(self.obstacles, points, points, margin)
 
     def is_free_at(self, step: int, points: Array) -> Flags:
-        """Which of the points are clear of everything at a step."""
+        """Which of the points, (points, dim), metres, are clear of everything at a step: (points,)."""
         free: Flags = self.is_free(points) & clear_places(self.mission, points, self.margin, (step,))[0]
         return free
 
     def keeps_within(self, points: Array) -> Flags:
-        """Which of the points have room for the whole body within the world."""
+        """Which points, (points, dim), metres, leave the body room within the world: (points,)."""
         world, radius = self.mission.world, self.agents[0].radius
         low, high = np.add(world.low, radius), np.subtract(world.high, radius)
         within: Flags = np.all((points >= low) & (points <= high), axis=1)

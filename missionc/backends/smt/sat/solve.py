@@ -206,7 +206,7 @@ class Solvers:
                 return _gave_up(answer[1:].decode(errors="replace"))
 
     def values(self, variables: Literals) -> Flags | Stopped:
-        """Which of the variables hold in the last model."""
+        """Which of the variables hold in the last model: (variables,) -> (variables,)."""
         answer = self._ask(b"V", variables.astype(np.int32).tobytes(), self.deadline)
         return answer if isinstance(answer, Stopped) else np.frombuffer(answer, dtype=np.uint8).astype(bool)
 
