@@ -161,8 +161,7 @@ def _because(
             return (edge.first, edge.second), [apart(edge.first, edge.second) + wanted]
         case Atom(predicate) if pairs := predicate.pairs_of(culprit.agent):
             return pairs[0], [apart(*pairs[0])]
-        case _ if isinstance(culprit.node, NeighbourNode | ReachNode):
-            graph = culprit.node.graph
+        case NeighbourNode(graph) | ReachNode(graph):
             bounds = intervals.links(graph)
             most = culprit.upper is not culprit.node.every
             links = np.triu((bounds.most if most else bounds.least)[culprit.column], 1)

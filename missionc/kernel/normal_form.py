@@ -15,25 +15,15 @@ from typing import TypeAlias, assert_never
 
 from missionc.kernel.nodes import (
     All,
-    Always,
     Any,
     At,
     AtLeast,
-    Eventually,
-    EveryNeighbour,
-    EveryReach,
-    EveryRoute,
     LeafNode,
-    Neighbour,
     NeighbourNode,
     Node,
     Not,
-    Reach,
     ReachNode,
-    Release,
-    Route,
     RouteNode,
-    Until,
     UntilNode,
     WindowNode,
 )
@@ -42,9 +32,9 @@ from missionc.kernel.walk import children, postorder
 Forms: TypeAlias = dict[tuple[Node, bool], Node]
 """By formula and polarity: with False, the negation."""
 
-PAIRS = ((All, Any), (Always, Eventually), (Until, Release), (Neighbour, EveryNeighbour), (Reach, EveryReach))
-DUALS: dict[type[Node], type[Node]] = {AtLeast: AtLeast, At: At, Route: EveryRoute, EveryRoute: Route}
-DUALS |= {one: other for pair in PAIRS for one, other in (pair, pair[::-1])}
+KINDS = (WindowNode, UntilNode, NeighbourNode, ReachNode, RouteNode)
+PAIRS = ((All, Any), (AtLeast, AtLeast), (At, At), *(kind.__subclasses__() for kind in KINDS))
+DUALS: dict[type[Node], type[Node]] = {one: other for pair in PAIRS for one, other in (pair, pair[::-1])}
 """The constructor that has the same fields and says the opposite of the opposites below it."""
 
 
