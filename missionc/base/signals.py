@@ -77,28 +77,28 @@ def _nobody_hangs_up(number: signal.Signals) -> bool:
 @contextmanager
 def _ended_by_force() -> Iterator[None]:
     """Within, the process ends ``PATIENCE`` after a signal that leaves nothing to bring home, and at a second one."""
-    told, tell = os.pipe()
-    os.set_blocking(tell, False)
-    threading.Thread(target=_watch, args=(told,), daemon=True).start()
-    before = signal.set_wakeup_fd(tell, warn_on_full_buffer=False)
+    read_end, write_end = os.pipe()
+    os.set_blocking(write_end, False)
+    threading.Thread(target=_watch, args=(read_end,), daemon=True).start()
+    before = signal.set_wakeup_fd(write_end, warn_on_full_buffer=False)
     try:
         yield
     finally:
         signal.set_wakeup_fd(before)
-        os.close(tell)
+        os.close(write_end)
 
 
-def _watch(told: int) -> None:
+def _watch(read_end: int) -> None:
     """End the process where it does not do so itself; until nothing more can be told."""
-    number = _next_signal(told)
-    if number and (not select.select([told], [], [], None if _now.held else PATIENCE)[0] or _next_signal(told)):
+    number = _next_signal(read_end)
+    if number and (not select.select([read_end], [], [], None if _now.held else PATIENCE)[0] or _next_signal(read_end)):
         os._exit(128 + number)
-    os.close(told)
+    os.close(read_end)
 
 
-def _next_signal(told: int) -> int:
+def _next_signal(read_end: int) -> int:
     """The next that is handled here; 0 where there will be none."""
-    while number := os.read(told, 1):
+    while number := os.read(read_end, 1):
         if number[0] in HANDLED:
             return number[0]
     return 0

@@ -165,10 +165,10 @@ def _because(
             bounds = intervals.links(graph)
             most = culprit.upper is not culprit.node.every
             links = np.triu((bounds.most if most else bounds.least)[culprit.column], 1)
-            found = np.argwhere((np.abs(links) == amount) & (links != 0))
-            if len(found) == 0 or isinstance(graph, BeaconCover):
+            worst_links = np.argwhere((np.abs(links) == amount) & (links != 0))
+            if len(worst_links) == 0 or isinstance(graph, BeaconCover):
                 return (culprit.agent,), []
-            first, second = (graph.agents[place] for place in found[0].tolist())
+            first, second = (graph.agents[place] for place in worst_links[0].tolist())
             return (first, second), [f"{apart(first, second)}; the radius of `{graph.name}` is {metres(graph.radius)}"]
         case _:
             return (culprit.agent,), []

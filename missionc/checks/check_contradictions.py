@@ -44,26 +44,26 @@ def contradictions(
     mission: Mission, places: Places, necessary: NecessaryConditions, requirements: list[Goal]
 ) -> Iterator[Diagnostic]:
     """One finding for each requirement, or pair of them, that no plan can satisfy."""
-    asked: list[Asked] = []
+    facts: list[Asked] = []
     instants: dict[Instant, Goal] = {}
     for requirement in requirements:
         gathered = necessary.of_requirement(requirement.formula)
-        asked.extend(_asked(requirement, gathered, places))
+        facts.extend(_asked(requirement, gathered, places))
         for instant in gathered.instants:
             instants.setdefault(instant, requirement)
-    told: set[frozenset[Goal]] = set()
-    for one, other, steps in _clashes(asked):
+    reported: set[frozenset[Goal]] = set()
+    for one, other, steps in _clashes(facts):
         pair = frozenset((one.requirement, other.requirement))
-        if pair not in told:
-            told.add(pair)
+        if pair not in reported:
+            reported.add(pair)
             yield _clash(mission, one, other, steps)
-    yield from _impossible_instants(places, necessary, instants, told)
+    yield from _impossible_instants(places, necessary, instants, reported)
     ends = Ends(mission)
-    for entry in asked:
+    for entry in facts:
         alone = frozenset((entry.requirement,))
-        if alone not in told:
+        if alone not in reported:
             for finding in _against_places(ends, places, entry):
-                told.add(alone)
+                reported.add(alone)
                 yield finding
 
 
@@ -71,11 +71,11 @@ def _asked(requirement: Goal, gathered: Necessary, places: Places) -> Iterator[A
     return (Asked(requirement, fact, places.rule(fact.literal)) for fact in gathered.facts)
 
 
-def _clashes(asked: list[Asked]) -> Iterator[tuple[Asked, Asked, tuple[int, int]]]:
+def _clashes(facts: list[Asked]) -> Iterator[tuple[Asked, Asked, tuple[int, int]]]:
     """Pairs of facts that no plan can have both, in the order of the text; of many, a predicate with its negation."""
     before: dict[Literal, list[Asked]] = {}
-    for number, entry in enumerate(asked):
-        others = asked[:number] if number < MOST_RULES else before.get(entry.fact.literal.opposite, [])[:MOST_RULES]
+    for number, entry in enumerate(facts):
+        others = facts[:number] if number < MOST_RULES else before.get(entry.fact.literal.opposite, [])[:MOST_RULES]
         for other in others:
             if entry.rule is other.rule or not same_agent(entry.fact.who, other.fact.who):
                 continue
@@ -86,13 +86,13 @@ def _clashes(asked: list[Asked]) -> Iterator[tuple[Asked, Asked, tuple[int, int]
 
 
 def _impossible_instants(
-    places: Places, necessary: NecessaryConditions, instants: dict[Instant, Goal], told: set[frozenset[Goal]]
+    places: Places, necessary: NecessaryConditions, instants: dict[Instant, Goal], reported: set[frozenset[Goal]]
 ) -> Iterator[Diagnostic]:
     """Formulas that have to hold at some step, and cannot at any."""
     queue = list(instants)
     for instant in queue:
         requirement = instants[instant]
-        if frozenset((requirement,)) in told:
+        if frozenset((requirement,)) in reported:
             continue
         gathered = necessary.of_instant(instant)
         for further in gathered.instants:
@@ -100,7 +100,7 @@ def _impossible_instants(
                 instants[further] = requirement
                 queue.append(further)
         for one, other, _ in _clashes(list(_asked(requirement, gathered, places))):
-            told.add(frozenset((requirement,)))
+            reported.add(frozenset((requirement,)))
             yield _clash_at_once(one, other)
             break
 

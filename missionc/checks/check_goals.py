@@ -118,18 +118,18 @@ def _in_time(ground: FreeSpace, agent: Agent, goal: Area, reach: float) -> bool:
 def _journeys(ground: FreeSpace, agents: Sequence[Agent], goal: Area) -> list[Journey]:
     """How far, at least, each agent starts from a goal."""
     exact = [(agent, agent.start.point) for agent in agents if isinstance(agent.start, Exactly)]
-    found = {}
+    by_agent = {}
     if exact:
         distances = ground.atlas.distances([point for _, point in exact], goal)
-        found = {agent.index: distance for (agent, _), distance in zip(exact, distances, strict=True)}
+        by_agent = {agent.index: distance for (agent, _), distance in zip(exact, distances, strict=True)}
     by_region: dict[Region, float] = {}
     for agent in agents:
         if isinstance(agent.start, Anywhere):
             region = agent.start.region
             if region not in by_region:
                 by_region[region] = ground.atlas.distance(ground.atlas.outer(region.shape), goal)
-            found[agent.index] = by_region[region]
-    return [Journey(agent, found[agent.index]) for agent in agents if math.isfinite(found[agent.index])]
+            by_agent[agent.index] = by_region[region]
+    return [Journey(agent, by_agent[agent.index]) for agent in agents if math.isfinite(by_agent[agent.index])]
 
 
 def _reach(mission: Mission, agent: Agent, steps: int) -> float:

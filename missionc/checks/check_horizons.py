@@ -85,7 +85,7 @@ def _look(formula: Formula) -> Look:
 
 def outermost_windows(root: Formula, looks: Mapping[Formula, Look], seen: set[Formula]) -> list[Apply]:
     """The temporal operators that stand under no other, in the order of the text; ``seen`` grows, and is left out."""
-    found: list[Apply] = []
+    windows: list[Apply] = []
     stack = [root]
     while stack:
         formula = stack.pop()
@@ -93,10 +93,10 @@ def outermost_windows(root: Formula, looks: Mapping[Formula, Look], seen: set[Fo
             continue
         seen.add(formula)
         if isinstance(formula, Apply) and (isinstance(formula.bounds, Window) or looks[formula].own > 0):
-            found.append(formula)
+            windows.append(formula)
         else:
             stack.extend(reversed(operands(formula)))
-    return found
+    return windows
 
 
 def _needed(node: Node, below: Mapping[Node, float]) -> float:

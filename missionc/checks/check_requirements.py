@@ -59,8 +59,8 @@ def _dead_comparisons(mission: Mission, known: MustAnalysis) -> Iterator[Diagnos
     """Comparisons that no agent can satisfy, where what they are part of is not decided by them."""
     dead = {formula for formula in formulas(mission) if known.of(formula).number == FALSE and _compares(formula)}
     if dead:
-        told = {goal.formula for goal in mission.requirements if known.of(goal.formula).number in (TRUE, FALSE)}
-        others = bottom_up(goal.formula for goal in goals(mission) if goal.formula not in told)
+        decided = {goal.formula for goal in mission.requirements if known.of(goal.formula).number in (TRUE, FALSE)}
+        others = bottom_up(goal.formula for goal in goals(mission) if goal.formula not in decided)
         yield from (_comparison_never_holds(known, formula) for formula in others if formula in dead)
 
 
@@ -83,8 +83,8 @@ def _why(known: MustAnalysis, formula: Formula) -> str:
     sure = known.of(formula)
     always = sure.true != 0
     match formula:
-        case Holds(Compare() as said) if (values := _range(known, said, sure.true or sure.false)) is not None:
-            return f"always {always}: {in_words(said, values)}".lower()
+        case Holds(Compare() as compare) if (values := _range(known, compare, sure.true or sure.false)) is not None:
+            return f"always {always}: {in_words(compare, values)}".lower()
         case Holds():
             return "wherever an agent can be" if always else "no agent has room to be there"
         case Apply() if not formula.operator.spatial:
@@ -97,10 +97,10 @@ def _why(known: MustAnalysis, formula: Formula) -> str:
             return "always true" if always else "never true"
 
 
-def _range(known: MustAnalysis, said: Compare, bits: int) -> Range | None:
+def _range(known: MustAnalysis, comparison: Compare, bits: int) -> Range | None:
     """Between which values a comparison's sides differ for one of these agents; None where that does not decide it."""
     agent = next(agent for agent, kind in known.kinds if kind & bits)
-    values = of_comparison(known.ground, agent, said)
+    values = of_comparison(known.ground, agent, comparison)
     return None if values.low < 0 < values.high else values
 
 

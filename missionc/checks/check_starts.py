@@ -85,8 +85,8 @@ def _too_near(mission: Mission, stage: Stage, obstacle: Obstacle) -> dict[int, f
         return {}
     from missionc.world.placement_conflicts import too_near  # with numpy and shapely
 
-    found = too_near(obstacle, stage.time, [places[at] for at in open_], [margins[at] for at in open_])
-    return {open_[at]: distance for at, distance in found}
+    conflicts = too_near(obstacle, stage.time, [places[at] for at in open_], [margins[at] for at in open_])
+    return {open_[at]: distance for at, distance in conflicts}
 
 
 def _overlapping(mission: Mission, ground: FreeSpace, stage: Stage) -> list[Diagnostic]:
@@ -102,8 +102,8 @@ def _overlapping(mission: Mission, ground: FreeSpace, stage: Stage) -> list[Diag
     for first, second, distance in pairs:
         by_spans.setdefault((exact[first][1].span, exact[second][1].span), []).append((first, second, distance))
     return [
-        _too_close(mission, stage, exact[found[0][0]], exact[found[0][1]], found[0][2], len(found))
-        for found in by_spans.values()
+        _too_close(mission, stage, exact[overlaps[0][0]], exact[overlaps[0][1]], overlaps[0][2], len(overlaps))
+        for overlaps in by_spans.values()
     ]
 
 

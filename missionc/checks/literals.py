@@ -110,18 +110,18 @@ class Places:
             case Literal(Touches(region), True) if measured_outside(region.shape):
                 return atlas.near(region.shape, self.most, outer=True)
             case Literal(Compare(), _):
-                said = comparison(literal)
-                return UNBOUNDED if isinstance(said, Unbounded) else self._where(said)
+                inequality = comparison(literal)
+                return UNBOUNDED if isinstance(inequality, Unbounded) else self._where(inequality)
             case _:
                 return UNBOUNDED
 
-    def _where(self, said: Compare) -> Bound:
+    def _where(self, inequality: Compare) -> Bound:
         """The places a comparison allows: a half space, or those within a distance."""
-        match said.terms:
+        match inequality.terms:
             case ((weight, DistanceTo(target)),) if weight < 0 and not isinstance(target, int):
-                return self._up_to(target, said.constant / -weight)
+                return self._up_to(target, inequality.constant / -weight)
             case terms if terms and all(isinstance(feature, Coordinate) for _, feature in terms):
-                return self.atlas.half_space(_weights(terms, self.atlas.world.dimension), said.constant)
+                return self.atlas.half_space(_weights(terms, self.atlas.world.dimension), inequality.constant)
             case _:
                 return UNBOUNDED
 
@@ -141,17 +141,17 @@ class Places:
             case Literal(Touches(region), False):
                 return atlas.near(region.shape, self.least, outer=False)
             case Literal(Compare(), _):
-                said = comparison(literal)
-                return UNBOUNDED if isinstance(said, Unbounded) else self._nearer_than(said)
+                inequality = comparison(literal)
+                return UNBOUNDED if isinstance(inequality, Unbounded) else self._nearer_than(inequality)
             case _:
                 return UNBOUNDED
 
-    def _nearer_than(self, said: Compare) -> Bound:
+    def _nearer_than(self, inequality: Compare) -> Bound:
         """The places too near for a comparison that keeps a distance of more than 0."""
         atlas = self.atlas
-        match said.terms:
+        match inequality.terms:
             case ((weight, DistanceTo(target)),) if weight > 0 and not isinstance(target, int):
-                distance = -said.constant / weight
+                distance = -inequality.constant / weight
                 if distance <= 0:
                     return UNBOUNDED
                 if isinstance(target, Beacon):
@@ -185,9 +185,9 @@ def _apart(one: Compare | Unbounded, other: Compare | Unbounded) -> bool:
     return gap < -slack or (abs(gap) <= slack and (one.strict or other.strict))
 
 
-def _merged(said: Compare) -> Iterator[tuple[Feature, float]]:
+def _merged(inequality: Compare) -> Iterator[tuple[Feature, float]]:
     """Each feature once, with its whole weight; those that cancel are left out."""
     weights: dict[Feature, float] = {}
-    for weight, feature in said.terms:
+    for weight, feature in inequality.terms:
         weights[feature] = weights.get(feature, 0.0) + weight
     return ((feature, weight) for feature, weight in weights.items() if weight != 0)

@@ -103,10 +103,10 @@ class Ends(Domain[May]):
     def reach(self, node: ReachNode, through: May, end: May) -> May:
         graph, outside = node.graph, self._outside(node.graph)
 
-        def longer(found: Bits, at: int) -> Bits:
+        def longer(reached: Bits, at: int) -> Bits:
             if not node.every:
-                return found | through[at] & self._one_link(graph, found, at)
-            return found & (outside | through[at] | self._no_other_link(graph, found, at))
+                return reached | through[at] & self._one_link(graph, reached, at)
+            return reached & (outside | through[at] | self._no_other_link(graph, reached, at))
 
         return _each(lambda at: _steadily(node.hops, end[at], partial(longer, at=at)))
 
@@ -140,10 +140,10 @@ class Ends(Domain[May]):
             self.known_links[graph, column] = linked, apart
         return self.known_links[graph, column]
 
-    def _one_link(self, graph: Graph, found: Bits, column: int) -> Bits:
+    def _one_link(self, graph: Graph, reached: Bits, column: int) -> Bits:
         """The agents that may be linked to one that may be found."""
         linked, _ = self._links(graph, column)
-        return bits_of(tuple(agent for agent, others in linked.items() if others & found))
+        return bits_of(tuple(agent for agent, others in linked.items() if others & reached))
 
     def _no_other_link(self, graph: Graph, these: Bits, column: int) -> Bits:
         """The agents of the graph that may have no link but to these."""
@@ -232,8 +232,8 @@ def _tried(ends: Ends, column: int, margin: Callable[[Joint], float | None]) -> 
     """Whether something may be true, and may be false; a margin is None where it hangs on a place that is not given."""
     true = false = False
     for joint in ends.tries[column]:
-        found = margin(joint)
-        true, false = true or found is None or found > SURE, false or found is None or found < -SURE
+        value = margin(joint)
+        true, false = true or value is None or value > SURE, false or value is None or value < -SURE
         if true and false:
             break
     return true, false

@@ -39,10 +39,10 @@ class Range:
         return Range(min(ends), max(ends))
 
 
-def of_comparison(ground: FreeSpace, agent: Agent, said: Compare) -> Range:
+def of_comparison(ground: FreeSpace, agent: Agent, comparison: Compare) -> Range:
     """The range of the expression that the comparison says is at least 0, for that agent and all others of its kind."""
-    total = Range(said.constant, said.constant)
-    for weight, feature in said.terms:
+    total = Range(comparison.constant, comparison.constant)
+    for weight, feature in comparison.terms:
         total += of_feature(ground, agent, feature).scaled(weight)
     return total
 
@@ -87,11 +87,11 @@ def _farthest(mission: Mission, low: Vector, high: Vector) -> float:
     return math.hypot(*(max(d - a, b - c, 0.0) for a, b, c, d in spans))
 
 
-def in_words(said: Compare, values: Range) -> str:
+def in_words(comparison: Compare, values: Range) -> str:
     """Between which values the comparison's one state or distance stays, for a message."""
-    match said.terms:
+    match comparison.terms:
         case ((weight, feature),) if weight != 0:
-            both = (values + Range(-said.constant, -said.constant)).scaled(1 / weight)
+            both = (values + Range(-comparison.constant, -comparison.constant)).scaled(1 / weight)
             what = {Speed: "the speed", Altitude: "the altitude"}.get(type(feature), "the distance")
             if isinstance(feature, Coordinate):
                 what = f"`{'xyz'[feature.axis]}`"

@@ -18,7 +18,7 @@ ACTED_ON = frozenset(("Cc", "Cf", "Cs", "Zl", "Zp"))
 
 def plain(text: str) -> str:
     """The text with every character that a terminal acts on, line ends and tabs aside, written out."""
-    return UNUSUAL.sub(lambda found: _written(found[0]), text)
+    return UNUSUAL.sub(lambda match: _written(match[0]), text)
 
 
 def plain_line(text: str) -> str:
@@ -33,7 +33,7 @@ def as_json(document: object) -> str:
         ValueError: a number is not finite.
     """
     text = json.dumps(document, indent=2, ensure_ascii=False, allow_nan=False)
-    return UNUSUAL.sub(lambda found: json.dumps(found[0])[1:-1] if _acted_on(found[0]) else found[0], text)
+    return UNUSUAL.sub(lambda match: json.dumps(match[0])[1:-1] if _acted_on(match[0]) else match[0], text)
 
 
 def _written(letter: str) -> str:

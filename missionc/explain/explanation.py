@@ -141,21 +141,21 @@ def lines(parts: tuple[Explained, ...], mission: Mission, choice: Choice | None,
     """The page, at most ``WIDTH`` columns but for what the author wrote."""
     count = len(mission.agents)
     agents = "1 agent" if count == 1 else f"{count} agents"
-    said = [f"mission {mission.name}: {agents}, {mission.steps} steps of {number(mission.step)} s"]
+    page = [f"mission {mission.name}: {agents}, {mission.steps} steps of {number(mission.step)} s"]
     for part in parts:
-        said += ["", *_part_lines(part, mission, unicode)]
+        page += ["", *_part_lines(part, mission, unicode)]
     if left := left_out(parts, mission):
         more = f"{left} more {'is' if left == 1 else 'are'} not explained here; name one: `missionc explain FILE NAME`"
-        said += ["", more]
+        page += ["", more]
     if choice is not None:
-        said += ["", *choice.explanation.rstrip("\n").split("\n")]
+        page += ["", *choice.explanation.rstrip("\n").split("\n")]
     known = {trap.name: trap for part in parts for trap in part.traps}
     if known:
-        said += ["", "where others read it otherwise:"]
+        page += ["", "where others read it otherwise:"]
     for trap in known.values():
-        said += ["", *_wrapped(f"{trap.name}: {trap.says}. Elsewhere: {trap.elsewhere}.", 2, 4)]
-        said += [f"      {line}" for line in table(trap.example)]
-    return said
+        page += ["", *_wrapped(f"{trap.name}: {trap.says}. Elsewhere: {trap.elsewhere}.", 2, 4)]
+        page += [f"      {line}" for line in table(trap.example)]
+    return page
 
 
 def _part_lines(part: Explained, mission: Mission, unicode: bool) -> Iterator[str]:

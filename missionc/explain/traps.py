@@ -18,17 +18,17 @@ from missionc.language.walk_formulas import bottom_up, operands
 
 def traps_of(formula: Formula) -> tuple[Trap, ...]:
     """Every trap that the formula touches, once."""
-    found: set[str] = set()
+    names: set[str] = set()
     windowed: set[Formula] = set()
     for part in bottom_up([formula]):
-        found.update(_touched(part))
+        names.update(_touched(part))
         below = any(operand in windowed for operand in operands(part))
         window = isinstance(part, Apply) and isinstance(part.bounds, Window)
         if window and below:
-            found.add(convention_examples.CLIPPING.name)
+            names.add(convention_examples.CLIPPING.name)
         if window or below:
             windowed.add(part)
-    return tuple(trap for trap in convention_examples.TRAPS if trap.name in found)
+    return tuple(trap for trap in convention_examples.TRAPS if trap.name in names)
 
 
 def _touched(part: Formula) -> Iterator[str]:

@@ -51,8 +51,8 @@ def windows(formula: Formula, mission: Mission) -> Iterator[Span]:
     seen: set[tuple[Formula, int, int]] = set()
     stack: list[tuple[Formula, int, int, int]] = [(formula, 0, 0, 0)]
     while stack:
-        asked = stack.pop()
-        part, low, high, depth = asked
+        query = stack.pop()
+        part, low, high, depth = query
         if (part, low, high) in seen:
             continue
         seen.add((part, low, high))
@@ -80,27 +80,27 @@ def windows(formula: Formula, mission: Mission) -> Iterator[Span]:
 
 def draw(spans: Iterator[Span], mission: Mission, unicode: bool) -> list[str]:
     """A line for each window under a line for the axis; nothing where there are none. At most ``WIDTH`` columns."""
-    found: list[Span] = []
+    drawn: list[Span] = []
     for span in spans:
-        if len(found) == MOST:
+        if len(drawn) == MOST:
             break
-        found.append(span)
-    if not found:
+        drawn.append(span)
+    if not drawn:
         return []
     solid, loose, rule = ("█", "░", "─") if unicode else ("#", ".", "-")
-    label = min(_LABEL, max(len(_label(span)) for span in found))
-    reaches = [f"{seconds(mission, span.first[0])} to {seconds(mission, span.last[1])}" for span in found]
+    label = min(_LABEL, max(len(_label(span)) for span in drawn))
+    reaches = [f"{seconds(mission, span.first[0])} to {seconds(mission, span.last[1])}" for span in drawn]
     columns = WIDTH - label - max(map(len, reaches)) - 6
     end = seconds(mission, mission.steps)
     lines = [f"{'':{label}}  0 s {rule * (columns - 5 - len(end))} {end}".rstrip()]
-    for span, reach in zip(found, reaches, strict=True):
+    for span, reach in zip(drawn, reaches, strict=True):
         bar = [" "] * columns
         _fill(bar, span.first[0], span.last[1], mission.steps, loose)
         _fill(bar, *span.first, mission.steps, solid)
         lines.append(f"{_label(span)[:label]:{label}}  {''.join(bar)}  {reach}")
-    if len(found) == MOST:
+    if len(drawn) == MOST:
         lines.append(f"{'':{label}}  and more; the first {MOST} are drawn")
-    if any(span.slides for span in found):
+    if any(span.slides for span in drawn):
         lines.append(f"{'':{label}}  {solid} its first place  {loose} as far as it slides")
     return lines
 
@@ -129,8 +129,8 @@ def _window(node: Node) -> tuple[int, int | None] | None:
     """The bounds of the window that closes last in an operator's meaning."""
     if isinstance(node, WindowNode | UntilNode):
         return node.low, node.high
-    found = [window for window in map(_window, children(node)) if window is not None]
-    return max(found, key=lambda window: math.inf if window[1] is None else window[1], default=None)
+    candidates = [window for window in map(_window, children(node)) if window is not None]
+    return max(candidates, key=lambda window: math.inf if window[1] is None else window[1], default=None)
 
 
 def _placed(window: tuple[int, int | None], step: int, steps: int) -> tuple[int, int]:
@@ -141,8 +141,8 @@ def _placed(window: tuple[int, int | None], step: int, steps: int) -> tuple[int,
 
 def _range(node: Node, place: Node, low: int, high: int, steps: int) -> tuple[int, int] | None:
     """The first and the last step that a placeholder is asked at; the node, from ``low`` to ``high``. None: at none."""
-    found = list(_asked(node, place, low, high, steps))
-    return (min(first for first, _ in found), max(last for _, last in found)) if found else None
+    ranges = list(_asked(node, place, low, high, steps))
+    return (min(first for first, _ in ranges), max(last for _, last in ranges)) if ranges else None
 
 
 def _asked(node: Node, place: Node, low: int, high: int, steps: int) -> Iterator[tuple[int, int]]:

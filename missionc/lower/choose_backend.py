@@ -94,8 +94,8 @@ def _of_goals(mission: Mission) -> Iterator[Need]:
 
 def _of_formulas(all_of_them: Iterable[Formula]) -> list[Need]:
     """In the order of the formulas in the text."""
-    found = [(formula.span.start, need) for formula in all_of_them for need in _of_formula(formula)]
-    return [need for _, need in sorted(found, key=lambda pair: pair[0])]
+    needs = [(formula.span.start, need) for formula in all_of_them for need in _of_formula(formula)]
+    return [need for _, need in sorted(needs, key=lambda pair: pair[0])]
 
 
 def _of_formula(formula: Formula) -> Iterator[Need]:

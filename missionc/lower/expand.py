@@ -38,16 +38,16 @@ def _normal(mission: ir.Mission, written: dict[ir.Formula, Node]) -> Kernel:
     forms = normal_forms(written.values())
     nodes = {formula: forms[node, True] for formula, node in written.items()}
     goals = [
-        [Goal(goal.name, nodes[goal.formula], goal.formula.span, weight) for goal, weight in asked]
-        for asked in (
+        [Goal(goal.name, nodes[goal.formula], goal.formula.span, weight) for goal, weight in weighted]
+        for weighted in (
             [(each, None) for each in mission.requirements],
             [(each, each.weight) for each in mission.preferences],
         )
     ]
-    asked = set(postorder(goal.formula for goal in chain(*goals)))
+    used = set(postorder(goal.formula for goal in chain(*goals)))
     opposites = {forms[node, True]: forms[node, False] for node in written.values() if (node, False) in forms}
     return Kernel(
-        tuple(goals[0]), tuple(goals[1]), nodes, {node: other for node, other in opposites.items() if other in asked}
+        tuple(goals[0]), tuple(goals[1]), nodes, {node: other for node, other in opposites.items() if other in used}
     )
 
 

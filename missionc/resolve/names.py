@@ -97,14 +97,14 @@ class Names:
         self, name: ast.Name, kinds: tuple[Kind, ...], needed: str, findings: list[Diagnostic]
     ) -> Declared | Unresolved:
         """The declaration of a name of one of these kinds; else a finding that says ``needed`` is needed here."""
-        found = self.declared.get(name.text)
-        if found is None:
+        declared = self.declared.get(name.text)
+        if declared is None:
             findings.append(self._unknown(name, kinds, needed))
             return UNRESOLVED
-        if found.kind not in kinds:
-            findings.append(wrong_kind(name, found, needed, self._fitting(kinds)))
+        if declared.kind not in kinds:
+            findings.append(wrong_kind(name, declared, needed, self._fitting(kinds)))
             return UNRESOLVED
-        return found
+        return declared
 
     def _fitting(self, kinds: tuple[Kind, ...]) -> list[str]:
         """The names of these kinds; nothing is declared any more once this is asked."""
@@ -182,18 +182,18 @@ def state_word(name: ast.Name) -> Diagnostic:
     )
 
 
-def wrong_kind(name: ast.Name, found: Declared, needed: str, fitting: list[str]) -> Diagnostic:
+def wrong_kind(name: ast.Name, declared: Declared, needed: str, fitting: list[str]) -> Diagnostic:
     help_text = f"name {needed}: {some_of(fitting)}" if fitting else f"declare {needed}"
     fix = None
     if "state" in needed:
-        far = found.kind in (Kind.REGION, Kind.BEACON, Kind.AGENT)
+        far = declared.kind in (Kind.REGION, Kind.BEACON, Kind.AGENT)
         help_text = f"ask how far it is: `distance({name.text})`" if far else "compare states, distances and parameters"
         fix = Fix(name.span, f"distance({name.text})") if far else None
     return Diagnostic(
         code.WRONG_KIND,
-        f"`{name.text}` is {found.kind.value}; {needed} is needed here",
+        f"`{name.text}` is {declared.kind.value}; {needed} is needed here",
         Label(name.span),
-        labels=(Label(found.span, "declared here"),),
+        labels=(Label(declared.span, "declared here"),),
         help=help_text,
         fix=fix,
     )

@@ -156,9 +156,9 @@ def _places(context: Context, places: ast.Places, size: float, owner: str) -> tu
     count = 0 if math.isnan(size) else int(size)
     match places:
         case ast.InRegion(region=name):
-            found = context.find(name, Kind.REGION)
+            declared = context.find(name, Kind.REGION)
             region = context.regions.get(name.text, ir.Region(name.text, NOWHERE, name.span))
-            return () if isinstance(found, Unresolved) else (ir.Anywhere(region, places.span),) * count
+            return () if isinstance(declared, Unresolved) else (ir.Anywhere(region, places.span),) * count
         case ast.AtPoints(points=points):
             here = tuple(ir.Exactly(resolve_point(context, point), point.span) for point in points)
             if len(here) != size and not math.isnan(size):
@@ -214,11 +214,11 @@ def resolve_set(context: Context, reference: ast.Name | ast.Member) -> ir.AgentS
     nobody = ir.AgentSet(excerpt(reference.span), (), reference.span)
     match reference:
         case ast.Name(text=text):
-            found = context.find(reference, *AGENTS, needed="a team, a group or an agent")
-            return nobody if isinstance(found, Unresolved) else context.sets.get(text, nobody)
+            declared = context.find(reference, *AGENTS, needed="a team, a group or an agent")
+            return nobody if isinstance(declared, Unresolved) else context.sets.get(text, nobody)
         case ast.Member(team=team):
-            found = context.find(team, Kind.TEAM)
-            if isinstance(found, Unresolved):
+            declared = context.find(team, Kind.TEAM)
+            if isinstance(declared, Unresolved):
                 return nobody
             return _members(context, reference, nobody)
         case _:

@@ -117,12 +117,12 @@ def _distance_between(
 def one_agent(context: Context, reference: ast.Name | ast.Member, needed: str, *also: Kind) -> int | Unresolved:
     """The index of the one agent a reference names."""
     name = reference if isinstance(reference, ast.Name) else reference.team
-    found = context.find(name, *AGENTS, *also, needed=needed)
-    if isinstance(found, Unresolved):
+    declared = context.find(name, *AGENTS, *also, needed=needed)
+    if isinstance(declared, Unresolved):
         return UNRESOLVED
     several = isinstance(reference, ast.Member) and reference.high is not None
-    if several or (isinstance(reference, ast.Name) and found.kind is not Kind.AGENT):
-        _several(context, reference, found, needed)
+    if several or (isinstance(reference, ast.Name) and declared.kind is not Kind.AGENT):
+        _several(context, reference, declared, needed)
         return UNRESOLVED
     agents = resolve_set(context, reference).agents
     return agents[0] if agents else UNRESOLVED
@@ -149,13 +149,13 @@ def _mixed(context: Context, comparison: ast.Compare) -> None:
     )
 
 
-def _several(context: Context, reference: ast.Name | ast.Member, found: Declared, needed: str) -> None:
-    kind = found.kind.value if isinstance(reference, ast.Name) else "several agents"
-    team = found.declaration.name.text if found.kind is Kind.TEAM else "drone"
+def _several(context: Context, reference: ast.Name | ast.Member, declared: Declared, needed: str) -> None:
+    kind = declared.kind.value if isinstance(reference, ast.Name) else "several agents"
+    team = declared.declaration.name.text if declared.kind is Kind.TEAM else "drone"
     context.report(
         code.WRONG_KIND,
         f"`{excerpt(reference.span)}` is {kind}; {needed} is needed here",
         reference.span,
-        labels=(Label(found.span, "declared here"),),
+        labels=(Label(declared.span, "declared here"),),
         help=f"name one agent, as in `{team}[0]`",
     )

@@ -106,16 +106,16 @@ def _name(context: Context, name: ast.Name) -> Typed:
             help=f"write it as in `{called.example}`",
         )
         return stand_in(span)
-    found = context.find(name, *FORMULAS, needed="a formula")
-    if isinstance(found, Unresolved):
+    declaration = context.find(name, *FORMULAS, needed="a formula")
+    if isinstance(declaration, Unresolved):
         return stand_in(span)
-    if found.kind is Kind.LET:
+    if declaration.kind is Kind.LET:
         let = context.lets.get(text, stand_in(span))
         return Typed(let.formula, let.about, span, size=let.size, depth=let.depth)
-    if found.kind is Kind.REGION:
+    if declaration.kind is Kind.REGION:
         region = context.regions.get(text, ir.Region(text, NOWHERE, span))
         return Typed(ir.Holds(ir.Inside(region, body=False), span), About.AGENT, span)
-    if found.kind is Kind.FORMATION:
+    if declaration.kind is Kind.FORMATION:
         return Typed(ir.Holds(ir.InFormation(context.formations[text]), span), About.TEAM, span)
     return Typed(ir.Belongs(resolve_set(context, name), span), About.AGENT, span)
 
@@ -160,8 +160,8 @@ def _graph_and_agents(
 def _whole_name(context: Context, argument: ast.Name | ast.Member, kind: Kind) -> str | Unresolved:
     """The name of something of this kind; a member of a team is none."""
     if isinstance(argument, ast.Name):
-        found = context.find(argument, kind)
-        return found if isinstance(found, Unresolved) else argument.text
+        declared = context.find(argument, kind)
+        return declared if isinstance(declared, Unresolved) else argument.text
     context.report(
         code.WRONG_KIND,
         f"`{excerpt(argument.span)}` is a member of a team; {kind.value} is needed here",
@@ -175,10 +175,10 @@ def _whole_name(context: Context, argument: ast.Name | ast.Member, kind: Kind) -
 
 
 def _apply(context: Context, formula: ast.Apply) -> Typed:
-    found: list[Typed] = []
+    typed: list[Typed] = []
     for written in formula.operands:  # a comprehension would take a stack frame more for each level
-        found.append(resolve_formula(context, written))  # noqa: PERF401
-    operands = tuple(found)
+        typed.append(resolve_formula(context, written))  # noqa: PERF401
+    operands = tuple(typed)
     operator = by_name.get(formula.operator)
     if operator is None:
         context.report(code.UNKNOWN_OPERATOR, f"no operator is called `{formula.operator}`", formula.operator_span)

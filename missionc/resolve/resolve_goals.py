@@ -108,12 +108,12 @@ def resolve_solve(context: Context, solve: ast.Solve | None) -> ir.SolveWith:
 
 def _connectivity(context: Context, setting: ast.Setting) -> ir.Connectivity:
     words = {each.value: each for each in ir.Connectivity}
-    said = setting.high
-    if not isinstance(said, ast.Name):
-        said = ast.Name(said.span, excerpt(said.span))
-    if said.text not in words:
-        unknown_word(context, said, tuple(words), "`connectivity`", "value")
-    return words.get(said.text, ir.Connectivity.BOTTLENECK)
+    value = setting.high
+    if not isinstance(value, ast.Name):
+        value = ast.Name(value.span, excerpt(value.span))
+    if value.text not in words:
+        unknown_word(context, value, tuple(words), "`connectivity`", "value")
+    return words.get(value.text, ir.Connectivity.BOTTLENECK)
 
 
 # ------------------------------------------------------------------ messages

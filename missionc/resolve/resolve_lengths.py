@@ -56,9 +56,9 @@ def _bound(context: Context, metric: ast.Metric, bound: ast.Quantity) -> float:
 def _graph(context: Context, length: ast.Length) -> ir.Graph:
     """The graph named, or the only one there is."""
     if length.graph is not None:
-        found = context.find(length.graph, Kind.GRAPH)
+        declared = context.find(length.graph, Kind.GRAPH)
         stand_in = no_graph(length.graph.span)
-        return stand_in if isinstance(found, Unresolved) else context.graphs.get(length.graph.text, stand_in)
+        return stand_in if isinstance(declared, Unresolved) else context.graphs.get(length.graph.text, stand_in)
     if len(context.graphs) != 1:
         _which_graph(context, length)
         return no_graph(length.span)

@@ -77,9 +77,9 @@ def resolve(
         for item, what in ((separation, "the separation"), (clearance, "the clearance"))
     ]
     findings.extend(unused(context, program))
-    said = in_text_order(findings)
+    sorted_findings = in_text_order(findings)
     if has_errors(findings) or name is None or time is None or world is None:
-        return None, said
+        return None, sorted_findings
     mission = ir.Mission(
         name=name.name.text,
         step=Seconds(context.step),
@@ -104,7 +104,7 @@ def resolve(
         time_span=time.span,
         lets=tuple((text, let.formula) for text, let in context.lets.items()),
     )
-    return mission, said
+    return mission, sorted_findings
 
 
 def _resolve_things(context: Context, program: ast.Program) -> None:

@@ -25,18 +25,18 @@ def known_settings(
 
     A misspelt one stands for the one that was meant, so that this is not reported as missing.
     """
-    found: dict[str, ast.Setting] = {}
+    by_name: dict[str, ast.Setting] = {}
     for setting in settings:
         name = setting.name.text
         if name not in known:
             meant = unknown_word(context, setting.name, known, owner, "setting")
             if isinstance(meant, str):
-                found.setdefault(meant, replace(setting, name=replace(setting.name, text=meant)))
-        elif name in found:
-            said_twice(context, f"`{name}`", setting.span, found[name].span)
+                by_name.setdefault(meant, replace(setting, name=replace(setting.name, text=meant)))
+        elif name in by_name:
+            said_twice(context, f"`{name}`", setting.span, by_name[name].span)
         else:
-            found[name] = setting
-    return found
+            by_name[name] = setting
+    return by_name
 
 
 def relation(context: Context, setting: ast.Setting, *allowed: str) -> None:

@@ -58,11 +58,11 @@ def resolve_shape(context: Context, shape: ast.Shape, made: dict[str, ir.Shape])
     """The shape in metres; ``made`` are the shapes that names in it may stand for."""
     match shape:
         case ast.Name(text=text):
-            found = context.find(shape, Kind.REGION, Kind.OBSTACLE, needed="a region or an obstacle")
-            if isinstance(found, Unresolved):
+            declared = context.find(shape, Kind.REGION, Kind.OBSTACLE, needed="a region or an obstacle")
+            if isinstance(declared, Unresolved):
                 return NOWHERE
-            if isinstance(found.declaration, ast.Obstacle) and found.declaration.motion is not None:
-                _moves(context, shape, found)
+            if isinstance(declared.declaration, ast.Obstacle) and declared.declaration.motion is not None:
+                _moves(context, shape, declared)
             return made.get(text, NOWHERE)
         case ast.Box():
             return _box(context, shape)

@@ -25,7 +25,7 @@ def explain(place: Place) -> Diagnostic:
 
 def _plain(place: Place) -> Diagnostic:
     """What was expected, without a guess at what was meant."""
-    expected, before, found = place.expected, place.before, place.found
+    expected, before, token = place.expected, place.before, place.found
     message = f"{in_words(expected, before)} was expected after {quoted(before.text)}"
     advice = f"write it as in `{_form(place)}`"
     labels: tuple[Label, ...] = ()
@@ -34,21 +34,21 @@ def _plain(place: Place) -> Diagnostic:
     end = just_after(before.span)
     fix = Fix(end, next(iter(expected))) if len(expected) == 1 and expected <= SIGNS - set("([{}])") else None
     if place.ends:
-        message += ", but the file ends" if found.kind == END else ""
+        message += ", but the file ends" if token.kind == END else ""
         return finding(message, before.span, advice, fix=fix, labels=labels)
-    return finding(f"{message}, not {quoted(found.text)}", found.span, advice, fix=fix, labels=labels)
+    return finding(f"{message}, not {quoted(token.text)}", token.span, advice, fix=fix, labels=labels)
 
 
 def _form(place: Place) -> str:
     """How the smallest part of the declaration that has a form of its own is written."""
-    tokens, found = place.tokens, place.found
+    tokens, unexpected = place.tokens, place.found
     if place.in_formula:
         if place.opened and tokens[place.opened[-1] - 1].kind in forms.BOUNDS:
             operator = tokens[place.opened[-1] - 1]
             return f"{operator.text}{forms.BOUNDS[operator.kind]}"
         if signs.counts(place):
             return forms.IN_FORMULA["count"]
-        for token in (place.before, found):
+        for token in (place.before, unexpected):
             if token.word in forms.IN_FORMULA:
                 return forms.IN_FORMULA[token.word]
     else:

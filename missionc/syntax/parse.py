@@ -91,8 +91,8 @@ class _Reader:
         findings: list[Diagnostic] = []
         for passage in passages(source):
             outcomes, odd = read_passage(passage, self.limits)
-            said, wrong = self._followed(outcomes, odd, source, chain)
-            declarations += said
+            parsed, wrong = self._followed(outcomes, odd, source, chain)
+            declarations += parsed
             findings += wrong
             if len(findings) >= MOST_FINDINGS:
                 break

@@ -135,17 +135,17 @@ def _kept(rule: LarkRule) -> list[int]:
     """Lark's own convention: words and signs in quotes are left out, an absent ``[optional]`` leaves a gap."""
     symbols: list[Symbol] = list(rule.expansion)
     gaps = rule.options.empty_indices or (False,) * len(symbols)
-    kept = []
+    positions = []
     place = 0
     for gap in gaps:
         if gap:
-            kept.append(-1)
+            positions.append(-1)
         else:
             symbol = symbols[place]
             if rule.options.keep_all_tokens or not (symbol.is_term and getattr(symbol, "filter_out", False)):
-                kept.append(place)
+                positions.append(place)
             place += 1
-    return kept
+    return positions
 
 
 if __name__ == "__main__":

@@ -11,53 +11,53 @@ from missionc.syntax.tokens import NAME, NUMBER, OPERATORS, STATES, STRAY, UNIT,
 
 
 def foreign_sign(place: Place) -> Diagnostic | None:
-    found = place.found
-    if found.kind != STRAY:
+    token = place.found
+    if token.kind != STRAY:
         return None
-    if found.text == ";" and "," in place.expected:
-        return finding("`;` is not a sign of the language", found.span, "write `,`", ",")
-    if found.text in ("^", "**"):
+    if token.text == ";" and "," in place.expected:
+        return finding("`;` is not a sign of the language", token.span, "write `,`", ",")
+    if token.text in ("^", "**"):
         message = "there are no powers: a comparison is linear"
-        return finding(message, found.span, "multiply by numbers only; `distance(base)` is a distance")
-    if found.text in forms.SIGNS:
-        ours = forms.SIGNS[found.text]
+        return finding(message, token.span, "multiply by numbers only; `distance(base)` is a distance")
+    if token.text in forms.SIGNS:
+        ours = forms.SIGNS[token.text]
         if not ours:
-            message, advice = f"{quoted(found.text)} stands between no declarations and ends none", "delete it"
-            if found.text == "." and place.before.kind == NUMBER and place.before.span.end == found.span.start:
+            message, advice = f"{quoted(token.text)} stands between no declarations and ends none", "delete it"
+            if token.text == "." and place.before.kind == NUMBER and place.before.span.end == token.span.start:
                 message = "a number does not end in a point"
         else:
-            message, advice = f"{quoted(found.text)} is not a sign of the language", f"write `{ours}`"
-        return finding(message, found.span, advice, ours)
-    if found.text == '"':
-        return finding("the text that starts here has no end", found.span, 'close it with `"` on the same line')
-    if found.text in ("==", "!=", "<>", "><"):
-        if found.text != "==" and counts(place):
+            message, advice = f"{quoted(token.text)} is not a sign of the language", f"write `{ours}`"
+        return finding(message, token.span, advice, ours)
+    if token.text == '"':
+        return finding("the text that starts here has no end", token.span, 'close it with `"` on the same line')
+    if token.text in ("==", "!=", "<>", "><"):
+        if token.text != "==" and counts(place):
             advice = "ask for either: `count[…] f < 2 or count[…] f > 2`"
-            return finding(f"`{found.text}` does not compare a count", found.span, advice)
+            return finding(f"`{token.text}` does not compare a count", token.span, advice)
         if "=" in place.expected:
-            return finding(f"`{found.text}` is not a sign of the language", found.span, "write `=`", "=")
-        if found.text == "==" and not counts(place) and place.before.kind == NAME and place.before.text not in STATES:
-            return finding("`==` is not a sign of the language", found.span, "of two formulas, write `iff`", "iff")
+            return finding(f"`{token.text}` is not a sign of the language", token.span, "write `=`", "=")
+        if token.text == "==" and not counts(place) and place.before.kind == NAME and place.before.text not in STATES:
+            return finding("`==` is not a sign of the language", token.span, "of two formulas, write `iff`", "iff")
         return _never_equal(place)
-    return finding(f"{quoted(found.text)} means nothing in the language", found.span, "delete it")
+    return finding(f"{quoted(token.text)} means nothing in the language", token.span, "delete it")
 
 
 def equals(place: Place) -> Diagnostic | None:
     """``=`` or ``:`` for one another, in a comparison, or before a value that needs none."""
-    found, expected = place.found, place.expected
-    if found.kind not in ("=", ":"):
+    token, expected = place.found, place.expected
+    if token.kind not in ("=", ":"):
         return None
     wanted = expected & {"=", ":"}
     if len(expected) == 1 and wanted:
         (sign,) = wanted
-        return finding(f"`{sign}` was expected after {quoted(place.before.text)}", found.span, f"write `{sign}`", sign)
-    if found.kind == "=" and place.declaration.word in ("require", "prefer") and place.here == place.first + 2:
-        return finding("a requirement's label ends in `:`", found.span, "write `:`", ":")
-    if found.kind == "=" and expected >= COMPARISONS:
+        return finding(f"`{sign}` was expected after {quoted(place.before.text)}", token.span, f"write `{sign}`", sign)
+    if token.kind == "=" and place.declaration.word in ("require", "prefer") and place.here == place.first + 2:
+        return finding("a requirement's label ends in `:`", token.span, "write `:`", ":")
+    if token.kind == "=" and expected >= COMPARISONS:
         return _never_equal(place)
     if NUMBER in expected and not place.in_formula:
-        message = f"there is no `{found.kind}` between {quoted(place.before.text)} and what it is"
-        return finding(message, found.span, "delete it", "")
+        message = f"there is no `{token.kind}` between {quoted(place.before.text)} and what it is"
+        return finding(message, token.span, "delete it", "")
     return None
 
 
@@ -103,18 +103,18 @@ def wrong_bounds(place: Place) -> Diagnostic | None:
     """``always[5 s]``, ``always[0..5 s]``, ``reach[0..2]``, ``reach[hops 0, 2]``, ``reach[hops 2]``."""
     if not place.in_bounds:
         return None
-    operator, found = place.tokens[place.opened[-1] - 1], place.found
+    operator, token = place.tokens[place.opened[-1] - 1], place.found
     if operator.kind not in forms.BOUNDS:
         return None
     written = f"write `{operator.text}{forms.BOUNDS[operator.kind]}`"
     if operator.kind.startswith("TIME"):
-        if (found.kind in ("..", ":", "to") or found.text == ";") and "," in place.expected:
-            return finding("a comma stands between the ends of a window", found.span, "write `,`", ",")
-        if found.kind == "end":
+        if (token.kind in ("..", ":", "to") or token.text == ";") and "," in place.expected:
+            return finding("a comma stands between the ends of a window", token.span, "write `,`", ",")
+        if token.kind == "end":
             message = "`end` is the later bound of a window, by itself"
-            return finding(message, found.span, f"write it as in `{operator.text}[5 s, end]`")
-        if found.kind in COMPARISONS or (found.kind == "]" and "," in place.expected):
-            return finding(f"a window has two ends: {quoted(operator.text)} from when to when", found.span, written)
+            return finding(message, token.span, f"write it as in `{operator.text}[5 s, end]`")
+        if token.kind in COMPARISONS or (token.kind == "]" and "," in place.expected):
+            return finding(f"a window has two ends: {quoted(operator.text)} from when to when", token.span, written)
         if place.before.text in ("hops", "distance"):
             message = f"{quoted(operator.text)} looks along time, not along a route"
             return finding(message, place.before.span, written)
@@ -123,14 +123,14 @@ def wrong_bounds(place: Place) -> Diagnostic | None:
         message = f"{quoted(operator.text)} needs to know what it counts, `hops` or `distance`"
         return finding(message, operator.span, written)
     if ".." in place.expected:
-        if found.kind == ",":
-            return finding("two points stand between the ends of a length", found.span, "write `..`", "..")
-        if found.kind in ("]", "on"):
+        if token.kind == ",":
+            return finding("two points stand between the ends of a length", token.span, "write `..`", "..")
+        if token.kind in ("]", "on"):
             value = quoted(place.tokens[place.opened[-1] + 2].span.to(place.before.span).text)
             message = f"{value} alone does not say whether it is the least or the most"
             return finding(message, place.before.span, "write it as in `2..2`, `2..` or `<= 2`")
-    if found.kind in COMPARISONS | {"=", ".."} and "<=" in place.expected:
-        return finding("a length is `<= 2`, or `1..2`, or `1..`", found.span, written)
+    if token.kind in COMPARISONS | {"=", ".."} and "<=" in place.expected:
+        return finding("a length is `<= 2`, or `1..2`, or `1..`", token.span, written)
     return None
 
 
@@ -177,11 +177,11 @@ def bare_arithmetic(place: Place) -> Diagnostic | None:
 
 def brackets(place: Place) -> Diagnostic | None:
     """One that is never closed, or closed by another kind."""
-    found = place.found
+    token = place.found
     closing = {"(": ")", "[": "]", "{": "}"}
     if not place.opened:
-        if found.kind in (")", "]", "}") and (END in place.expected):
-            return finding(f"nothing is open that `{found.text}` could close", found.span, "delete it", "")
+        if token.kind in (")", "]", "}") and (END in place.expected):
+            return finding(f"nothing is open that `{token.text}` could close", token.span, "delete it", "")
         return None
     opening = place.tokens[place.opened[-1]]
     closer = closing[opening.kind]
@@ -190,8 +190,8 @@ def brackets(place: Place) -> Diagnostic | None:
         end = just_after(place.before.span)
         message = f"`{closer}` was expected after {quoted(place.before.text)}: a bracket is still open"
         return finding(message, place.before.span, f"close it with `{closer}`", fix=Fix(end, closer), labels=label)
-    if found.kind in closing.values() and found.kind != closer:
-        return finding(f"`{found.kind}` does not close `{opening.kind}`", found.span, f"write `{closer}`", labels=label)
+    if token.kind in closing.values() and token.kind != closer:
+        return finding(f"`{token.kind}` does not close `{opening.kind}`", token.span, f"write `{closer}`", labels=label)
     return None
 
 

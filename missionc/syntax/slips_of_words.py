@@ -36,33 +36,33 @@ BOUNDED = frozenset(word.text for word in OPERATORS.values() if word.token in fo
 def unknown_declaration(place: Place) -> Diagnostic | None:
     if place.here != place.first:
         return None
-    found = place.found
-    meant = meant_by(found.text, DECLARATIONS) if found.kind == NAME else ""
-    if meant and not found.text.lower().startswith("maximi"):
-        message = f"no declaration is called {quoted(found.text)}"
-        return finding(message, found.span, f"did you mean `{meant}`?", meant)
-    if found.kind in FORMULA - {NAME, NUMBER, "-", "("}:
-        message = f"{quoted(found.text)} begins a formula, and a formula stands in a declaration"
-        return finding(message, found.span, f"write `require LABEL: {found.text} …`")
-    if found.kind in (")", "]", "}"):
-        return finding(f"nothing is open that `{found.text}` could close", found.span, "delete it", "")
-    if found.text.lower().startswith("maximi"):
-        return finding("a mission minimizes", found.span, "write `minimize distance`, `duration` or `energy`")
-    message = f"a declaration was expected, not {quoted(found.text)}"
-    return finding(message, found.span, f"begin with one of its words, as in `{forms.DECLARED['require']}`")
+    token = place.found
+    meant = meant_by(token.text, DECLARATIONS) if token.kind == NAME else ""
+    if meant and not token.text.lower().startswith("maximi"):
+        message = f"no declaration is called {quoted(token.text)}"
+        return finding(message, token.span, f"did you mean `{meant}`?", meant)
+    if token.kind in FORMULA - {NAME, NUMBER, "-", "("}:
+        message = f"{quoted(token.text)} begins a formula, and a formula stands in a declaration"
+        return finding(message, token.span, f"write `require LABEL: {token.text} …`")
+    if token.kind in (")", "]", "}"):
+        return finding(f"nothing is open that `{token.text}` could close", token.span, "delete it", "")
+    if token.text.lower().startswith("maximi"):
+        return finding("a mission minimizes", token.span, "write `minimize distance`, `duration` or `energy`")
+    message = f"a declaration was expected, not {quoted(token.text)}"
+    return finding(message, token.span, f"begin with one of its words, as in `{forms.DECLARED['require']}`")
 
 
 def reserved_name(place: Place) -> Diagnostic | None:
-    found = place.found
+    token = place.found
     names = place.here == place.first + 1 and place.declaration.declares and place.expected == {NAME}
-    if not names or not reserved(found.text) or place.ends:
+    if not names or not reserved(token.text) or place.ends:
         return None
-    word = SPELLINGS[found.text]
-    if found.text == word.letter:
-        message = f"`{found.text}` is short for `{word.text}`, so it cannot be a name"
+    word = SPELLINGS[token.text]
+    if token.text == word.letter:
+        message = f"`{token.text}` is short for `{word.text}`, so it cannot be a name"
     else:
-        message = f"`{found.text}` is a word of the language ({word.says}), so it cannot be a name"
-    return finding(message, found.span, f"choose another, such as `{found.text}_1`", code=NAME_NOT_ALLOWED)
+        message = f"`{token.text}` is a word of the language ({word.says}), so it cannot be a name"
+    return finding(message, token.span, f"choose another, such as `{token.text}_1`", code=NAME_NOT_ALLOWED)
 
 
 def hyphen(place: Place) -> Diagnostic | None:
@@ -84,20 +84,20 @@ def hyphen(place: Place) -> Diagnostic | None:
 
 
 def unknown_unit(place: Place) -> Diagnostic | None:
-    found = place.found
-    if found.kind != NAME or place.before.kind != NUMBER or UNIT not in place.expected or found.starts_line:
+    token = place.found
+    if token.kind != NAME or place.before.kind != NUMBER or UNIT not in place.expected or token.starts_line:
         return None
-    if meant_by(found.text, INFIX):
+    if meant_by(token.text, INFIX):
         return None
-    if found.text in STATES:
-        words = place.before.span.to(found.span)
+    if token.text in STATES:
+        words = place.before.span.to(token.span)
         message, advice = (
             f"there is no `*` between the numbers of `{words.text}`",
-            f"{place.before.text} * {found.text}",
+            f"{place.before.text} * {token.text}",
         )
         return finding(message, words, f"write `{advice}`", advice)
-    message = f"no unit is called {quoted(found.text)}"
-    return finding(message, found.span, f"the units are {', '.join(UNITS)}", code=UNKNOWN_UNIT)
+    message = f"no unit is called {quoted(token.text)}"
+    return finding(message, token.span, f"the units are {', '.join(UNITS)}", code=UNKNOWN_UNIT)
 
 
 def unknown_shape(place: Place) -> Diagnostic | None:
@@ -117,7 +117,7 @@ def unknown_operator(place: Place) -> Diagnostic | None:
     """``alwais[0, 5 s] x``, ``nott x``, ``x untill[0, 5 s] y``, ``x annd y``."""
     if not place.in_formula or place.ends:
         return None
-    found, before, tokens = place.found, place.before, place.tokens
+    token, before, tokens = place.found, place.before, place.tokens
     opening = place.opened[-1] if place.opened else place.first
     if before.kind == "]":
         opening = place.after(place.here - 1)
@@ -126,15 +126,15 @@ def unknown_operator(place: Place) -> Diagnostic | None:
         meant = meant_by(name.text, BOUNDED)
         if meant or not _is_team(place, name.text):
             return _no_operator(name, meant)
-        if found.kind == ",":
-            return finding("members of a team are counted `0..2`, with two points", found.span, "write `..`", "..")
+        if token.kind == ",":
+            return finding("members of a team are counted `0..2`, with two points", token.span, "write `..`", "..")
     if "and" not in place.expected:
         return None
-    if found.kind == NAME:
-        meant = meant_by(found.text, INFIX)
+    if token.kind == NAME:
+        meant = meant_by(token.text, INFIX)
         if meant or place.tokens[place.here + 1].kind == "[":
-            return _no_operator(found, meant)
-    if before.kind == NAME and (found.kind in FORMULA or found.kind == NAME):
+            return _no_operator(token, meant)
+    if before.kind == NAME and (token.kind in FORMULA or token.kind == NAME):
         if before.text in forms.INSTEAD and before.text not in forms.WORDS:
             return _no_operator(before, "")
         meant = meant_by(before.text, BEFORE_OPERAND)
@@ -145,13 +145,13 @@ def unknown_operator(place: Place) -> Diagnostic | None:
 
 def odd_name(place: Place) -> Diagnostic | None:
     """``region 2nd = …``, ``region "base" = …``"""
-    found = place.found
-    if place.here != place.first + 1 or place.expected != {NAME} or found.kind not in (NUMBER, TEXT):
+    token = place.found
+    if place.here != place.first + 1 or place.expected != {NAME} or token.kind not in (NUMBER, TEXT):
         return None
-    if found.kind == TEXT:
-        return finding("a name stands without quotes", found.span, "delete them", found.text.strip('"'))
+    if token.kind == TEXT:
+        return finding("a name stands without quotes", token.span, "delete them", token.text.strip('"'))
     after = place.tokens[place.here + 1]
-    words = found.span.to(after.span) if after.span.start == found.span.end else found.span
+    words = token.span.to(after.span) if after.span.start == token.span.end else token.span
     return finding(f"{quoted(words.text)} is no name: a name begins with a letter", words, "choose another name")
 
 
