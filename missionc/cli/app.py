@@ -77,9 +77,9 @@ def _run(words: list[str], began: float | None) -> int:
 
 def _refused(error: click.ClickException) -> Status:
     """Say what is wrong with a command line, which may hold anything."""
-    said = io.StringIO()
-    error.show(said)
-    click.echo(plain(said.getvalue()), err=True, nl=False)
+    buffer = io.StringIO()
+    error.show(buffer)
+    click.echo(plain(buffer.getvalue()), err=True, nl=False)
     return Status.USAGE
 
 

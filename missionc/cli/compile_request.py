@@ -141,16 +141,16 @@ def _planned(request: CompileRequest, checked: Checked, folder: Path | None, bud
     refused = refused or (refuse(folder, request.force) if folder else None)
     if refused and checked.ok:
         return _refused(Compiled(checked, Refused(), checked.findings, checked.seconds), refused)
-    kept = KeptRun(request.checkpoint, request.resume)
-    checkpoints = kept.checkpoints(budget.limits)
+    kept_run = KeptRun(request.checkpoint, request.resume)
+    checkpoints = kept_run.checkpoints(budget.limits)
     if isinstance(checkpoints, Diagnostic):
         return _refused(Compiled(checked, Refused(), checked.findings, checked.seconds), checkpoints)
     compiled = driver.plan(
         checked, request.options, budget, checkpoints, request.exports, request.continuous, request.explain_limit
     )
     answer = _answer(compiled, folder, request.force, request.plot)
-    if kept.wrong:
-        findings = (*answer.compiled.findings, kept.wrong)
+    if kept_run.wrong:
+        findings = (*answer.compiled.findings, kept_run.wrong)
         return CompileResult(replace(answer.compiled, findings=findings), Status.MISSION_ERRORS, answer.output)
     return answer
 

@@ -10,7 +10,7 @@ from missionc.resolve.show_ir import show_ir
 from missionc.syntax.show_tree import show as show_program
 
 
-def of_checked(checked: Checked, asked: tuple[str, ...]) -> list[tuple[str, str]]:
+def of_checked(checked: Checked, stages: tuple[str, ...]) -> list[tuple[str, str]]:
     """The stages before planning, as far as the mission came: name and text."""
     texts: dict[str, str] = {}
     if checked.program:
@@ -19,7 +19,7 @@ def of_checked(checked: Checked, asked: tuple[str, ...]) -> list[tuple[str, str]
         texts["ir"] = show_ir(checked.mission)
         texts["horizons"] = show_horizons(checked.mission)
         texts["kernel"] = show_kernel(checked.kernel, checked.mission)
-        if "cost-graph" in asked:
+        if "cost-graph" in stages:
             from missionc.backends.clot.cost_graph.cost_graph import (
                 build,  # few look at it, and everybody would wait for it
             )
@@ -28,15 +28,15 @@ def of_checked(checked: Checked, asked: tuple[str, ...]) -> list[tuple[str, str]
             texts["cost-graph"] = show_cost_graph(build(checked.kernel), checked.mission)
     if checked.choice:
         texts["backend"] = checked.choice.explanation + "\n"
-    return [(stage, texts[stage]) for stage in asked if stage in texts]
+    return [(stage, texts[stage]) for stage in stages if stage in texts]
 
 
-def of_compiled(compiled: Compiled, asked: tuple[str, ...]) -> list[tuple[str, str]]:
+def of_compiled(compiled: Compiled, stages: tuple[str, ...]) -> list[tuple[str, str]]:
     """All stages that came to be: name and text."""
     outcome = compiled.outcome
-    texts = dict(of_checked(compiled.checked, asked))
+    texts = dict(of_checked(compiled.checked, stages))
     if isinstance(outcome, Verified):
         texts |= {"plan": dict(outcome.files)["plan.json"].decode("utf-8")}
     if not isinstance(outcome, Refused):
         texts |= dict(outcome.report.texts)
-    return [(stage, texts[stage]) for stage in asked if stage in texts]
+    return [(stage, texts[stage]) for stage in stages if stage in texts]

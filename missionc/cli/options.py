@@ -54,19 +54,19 @@ def of_a_plan(*names: str) -> Callable[[Command], Command]:
 
 def _flag(option: Described) -> Callable[[Command], Command]:
     flag = f"--{option.name}"
-    told: dict[str, Any] = {"help": option.help or None, "default": option.default}
+    arguments: dict[str, Any] = {"help": option.help or None, "default": option.default}
     match option.kind:
         case OneOf(words):
-            return click.option(flag, type=click.Choice(words), show_default=True, **told)
+            return click.option(flag, type=click.Choice(words), show_default=True, **arguments)
         case Whole(least, most):
             known = option.default is not None
             return click.option(
-                flag, type=click.IntRange(least, most), show_default=known, metavar=option.metavar, **told
+                flag, type=click.IntRange(least, most), show_default=known, metavar=option.metavar, **arguments
             )
         case Real(least, most):
-            return click.option(flag, type=Number(least, most), metavar=option.metavar, **told)
+            return click.option(flag, type=Number(least, most), metavar=option.metavar, **arguments)
         case Switch():
-            return click.option(flag, is_flag=True, **told)
+            return click.option(flag, is_flag=True, **arguments)
         case _:
             assert_never(option.kind)
 

@@ -11,5 +11,5 @@ ALL = (*BEFORE_PLANNING, *BY_A_BACKEND, "plan")
 
 def in_order(names: Iterable[str]) -> tuple[str, ...]:
     """The stages of these names, each once, in the order of the pipeline."""
-    asked = set(names)
-    return tuple(stage for stage in ALL if stage in asked)
+    stages = set(names)
+    return tuple(stage for stage in ALL if stage in stages)

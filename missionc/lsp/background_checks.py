@@ -60,14 +60,14 @@ class Checks:
 
     async def _run(self, text: OpenText) -> None:
         try:
-            found = await asyncio.get_running_loop().run_in_executor(self._worker, self._check, text)
+            checked = await asyncio.get_running_loop().run_in_executor(self._worker, self._check, text)
         except SupersededError:
             return
         except Exception:
             log.exception("a defect: this text cannot be checked")
             return
         if self._is_newest(text):
-            text.found = found
+            text.found = checked
             self._publish(text)
 
     def _check(self, text: OpenText) -> Checked:

@@ -75,8 +75,8 @@ def _documentation(fit: Fit, place: Spot) -> types.MarkupContent | None:
     nowhere = place.before.span if place.taken else None
     if word is None or nowhere is None:
         return None
-    said = meaning(Token(word.token or word.text, word.text, Span(nowhere.source, 0, 0), word.text))
-    return types.MarkupContent(types.MarkupKind.Markdown, said) if said else None
+    markdown = meaning(Token(word.token or word.text, word.text, Span(nowhere.source, 0, 0), word.text))
+    return types.MarkupContent(types.MarkupKind.Markdown, markdown) if markdown else None
 
 
 def _keywords(place: Spot) -> Iterator[Fit]:

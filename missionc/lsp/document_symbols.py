@@ -25,26 +25,28 @@ KINDS = {
 
 def symbols(text: OpenText) -> list[types.DocumentSymbol]:
     """What this text itself declares; where a declaration cannot be read, the name that it seems to declare."""
-    found: list[types.DocumentSymbol] = []
+    symbols: list[types.DocumentSymbol] = []
     for declaration in text.outline.declarations:
         if declaration.span.source.name != text.source.name:
             continue
         match declaration:
             case ast.MissionName(name=name):
-                found.append(_symbol(text, name.text, types.SymbolKind.Module, "mission", declaration.span, name.span))
+                symbols.append(
+                    _symbol(text, name.text, types.SymbolKind.Module, "mission", declaration.span, name.span)
+                )
             case ast.Require(label=label) | ast.Prefer(label=label):
                 word = "require" if isinstance(declaration, ast.Require) else "prefer"
                 span = label.span if label else declaration.span
-                found.append(
+                symbols.append(
                     _symbol(text, label.text if label else word, types.SymbolKind.Event, word, declaration.span, span)
                 )
             case _ if isinstance(declaration, Named):
                 kind, name = kind_of(declaration), declaration.name
-                found.append(_symbol(text, name.text, KINDS[kind], kind.value, declaration.span, name.span))
+                symbols.append(_symbol(text, name.text, KINDS[kind], kind.value, declaration.span, name.span))
     for seen, read in text.outline.declared.values():
         if read is None and seen.kind is not None and seen.span.source.name == text.source.name:
-            found.append(_symbol(text, seen.text, KINDS[seen.kind], seen.kind.value, seen.span, seen.span))
-    return sorted(found, key=lambda symbol: (symbol.range.start.line, symbol.range.start.character))
+            symbols.append(_symbol(text, seen.text, KINDS[seen.kind], seen.kind.value, seen.span, seen.span))
+    return sorted(symbols, key=lambda symbol: (symbol.range.start.line, symbol.range.start.character))
 
 
 def _symbol(

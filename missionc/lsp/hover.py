@@ -29,19 +29,19 @@ MOST_LINES = 12
 def hover(text: OpenText, position: types.Position) -> types.Hover | None:
     offset = text.places.offset(position)
     name = text.outline.at(offset)
-    if name is not None and (said := _of_name(text, name)):
-        return _hover(text, said, name.span)
+    if name is not None and (markdown := _of_name(text, name)):
+        return _hover(text, markdown, name.span)
     before, token = _token(text, offset)
     if token is None:
         return None
-    said = meaning(token, before)
+    markdown = meaning(token, before)
     if token.word in ("require", "prefer") and (goal := _goal(text, offset)):
-        said = f"{goal}\n\n---\n\n{said}"
-    return _hover(text, said, token.span) if said else None
+        markdown = f"{goal}\n\n---\n\n{markdown}"
+    return _hover(text, markdown, token.span) if markdown else None
 
 
-def _hover(text: OpenText, said: str, span: Span) -> types.Hover:
-    return types.Hover(types.MarkupContent(types.MarkupKind.Markdown, said), text.places.range(span))
+def _hover(text: OpenText, markdown: str, span: Span) -> types.Hover:
+    return types.Hover(types.MarkupContent(types.MarkupKind.Markdown, markdown), text.places.range(span))
 
 
 def _token(text: OpenText, offset: int) -> tuple[Token | None, Token | None]:
@@ -63,21 +63,21 @@ def _of_name(text: OpenText, name: Name) -> str:
     if declared is None or declared[0].kind is None:
         return f"nothing is called `{name.text}`"
     where, declaration = declared
-    said = [f"`{name.text}`: {declared[0].kind.value}"]
+    paragraphs = [f"`{name.text}`: {declared[0].kind.value}"]
     match declaration:
         case ast.Param():
-            said[0] += _value(text, name.text)
+            paragraphs[0] += _value(text, name.text)
         case ast.Let():
-            said += _horizon(text.mission, name.text, declaration.body.span.text)
+            paragraphs += _horizon(text.mission, name.text, declaration.body.span.text)
         case ast.Team():
-            said += _flown(text.mission, name.text)
+            paragraphs += _flown(text.mission, name.text)
         case _:
             pass
     if where.span.source.name != text.source.name:
-        said.append(f"declared in `{where.span.source.name}`")
+        paragraphs.append(f"declared in `{where.span.source.name}`")
     if declaration is not None:
-        said.append(_written(declaration.span))
-    return "\n\n".join(said)
+        paragraphs.append(_written(declaration.span))
+    return "\n\n".join(paragraphs)
 
 
 def _written(span: Span) -> str:
@@ -138,9 +138,9 @@ def _goal(text: OpenText, offset: int) -> str:
 def _said(mission: Mission, goal: Requirement | Preference) -> str:
     part = next(part for part in explained(mission, goal.name))
     word = "a requirement" if part.weight is None else "a preference"
-    said = [f"`{part.name}`: {word}", part.said.whole]
-    said += [f"- {more.sentence}" for more in part.said.parts]
-    said += [f"- {thing}." for thing in part.things]
+    paragraphs = [f"`{part.name}`: {word}", part.said.whole]
+    paragraphs += [f"- {more.sentence}" for more in part.said.parts]
+    paragraphs += [f"- {thing}." for thing in part.things]
     if part.needed > 0:
-        said.append(f"It {ahead(mission, part.needed)}.")
-    return "\n\n".join(said)
+        paragraphs.append(f"It {ahead(mission, part.needed)}.")
+    return "\n\n".join(paragraphs)

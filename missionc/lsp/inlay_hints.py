@@ -21,13 +21,13 @@ def hints(text: OpenText, wanted: types.Range) -> list[types.InlayHint]:
     if mission is None:
         return []
     known = horizons(mission)
-    found = []
+    hints = []
     for place, words in _formulas(text):
         position = text.places.position(place)
         says = known.get(words)
         if says and wanted.start.line <= position.line <= wanted.end.line:
-            found.append(types.InlayHint(position, says, padding_left=True))
-    return found
+            hints.append(types.InlayHint(position, says, padding_left=True))
+    return hints
 
 
 def horizons(mission: Mission) -> dict[str, str]:

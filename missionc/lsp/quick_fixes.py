@@ -14,7 +14,7 @@ def fixes(text: OpenText, wanted: types.Range) -> list[types.CodeAction]:
     """Those of the findings that touch a range; none before this version of the text is checked."""
     findings = text.found.findings if text.found else ()
     first, last = text.places.offset(wanted.start), text.places.offset(wanted.end)
-    found = []
+    actions = []
     for finding in findings:
         if finding.fix is None or finding.primary is None:
             continue
@@ -23,7 +23,7 @@ def fixes(text: OpenText, wanted: types.Range) -> list[types.CodeAction]:
             continue
         if first <= span.end and span.start <= last:
             edit = types.TextEdit(text.places.range(finding.fix.span), finding.fix.replacement)
-            found.append(
+            actions.append(
                 types.CodeAction(
                     title=title(finding.fix),
                     kind=types.CodeActionKind.QuickFix,
@@ -32,7 +32,7 @@ def fixes(text: OpenText, wanted: types.Range) -> list[types.CodeAction]:
                     is_preferred=True,
                 )
             )
-    return found
+    return actions
 
 
 def title(fix: Fix) -> str:

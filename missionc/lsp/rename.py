@@ -89,7 +89,7 @@ def _keeps_its_meaning(text: OpenText, name: Name, new: str, places: list[Name])
     renamed = Source(text.source.name, "".join([*parts, text.source.text[end:]]))
     after = Outline.of(renamed, LIMITS)
     mine = [other for other in places if other.span.source is text.source]
-    found = [other for other in after.names if other.text == new and other.label == name.label]
-    there = [other for other in found if other.span.source is renamed]
+    matches = [other for other in after.names if other.text == new and other.label == name.label]
+    there = [other for other in matches if other.span.source is renamed]
     if not after.whole or len(there) != len(mine):
         raise RefusedError(f"`{new}` means something else in a place where `{name.text}` stands")

@@ -52,9 +52,9 @@ class Server(LanguageServer):
         return self.open.get(uri)
 
     def publish(self, text: OpenText) -> None:
-        found = text.found.findings if text.found else ()
+        findings = text.found.findings if text.found else ()
         self.text_document_publish_diagnostics(
-            types.PublishDiagnosticsParams(text.uri, diagnostics(text, found), text.version)
+            types.PublishDiagnosticsParams(text.uri, diagnostics(text, findings), text.version)
         )
 
 

@@ -24,11 +24,11 @@ class Incoming:
     def readline(self) -> bytes:
         """A line; after something that was no message, from the next message's length on. Nothing at the end."""
         line = self._stream.readline()
-        found = LENGTH.search(line)
-        if found is None:
+        match = LENGTH.search(line)
+        if match is None:
             return line
-        digits = found[1].lstrip(b"0")
-        return found[0] if len(digits) < 10 and int(digits or b"0") <= LONGEST else b"\r\n"
+        digits = match[1].lstrip(b"0")
+        return match[0] if len(digits) < 10 and int(digits or b"0") <= LONGEST else b"\r\n"
 
     def read(self, count: int) -> bytes:
         return self._stream.read(count)
@@ -41,7 +41,7 @@ class Protocol(LanguageServerProtocol):
         try:
             return super().structure_message(data)
         except JsonRpcException as wrong:
-            asked = data.get("id")
-            if "method" in data and isinstance(asked, int | str):
-                self._send_response(asked, error=wrong.to_response_error())
+            request_id = data.get("id")
+            if "method" in data and isinstance(request_id, int | str):
+                self._send_response(request_id, error=wrong.to_response_error())
             return JsonRPCNotification(method="", params=None, jsonrpc="")  # of no version, so that nobody acts on it

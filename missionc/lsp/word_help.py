@@ -85,6 +85,6 @@ def _of_unit(unit: str) -> str:
 
 def _entry(kind: str, word: str, says: str, form: str) -> str:
     head = f"`{word}`: {kind}"
-    said = f"\n\n{says[0].upper()}{says[1:]}." if says else ""
+    sentence = f"\n\n{says[0].upper()}{says[1:]}." if says else ""
     ways = "".join(f"\n{way}" for way in form.split("` or `")) if form else ""
-    return f"{head}{said}" + (f"\n\n```mission{ways}\n```" if ways else "")
+    return f"{head}{sentence}" + (f"\n\n```mission{ways}\n```" if ways else "")

@@ -61,7 +61,7 @@ from missionc.pipeline import driver
 )
 @click.option(
     "--emit",
-    "asked",
+    "emitted",
     type=staged,
     shell_complete=several_of(lambda: stage_names.ALL),
     multiple=True,
@@ -102,7 +102,7 @@ def command(
     memory_limit: int,
     checkpoint: Path | None,
     resume: Path | None,
-    asked: tuple[tuple[str, ...], ...],
+    emitted: tuple[tuple[str, ...], ...],
     exported: tuple[tuple[str, ...], ...],
     timings: bool,
     plot: Path | None,
@@ -116,7 +116,7 @@ def command(
     """Turn a mission into a verified plan and its files."""
     if plot and plot.suffix not in (".svg", ".png"):
         raise click.BadParameter(f"`{plot}` ends neither in .svg nor in .png", param_hint="--plot")
-    wanted = stage_names.in_order(stage for group in asked for stage in group)
+    wanted = stage_names.in_order(stage for group in emitted for stage in group)
     captures = frozenset(wanted) & frozenset(stage_names.BY_A_BACKEND)
     chosen = Options(captures=captures, **of_a_plan)
     if chosen.samples is not None and chosen.preset == PRESETS[0]:
@@ -124,7 +124,7 @@ def command(
             f"`--samples` is for presets that transport trajectories, and `{chosen.preset}` does not; "
             f"add `--preset` with one of {', '.join(PRESETS[1:])}"
         )
-    if watch and (form != "text" or asked or resume):
+    if watch and (form != "text" or emitted or resume):
         raise click.UsageError("`--watch` goes on and on, in words; leave `--format`, `--emit` and `--resume` out")
     if no_open and not watch:
         raise click.UsageError("`--no-open` is for `--watch`, which opens the report")

@@ -32,8 +32,8 @@ if TYPE_CHECKING:
     from missionc.replay.reverify import Reverified
 
 
-def _list(context: click.Context, parameter: click.Parameter, asked: bool) -> None:
-    if not asked or context.resilient_parsing:
+def _list(context: click.Context, parameter: click.Parameter, listed: bool) -> None:
+    if not listed or context.resilient_parsing:
         return
     from missionc.output.export.formats import FORMATS
 

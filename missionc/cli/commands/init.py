@@ -41,9 +41,9 @@ def command(name: str | None, template: str, listed: bool, force: bool, form: st
     if listed:
         return _list(form)
     chosen = templates()[template]
-    asked = Path(name or chosen.mission)
-    mission = asked.name.removesuffix(SUFFIX)
-    target = asked.parent / f"{mission}{SUFFIX}"
+    path = Path(name or chosen.mission)
+    mission = path.name.removesuffix(SUFFIX)
+    target = path.parent / f"{mission}{SUFFIX}"
     wrong = _name_refused(mission)
     wrong = wrong or _file_refused(target, force) or refuse_file(target)
     wrong = wrong or write_file(target, chosen.named(mission).encode("utf-8"))

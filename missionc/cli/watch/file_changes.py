@@ -55,7 +55,7 @@ class Saves:
 
 def _mark(name: str) -> Mark:
     try:
-        found = os.stat(name)
+        status = os.stat(name)
     except (OSError, ValueError):
         return ()
-    return found.st_dev, found.st_ino, found.st_size, found.st_mtime_ns
+    return status.st_dev, status.st_ino, status.st_size, status.st_mtime_ns

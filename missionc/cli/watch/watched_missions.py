@@ -26,10 +26,10 @@ class Missions:
     def checked(self) -> list[Checked]:
         """What there is to find in them. A file that is new among them was read before it was watched: once more."""
         while True:
-            found = self._check()
-            included = [name for each in found for name in (*(source.name for source in each.sources), *each.unread)]
+            checked = self._check()
+            included = [name for each in checked for name in (*(source.name for source in each.sources), *each.unread)]
             if not self._saves.watch([*self._files, *included]):
-                return found
+                return checked
 
     def saved(self) -> bool:
         """Whether there is a save to look at."""
