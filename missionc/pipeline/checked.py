@@ -53,5 +53,5 @@ class Checked:
 
 def below(findings: tuple[Diagnostic, ...], *lines: str) -> str:
     """Findings with their words in the text, and then these lines."""
-    said = render_text(list(findings), False)
-    return "\n".join(([said] if said else []) + list(lines))
+    text = render_text(list(findings), False)
+    return "\n".join(([text] if text else []) + list(lines))

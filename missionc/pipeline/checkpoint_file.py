@@ -52,16 +52,16 @@ def from_bytes(content: bytes, name: str, run: Identity) -> Snapshot | Diagnosti
     try:
         arrays = _arrays(content)
         about = json.loads(arrays.pop(WORDS).tobytes())
-        schema, kept, words = str(about["schema"]), dict(about["run"]), dict(about["words"])
+        schema, saved_run, words = str(about["schema"]), dict(about["run"]), dict(about["words"])
         if schema == SCHEMA and sorted(arrays) != about["arrays"]:
             raise ValueError("not all of its arrays are there")
     except Exception as wrong:
         return unreadable(name, str(wrong) or type(wrong).__name__)
     if schema != SCHEMA:
         return _of_another(name, f"it is written as `{schema[:40]}`, this version writes `{SCHEMA}`", "")
-    for what in (*run, *kept):
-        if run.get(what) != kept.get(what):
-            return _different(name, what, kept.get(what), run.get(what))
+    for what in (*run, *saved_run):
+        if run.get(what) != saved_run.get(what):
+            return _different(name, what, saved_run.get(what), run.get(what))
     return Snapshot(arrays, words)
 
 
@@ -71,7 +71,7 @@ def _arrays(content: bytes) -> dict[str, Array]:
     Raises:
         ValueError, zipfile.BadZipFile: it is no such file, or damaged.
     """
-    found = {}
+    arrays = {}
     with zipfile.ZipFile(io.BytesIO(content)) as archive:
         members = archive.infolist()
         if len(members) > MOST_ARRAYS or sum(member.file_size for member in members) > len(content):
@@ -80,8 +80,8 @@ def _arrays(content: bytes) -> dict[str, Array]:
             if member.compress_type != zipfile.ZIP_STORED or not member.filename.endswith(".npy"):
                 raise ValueError(f"`{member.filename[:40]}` is no plain array")
             name = member.filename.removesuffix(".npy")
-            found[name] = _array(archive.read(member), "|u1" if name == WORDS else "<f8")
-    return found
+            arrays[name] = _array(archive.read(member), "|u1" if name == WORDS else "<f8")
+    return arrays
 
 
 def _array(data: bytes, kind: str) -> Array:
@@ -110,11 +110,11 @@ def unreadable(name: str, why: str) -> Diagnostic:
     )
 
 
-def _different(name: str, what: str, kept: object, now: str | None) -> Diagnostic:
+def _different(name: str, what: str, saved: object, now: str | None) -> Diagnostic:
     if what == "mission":
         return _of_another(name, "the mission is another one, or has changed since", "")
-    said, here = (f"`{str(value)[:60]}`" if value is not None else "nothing" for value in (kept, now))
-    return _of_another(name, f"its {what} is {said}, and here it is {here}", f"give the run the same {what}, or ")
+    there, here = (f"`{str(value)[:60]}`" if value is not None else "nothing" for value in (saved, now))
+    return _of_another(name, f"its {what} is {there}, and here it is {here}", f"give the run the same {what}, or ")
 
 
 def _of_another(name: str, why: str, instead: str) -> Diagnostic:

@@ -132,8 +132,8 @@ def check_within(
     if isinstance(checked, Checked):
         return checked
     name = file.name if isinstance(file, Source) else str(file)
-    found = _not_found(checked, "check")
-    return Compiled(Checked(name, ()), found, (no_plan.not_found(found, None),), ())
+    outcome = _not_found(checked, "check")
+    return Compiled(Checked(name, ()), outcome, (no_plan.not_found(outcome, None),), ())
 
 
 def plan(
@@ -178,12 +178,12 @@ def _throughout(
     for other, more in further_attempts(checked.mission, options, budget):
         if asked() or time.monotonic() >= budget.deadline:
             break
-        found = _plan(checked, other, more, Checkpoints(), exports, continuous, NO_EXPLANATION)
+        retry = _plan(checked, other, more, Checkpoints(), exports, continuous, NO_EXPLANATION)
         tried += 1
-        if isinstance(found.outcome, Verified):
+        if isinstance(retry.outcome, Verified):
             note = f"the plan of seed {budget.seed} does not hold between its steps; this one does"
-            report = found.outcome.report
-            return replace(found, outcome=replace(found.outcome, report=replace(report, notes=(*report.notes, note))))
+            report = retry.outcome.report
+            return replace(retry, outcome=replace(retry.outcome, report=replace(report, notes=(*report.notes, note))))
     note = f"{tried} plans were asked for, with seeds {budget.seed} to {budget.seed + tried - 1}: none holds throughout"
     findings = (replace(each, notes=(note,)) if each.code is NOT_BETWEEN else each for each in first.findings)
     return replace(first, findings=tuple(findings))
@@ -215,39 +215,39 @@ def _plan(
     backend = load_backend(choice.backend, options, checkpoints.asked)
     if isinstance(backend, Diagnostic):
         return ended(Refused(), backend)
-    kept = with_checkpoints(checked, options, budget, checkpoints)
-    if isinstance(kept, Diagnostic):
-        return ended(Refused(), kept)
-    moment = last_call(kept.deadline)
-    left = kept.deadline - time.monotonic()
-    whole = replace(kept, deadline=kept.deadline - reserved_time(len(mission.agents), mission.steps, left))
+    run_budget = with_checkpoints(checked, options, budget, checkpoints)
+    if isinstance(run_budget, Diagnostic):
+        return ended(Refused(), run_budget)
+    moment = last_call(run_budget.deadline)
+    left = run_budget.deadline - time.monotonic()
+    whole = replace(run_budget, deadline=run_budget.deadline - reserved_time(len(mission.agents), mission.steps, left))
     try:
-        found = _found(backend, mission, kernel, options, whole, explain_limit, moment)
+        outcome = _found(backend, mission, kernel, options, whole, explain_limit, moment)
     except UnusableSnapshot as wrong:
         return ended(Refused(), unusable(checkpoints.name, wrong))
-    watch.seconds.extend(found.report.seconds)
-    if isinstance(found, Planned):
+    watch.seconds.extend(outcome.report.seconds)
+    if isinstance(outcome, Planned):
         hold()
-        home = within(moment, partial(certify_plan, checked, found, options, kept, watch, exports, continuous))
+        home = within(moment, partial(certify_plan, checked, outcome, options, run_budget, watch, exports, continuous))
         if isinstance(home, Certified):
             checked = home.checked
             return ended(home.outcome, *home.findings)
-        found = no_plan.not_brought_home(home, found, watch.seconds)
-        return ended(found, no_plan.not_found(found, None))
+        outcome = no_plan.not_brought_home(home, outcome, watch.seconds)
+        return ended(outcome, no_plan.not_found(outcome, None))
     explained = None
-    if explain_limit > 0 and (isinstance(found, Impossible) or found.best is not None):
+    if explain_limit > 0 and (isinstance(outcome, Impossible) or outcome.best is not None):
         hold()
         from missionc.pipeline.relax.search_relaxations import explain
 
         with watch.stage("explain"):
-            why = within(moment, partial(explain, checked, found, backend, options, whole, explain_limit))
+            why = within(moment, partial(explain, checked, outcome, backend, options, whole, explain_limit))
         explained = None if isinstance(why, Ended) else why
-    said = (
-        no_plan.impossible(mission, found, explained)
-        if isinstance(found, Impossible)
-        else no_plan.not_found(found, explained)
+    finding = (
+        no_plan.impossible(mission, outcome, explained)
+        if isinstance(outcome, Impossible)
+        else no_plan.not_found(outcome, explained)
     )
-    return with_manifest(replace(ended(found, said), explained=explained))
+    return with_manifest(replace(ended(outcome, finding), explained=explained))
 
 
 def _found(

@@ -132,8 +132,8 @@ def check(
         findings += more
     with watch.stage("check"):
         ground = None if mission.world.flat else FreeSpace.of(mission)
-        asked = kernel or Kernel((), ())
-        findings += [*check_horizons(mission), *check_world(mission, asked, ground)]
+        kernel_or_empty = kernel or Kernel((), ())
+        findings += [*check_horizons(mission), *check_world(mission, kernel_or_empty, ground)]
         if kernel is not None:
             findings += check_requirements(mission, kernel, ground)
         if backend != ANY_BACKEND:

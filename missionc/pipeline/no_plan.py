@@ -29,10 +29,10 @@ if TYPE_CHECKING:
     from missionc.verify.verify_plan import Certificate
 
 
-def impossible(mission: Mission, found: Impossible, explained: Explained | None) -> Diagnostic:
+def impossible(mission: Mission, outcome: Impossible, explained: Explained | None) -> Diagnostic:
     """The requirements in conflict, each at its place."""
-    spans = [(each.name, each.span) for each in mission.requirements if each.name in found.conflict]
-    notes = (found.statement, *(_blamed(explained) if explained else ()), *found.report.notes)
+    spans = [(each.name, each.span) for each in mission.requirements if each.name in outcome.conflict]
+    notes = (outcome.statement, *(_blamed(explained) if explained else ()), *outcome.report.notes)
     if not spans:
         return Diagnostic(
             IMPOSSIBLE,
@@ -43,7 +43,7 @@ def impossible(mission: Mission, found: Impossible, explained: Explained | None)
         )
     return Diagnostic(
         IMPOSSIBLE,
-        f"{found.says} on the roadmap",
+        f"{outcome.says} on the roadmap",
         Label(spans[0][1], "this" if len(spans) > 1 else ""),
         tuple(Label(span, "and this") for _, span in spans[1:]),
         notes,
@@ -78,15 +78,15 @@ def _variant(trial: Trial) -> str:
     return trial.says if trial.says.startswith("without ") else f"with {trial.says}"
 
 
-def not_found(found: NotFound, explained: Explained | None) -> Diagnostic:
+def not_found(outcome: NotFound, explained: Explained | None) -> Diagnostic:
     code, help_ = {
         "TIME": (OUT_OF_TIME, "allow more with `--time-limit`"),
         "MEMORY": (OUT_OF_MEMORY, "allow more with `--memory-limit`"),
         "SIZE": (PROBLEM_TOO_LARGE, "allow more with `--limit clauses=…`, or use fewer nodes, steps or agents"),
         "NO_ROADMAP": (NO_ROADMAP, "look at the starts, the dynamics and the room between obstacles"),
         "SOLVER": (SOLVER_GAVE_UP, "try another seed with `--seed`, or another solver with `--solver`"),
-    }[found.reason.name]
-    head, *more = found.says
+    }[outcome.reason.name]
+    head, *more = outcome.says
     return Diagnostic(
         code,
         head,

@@ -52,14 +52,14 @@ def plan_with_margin(backend: Backend, mission: Mission, kernel: Kernel, options
             break
         now = time.monotonic()
         short = replace(budget, deadline=now + min(LONGEST, SHARE * (budget.deadline - now)), keep=forget, resume=None)
-        found = backend.plan(*tightened(slow, kernel, Metres(part * margin)), options, short)
-        if isinstance(found, Planned):
-            return _after(found if part == 1.0 or margin <= 0 else _noted(found, margin, part), late)
-        late = late or (isinstance(found, NotFound) and found.reason is Reason.TIME)
-    found = backend.plan(wanted, kernel, options, budget)
-    if not isinstance(found, Planned):
-        return found
-    return _after(_noted(found, margin, 0.0) if margin > 0 else found, late)
+        outcome = backend.plan(*tightened(slow, kernel, Metres(part * margin)), options, short)
+        if isinstance(outcome, Planned):
+            return _after(outcome if part == 1.0 or margin <= 0 else _noted(outcome, margin, part), late)
+        late = late or (isinstance(outcome, NotFound) and outcome.reason is Reason.TIME)
+    outcome = backend.plan(wanted, kernel, options, budget)
+    if not isinstance(outcome, Planned):
+        return outcome
+    return _after(_noted(outcome, margin, 0.0) if margin > 0 else outcome, late)
 
 
 def further_attempts(mission: Mission, options: Options, budget: Budget) -> Iterator[tuple[Options, Budget]]:
@@ -73,14 +73,14 @@ def further_attempts(mission: Mission, options: Options, budget: Budget) -> Iter
         yield more, replace(budget, seed=budget.seed + number, keep=forget, resume=None)
 
 
-def _after(found: Planned, late: bool) -> Planned:
+def _after(planned: Planned, late: bool) -> Planned:
     """The plan as it is given out, where a try before it may have been ``late``."""
-    if not late or found.report.cut_short:
-        return found
-    return replace(found, report=replace(found.report, cut_short=CutShort.TIME))
+    if not late or planned.report.cut_short:
+        return planned
+    return replace(planned, report=replace(planned.report, cut_short=CutShort.TIME))
 
 
-def _noted(found: Planned, margin: Metres, part: float) -> Planned:
-    kept = f"; this one keeps them by {part * margin * 100:g} cm" if part else ""
-    note = f"no plan was found that keeps the requirements by {margin * 100:g} cm, the margin of a flight{kept}"
-    return replace(found, report=replace(found.report, notes=(*found.report.notes, note)))
+def _noted(planned: Planned, margin: Metres, part: float) -> Planned:
+    achieved = f"; this one keeps them by {part * margin * 100:g} cm" if part else ""
+    note = f"no plan was found that keeps the requirements by {margin * 100:g} cm, the margin of a flight{achieved}"
+    return replace(planned, report=replace(planned.report, notes=(*planned.report.notes, note)))

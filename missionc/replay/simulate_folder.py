@@ -56,11 +56,11 @@ def simulate(
     if not isinstance(opened, OutputFolder):
         return Simulated(folder, opened)
     mission = opened.mission
-    found = {agent.name: read(opened.flights[agent.name]) for agent in mission.agents}
-    wrong = {name: f"cannot be read: {why}" for name, why in found.items() if isinstance(why, str)}
+    polynomials = {agent.name: read(opened.flights[agent.name]) for agent in mission.agents}
+    wrong = {name: f"cannot be read: {why}" for name, why in polynomials.items() if isinstance(why, str)}
     if wrong:
         return Simulated(folder, (_unread(folder, wrong),), opened)
-    pieces = [own for own in found.values() if isinstance(own, Pieces)]
+    pieces = [own for own in polynomials.values() if isinstance(own, Pieces)]
     beyond = _beyond(mission, pieces, limits or Limits())
     if beyond:
         return Simulated(folder, (_unread(folder, beyond),), opened)
@@ -75,9 +75,9 @@ def simulate(
 def _beyond(mission: Mission, pieces: list[Pieces], limits: Limits) -> dict[str, str]:
     """Whose polynomials ask for what no arithmetic follows, and why."""
     times = sample_times(mission.horizon)
-    told = ((agent.name, np.abs(setpoints(own, times))) for agent, own in zip(mission.agents, pieces, strict=True))
+    sizes = ((agent.name, np.abs(setpoints(own, times))) for agent, own in zip(mission.agents, pieces, strict=True))
     why = f"lead beyond {limits.magnitude:g} m, m/s or m/s^2"
-    return {name: why for name, each in told if not (each <= limits.magnitude).all()}
+    return {name: why for name, each in sizes if not (each <= limits.magnitude).all()}
 
 
 def _unable(engine: str, error: engines.EngineError) -> Diagnostic:

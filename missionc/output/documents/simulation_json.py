@@ -53,14 +53,14 @@ def simulation_record(mission: Mission, planned: Sequence[Judgement], trials: Tr
     }
 
 
-def simulation_json(mission: Mission, said: Mapping[str, object], flown: Flown) -> bytes:
+def simulation_json(mission: Mission, entries: Mapping[str, object], flown: Flown) -> bytes:
     """The same bytes for the same flight.
 
     Args:
-        said: a ``simulation_record``.
+        entries: a ``simulation_record``.
     """
     position = np.round(flown.position[0, :, ::EACH], DIGITS) + 0.0
     paths = {agent.name: position[agent.index].T.tolist() for agent in mission.agents}
-    lines = [f"  {compact(key)}: {compact(value)}" for key, value in {"schema": SIMULATION_SCHEMA, **said}.items()]
+    lines = [f"  {compact(key)}: {compact(value)}" for key, value in {"schema": SIMULATION_SCHEMA, **entries}.items()]
     flight = f'{{"samples_per_second": {SETPOINTS_PER_SECOND // EACH}, "agents": {record(paths, depth=1)}}}'
     return ("{\n" + ",\n".join([*lines, f'  "flight": {flight}']) + "\n}\n").encode()

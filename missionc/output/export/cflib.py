@@ -80,25 +80,25 @@ def _packed(flight: Flight) -> _Packed | Diagnostic:
     if most <= memory:
         note = f"cflib: raw, {most} of {memory} bytes of a Crazyflie's memory"
         return _Packed(plain, "raw", ("0",) * len(plain), (note,))
-    found: list[Compressed] = []
+    compressed: list[Compressed] = []
     for each in flight.parts:
         packed = compress(each.pieces)
         if isinstance(packed, str):
             return _no_room(each, most, memory, f"`{each.agent.name}` cannot be compressed: {packed}")
-        found.append(packed)
-    blobs = tuple(packed.blob for packed in found)
+        compressed.append(packed)
+    blobs = tuple(packed.blob for packed in compressed)
     least = max(map(len, blobs))
     if least > memory:
         worst = flight.parts[[len(blob) for blob in blobs].index(least)]
         return _no_room(worst, most, memory, f"compressed it takes {least} bytes")
-    notes = _judged(flight, found)
+    notes = _judged(flight, compressed)
     if isinstance(notes, Diagnostic):
         return notes
     used = f"cflib: compressed, {least} of {memory} bytes of a Crazyflie's memory; raw it would be {most}"
-    return _Packed(blobs, "compressed", tuple(_millimetres(packed.deviation) for packed in found), (used, *notes))
+    return _Packed(blobs, "compressed", tuple(_millimetres(packed.deviation) for packed in compressed), (used, *notes))
 
 
-def _judged(flight: Flight, found: list[Compressed]) -> tuple[str, ...] | Diagnostic:
+def _judged(flight: Flight, compressed: list[Compressed]) -> tuple[str, ...] | Diagnostic:
     """What rounding costs: refused where a body comes too close to another, to an obstacle or to the world's border."""
     texts = {each.agent.name: each.text for each in flight.parts}
     exact = verify_polynomials(flight.mission, flight.kernel, flight.trace, texts)
@@ -106,7 +106,10 @@ def _judged(flight: Flight, found: list[Compressed]) -> tuple[str, ...] | Diagno
         flight.mission,
         flight.kernel,
         flight.trace,
-        {each.agent.name: written(as_polynomials(packed)) for each, packed in zip(flight.parts, found, strict=True)},
+        {
+            each.agent.name: written(as_polynomials(packed))
+            for each, packed in zip(flight.parts, compressed, strict=True)
+        },
     )
     judged = [check for check in rounded.checks if check.name.startswith("flown ")]
     assert len(judged) == sum(check.name.startswith("flown ") for check in exact.checks), "some of it was not judged"
@@ -122,7 +125,7 @@ def _judged(flight: Flight, found: list[Compressed]) -> tuple[str, ...] | Diagno
         )
     tubes = {check.subject: check.margin for check in exact.checks if check.name == "tube"}
     lines = []
-    for each, packed in zip(flight.parts, found, strict=True):
+    for each, packed in zip(flight.parts, compressed, strict=True):
         name = each.agent.name
         line = f"cflib: `{name}` is never further than {_millimetres(packed.deviation)} mm from its raw polynomials"
         over = packed.deviation - tubes.get(name, 0.0)

@@ -31,8 +31,8 @@ EPOCH = (1980, 1, 1, 0, 0, 0)
 def write(flight: Flight) -> Exported | Diagnostic:
     """``show.skyc``, and how far its curves are from the verified ones: never more than ``CLOSE``."""
     curves = flight.curves
-    found = [cubics(Curves(curves.times, curves.coefficients[[index]])) for index in range(len(curves.coefficients))]
-    far = max(own.deviation for own in found)
+    splines = [cubics(Curves(curves.times, curves.coefficients[[index]])) for index in range(len(curves.coefficients))]
+    far = max(own.deviation for own in splines)
     if far > CLOSE:
         return refused(
             NAME,
@@ -44,7 +44,7 @@ def write(flight: Flight) -> Exported | Diagnostic:
         "version": 1,
         "environment": {"type": "indoor"},
         "settings": {"validation": _validation(flight)},
-        "swarm": {"drones": [_drone(each, own) for each, own in zip(flight.parts, found, strict=True)]},
+        "swarm": {"drones": [_drone(each, own) for each, own in zip(flight.parts, splines, strict=True)]},
         "meta": {"title": flight.mission.name},
     }
     text = json.dumps(show, ensure_ascii=True, allow_nan=False, separators=(",", ":"))

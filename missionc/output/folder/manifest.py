@@ -91,10 +91,10 @@ def sha256(content: bytes) -> str:
 
 def versions() -> dict[str, str]:
     """The version of this package, and of those installed that may change a plan."""
-    found = {"missionc": __version__}
+    installed = {"missionc": __version__}
     for package in PACKAGES:
         try:
-            found[package] = version(package)
+            installed[package] = version(package)
         except PackageNotFoundError:
             continue
-    return found
+    return installed

@@ -114,9 +114,9 @@ def _judged(folder: Path) -> Ours | Foreign:
     ours = None if isinstance(content, Diagnostic) else listed(content)
     if ours is None:
         return Foreign(f", and its `{MANIFEST}` is not one of the compiler's", tuple(map(_quoted, names)))
-    found = islice(entries(folder), MOST_LOOKED_AT)
+    listing = islice(entries(folder), MOST_LOOKED_AT)
     strange = [
-        f"{_quoted(name)}, {why}" for name, status in sorted(found) if (why := _strange(folder, name, status, ours))
+        f"{_quoted(name)}, {why}" for name, status in sorted(listing) if (why := _strange(folder, name, status, ours))
     ]
     if strange:
         return Foreign(" and holds what the compiler did not write", tuple(strange))

@@ -45,8 +45,8 @@ def entries(folder: Path) -> Iterator[tuple[str, os.stat_result]]:
     unread = [("", os.lstat(folder))]
     while unread:
         within, own = unread.pop()
-        with os.scandir(root + within) as found:
-            inside = [(within + entry.name, entry.stat(follow_symlinks=False)) for entry in found]
+        with os.scandir(root + within) as listing:
+            inside = [(within + entry.name, entry.stat(follow_symlinks=False)) for entry in listing]
         if not inside and within:
             yield within.removesuffix("/"), own
         for name, status in inside:

@@ -30,14 +30,14 @@ Limit: TypeAlias = tuple[str, str, float]
 
 def charts(mission: Mission, moving: Flights, certificate: Certificate) -> list[dict[str, Any]]:
     """Charts with a series for each motion (and team), and the limits that hold for it."""
-    found = []
+    charts = []
     if len(mission.agents) > 1:
         nearest = [(name, "", _separation(mission, each)) for name, each in moving.places()]
-        kept: list[Limit] = [("mission", "", mission.separation), *_proved(mission, moving, certificate)]
-        found.append(_chart("separation", "m", nearest, kept, low=True))
+        lower_limits: list[Limit] = [("mission", "", mission.separation), *_proved(mission, moving, certificate)]
+        charts.append(_chart("separation", "m", nearest, lower_limits, low=True))
     if mission.obstacles:
         nearest = [(name, "", _clearance(mission, each)) for name, each in moving.places()]
-        found.append(_chart("clearance", "m", nearest, [("mission", "", mission.clearance)], low=True))
+        charts.append(_chart("clearance", "m", nearest, [("mission", "", mission.clearance)], low=True))
     teams = _teams(mission)
     planned, flown = "dynamics", "vehicle"
     dynamics = _limits(teams, planned, lambda agent: agent.dynamics.top_speed)
@@ -51,12 +51,12 @@ def charts(mission: Mission, moving: Flights, certificate: Certificate) -> list[
     ]
     for name, vectors, limits in wanted:
         if limits:
-            found.append(_chart(name, "m/s", _largest(teams, moving, vectors), limits, low=False))
+            charts.append(_chart(name, "m/s", _largest(teams, moving, vectors), limits, low=False))
     strongest = _limits(teams, planned, _push) + _limits(teams, flown, lambda agent: agent.vehicle.acceleration)
     pushes = [each for each in _largest(teams, moving, _acceleration) if each[0] == "flown" or each[2].any()]
     if pushes:
-        found.append(_chart("acceleration", "m/s²", pushes, strongest, low=False))
-    return [*found, *([_tracking(teams, moving.simulated)] if moving.simulated else [])]
+        charts.append(_chart("acceleration", "m/s²", pushes, strongest, low=False))
+    return [*charts, *([_tracking(teams, moving.simulated)] if moving.simulated else [])]
 
 
 def _tracking(teams: Teams, flight: Simulated) -> dict[str, Any]:
@@ -101,16 +101,16 @@ def _chart(
 
 
 def _teams(mission: Mission) -> Teams:
-    found: Teams = {}
+    teams: Teams = {}
     for agent in mission.agents:
-        found.setdefault(agent.team, []).append(agent)
-    return found
+        teams.setdefault(agent.team, []).append(agent)
+    return teams
 
 
 def _limits(teams: Teams, by: str, of: Callable[[Agent], float]) -> list[Limit]:
     """The teams that have one, and what their agents may at most; the least of a team counts."""
-    found = [(by, team, min(map(of, agents))) for team, agents in teams.items()]
-    return [each for each in found if math.isfinite(each[2])]
+    limits = [(by, team, min(map(of, agents))) for team, agents in teams.items()]
+    return [each for each in limits if math.isfinite(each[2])]
 
 
 def _push(agent: Agent) -> float:
@@ -148,11 +148,11 @@ def _separation(mission: Mission, each: Placed) -> Array:
     radius = np.array([agent.radius for agent in mission.agents])
     bodies = (radius[first] + radius[second])[:, None]
     size = max(1, MOST_PAIRS // len(first))
-    found = []
+    gaps = []
     for start in range(0, each.times.size, size):
         place = each.position[:, start : start + size]
-        found.append((np.linalg.norm(place[first] - place[second], axis=-1) - bodies).min(axis=0))
-    return np.concatenate(found)
+        gaps.append((np.linalg.norm(place[first] - place[second], axis=-1) - bodies).min(axis=0))
+    return np.concatenate(gaps)
 
 
 def _clearance(mission: Mission, each: Placed) -> Array:

@@ -61,7 +61,7 @@ def _heights(world: World, band: Prism | None) -> dict[str, float]:
 def _layers(world: World, shape: Shape) -> list[Solid]:
     """What is left of a shape that others cut, layer by layer."""
     atlas = Atlas.of(world, [shape])
-    found: list[Solid] = []
+    solids: list[Solid] = []
     for geometry, (low, high) in zip(atlas.outer(shape).geometry(), atlas.heights, strict=True):
         if low == high:
             continue
@@ -69,8 +69,8 @@ def _layers(world: World, shape: Shape) -> list[Solid]:
             if part.geom_type == "Polygon" and part.area > 0:
                 fine = part.simplify(1e-3)
                 rings = [_short(ring.coords[:-1]) for ring in (fine.exterior, *fine.interiors)]
-                found.append({"rings": rings, **_heights(world, Prism(low, high))})
-    return found
+                solids.append({"rings": rings, **_heights(world, Prism(low, high))})
+    return solids
 
 
 def _short(points: Any) -> list[list[float]]:

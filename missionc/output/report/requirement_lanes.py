@@ -52,17 +52,17 @@ def lanes(
 
 def _tree(mission: Mission, kernel: Kernel) -> list[tuple[Formula, int, str, float | None]]:
     """Each goal's formulas in the order they are read, with their depth; of the goal itself its name and weight too."""
-    found: list[tuple[Formula, int, str, float | None]] = []
+    lanes: list[tuple[Formula, int, str, float | None]] = []
     for goal in goals(mission):
         stack: list[tuple[Formula, int]] = [(goal.formula, 0)]
-        while stack and len(found) < MOST_LANES:
+        while stack and len(lanes) < MOST_LANES:
             formula, depth = stack.pop()
             if formula not in kernel.meanings:
                 continue
             named = (goal.name, getattr(goal, "weight", None)) if depth == 0 else ("", None)
-            found.append((formula, depth, *named))
+            lanes.append((formula, depth, *named))
             stack.extend((operand, depth + 1) for operand in reversed(operands(formula)))
-    return found
+    return lanes
 
 
 def _row(node: Node, row: Row, witnesses: Witnesses) -> dict[str, Any]:

@@ -54,13 +54,13 @@ def simulated(mission: Mission, text: str, flown: Curves, rate: int) -> Simulate
         return None
 
 
-def _read(mission: Mission, found: Any, flown: Curves, rate: int) -> Simulated | None:
-    if found["schema"] not in (SIMULATION_SCHEMA, *SIMULATIONS_BEFORE) or not text_of(found["engine"]):
+def _read(mission: Mission, document: Any, flown: Curves, rate: int) -> Simulated | None:
+    if document["schema"] not in (SIMULATION_SCHEMA, *SIMULATIONS_BEFORE) or not text_of(document["engine"]):
         return None
-    often = float(found["flight"]["samples_per_second"])
-    places = [found["flight"]["agents"][agent.name] for agent in mission.agents]
+    often = float(document["flight"]["samples_per_second"])
+    places = [document["flight"]["agents"][agent.name] for agent in mission.agents]
     position = np.moveaxis(np.array(places, dtype=np.float64), 1, 2)
-    allowed = np.array([float(each["allowed"]) for each in found["tracking"]])
+    allowed = np.array([float(each["allowed"]) for each in document["tracking"]])
     agents = len(mission.agents)
     if position.shape[0] != agents or position.shape[2] != 3 or position.shape[1] < 2 or allowed.shape != (agents,):
         return None
@@ -75,7 +75,7 @@ def _read(mission: Mission, found: Any, flown: Curves, rate: int) -> Simulated |
         np.stack([np.interp(grid, times, axis) for axis in own.T[: mission.dimension]], axis=-1) for own in position
     ]
     placed = Placed(rate, np.asarray(grid, dtype=np.float64), np.stack(level))
-    return Simulated(found["engine"], placed, _fewer(error), allowed, _checks(found))
+    return Simulated(document["engine"], placed, _fewer(error), allowed, _checks(document))
 
 
 def text_of(value: object) -> str:
@@ -88,22 +88,22 @@ def _fewer(error: Array) -> Array:
     return np.asarray(padded.reshape(len(error), -1, together).max(axis=-1))
 
 
-def _checks(found: Any) -> tuple[Check, ...]:
+def _checks(document: Any) -> tuple[Check, ...]:
     """The checks: each requirement in the first flight; the worst tracking and the least room of all flights."""
     checks = []
-    before = {each["name"]: each["robustness"] for each in found["planned"]}
-    by = f"flown by {found['engine']}"
-    for each in found["requirements"]:
+    before = {each["name"]: each["robustness"] for each in document["planned"]}
+    by = f"flown by {document['engine']}"
+    for each in document["requirements"]:
         detail = f"{by}; planned with {_number(before[each['name']]):.3f}"
         name, margin = text_of(each["name"]), _number(each["robustness"])
         checks.append(Check("simulated requirement", name, margin, "m", 0.0, each["satisfied"] is True, detail=detail))
-    for each in found["tracking"]:
+    for each in document["tracking"]:
         spare, who = float(each["allowed"]) - float(each["most"]), text_of(each["agent"])
         detail = f"{by}: {1000 * float(each['most']):.0f} mm off at most"
         checks.append(
             Check("simulated tracking", who, spare, "m", 0.0, spare >= 0, float(each["at"]), (who,), detail=detail)
         )
-    for each in found["room"]:
+    for each in document["room"]:
         pair = tuple(map(text_of, each["agents"]))
         margin = float(each["margin"])
         name = "simulated separation" if each["subject"] == "all pairs" else "simulated obstacle"

@@ -109,7 +109,7 @@ def changes(edit: Edit, overrides: Mapping[str, str]) -> tuple[Change, ...]:
     Args:
         overrides: values of parameters before the edit.
     """
-    said = [Change("", 0, f"-D {name}={overrides[name]}", f"-D {name}={text}") for name, text in edit.overrides]
+    changes = [Change("", 0, f"-D {name}={overrides[name]}", f"-D {name}={text}") for name, text in edit.overrides]
     by_lines: dict[tuple[int, int], list[Fix]] = {}
     for fix in sorted(edit.fixes, key=lambda fix: fix.span.start):
         by_lines.setdefault(_lines(fix.span), []).append(fix)
@@ -117,8 +117,8 @@ def changes(edit: Edit, overrides: Mapping[str, str]) -> tuple[Change, ...]:
         source = fixes[0].span.source
         before = source.text[start:end]
         after = _replaced(before, fixes, start)
-        said.append(Change(source.name, source.place(start)[0], before, after.removesuffix("\n")))
-    return tuple(said)
+        changes.append(Change(source.name, source.place(start)[0], before, after.removesuffix("\n")))
+    return tuple(changes)
 
 
 def _lines(span: Span) -> tuple[int, int]:

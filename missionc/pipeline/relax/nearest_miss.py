@@ -27,7 +27,7 @@ def near_miss(
     checked: Checked,
     backend: str,
     seed: int,
-    found: Iterable[tuple[Relaxation, Trace]],
+    relaxations: Iterable[tuple[Relaxation, Trace]],
     best: Attempt | None = None,
 ) -> NearMiss | None:
     """With its files: ``near_miss.json``, ``near_miss.html``, and ``near_miss.svg`` where maps can be drawn.
@@ -39,7 +39,7 @@ def near_miss(
     mission, kernel = checked.mission, checked.kernel
     assert mission is not None
     assert kernel is not None
-    motions = [(each.says, trace) for each, trace in found] + ([("", best.trace)] if best else [])
+    motions = [(each.says, trace) for each, trace in relaxations] + ([("", best.trace)] if best else [])
     misses = [(_miss(mission, kernel, trace), says) for says, trace in motions]
     near = [(miss, says) for miss, says in misses if miss is not None]
     if near:

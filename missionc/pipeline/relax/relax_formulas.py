@@ -42,17 +42,17 @@ def lengths(checked: Checked, mission: Mission, targets: ConflictTargets) -> lis
         length, bounds = written.get(span), meant.get(span)
         if not isinstance(length, ast.Length) or not isinstance(bounds, ir.Length) or way is Way.EITHER:
             continue
-        found = spot(checked, length.high)
-        if found is None:
+        bound = spot(checked, length.high)
+        if bound is None:
             continue
         name = f"the bound of `{excerpt(length.span)}`"
         hops = bounds.metric is ast.Metric.HOPS
         if hops and way is Way.MORE:
-            knobs.append(whole(found, name, most_hops(bounds) - int(bounds.high)))
+            knobs.append(whole(bound, name, most_hops(bounds) - int(bounds.high)))
         elif hops:
-            knobs.append(whole(found, name, int(bounds.high - bounds.low), -1))
+            knobs.append(whole(bound, name, int(bounds.high - bounds.low), -1))
         else:
-            knobs.append(more(found, name) if way is Way.MORE else less(found, name, bounds.low / found.factor))
+            knobs.append(more(bound, name) if way is Way.MORE else less(bound, name, bounds.low / bound.factor))
     return knobs
 
 
@@ -67,11 +67,11 @@ def counts(checked: Checked, targets: ConflictTargets) -> list[Knob]:
                 name = f"at least, of `{excerpt(agents.span)}`,"
             case _:
                 continue
-        way, found = targets.counts.get(span, Way.EITHER), spot(checked, number)
-        if found is not None and way is Way.LESS:
-            knobs.append(whole(found, name, int(found.value), -1))
-        elif found is not None and way is Way.MORE:
-            knobs.append(whole(found, name, max(1, int(found.value))))
+        way, bound = targets.counts.get(span, Way.EITHER), spot(checked, number)
+        if bound is not None and way is Way.LESS:
+            knobs.append(whole(bound, name, int(bound.value), -1))
+        elif bound is not None and way is Way.MORE:
+            knobs.append(whole(bound, name, max(1, int(bound.value))))
     return knobs
 
 
@@ -89,10 +89,10 @@ def comparisons(checked: Checked, targets: ConflictTargets) -> list[Knob]:
     for node in (each for each in _in_order(checked) if isinstance(each, ast.Compare)):
         way = targets.comparisons.get(node.span, Way.EITHER)
         right, left = spot(checked, node.right), spot(checked, node.left)
-        found = right or left
-        if found is None or way is Way.EITHER:
+        bound = right or left
+        if bound is None or way is Way.EITHER:
             continue
-        grows = ((node.operator in ("<", "<=")) == (found is right)) == (way is Way.MORE)
+        grows = ((node.operator in ("<", "<=")) == (bound is right)) == (way is Way.MORE)
         name = f"the bound of `{excerpt(node.span)}`"
-        knobs.append(more(found, name) if grows else less(found, name, found.value - 4 * max(1.0, abs(found.value))))
+        knobs.append(more(bound, name) if grows else less(bound, name, bound.value - 4 * max(1.0, abs(bound.value))))
     return knobs

@@ -19,14 +19,14 @@ LONGER = 4
 
 def horizon(checked: Checked, mission: Mission) -> list[Knob]:
     """The horizon, longer by whole steps; every window that ends with the mission follows, however it is written."""
-    found = _horizon(checked)
-    if found is None:
+    horizon_spot = _horizon(checked)
+    if horizon_spot is None:
         return []
-    ends = [end for end in _ends(checked, mission) if end != found]
+    ends = [end for end in _ends(checked, mission) if end != horizon_spot]
 
     def edit(notches: int) -> Edit:
         steps = mission.steps + notches
-        whole = _lasting(found, mission, steps)
+        whole = _lasting(horizon_spot, mission, steps)
         fixes = [fix for end in ends for fix in _at(end, mission, steps, "").fixes]
         says = f"{whole.says}, with the windows that end with it" if fixes else whole.says
         return Edit(says, (*whole.fixes, *fixes), whole.overrides)
@@ -37,13 +37,13 @@ def horizon(checked: Checked, mission: Mission) -> list[Knob]:
 def _ends(checked: Checked, mission: Mission) -> list[Spot]:
     """Where the mission's last step is written as the end of a window, each place once."""
     meant = _meant(mission)
-    found = []
+    ends = []
     for node in nodes(checked.program):
         if isinstance(node, ast.Apply) and isinstance(node.bounds, ast.Window) and node.span in meant:
             bounds, end = meant[node.span].bounds, spot(checked, node.bounds.high)
-            if isinstance(bounds, Window) and bounds.high == mission.steps and end is not None and end not in found:
-                found.append(end)
-    return found
+            if isinstance(bounds, Window) and bounds.high == mission.steps and end is not None and end not in ends:
+                ends.append(end)
+    return ends
 
 
 def _meant(mission: Mission) -> dict[Span, Apply]:
@@ -68,19 +68,19 @@ def _window(checked: Checked, mission: Mission, window: ast.Window, formula: App
     if not isinstance(bounds, Window) or bounds.high is None or window.high is None:
         return None
     low, high = bounds.low, bounds.high
-    found = spot(checked, window.high)
-    with_horizon = found is not None and found == lasting
-    if found is None or with_horizon:
+    end_spot = spot(checked, window.high)
+    with_horizon = end_spot is not None and end_spot == lasting
+    if end_spot is None or with_horizon:
         if (way is Way.MORE and with_horizon) or not is_in_main_file(checked, window.high.span):
             return None
-        found = Spot(high * mission.step, "s", window.high)
+        end_spot = Spot(high * mission.step, "s", window.high)
     asking = [goal for goal in goals(mission) if formula in bottom_up([goal.formula])]
     name = f"in `{asking[0].name}`, the end of `{' '.join(operator_words(formula).text.split())}` at"
     ahead = _ahead(mission, asking)
 
     def edit(notches: int) -> Edit | None:
         end = high + way.value * notches
-        moved = _at(found, mission, end, name)
+        moved = _at(end_spot, mission, end, name)
         if way is Way.LESS or ahead + notches <= mission.steps:
             return moved
         return moved + _lasting(lasting, mission, ahead + notches) if lasting is not None else None
@@ -100,11 +100,11 @@ def _horizon(checked: Checked) -> Spot | None:
     return spot(checked, times[0].horizon) if times else None
 
 
-def _lasting(found: Spot, mission: Mission, steps: int) -> Edit:
-    return _at(found, mission, steps, "horizon")
+def _lasting(horizon_spot: Spot, mission: Mission, steps: int) -> Edit:
+    return _at(horizon_spot, mission, steps, "horizon")
 
 
-def _at(found: Spot, mission: Mission, steps: int, name: str) -> Edit:
+def _at(place: Spot, mission: Mission, steps: int, name: str) -> Edit:
     """The time after so many steps, in the unit in which it is written."""
-    value = steps if found.unit == "steps" else steps * mission.step / found.factor
-    return found.put(value, f"{name} {found.written(value)} instead of {found.written(found.value)}")
+    value = steps if place.unit == "steps" else steps * mission.step / place.factor
+    return place.put(value, f"{name} {place.written(value)} instead of {place.written(place.value)}")

@@ -26,10 +26,10 @@ def graphs(checked: Checked, targets: ConflictTargets) -> list[Knob]:
     """The radius of a graph, wider where links are asked for."""
     knobs = []
     for graph in declared(checked, ast.Graph):
-        way, found = targets.graphs.get(graph.name.text), spot(checked, graph.radius)
+        way, radius = targets.graphs.get(graph.name.text), spot(checked, graph.radius)
         name = f"the radius of `{graph.name.text}`"
-        if found is not None and way is not None:
-            knobs.append(less(found, name, notch(found.value)) if way is Way.LESS else more(found, name))
+        if radius is not None and way is not None:
+            knobs.append(less(radius, name, notch(radius.value)) if way is Way.LESS else more(radius, name))
     return knobs
 
 
@@ -38,9 +38,9 @@ def formations(checked: Checked, targets: ConflictTargets) -> list[Knob]:
     knobs = []
     for formation in declared(checked, ast.Formation):
         for setting in formation.settings:
-            found = spot(checked, setting.high) if setting.name.text == "tolerance" else None
-            if found is not None and targets.formations.get(formation.name.text) is Way.MORE:
-                knobs.append(more(found, f"the tolerance of `{formation.name.text}`"))
+            tolerance = spot(checked, setting.high) if setting.name.text == "tolerance" else None
+            if tolerance is not None and targets.formations.get(formation.name.text) is Way.MORE:
+                knobs.append(more(tolerance, f"the tolerance of `{formation.name.text}`"))
     return knobs
 
 
@@ -56,8 +56,8 @@ def regions(checked: Checked, mission: Mission, targets: ConflictTargets) -> lis
             case ast.Box() as box, ir.Box() if is_in_main_file(checked, box.span):
                 knobs.append(_wider_box(name, box, shape, mission))
             case (ast.Disc() | ast.Ball()) as round_, _:
-                found = spot(checked, round_.radius)
-                knobs += [more(found, f"the radius of `{name}`")] if found is not None else []
+                radius = spot(checked, round_.radius)
+                knobs += [more(radius, f"the radius of `{name}`")] if radius is not None else []
             case _:
                 pass
     return knobs
@@ -86,18 +86,18 @@ def _point(values: list[float]) -> str:
 def margins(checked: Checked) -> list[Knob]:
     """The room between bodies, and between bodies and obstacles: less of it."""
     knobs = []
-    said: list[ast.Separation | ast.Clearance] = [*declared(checked, ast.Separation), *declared(checked, ast.Clearance)]
-    for item in said:
-        name, found = item.span.text.split(maxsplit=1)[0], spot(checked, item.distance)
-        if found is not None and found.value > 0:
-            knobs.append(less(found, name))
+    room: list[ast.Separation | ast.Clearance] = [*declared(checked, ast.Separation), *declared(checked, ast.Clearance)]
+    for item in room:
+        name, distance = item.span.text.split(maxsplit=1)[0], spot(checked, item.distance)
+        if distance is not None and distance.value > 0:
+            knobs.append(less(distance, name))
     return knobs
 
 
 def teams(checked: Checked) -> list[Knob]:
     """One agent more in a team, or two or three."""
-    found = [(team.name.text, spot(checked, team.size)) for team in declared(checked, ast.Team)]
-    return [whole(size, f"the size of team `{name}`", MORE_AGENTS) for name, size in found if size is not None]
+    sizes = [(team.name.text, spot(checked, team.size)) for team in declared(checked, ast.Team)]
+    return [whole(size, f"the size of team `{name}`", MORE_AGENTS) for name, size in sizes if size is not None]
 
 
 def roadmap(checked: Checked, nodes: int) -> list[Knob]:
@@ -107,8 +107,8 @@ def roadmap(checked: Checked, nodes: int) -> list[Knob]:
     solves = declared(checked, ast.Solve)
     settings = {setting.name.text: setting for setting in (solves[0].settings if solves else ())}
     if "nodes" in settings:
-        found = spot(checked, settings["nodes"].high)
-        edit = found.put(finer, says) if found is not None else None
+        node_count = spot(checked, settings["nodes"].high)
+        edit = node_count.put(finer, says) if node_count is not None else None
     elif settings:
         setting = next(iter(settings.values())).span
         edit = _at(checked, Span(setting.source, setting.start, setting.start), f"nodes = {finer}, ", says)

@@ -139,7 +139,7 @@ class Explaining:
 
     def relaxations(self) -> list[tuple[Relaxation, Trace]]:
         """What does, the smallest change first; what is as large in the order in which it was tried."""
-        found = []
+        relaxations = []
         for trying in self.tried:
             edit = None if trying.best is None else trying.knob.edit(trying.best)
             came = self.found.get(id(trying))
@@ -147,8 +147,8 @@ class Explaining:
                 continue
             size = trying.best * trying.knob.size
             lines = changes(edit, self.checked.overrides)
-            found.append((Relaxation(edit.says, lines, size, trying.smallest), came.trace))
-        return sorted(found, key=lambda each: each[0].size)
+            relaxations.append((Relaxation(edit.says, lines, size, trying.smallest), came.trace))
+        return sorted(relaxations, key=lambda each: each[0].size)
 
 
 def explain(
@@ -171,12 +171,12 @@ def explain(
     longer = run.trial(relax_time.horizon(checked, mission))
     finer = run.trial(relax_world.roadmap(checked, dict(refusal.report.sizes).get("nodes", 0)), FINER)
     run.refine(_knobs(checked, mission, kernel, conflict))
-    found = run.relaxations()
+    relaxations = run.relaxations()
     return Explained(
         _blame(without, longer, finer) if isinstance(refusal, Impossible) else Blame.UNKNOWN,
         (*without, *longer, *finer),
-        tuple(relaxation for relaxation, _ in found),
-        near_miss(checked, backend.name, budget.seed, found, best),
+        tuple(relaxation for relaxation, _ in relaxations),
+        near_miss(checked, backend.name, budget.seed, relaxations, best),
         run.over,
     )
 

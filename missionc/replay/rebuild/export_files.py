@@ -21,20 +21,20 @@ def check_exports(opened: OutputFolder) -> Iterator[Check]:
         if name.startswith(FOLDER):
             form, _, file = name.removeprefix(FOLDER).partition("/")
             lying.setdefault(form, {})[file] = content
-    asked = [form for form in (option(opened.manifest, OPTION) or "").split(",") if form]
-    if not lying and not asked:
+    requested_forms = [form for form in (option(opened.manifest, OPTION) or "").split(",") if form]
+    if not lying and not requested_forms:
         return
     flown = flight(opened.mission, opened.kernel, opened.trace, opened.flights)
-    for form in dict.fromkeys((*asked, *lying)):
-        yield from _form(form, flown, lying.get(form, {}), form in asked)
+    for form in dict.fromkeys((*requested_forms, *lying)):
+        yield from _form(form, flown, lying.get(form, {}), form in requested_forms)
 
 
-def _form(form: str, flown: Flight, lying: Mapping[str, bytes], asked: bool) -> Iterator[Check]:
+def _form(form: str, flown: Flight, lying: Mapping[str, bytes], requested: bool) -> Iterator[Check]:
     name = f"{FOLDER}{form}"
     if form not in FORMATS:
         yield verdict(name, "this version of the compiler knows no such export")
         return
-    if not asked:
+    if not requested:
         yield verdict(name, "the options in the manifest ask for no such export")
         return
     made = FORMATS[form].export(flown)

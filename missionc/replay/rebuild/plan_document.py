@@ -27,5 +27,5 @@ def plan_of(opened: OutputFolder) -> Plan:
 
 def check_plan(opened: OutputFolder, plan: Plan) -> Check:
     """Every entry: states, times, graphs, radii, verdicts; none between the steps, and no other agent."""
-    found = difference(parse_json(opened.text(PLAN)), parse_json(plan_json(opened.mission, plan)))
-    return verdict(PLAN, found)
+    mismatch = difference(parse_json(opened.text(PLAN)), parse_json(plan_json(opened.mission, plan)))
+    return verdict(PLAN, mismatch)

@@ -41,36 +41,36 @@ AGAIN = "`missionc simulate` flies the folder again, and takes its place"
 def check_simulation(opened: OutputFolder, limits: Limits) -> Check:
     """The first entry that is not what its flights come to, if there is one; or why they cannot be flown here."""
     try:
-        found = parse_json(opened.text(SIMULATION))
+        document = parse_json(opened.text(SIMULATION))
     except NotJsonError as error:
         return verdict(SIMULATION, error.reason)
-    if not isinstance(found, dict):
+    if not isinstance(document, dict):
         return verdict(SIMULATION, "it is no record")
-    if found.get("schema") in SIMULATIONS_BEFORE:
+    if document.get("schema") in SIMULATIONS_BEFORE:
         return unjudged(SIMULATION, f"it does not tell what its flights were flown through: {AGAIN}")
-    if found.get("schema") != SIMULATION_SCHEMA:
-        return verdict(SIMULATION, difference(found.get("schema"), SIMULATION_SCHEMA, "schema"))
-    trial = trial_of(found)
+    if document.get("schema") != SIMULATION_SCHEMA:
+        return verdict(SIMULATION, difference(document.get("schema"), SIMULATION_SCHEMA, "schema"))
+    trial = trial_of(document)
     if isinstance(trial, str):
-        return verdict(SIMULATION, f"its `{trial}` is {shown(found.get(trial))}, which cannot be")
-    return _told(opened, found, trial, limits)
+        return verdict(SIMULATION, f"its `{trial}` is {shown(document.get(trial))}, which cannot be")
+    return _told(opened, document, trial, limits)
 
 
-def _told(opened: OutputFolder, found: dict[str, Any], trial: Trial, limits: Limits) -> Check:
+def _told(opened: OutputFolder, document: dict[str, Any], trial: Trial, limits: Limits) -> Check:
     """The same, of a document that says how to fly."""
     mission = opened.mission
     seconds = float(mission.horizon)
-    if not _are_versions(found.get("versions"), trial.engine):
+    if not _are_versions(document.get("versions"), trial.engine):
         return verdict(SIMULATION, "its `versions` are none of the engine and of the compiler")
     absent = engines.missing(trial.engine)
     if absent:
         why = f"{trial.engine} flew it, which is not installed: `pip install 'missionc[{trial.engine}]'` installs it"
         return unjudged(SIMULATION, f"{why}; {AGAIN}")
     own = conditions(trial, seconds)
-    other = difference(found["versions"], own["versions"], "versions")
+    other = difference(document["versions"], own["versions"], "versions")
     if other:
         return unjudged(SIMULATION, f"{other}, and another version may fly otherwise: {AGAIN}")
-    wrong = next(filter(None, (difference(found.get(key), _as_json(own[key]), key, 0.0) for key in own)), None)
+    wrong = next(filter(None, (difference(document.get(key), _as_json(own[key]), key, 0.0) for key in own)), None)
     if wrong:
         return verdict(SIMULATION, wrong)
     together = trial.flights * len(mission.agents) * seconds
@@ -82,31 +82,31 @@ def _told(opened: OutputFolder, found: dict[str, Any], trial: Trial, limits: Lim
         trials = _flown(opened, trial)
     except EngineError as error:
         return unjudged(SIMULATION, f"{trial.engine} cannot fly here: {error}; {AGAIN}")
-    return verdict(SIMULATION, _differing(found, opened, trials))
+    return verdict(SIMULATION, _differing(document, opened, trials))
 
 
 def _flown(opened: OutputFolder, trial: Trial) -> Trials:
-    found = [read(opened.flights[agent.name]) for agent in opened.mission.agents]
-    pieces = [own for own in found if isinstance(own, Pieces)]
+    polynomials = [read(opened.flights[agent.name]) for agent in opened.mission.agents]
+    pieces = [own for own in polynomials if isinstance(own, Pieces)]
     with np.errstate(over="ignore", invalid="ignore"):
         return run(opened.mission, opened.kernel, pieces, trial)
 
 
-def _differing(found: dict[str, Any], opened: OutputFolder, trials: Trials) -> str | None:
+def _differing(document: dict[str, Any], opened: OutputFolder, trials: Trials) -> str | None:
     """The first place where the document says something else than its flights come to."""
     mission, same = opened.mission, AGREED[trials.trial.engine]
     planned = monitor(mission, opened.kernel, opened.trace).requirements
     made = _document(mission, simulation_record(mission, planned, trials), trials)
-    said = {key: value for key, value in found.items() if key != "flight"}
+    claimed = {key: value for key, value in document.items() if key != "flight"}
     path = made.pop("flight")
-    return difference(said, settled(said, made, mission, trials, same), same=same) or difference(
-        found.get("flight"), path, "flight", max(same, PATH)
+    return difference(claimed, settled(claimed, made, mission, trials, same), same=same) or difference(
+        document.get("flight"), path, "flight", max(same, PATH)
     )
 
 
-def _document(mission: Mission, said: Mapping[str, object], trials: Trials) -> dict[str, Any]:
+def _document(mission: Mission, entries: Mapping[str, object], trials: Trials) -> dict[str, Any]:
     """A document as it is read back."""
-    made = parse_json(simulation_json(mission, said, trials.flown).decode("utf-8"))
+    made = parse_json(simulation_json(mission, entries, trials.flown).decode("utf-8"))
     assert isinstance(made, dict)
     return made
 
@@ -118,6 +118,6 @@ def _as_json(value: object) -> object:
     return [_as_json(each) for each in value] if isinstance(value, tuple | list) else value
 
 
-def _are_versions(found: object, engine: str) -> bool:
+def _are_versions(versions: object, engine: str) -> bool:
     names = {"missionc", engine} - {QUADROTOR}
-    return isinstance(found, dict) and set(found) == names and all(is_version(each) for each in found.values())
+    return isinstance(versions, dict) and set(versions) == names and all(is_version(each) for each in versions.values())

@@ -22,16 +22,16 @@ from missionc.verify.tolerances import CERTAIN
 Row = dict[str, Any]
 
 
-def settled(said: Row, made: Row, mission: Mission, trials: Trials, same: float) -> Row:
+def settled(claimed: Row, made: Row, mission: Mission, trials: Trials, same: float) -> Row:
     """The document that was made, with the moments and agents that the other one tells where these are as right.
 
     Args:
-        said: of whatever shape.
+        claimed: of whatever shape.
         same: metres by which the same flight may differ.
     """
     error = np.linalg.norm(trials.flown.position[0] - trials.planned, axis=-1)
-    tracking = enumerate(_pairs(said.get("tracking"), made["tracking"]))
-    rooms = _pairs(said.get("room"), made["room"])
+    tracking = enumerate(_pairs(claimed.get("tracking"), made["tracking"]))
+    rooms = _pairs(claimed.get("room"), made["room"])
     return {
         **made,
         "tracking": [_tracking(one, own, error[agent], same) for agent, (one, own) in tracking],
@@ -39,15 +39,15 @@ def settled(said: Row, made: Row, mission: Mission, trials: Trials, same: float)
     }
 
 
-def _pairs(said: object, made: list[Row]) -> list[tuple[Row, Row]]:
+def _pairs(claimed: object, made: list[Row]) -> list[tuple[Row, Row]]:
     """Each row with the one that is said in its place; an empty one where there is none."""
-    rows = said if isinstance(said, list) and len(said) == len(made) else [None] * len(made)
+    rows = claimed if isinstance(claimed, list) and len(claimed) == len(made) else [None] * len(made)
     return [(row if isinstance(row, dict) else {}, own) for row, own in zip(rows, made, strict=True)]
 
 
-def _tracking(said: Row, own: Row, error: np.ndarray[Any, np.dtype[np.float64]], same: float) -> Row:
+def _tracking(claimed: Row, own: Row, error: np.ndarray[Any, np.dtype[np.float64]], same: float) -> Row:
     """With another moment at which the agent was as far off."""
-    when = said.get("at")
+    when = claimed.get("at")
     if not is_number(when) or not 0 <= when * SETPOINTS_PER_SECOND <= error.size - 1:
         return own
     sample = round(when * SETPOINTS_PER_SECOND)
@@ -55,9 +55,9 @@ def _tracking(said: Row, own: Row, error: np.ndarray[Any, np.dtype[np.float64]],
     return {**own, "at": when} if there else own
 
 
-def _room(said: Row, own: Row, mission: Mission, trials: Trials, same: float) -> Row:
+def _room(claimed: Row, own: Row, mission: Mission, trials: Trials, same: float) -> Row:
     """With a margin as far below the least as a proof may fall short, and others who were as near at another moment."""
-    margin, when, names = said.get("margin"), said.get("at"), said.get("agents")
+    margin, when, names = claimed.get("margin"), claimed.get("at"), claimed.get("agents")
     if is_number(margin) and abs(margin - own["margin"]) <= same:
         own = {**own, "margin": margin}
     if not is_number(when) or not 0 <= when <= trials.flown.times[-1] or not isinstance(names, list):
