@@ -45,7 +45,7 @@ MOMENT = 2e-6
 """Seconds: the time ``at`` which a margin is tight is written to a millionth."""
 
 
-def check_certificate(text: str, plan_sha256: str, found: Certificate) -> list[Check]:
+def check_certificate(text: str, plan_sha256: str, certificate: Certificate) -> list[Check]:
     """What ``certificate.json`` states, held against what was found."""
     try:
         stated = parse_json(text)
@@ -54,12 +54,14 @@ def check_certificate(text: str, plan_sha256: str, found: Certificate) -> list[C
     if not isinstance(stated, dict) or stated.get("schema") != SCHEMA:
         return [_check("schema", "it is no certificate that this version of the compiler writes")]
     return [
-        _check("head", _head(stated, plan_sha256, found)),
-        _check("checks", _entries(stated.get("checks"), found.checks, found)),
-        _check("figures", _entries(stated.get("figures"), found.figures, found)),
-        _check("warnings", None if stated.get("warnings") == list(found.warnings) else "its warnings are not all"),
-        _check("between_steps", _between(stated.get("between_steps"), found)),
-        _check("boxes", _boxes(stated, found)),
+        _check("head", _head(stated, plan_sha256, certificate)),
+        _check("checks", _entries(stated.get("checks"), certificate.checks, certificate)),
+        _check("figures", _entries(stated.get("figures"), certificate.figures, certificate)),
+        _check(
+            "warnings", None if stated.get("warnings") == list(certificate.warnings) else "its warnings are not all"
+        ),
+        _check("between_steps", _between(stated.get("between_steps"), certificate)),
+        _check("boxes", _boxes(stated, certificate)),
     ]
 
 
@@ -67,8 +69,8 @@ def _check(subject: str, reason: str | None) -> Check:
     return Check("certificate", subject, 0.0, "", 0.0, reason is None, detail=reason or "it states what the files say")
 
 
-def _head(stated: Mapping[str, object], plan_sha256: str, found: Certificate) -> str | None:
-    head = {"mission": found.mission, "plan_sha256": plan_sha256, "passed": found.passed}
+def _head(stated: Mapping[str, object], plan_sha256: str, certificate: Certificate) -> str | None:
+    head = {"mission": certificate.mission, "plan_sha256": plan_sha256, "passed": certificate.passed}
     wrong = next((key for key, value in head.items() if difference(stated.get(key), value)), None)
     if wrong is not None:
         return f"its `{wrong}` is not that of the folder"
@@ -76,17 +78,19 @@ def _head(stated: Mapping[str, object], plan_sha256: str, found: Certificate) ->
     return None if strange is None else f"it has {shown(strange)}, which does not belong there"
 
 
-def _entries(stated: object, found: Sequence[Check | Figure], whole: Certificate) -> str | None:
+def _entries(stated: object, computed: Sequence[Check | Figure], whole: Certificate) -> str | None:
     """What is wrong with checks or figures: none left out, none added, no number nicer than it is."""
     if not isinstance(stated, list) or not all(isinstance(entry, dict) for entry in stated):
         return "something is missing in it"
-    if [(entry.get("name"), entry.get("subject")) for entry in stated] != [(each.name, each.subject) for each in found]:
+    if [(entry.get("name"), entry.get("subject")) for entry in stated] != [
+        (each.name, each.subject) for each in computed
+    ]:
         return "it does not have the checks and figures that the folder's files come to"
     proved = {_name_of(boxes) for boxes in whole.boxes}
     somewhere = _anywhere(whole)
     reasons = (
         _entry(entry, each, (each.name, each.subject) in proved, somewhere)
-        for entry, each in zip(stated, found, strict=True)
+        for entry, each in zip(stated, computed, strict=True)
     )
     return next((reason for reason in reasons if reason is not None), None)
 
@@ -97,23 +101,25 @@ def _anywhere(whole: Certificate) -> Anywhere:
     return {agent for check in whole.checks for agent in check.agents}, max(ends, default=0.0)
 
 
-def _entry(stated: Mapping[str, Any], found: Check | Figure, proved: bool, anywhere: Anywhere) -> str | None:
-    who = f"{found.name} of {found.subject}"
-    computed = _plain(asdict(found))
+def _entry(stated: Mapping[str, Any], entry: Check | Figure, proved: bool, anywhere: Anywhere) -> str | None:
+    who = f"{entry.name} of {entry.subject}"
+    computed = _plain(asdict(entry))
     if set(stated) != set(computed):
         return f"{who}: it does not have what belongs to it"
     # What is met to rounding is tightest where rounding is worst: machines may name any time, and anybody.
-    exact = isinstance(found, Figure) or abs(found.margin) > found.tolerance
+    exact = isinstance(entry, Figure) or abs(entry.margin) > entry.tolerance
     for key, value in computed.items():
-        said = stated[key]
-        if key == "at" and not (_moment(said, value) or (not exact and is_number(said) and 0 <= said <= anywhere[1])):
-            return f"{who}: its `at` is {shown(said)}, where {shown(value)} is what the files come to"
-        if key == "at" or (key == "agents" and not exact and _names(said, value, anywhere[0])):
+        stated_value = stated[key]
+        if key == "at" and not (
+            _moment(stated_value, value) or (not exact and is_number(stated_value) and 0 <= stated_value <= anywhere[1])
+        ):
+            return f"{who}: its `at` is {shown(stated_value)}, where {shown(value)} is what the files come to"
+        if key == "at" or (key == "agents" and not exact and _names(stated_value, value, anywhere[0])):
             continue
         worse = CERTAIN + SHARE * abs(value) if key == "margin" and proved and is_number(value) else 0.0
-        if is_number(said) and is_number(value) and value - worse <= said <= value:
+        if is_number(stated_value) and is_number(value) and value - worse <= stated_value <= value:
             continue
-        wrong = difference(said, value, key)
+        wrong = difference(stated_value, value, key)
         if wrong is not None:
             return f"{who}: {wrong}"
     return None
@@ -131,19 +137,19 @@ def _plain(entry: dict[str, Any]) -> dict[str, Any]:
     }
 
 
-def _moment(said: object, value: float | None) -> bool:
-    if value is None or not is_number(said):
-        return said is value
-    return abs(said - value) <= MOMENT + 1e-12 * abs(value)
+def _moment(stated: object, value: float | None) -> bool:
+    if value is None or not is_number(stated):
+        return stated is value
+    return abs(stated - value) <= MOMENT + 1e-12 * abs(value)
 
 
-def _names(said: object, value: list[str], agents: set[str]) -> bool:
-    return isinstance(said, list) and len(said) == len(value) and all(name in agents for name in map(str, said))
+def _names(stated: object, value: list[str], agents: set[str]) -> bool:
+    return isinstance(stated, list) and len(stated) == len(value) and all(name in agents for name in map(str, stated))
 
 
-def _between(stated: object, found: Certificate) -> str | None:
+def _between(stated: object, certificate: Certificate) -> str | None:
     """What is wrong with the verdicts between the steps."""
-    computed = [_plain({**asdict(each), "verdict": each.verdict.value}) for each in found.between]
+    computed = [_plain({**asdict(each), "verdict": each.verdict.value}) for each in certificate.between]
     rows = stated if isinstance(stated, list) else []
     same = len(rows) == len(computed) and all(
         isinstance(row, dict)
@@ -155,15 +161,15 @@ def _between(stated: object, found: Certificate) -> str | None:
     return None if same else "what it states between the steps is not what the files come to"
 
 
-def _boxes(stated: Mapping[str, object], found: Certificate) -> str | None:
+def _boxes(stated: Mapping[str, object], certificate: Certificate) -> str | None:
     """What is wrong with the boxes, or with a margin that they do not prove."""
     rows = stated.get("boxes")
-    if not isinstance(rows, list) or [_name(row) for row in rows] != [_name_of(boxes) for boxes in found.boxes]:
+    if not isinstance(rows, list) or [_name(row) for row in rows] != [_name_of(boxes) for boxes in certificate.boxes]:
         return "it does not have boxes for every check along the flight"
     checks = stated.get("checks")
     entries = [entry for entry in checks if isinstance(entry, dict)] if isinstance(checks, list) else []
     margins = {(str(entry.get("name")), str(entry.get("subject"))): entry.get("margin") for entry in entries}
-    for row, boxes in zip(rows, found.boxes, strict=True):
+    for row, boxes in zip(rows, certificate.boxes, strict=True):
         name, subject = _name_of(boxes)
         read = _read(row, boxes)
         reason = read if isinstance(read, str) else fault(read)
@@ -188,7 +194,7 @@ def _read(row: Mapping[str, object], boxes: Boxes) -> Boxes | str:
     )
     if len(times) != 1 or len(times[0]) != claim.times.size:
         return "its times are not those of the flight"
-    if any(not close(said, true) for said, true in zip(times[0], claim.times.tolist(), strict=True)):
+    if any(not close(time, true) for time, true in zip(times[0], claim.times.tolist(), strict=True)):
         return "its times are not those of the flight"
     if difference(row.get("agents"), claim.agents.tolist()) is not None:
         return "its boxes are not about the agents of the mission"

@@ -88,8 +88,10 @@ def _of_records(read: object, computed: dict[str, object], place: str, same: flo
     for key in read:
         if key not in computed:
             return f"{_named(place)} has {shown(key)}, which does not belong there"
-    found = (difference(read[key], value, f"{place}.{key}" if place else key, same) for key, value in computed.items())
-    return next((each for each in found if each is not None), None)
+    differences = (
+        difference(read[key], value, f"{place}.{key}" if place else key, same) for key, value in computed.items()
+    )
+    return next((each for each in differences if each is not None), None)
 
 
 def _of_lists(read: object, computed: list[object], place: str, same: float) -> str | None:
@@ -98,8 +100,8 @@ def _of_lists(read: object, computed: list[object], place: str, same: float) -> 
     if len(read) != len(computed):
         return f"{_named(place)} has {len(read)} entries, where the files come to {len(computed)}"
     pairs = enumerate(zip(read, computed, strict=True))
-    found = (difference(one, other, f"{place}[{number}]", same) for number, (one, other) in pairs)
-    return next((each for each in found if each is not None), None)
+    differences = (difference(one, other, f"{place}[{number}]", same) for number, (one, other) in pairs)
+    return next((each for each in differences if each is not None), None)
 
 
 def _named(place: str) -> str:

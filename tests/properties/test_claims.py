@@ -179,7 +179,7 @@ def test_what_an_obstacle_sees_is_the_flight_less_its_motion(seed: int) -> None:
             place = values(own.coefficients[:, piece, :2], np.full(3, at - own.times[piece]))
             moved = np.array([np.interp(at, knots, axis) for axis in offsets.T])
             assert half.middle().points[..., 0] == pytest.approx(place - moved, abs=1e-9)
-    claim = obstacles(mission, own, asked=True)[0]
+    claim = obstacles(mission, own, strict=True)[0]
     assert fault(boxes_of(claim, branch_and_bound(claim))) is None
 
 
@@ -191,7 +191,7 @@ def test_no_start_that_is_late_and_no_flight_that_misses_brings_two_nearer(
     own = flight(seed, wide=0.3)
     own.coefficients[:, :, 0, 0] += np.float32(2.0) * np.arange(3)[:, None]
     mission = flown_by(ir.Vehicle("some", start_skew=skew, tracking=tracking))
-    (claim,) = separation(mission, own, asked=False)
+    (claim,) = separation(mission, own, strict=False)
     least = boxes_of(claim, branch_and_bound(claim)).least
     generator = np.random.default_rng(seed)
     for _ in range(200):
@@ -280,4 +280,4 @@ def test_a_plain_agent_has_no_limits() -> None:
     assert limits(flown_by(ir.PLAIN), flight(0)) == []
     assert downwash(flown_by(ir.PLAIN), flight(0)) == []
     mission = mission_of([[5.0, 5.0, 5.0]] * 3, 4, obstacles=[still(ir.Ball((1.0, 1.0, 1.0), 0.5))])
-    assert len(obstacles(mission, flight(0), asked=True)) == 1
+    assert len(obstacles(mission, flight(0), strict=True)) == 1

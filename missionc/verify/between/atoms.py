@@ -141,7 +141,7 @@ def _signals(margin: Margin, rate: Array, motion: Motion, border: int) -> list[S
         (item, piece, motion.joints[piece], motion.joints[piece + 1])
         for item, piece in (np.divmod(there[begin : begin + CHUNK], pieces) for begin in range(0, there.size, CHUNK))
     ]
-    found: list[tuple[Indices, Indices, Indices, Indices]] = []
+    intervals: list[tuple[Indices, Indices, Indices, Indices]] = []
     spent = 0
     while waiting:
         item, piece, low, high = waiting.pop()
@@ -153,13 +153,13 @@ def _signals(margin: Margin, rate: Array, motion: Motion, border: int) -> list[S
         if border:
             sign = np.where((value == 0) & (change == 0), border, sign)
         done = (sign != 0) | (high - low <= shortest) | (change <= slack) | (spent > EVALUATIONS)
-        found.append((item[done], low[done], high[done], sign[done]))
+        intervals.append((item[done], low[done], high[done], sign[done]))
         item, piece, low, middle, high = (column[~done] for column in (item, piece, low, middle, high))
         item, piece, low, high = np.r_[item, item], np.r_[piece, piece], np.r_[low, middle], np.r_[middle, high]
         for begin in range(0, item.size, CHUNK):
             part = slice(begin, begin + CHUNK)
             waiting.append((item[part], piece[part], low[part], high[part]))
-    return _joined(items, *(np.concatenate(columns) for columns in zip(*found, strict=True)))
+    return _joined(items, *(np.concatenate(columns) for columns in zip(*intervals, strict=True)))
 
 
 def _joined(items: int, item: Indices, low: Indices, high: Indices, sign: Indices) -> list[Signal]:

@@ -34,9 +34,9 @@ def verify_between(mission: Mission, kernel: Kernel, trace: Trace, files: Mappin
     Args:
         files: the text of each agent's file, by the agent's name; as ``verify_polynomials`` has passed them.
     """
-    found = [read(files.get(agent.name, "")) for agent in mission.agents]
-    pieces = [own for own in found if isinstance(own, Pieces)]
-    if not pieces or len(pieces) < len(found):
+    trajectories = [read(files.get(agent.name, "")) for agent in mission.agents]
+    pieces = [own for own in trajectories if isinstance(own, Pieces)]
+    if not pieces or len(pieces) < len(trajectories):
         return Certificate(mission.name, ())
     flown = curves_of(pieces, slice(mission.dimension))
     return Certificate(mission.name, (), between=between_steps(mission, kernel, trace, flown))

@@ -74,14 +74,14 @@ def _because(culprit: Culprit, motion: Motion) -> str:
     graph, linked = node.graph, culprit.value is not node.every
     changed = _changed_links(graph, culprit, linked, motion)
     names = [agent.name for agent in motion.mission.agents]
-    found = [f"{names[one]} and {names[other]} are {length:.3f} m apart" for one, other, length in changed[:MOST_LINKS]]
+    links = [f"{names[one]} and {names[other]} are {length:.3f} m apart" for one, other, length in changed[:MOST_LINKS]]
     reach = f"the radius of `{graph.name}` is {graph.radius:g} m"
     if isinstance(graph, BeaconCover):
-        found = [
+        links = [
             f"{names[one]} and {names[other]} share {'a' if linked else 'no'} beacon"
             for one, other, _ in changed[:MOST_LINKS]
         ]
-    return f": {', '.join(found)}, {reach}" if found else ""
+    return f": {', '.join(links)}, {reach}" if links else ""
 
 
 def _changed_links(graph: Graph, culprit: Culprit, made: bool, motion: Motion) -> list[tuple[int, int, float]]:

@@ -70,8 +70,8 @@ class Evaluation(Domain[Signals]):
         new = sorted(agent for agent in whom if (predicate, agent) not in self.atoms)
         if new:
             anyone = np.maximum(np.array(new, dtype=np.int64), 0)
-            found = atom_signals(predicate, anyone, self.motion)
-            self.atoms.update({(predicate, agent): signal for agent, signal in zip(new, found, strict=True)})
+            signals = atom_signals(predicate, anyone, self.motion)
+            self.atoms.update({(predicate, agent): signal for agent, signal in zip(new, signals, strict=True)})
         return _signed({agent: self.atoms[predicate, agent] for agent in whom}, holds)
 
     def member(self, agents: frozenset[int], holds: bool) -> Signals:

@@ -47,12 +47,12 @@ def world(mission: Mission, flight: Flight) -> Claim:
     )
 
 
-def obstacles(mission: Mission, flight: Flight, asked: bool) -> list[Claim]:
+def obstacles(mission: Mission, flight: Flight, strict: bool) -> list[Claim]:
     """One for each obstacle: every body keeps its clearance, or only what it needs."""
-    return [_obstacle(mission, flight, obstacle, asked) for obstacle in mission.obstacles]
+    return [_obstacle(mission, flight, obstacle, strict) for obstacle in mission.obstacles]
 
 
-def _obstacle(mission: Mission, flight: Flight, obstacle: Obstacle, asked: bool) -> Claim:
+def _obstacle(mission: Mission, flight: Flight, obstacle: Obstacle, strict: bool) -> Claim:
     times, seen = seen_from(mission, flight, obstacle)
     parts = times.size - 1
     room = np.array([agent.radius + agent.vehicle.tracking for agent in mission.agents])
@@ -61,7 +61,7 @@ def _obstacle(mission: Mission, flight: Flight, obstacle: Obstacle, asked: bool)
         piece = np.clip(np.searchsorted(flight.times, times[:-1], side="right") - 1, 0, flight.durations.size - 1)
         need = raised(need + flight.drift(_skews(mission))[:, piece])
     detail = "no bodies touch throughout"
-    if asked:
+    if strict:
         wanted = np.array([agent.radius + mission.clearance for agent in mission.agents])
         need = np.maximum(need, wanted[:, None])
         detail = f"every body stays {mission.clearance:g} m clear of it throughout"
@@ -70,7 +70,7 @@ def _obstacle(mission: Mission, flight: Flight, obstacle: Obstacle, asked: bool)
     return Claim("flown obstacle", obstacle.name, "m", ROUNDING, detail, agents, times, of_agents(seen), judge, CERTAIN)
 
 
-def separation(mission: Mission, flight: Flight, asked: bool) -> list[Claim]:
+def separation(mission: Mission, flight: Flight, strict: bool) -> list[Claim]:
     """Every two bodies keep the separation, or only what they need; none where there are not two."""
     pairs = _pairs(mission)
     if not len(pairs):
@@ -81,7 +81,7 @@ def separation(mission: Mission, flight: Flight, asked: bool) -> list[Claim]:
     apart = np.maximum(bodies, distance[pairs].max(axis=1))
     need = raised(apart[:, None] + _missed(mission, flight, pairs))
     detail = "no bodies touch throughout"
-    if asked:
+    if strict:
         need = np.maximum(need, (bodies + mission.separation)[:, None])
         detail = f"every two bodies stay {mission.separation:g} m apart throughout"
     level = flight.position[:, :, : mission.dimension]

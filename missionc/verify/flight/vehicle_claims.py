@@ -41,31 +41,31 @@ def limits(mission: Mission, flight: Flight) -> list[Claim]:
         ("jerk", "m/s^3", "in any direction", flight.derived(3), lambda vehicle: vehicle.jerk),
         ("yaw rate", "rad/s", "about the vertical", flight.derived(1, (3,)), lambda vehicle: vehicle.yaw_rate),
     )
-    found = []
+    claims = []
     for name, unit, which, curves, figure in lengths:
         most = np.array([figure(agent.vehicle) for agent in mission.agents])
         chosen = np.flatnonzero(np.isfinite(most))
         judge = at_most(_of_items(flight, most[chosen]))
-        found.append(_claim(flight, name, unit, f"no vehicle exceeds its limit {which}", chosen, curves, judge))
+        claims.append(_claim(flight, name, unit, f"no vehicle exceeds its limit {which}", chosen, curves, judge))
     most = np.array([agent.vehicle.tilt for agent in mission.agents])
     chosen = np.flatnonzero(np.isfinite(most))
     judge = upright(_of_items(flight, most[chosen]))
     detail = "no vehicle leans its thrust further from straight up than it may"
-    found.append(_claim(flight, "tilt", "rad", detail, chosen, thrust, judge))
+    claims.append(_claim(flight, "tilt", "rad", detail, chosen, thrust, judge))
     # A length is never negative: a band from 0 has no lower end.
     low = np.array([agent.vehicle.thrust.low or -np.inf for agent in mission.agents])
     high = np.array([agent.vehicle.thrust.high for agent in mission.agents])
     chosen = np.flatnonzero(np.isfinite(low) | np.isfinite(high))
     judge = in_band(_of_items(flight, low[chosen]), _of_items(flight, high[chosen]))
     detail = "every vehicle's thrust, in multiples of its weight, is in its band"
-    found.append(_claim(flight, "thrust", "g", detail, chosen, thrust.scaled(1 / GRAVITY), judge))
+    claims.append(_claim(flight, "thrust", "g", detail, chosen, thrust.scaled(1 / GRAVITY), judge))
     low = np.array([agent.vehicle.height.low for agent in mission.agents])
     high = np.array([agent.vehicle.height.high for agent in mission.agents])
     chosen = np.flatnonzero(np.isfinite(low) | np.isfinite(high))
     judge = between(_of_items(flight, low[chosen])[:, None], _of_items(flight, high[chosen])[:, None])
     detail = "every vehicle is in its band of heights"
-    found.append(_claim(flight, "height", "m", detail, chosen, flight.position[:, :, [2]], judge))
-    return [claim for claim in found if claim.items]
+    claims.append(_claim(flight, "height", "m", detail, chosen, flight.position[:, :, [2]], judge))
+    return [claim for claim in claims if claim.items]
 
 
 def check_memory(mission: Mission, flight: Flight) -> list[Check]:

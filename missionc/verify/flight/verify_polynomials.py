@@ -51,10 +51,10 @@ def verify_polynomials(mission: Mission, kernel: Kernel, trace: Trace, files: Ma
     Args:
         files: the text of each agent's file, by the agent's name.
     """
-    found = {agent.name: read(files.get(agent.name, "")) for agent in mission.agents}
-    checks = [_file(agent, found[agent.name]) for agent in mission.agents]
-    pieces = [own for own in found.values() if isinstance(own, Pieces)]
-    if len(pieces) < len(found):
+    trajectories = {agent.name: read(files.get(agent.name, "")) for agent in mission.agents}
+    checks = [_file(agent, trajectories[agent.name]) for agent in mission.agents]
+    pieces = [own for own in trajectories.values() if isinstance(own, Pieces)]
+    if len(pieces) < len(trajectories):
         return Certificate(mission.name, tuple(checks))
     planned = motion(mission, trace)
     boxes: list[Boxes] = []
@@ -93,10 +93,10 @@ def _prove(mission: Mission, claims: list[Claim], checks: list[Check], boxes: li
 def _apart(mission: Mission, flight: Flight, checks: list[Check], boxes: list[Boxes]) -> list[str]:
     """Obstacles and separation; where the flight keeps less than the mission asks, what it needs, and a warning."""
     warnings = []
-    asked, needed = (
-        [*obstacles(mission, flight, asked), *separation(mission, flight, asked)] for asked in (True, False)
+    wishes, needed = (
+        [*obstacles(mission, flight, strict), *separation(mission, flight, strict)] for strict in (True, False)
     )
-    for wish, need in zip(asked, needed, strict=True):
+    for wish, need in zip(wishes, needed, strict=True):
         check, proof = prove(mission, wish)
         if not check.passed:
             less, short = prove(mission, need)
@@ -159,7 +159,7 @@ def _peak(mission: Mission, flight: Flight, order: int, name: str, unit: str) ->
     agents, pieces = flight.speed.shape
     curve, judge = of_agents(flight.derived(order)), at_most(np.zeros(agents * pieces))
     claim = Claim(name, name, unit, 0.0, "", everyone(agents), flight.times, curve, judge, 1e-2)
-    found = branch_and_bound(claim)
-    subject, piece = divmod(found.worst, pieces)
+    parts = branch_and_bound(claim)
+    subject, piece = divmod(parts.worst, pieces)
     agent = mission.agents[subject].name
-    return Figure(name, agent, round(-found.least, 3), unit, round(claim.when(piece + found.moment), 3), (agent,))
+    return Figure(name, agent, round(-parts.least, 3), unit, round(claim.when(piece + parts.moment), 3), (agent,))

@@ -77,8 +77,8 @@ def pair_margins(
     def margin(item: Indices, local: Array) -> Array:
         return np.asarray(np.linalg.norm(values(flat[item], local), axis=-1) - need[item])
 
-    found = least(margin, speed_bounds(relative)[:, 0], np.full(first.size, duration), CERTAIN, ceiling)
-    return found.lower, found.upper, found.at
+    bounds = least(margin, speed_bounds(relative)[:, 0], np.full(first.size, duration), CERTAIN, ceiling)
+    return bounds.lower, bounds.upper, bounds.at
 
 
 def _straight(relative: Array, duration: float) -> tuple[Array, Array]:

@@ -53,9 +53,9 @@ def margins(mission: Mission, seen: Curves, obstacle: Obstacle, gap: float, ceil
 def _check(mission: Mission, curves: Curves, obstacle: Obstacle, tolerance: float) -> Check:
     seen = seen_from(curves, obstacle)
     pieces = seen.times.size - 1
-    found = margins(mission, seen, obstacle, CERTAIN, None)
-    item = int(found.upper.argmin())
-    lower, upper = float(found.lower.min()), float(found.upper[item])
+    bounds = margins(mission, seen, obstacle, CERTAIN, None)
+    item = int(bounds.upper.argmin())
+    lower, upper = float(bounds.lower.min()), float(bounds.upper[item])
     return Check(
         name="obstacle",
         subject=obstacle.name,
@@ -64,7 +64,7 @@ def _check(mission: Mission, curves: Curves, obstacle: Obstacle, tolerance: floa
         tolerance=tolerance + CERTAIN,
         # A witness below the tolerance refutes; between witnesses the proof may be short by `CERTAIN`.
         passed=lower >= -tolerance - CERTAIN and upper >= -tolerance,
-        at=float(seen.times[item % pieces] + found.at[item]),
+        at=float(seen.times[item % pieces] + bounds.at[item]),
         agents=(mission.agents[item // pieces].name,),
         detail=f"every body stays {mission.clearance:g} m clear of it throughout",
     )
