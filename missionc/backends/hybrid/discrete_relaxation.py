@@ -89,8 +89,8 @@ def _measures(node: Node) -> bool:
 
 
 def _goals(kernel: Kernel, clock: Clock) -> list[Goal]:
-    asked = evaluate((goal.formula for goal in kernel.requirements), Relaxation(clock))
-    return [Goal(goal.name, asked[goal.formula], goal.span) for goal in kernel.requirements]
+    relaxations = evaluate((goal.formula for goal in kernel.requirements), Relaxation(clock))
+    return [Goal(goal.name, relaxations[goal.formula], goal.span) for goal in kernel.requirements]
 
 
 @dataclass(frozen=True, slots=True)

@@ -24,9 +24,9 @@ def positions(mission: Mission, motion: Trace) -> Array:
     last = motion.position.shape[1] - 2
     tick = np.clip(np.floor(time / motion.step).astype(np.int64), 0, last)
     since = (time - tick * motion.step)[:, None]
-    found = np.zeros((len(mission.agents), len(time), mission.dimension))
+    position = np.zeros((len(mission.agents), len(time), mission.dimension))
     for agent in mission.agents:
         states = States(motion.position[agent.index], motion.velocity[agent.index])
         here, velocity, bend = motion_of(agent.dynamics, states.take(tick), states.take(tick + 1), motion.step)
-        found[agent.index] = here + velocity * since + bend * since**2 / 2
-    return found
+        position[agent.index] = here + velocity * since + bend * since**2 / 2
+    return position

@@ -146,9 +146,9 @@ class Run:
     def on_roadmaps(self, roadmaps: tuple[Roadmap, ...], solvers: Solvers) -> Outcome | NoPlan:
         self.account.sizes["nodes"] = self.tried[-1]
         self.account.sizes["states"] = sum(len(roadmap.position) for roadmap in roadmaps)
-        found = self.prioritized(roadmaps, solvers)
-        if found is not None:
-            return found
+        outcome = self.prioritized(roadmaps, solvers)
+        if outcome is not None:
+            return outcome
         ways = all_ways(roadmaps, {})
         for most_links in (LINKS, len(self.mission.agents)):
             if not solvers.alive:
@@ -213,8 +213,8 @@ class Run:
             case Unsatisfiable() if lowered.shortened:
                 return TooFewLinks()
             case Unsatisfiable():
-                asked = zip(kernel.requirements, required, strict=True)
-                conflict = tuple(goal.name for goal, literal in asked if literal in core)
+                pairs = zip(kernel.requirements, required, strict=True)
+                conflict = tuple(goal.name for goal, literal in pairs if literal in core)
                 return NoPlan(conflict, search.clauses, core)
             case Stopped(reason, detail):
                 return self.not_found(reason, detail)

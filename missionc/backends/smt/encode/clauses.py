@@ -210,9 +210,9 @@ class Clauses:
 
     # --------------------------------------------------------------- reading
 
-    def since(self, told: int) -> tuple[Literals, int]:
-        """What was added since it last gave ``told``, at first 0: literals, each clause ended by a 0; and the next."""
-        new = self._chunks[told:]
+    def since(self, position: int) -> tuple[Literals, int]:
+        """What was added since a ``position``, at first 0: literals, each clause ended by a 0; and the next one."""
+        new = self._chunks[position:]
         return (np.concatenate(new) if new else np.zeros(0, dtype=np.int32)), len(self._chunks)
 
     def everything(self) -> Literals:

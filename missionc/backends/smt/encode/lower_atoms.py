@@ -72,7 +72,7 @@ class Atoms:
         result[last] = self._by_moves(fits, agent, steps[last] - 1)
         return result
 
-    def where(self, there: Literals, able: Flags, asked: Literals) -> Literals:
+    def where(self, there: Literals, able: Flags, conditions: Literals) -> Literals:
         """For each row a literal that implies what is asked of the state the agent is in.
 
         Of an agent that is left out nothing is known but what holds wherever it can be.
@@ -80,28 +80,28 @@ class Atoms:
         Args:
             there: (rows, states): the literal that the agent is in the state.
             able: likewise: it can be.
-            asked: likewise: what is asked of the state.
+            conditions: likewise: what is asked of the state.
         """
-        inside, outside = np.where(asked == TRUE, there, FALSE), np.where(asked == FALSE, there, FALSE)
+        inside, outside = np.where(conditions == TRUE, there, FALSE), np.where(conditions == FALSE, there, FALSE)
         result = np.full(len(there), FALSE, dtype=np.int32)
-        result[(~able | (asked == TRUE)).all(axis=1)] = TRUE
+        result[(~able | (conditions == TRUE)).all(axis=1)] = TRUE
         can = there != FALSE
-        open_ = (result == FALSE) & (can & (asked != FALSE)).any(axis=1)
-        plain = (~can | (np.abs(asked) == 1)).all(axis=1)
+        open_ = (result == FALSE) & (can & (conditions != FALSE)).any(axis=1)
+        plain = (~can | (np.abs(conditions) == 1)).all(axis=1)
         few = plain & ((outside != FALSE).sum(axis=1) > FEW * (inside != FALSE).sum(axis=1))
         result[open_ & few] = self.clauses.any_of(inside[open_ & few])
         result[open_ & plain & ~few] = self.clauses.all_of(-outside[open_ & plain & ~few])
         rest = open_ & ~plain
         result[rest] = self.clauses.fresh(int(rest.sum()))
-        row, state = np.nonzero(can & (asked != TRUE) & rest[:, None])
-        self.clauses.add(-result[row], -there[row, state], asked[row, state])
+        row, state = np.nonzero(can & (conditions != TRUE) & rest[:, None])
+        self.clauses.add(-result[row], -there[row, state], conditions[row, state])
         return result
 
     def _in(self, fits: Flags, agent: int, steps: Indices) -> Literals:
         """The agent is in one of these states, (states,), at each step."""
         there = self.motion.states[agent][steps]
-        asked = np.broadcast_to(np.where(fits, TRUE, FALSE), there.shape)
-        return self.where(there, self.motion.ways[agent][steps], asked)
+        conditions = np.broadcast_to(np.where(fits, TRUE, FALSE), there.shape)
+        return self.where(there, self.motion.ways[agent][steps], conditions)
 
     def _by_moves(self, fits: Flags, agent: int, steps: Indices) -> Literals:
         """The agent makes one of these moves, (moves,), from each step."""

@@ -35,8 +35,8 @@ def at_least(clauses: Clauses, count: int, asks: Sequence[Ask]) -> Ask:
     """A literal that implies so many of what is asked, all of it lowered."""
 
     def ask(rows: Indices) -> Literals:
-        asked = [each(rows) for each in asks]
-        matrix = np.stack(asked, axis=1) if asked else np.zeros((len(rows), 0), dtype=np.int32)
+        columns = [each(rows) for each in asks]
+        matrix = np.stack(columns, axis=1) if columns else np.zeros((len(rows), 0), dtype=np.int32)
         return clauses.at_least(count, matrix)
 
     return ask

@@ -114,9 +114,9 @@ class Routes:
         moments = np.unique(steps[table[steps, places] == NOTHING])
         if moments.size:
             step, place = np.repeat(moments, shape[1]), np.tile(np.arange(shape[1]), len(moments))
-            asked = self.occupancy.presence(route.members, step, place) != -TRUE
+            possible = self.occupancy.presence(route.members, step, place) != -TRUE
             table[moments] = TRUE
-            step, place = step[asked], place[asked]
+            step, place = step[possible], place[possible]
             table[step, place] = names = self.clauses.fresh(len(step))
             self.clauses.add(-names, self.of_places.among(route.end, False, route.members, step, place))
             through = self.of_places.among(route.through, False, route.members, step, place)

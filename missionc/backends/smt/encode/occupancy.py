@@ -28,12 +28,12 @@ class Tables:
         if key not in self._tables:
             self._tables[key] = np.full(self._shape, NOTHING, dtype=np.int32)
         table = self._tables[key]
-        found = table[steps, places]
+        literals = table[steps, places]
         missing = np.zeros(self._shape, dtype=np.bool_)
-        missing[steps, places] = found == NOTHING
+        missing[steps, places] = literals == NOTHING
         step, place = np.nonzero(missing)
         if not step.size:
-            return found
+            return literals
         table[step, place] = define(step, place)
         return table[steps, places]
 

@@ -204,15 +204,15 @@ class PrioritizedPlanner:
         Returns:
             whom it takes the place of: they wait again.
         """
-        asked = self.applicable_parts(self.guaranteed, frozenset((agent, *self.reservations.agents)))
-        formulas, reservations, setting = list(asked.values()), self.reservations, self.setting
+        parts = self.applicable_parts(self.guaranteed, frozenset((agent, *self.reservations.agents)))
+        formulas, reservations, setting = list(parts.values()), self.reservations, self.setting
         with setting.account.stage("alone"):
             only = frozenset((agent,))
             if not reservations.agents and self.infeasible(formulas, self.order.ways, only):
                 self.infeasible_alone.add(agent)
                 return None
             way = None
-            if self.single_agent is not None and all(part.monotone for part in asked):
+            if self.single_agent is not None and all(part.monotone for part in parts):
                 way = self.single_agent.way(agent, formulas, reservations)
             if way is None and (self.single_agent is None or self.single_agent.agents != reservations.agents):
                 self.single_agent = SingleAgentSearch(
@@ -231,7 +231,7 @@ class PrioritizedPlanner:
                 return None
             reservations.moved[moved] += 1
             self.release(moved)
-            self.reserve(frozenset((agent,)), np.broadcast_to(way, reservations.states.shape), asked, alone=True)
+            self.reserve(frozenset((agent,)), np.broadcast_to(way, reservations.states.shape), parts, alone=True)
             return moved
 
     def plan_with_helpers(self, batch: Agents, waiting: list[tuple[int, ...]]) -> Agents:
@@ -261,15 +261,15 @@ class PrioritizedPlanner:
         before = frozenset(reservations.agents)
         if not before and len(batch) == 1 and batch <= self.infeasible_alone:
             return False
-        asked = self.applicable_parts(guaranteed, before | batch)
+        parts = self.applicable_parts(guaranteed, before | batch)
         setting.budget.listen(Progress("lower", self.taken + 1, f"{len(before)} + {len(batch)} agents"))
         with setting.account.stage("lower"):
             roadmaps = reservations.open_roadmaps()
             ways = reservations.fixed(all_ways(roadmaps, self.requirements.never))
             ways = tuple(way if agent in before | batch else self.order.ways[agent] for agent, way in enumerate(ways))
-            if self.infeasible(list(asked.values()), ways, before | batch):
+            if self.infeasible(list(parts.values()), ways, before | batch):
                 return False
-        goal = Goal("all parts", All(tuple(asked.values())), setting.mission.span)
+        goal = Goal("all parts", All(tuple(parts.values())), setting.mission.span)
         problem = setting.problem((goal,), roadmaps, ways, batch, before, LINKS, self.solvers)
         if problem.lowered.infeasible:
             return False
@@ -279,7 +279,7 @@ class PrioritizedPlanner:
         if reservations is not self.reservations:
             self.reservations, self.guaranteed, self.single_agent = reservations, guaranteed, None
         with setting.account.stage("bystanders"):
-            self.reserve(batch, result.states, asked, alone=False)
+            self.reserve(batch, result.states, parts, alone=False)
         self.taken += 1
         self.rounds += problem.search.rounds
         if self.largest is None or problem.search.clauses.count > self.largest.search.clauses.count:
@@ -303,11 +303,11 @@ class PrioritizedPlanner:
         }
         return {part: formula for part, formula in formulas.items() if formula is not None}
 
-    def reserve(self, agents: Agents, states: Indices, asked: Iterable[Part], *, alone: bool) -> None:
+    def reserve(self, agents: Agents, states: Indices, parts: Iterable[Part], *, alone: bool) -> None:
         """These agents do what ``states``, (agents of the mission, steps + 1), say, and what is asked is kept."""
         self.reservations.reserve(sorted(agents), states, alone=alone)
         self.infeasible_alone.clear()
-        self.guaranteed.update(part for part in asked if part.monotone)
+        self.guaranteed.update(part for part in parts if part.monotone)
 
     def release(self, agents: Iterable[int]) -> None:
         """These agents, settled alone, wait again. What rested on them is found out at the end."""

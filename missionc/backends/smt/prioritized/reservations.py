@@ -92,13 +92,13 @@ class Reservations:
 
     def each_alone(self, ways: tuple[Flags, ...]) -> Indices | None:
         """The shortest way of each agent, (agents, steps + 1), as if it were the only one; None where one has none."""
-        found: dict[tuple[int, bytes], Indices | None] = {}
+        paths: dict[tuple[int, bytes], Indices | None] = {}
         states = self.states.copy()
         for agent, number in enumerate(self.motion.roadmap_of.tolist()):
             key = number, ways[agent].tobytes()
-            if key not in found:
-                found[key] = ReservationTable(self.motion.roadmaps[number], self.mission).shortest(ways[agent])
-            way = found[key]
+            if key not in paths:
+                paths[key] = ReservationTable(self.motion.roadmaps[number], self.mission).shortest(ways[agent])
+            way = paths[key]
             if way is None:
                 return None
             states[agent] = way

@@ -80,7 +80,7 @@ class SingleAgentRelaxation(Domain[May]):
 
     def at(self, agent: int, body: May) -> May:
         some = cache(lambda step: bool((body(agent, step) & self.ways[agent][step]).any()))
-        return lambda asked, step: self._everywhere(asked, some(step))
+        return lambda agent, step: self._everywhere(agent, some(step))
 
     def neighbour(self, node: NeighbourNode, body: May) -> May:
         return lambda agent, step: self._everywhere(agent, node.every or self._others(node.graph.agents, agent))
@@ -137,12 +137,12 @@ class SingleAgentRelaxation(Domain[May]):
             if self._swept > STEPS:
                 return self._everywhere(agent, True)
             source, target = roadmap.moves.T
-            found = last(agent, final)
+            states = last(agent, final)
             for now in range(final - 1, step - 1, -1):
-                leads = roadmap.allowed[now] & (found & ways[now + 1])[target]
+                leads = roadmap.allowed[now] & (states & ways[now + 1])[target]
                 later: Flags = np.bincount(source[leads], minlength=ways.shape[1]) > 0
-                found = (at if now >= first else before)(agent, now, later)
-            return found
+                states = (at if now >= first else before)(agent, now, later)
+            return states
 
         return cache(may)
 

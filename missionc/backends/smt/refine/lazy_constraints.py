@@ -133,10 +133,10 @@ class LazyConstraints:
                 agents.append(np.full(len(able), agent))
                 options.append(able)
                 literals.append(there[able])
-            asked = np.concatenate(literals)
-            values = holding(asked)
+            query = np.concatenate(literals)
+            values = holding(query)
             if isinstance(values, Stopped):
                 return values
-            true = values | (asked == TRUE)
+            true = values | (query == TRUE)
             states[np.concatenate(agents)[true], step] = np.concatenate(options)[true]
         return states

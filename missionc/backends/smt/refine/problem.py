@@ -46,7 +46,7 @@ class Setting:
         goals: Sequence[Goal],
         roadmaps: tuple[Roadmap, ...],
         ways: tuple[Flags, ...],
-        asked: frozenset[int],
+        planned: frozenset[int],
         reserved: frozenset[int],
         most_links: int,
         solvers: Solvers,
@@ -54,10 +54,10 @@ class Setting:
         """The clauses, and what asks the solvers about them.
 
         Args:
-            roadmaps: with the moves that the asked may make.
+            roadmaps: with the moves that the planned may make.
             ways: for each agent where it can be, (steps + 1, states).
-            asked: the agents whose motion is looked for.
-            settled: agents whose ways leave one motion each, clear of what the asked may do.
+            planned: the agents whose motion is looked for.
+            reserved: agents whose ways leave one motion each, clear of what the planned may do.
 
         Raises:
             TooLarge: the clauses would pass their limit.
@@ -66,9 +66,9 @@ class Setting:
         with self.account.stage("lower"):
             clauses = Clauses(self.budget.limits.clauses)
             solvers.begin()
-            motion = lower_motion(roadmaps, ways, asked | reserved, clauses)
+            motion = lower_motion(roadmaps, ways, planned | reserved, clauses)
             solvers.show(clauses)
             lowered = lower(goals, self.mission, motion, clauses, Occupancy(motion, clauses), most_links)
-        members = np.array(sorted(asked), dtype=np.int64)
+        members = np.array(sorted(planned), dtype=np.int64)
         search = LazyConstraints(self.mission, motion, members, clauses, solvers, self.account, self.budget.listen)
         return Problem(motion, lowered, search)

@@ -68,8 +68,8 @@ def connect(ground: Ground, nodes: States, mirror: Indices, neighbours: int) -> 
     """
     if len(nodes) < 2:
         return NONE
-    found = [part for side in _sides(ground) for part in _search(ground, nodes, neighbours, side)]
-    edges = _both_ways(found, mirror)
+    forward = [part for side in _sides(ground) for part in _search(ground, nodes, neighbours, side)]
+    edges = _both_ways(forward, mirror)
     for _ in range(ROUNDS):
         joints = _join(ground, nodes, edges)
         if len(joints) == 0:
@@ -104,7 +104,7 @@ def _search(ground: Ground, nodes: States, neighbours: int, side: int) -> list[E
     look = (
         FIRST_LOOK * neighbours * (3 if ground.agents[0].dynamics.has_momentum else 1)
     )  # up to three nodes share a place
-    found: list[Edges] = []
+    batches: list[Edges] = []
     while len(rows):
         look = min(look, len(nodes) - 1, MOST_LOOKED)
         left: list[Indices] = []
@@ -113,10 +113,10 @@ def _search(ground: Ground, nodes: States, neighbours: int, side: int) -> list[E
             picked, enough = _pick(ground, nodes, tree, block, look, neighbours, side)
             if look == min(len(nodes) - 1, MOST_LOOKED):
                 enough[:] = True
-            found.append(picked.take(np.isin(picked.source, block[enough])))
+            batches.append(picked.take(np.isin(picked.source, block[enough])))
             left.append(block[~enough])
         rows, look = np.concatenate(left), 2 * look
-    return found
+    return batches
 
 
 def _pick(
@@ -156,10 +156,10 @@ def _steered(ground: Ground, nodes: States, source: Indices, target: Indices, si
     )
 
 
-def _both_ways(found: list[Edges], mirror: Indices) -> Edges:
+def _both_ways(forward: list[Edges], mirror: Indices) -> Edges:
     """All edges found and the ways back, each once: a way back takes the same steps and bends to the other side."""
-    back = [Edges(mirror[edges.target], mirror[edges.source], edges.count, -edges.bend) for edges in found]
-    both = joined([*found, *back])
+    back = [Edges(mirror[edges.target], mirror[edges.source], edges.count, -edges.bend) for edges in forward]
+    both = joined([*forward, *back])
     names = np.stack([both.source, both.target, np.sign(both.bend).astype(np.int64)], axis=1)
     first, _ = distinct(names)
     return both.take(first)

@@ -100,26 +100,26 @@ def _build(ground: Ground, count: int, neighbours: int, generator: np.random.Gen
     for agent, finish in zip(ground.agents, finishes, strict=True):
         if agent.finish is not None:
             ending |= finish
-    kept = _useful(whole, starts, ending, mission.steps)
+    useful = _useful(whole, starts, ending, mission.steps)
     for agent, start, finish in zip(ground.agents, starts, finishes, strict=True):
-        if not np.any(start & kept):
+        if not np.any(start & useful):
             return NoRoadmap(f"no way out of {_written(agent.start)} for `{agent.name}`")
-        if agent.finish is not None and not np.any(finish & kept):
+        if agent.finish is not None and not np.any(finish & useful):
             return NoRoadmap(f"no way into {_written(agent.finish)} for `{agent.name}`")
-    number = np.cumsum(kept) - 1
-    states, moves = whole.states.take(kept), number[whole.moves[kept[whole.moves].all(axis=1)]]
+    number = np.cumsum(useful) - 1
+    states, moves = whole.states.take(useful), number[whole.moves[useful[whole.moves].all(axis=1)]]
     reserve(mission.steps * (len(states) + len(moves)), f"{mission.steps} steps among {len(states)} states")
     motions = Motions(*motion_of(dynamics, states.take(moves[:, 0]), states.take(moves[:, 1]), mission.step))
     return Roadmap(
         agents=tuple(agent.index for agent in ground.agents),
         position=states.position,
         velocity=states.velocity,
-        heading=whole.heading[kept],
+        heading=whole.heading[useful],
         moves=moves,
         standing=clear_places(mission, states.position, ground.margin, range(mission.steps + 1)),
         allowed=clear_of_movers(mission, motions, ground.margin),
-        starts=tuple(np.flatnonzero(start[kept]) for start in starts),
-        finishes=tuple(np.flatnonzero(finish[kept]) for finish in finishes),
+        starts=tuple(np.flatnonzero(start[useful]) for start in starts),
+        finishes=tuple(np.flatnonzero(finish[useful]) for finish in finishes),
     )
 
 

@@ -105,7 +105,7 @@ class Places:
             levels: how often groups are made of groups.
         """
         places, column_of = len(order), self.point[order]
-        sizes, found = np.zeros(places, dtype=np.int64), [np.zeros(0, dtype=np.int64)]
+        sizes, links = np.zeros(places, dtype=np.int64), [np.zeros(0, dtype=np.int64)]
         by_place = np.argsort(self.first)
         block = max(1, BLOCK // max(1, places))
         for start in range(0, len(by_place), block):
@@ -124,8 +124,8 @@ class Places:
                 whole = above
             row, column = np.nonzero(np.concatenate(parts, axis=1))
             sizes[self.first[rows]] = np.bincount(row, minlength=len(rows))
-            found.append(np.where(column < places, order[np.minimum(column, places - 1)], column))
-        return sizes, np.concatenate(found)
+            links.append(np.where(column < places, order[np.minimum(column, places - 1)], column))
+        return sizes, np.concatenate(links)
 
 
 def _groups(order: Indices, levels: int) -> Indices:

@@ -82,13 +82,13 @@ class Presolver(Process):
 
     def _said(self, deadline: float) -> bytes:
         """All that the process says; nothing where it takes longer than allowed."""
-        said = b""
+        output = b""
         while wait([self], deadline):
             self.weigh()
             more = self.read()
             if not more:
-                return said
-            said += more
+                return output
+            output += more
         return b""
 
 

@@ -246,12 +246,12 @@ class Solvers:
             self.peak_bytes = max(self.peak_bytes, self._presolver.peak_bytes)
         self._presolver = presolver
 
-    def _keep(self, kept: tuple[Child, ...]) -> None:
+    def _keep(self, children: tuple[Child, ...]) -> None:
         for child in self._children:
-            if child not in kept:
+            if child not in children:
                 child.close()
                 self.peak_bytes = max(self.peak_bytes, child.peak_bytes)
-        self._children = list(kept)
+        self._children = list(children)
 
 
 def _answer(child: Child, kind: bytes) -> bytes | str | None:
@@ -278,8 +278,8 @@ def worker(what: str, memory_bytes: int, seed: int) -> list[str]:
 @cache
 def _folder(package: str) -> str:
     """Where a package lies; nowhere, where there is none."""
-    found = find_spec(package)
-    return "" if found is None or found.origin is None else str(Path(found.origin).parent.parent)
+    spec = find_spec(package)
+    return "" if spec is None or spec.origin is None else str(Path(spec.origin).parent.parent)
 
 
 def _gave_up(detail: str) -> Stopped:

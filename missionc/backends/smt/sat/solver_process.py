@@ -44,8 +44,8 @@ class Process:
             status = Path(f"/proc/{self.process.pid}/status").read_text()
         except OSError:
             return
-        if found := re.search(r"VmHWM:\s+(\d+) kB", status):
-            self.peak_bytes = max(self.peak_bytes, int(found[1]) * 1024)
+        if match := re.search(r"VmHWM:\s+(\d+) kB", status):
+            self.peak_bytes = max(self.peak_bytes, int(match[1]) * 1024)
 
     def close(self) -> None:
         """Kills the process, if it still runs, and waits until it is gone."""

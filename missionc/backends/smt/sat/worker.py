@@ -171,12 +171,12 @@ class Z3:
 
     def values(self, variables: list[int]) -> bytes:
         library, context, model, term = self.library, self.context, self.model, self.term
-        found = bytearray(len(variables))
+        values = bytearray(len(variables))
         for place, variable in enumerate(variables):
             declaration = library.Z3_get_app_decl(context, term(variable))
             meaning = library.Z3_model_get_const_interp(context, model, declaration)
-            found[place] = meaning is not None and library.Z3_get_bool_value(context, meaning) == 1
-        return bytes(found)
+            values[place] = meaning is not None and library.Z3_get_bool_value(context, meaning) == 1
+        return bytes(values)
 
     def term(self, literal: int) -> int:
         """Kept for good, for Z3 counts who still needs what."""
@@ -200,8 +200,8 @@ def z3_library(folder: str) -> Any:
     """The library that comes with the package z3-solver; the system's, where the package has none."""
     inside = os.path.join(folder, "z3", "lib")
     names = sorted(os.listdir(inside)) if os.path.isdir(inside) else []
-    found = [os.path.join(inside, name) for name in names if name.startswith("libz3.")]
-    library = ctypes.CDLL(found[0] if found else "libz3.so")
+    paths = [os.path.join(inside, name) for name in names if name.startswith("libz3.")]
+    library = ctypes.CDLL(paths[0] if paths else "libz3.so")
     for name, (result, *arguments) in SIGNATURES.items():
         function = getattr(library, f"Z3_{name}")
         function.restype, function.argtypes = result, arguments
@@ -284,8 +284,8 @@ def main() -> None:
     except MemoryError:
         send(sink, b"E", b"memory")
     except Exception as error:
-        said = str(error)
-        send(sink, b"E", b"memory" if any(words in said for words in OUT_OF_MEMORY) else said.encode())
+        message = str(error)
+        send(sink, b"E", b"memory" if any(words in message for words in OUT_OF_MEMORY) else message.encode())
 
 
 def prove(source: BinaryIO, sink: BinaryIO) -> None:

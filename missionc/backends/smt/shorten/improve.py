@@ -16,21 +16,21 @@ from missionc.ir import Objective
 from missionc.kernel.nodes import Kernel
 
 
-def improve(found: JointMotion, kernel: Kernel, literals: tuple[int, ...], search: LazyConstraints) -> JointMotion:
+def improve(plan: JointMotion, kernel: Kernel, literals: tuple[int, ...], search: LazyConstraints) -> JointMotion:
     """The same plan or one that is better; what was and was not reached is noted.
 
     Args:
         literals: what asks for each requirement, then for each preference.
     """
-    kept = literals[: len(kernel.requirements)]
+    required = literals[: len(kernel.requirements)]
     formulas = [goal.formula for goal in kernel.requirements]
-    wishes = zip(kernel.preferences, literals[len(kept) :], strict=True)
+    wishes = zip(kernel.preferences, literals[len(required) :], strict=True)
     for goal, literal in sorted(wishes, key=lambda wish: -(wish[0].weight or 0.0)):
         search.listen(Progress("prefer", search.rounds, f"`{goal.name}`"))
-        result = search.find((*kept, literal), effort=effort(search.clauses))
+        result = search.find((*required, literal), effort=effort(search.clauses))
         match result:
             case JointMotion():
-                found, kept = result, (*kept, literal)
+                plan, required = result, (*required, literal)
                 formulas.append(goal.formula)
                 search.account.notes.append(f"`{goal.name}` is kept")
             case Unsatisfiable():
@@ -38,19 +38,19 @@ def improve(found: JointMotion, kernel: Kernel, literals: tuple[int, ...], searc
             case Stopped():
                 search.account.notes.append(f"`{goal.name}` is not kept: the search ended first")
 
-    def with_shorter_paths(found: JointMotion, still_from: int | None = None) -> JointMotion:
+    def with_shorter_paths(plan: JointMotion, still_from: int | None = None) -> JointMotion:
         with search.account.stage("calm"):
             agents = range(search.motion.agents)
-            return JointMotion(shorten_paths(found.states, agents, formulas, search.motion, search.mission, still_from))
+            return JointMotion(shorten_paths(plan.states, agents, formulas, search.motion, search.mission, still_from))
 
     match search.mission.objective:
         case Objective.DISTANCE:
             labels = Labels(search.mission, search.motion.roadmaps)
             goals = Goals(tuple(formulas), search.mission, search.motion, labels)
             with deep():
-                return shorten_distance(with_shorter_paths(found), goals, kept, search, with_shorter_paths)
+                return shorten_distance(with_shorter_paths(plan), goals, required, search, with_shorter_paths)
         case Objective.DURATION:
-            found = shorten_duration(found, kept, search)
-            return with_shorter_paths(found, duration(found.states))
+            plan = shorten_duration(plan, required, search)
+            return with_shorter_paths(plan, duration(plan.states))
         case _:
-            return with_shorter_paths(found)
+            return with_shorter_paths(plan)

@@ -38,19 +38,19 @@ CHORDS = 16
 
 
 def shorten_distance(
-    found: JointMotion,
+    plan: JointMotion,
     goals: Goals,
-    kept: tuple[int, ...],
+    required: tuple[int, ...],
     search: LazyConstraints,
     with_shorter_paths: Callable[[JointMotion], JointMotion],
 ) -> JointMotion:
     """Asks for a shorter plan until there is none, or it takes too much.
 
     Args:
-        kept: the literals of the goals.
-        calmed: a plan that is as good or better, near the one it is given.
+        required: the literals of the goals.
+        with_shorter_paths: a plan that is as good or better, near the one it is given.
     """
-    distance_search = DistanceSearch(goals, kept, search, with_shorter_paths, found)
+    distance_search = DistanceSearch(goals, required, search, with_shorter_paths, plan)
     try:
         for parts in UNITS:
             if not distance_search.over and not distance_search.in_parts(parts):
@@ -132,10 +132,10 @@ class DistanceSearch:
                     return False
         return True
 
-    def travelled(self, found: JointMotion) -> float:
+    def travelled(self, plan: JointMotion) -> float:
         """Metres of all agents."""
         motion = self.goals.motion
-        rows = enumerate(found.states)
+        rows = enumerate(plan.states)
         return float(
             sum(self.metres[motion.roadmap_of[agent]][_taken(row, motion, agent)].sum() for agent, row in rows)
         )

@@ -13,30 +13,30 @@ from missionc.backends.smt.roadmap.roadmap import Indices
 from missionc.backends.smt.sat.solve import Stopped, Unsatisfiable
 
 
-def shorten_duration(found: JointMotion, kept: tuple[int, ...], search: LazyConstraints) -> JointMotion:
+def shorten_duration(plan: JointMotion, required: tuple[int, ...], search: LazyConstraints) -> JointMotion:
     """Halves what lies between the shortest plan found and what is known to be too short."""
-    impossible, best = -1, duration(found.states)
+    impossible, best = -1, duration(plan.states)
     try:
         still = add_stillness(search.clauses, search.motion)
     except TooLarge:
         search.account.notes.append(f"lasts {best} steps; too many clauses to look for fewer")
-        return found
+        return plan
     while best - impossible > 1:
         target = (best + impossible) // 2
         search.listen(Progress("improve", search.rounds, f"{best} steps; are {target} enough?"))
-        result = search.find((*kept, *still[target:].tolist()), effort=effort(search.clauses))
+        result = search.find((*required, *still[target:].tolist()), effort=effort(search.clauses))
         match result:
             case JointMotion(states):
-                found, best = result, duration(states)
+                plan, best = result, duration(states)
             case Unsatisfiable():
                 impossible = target
             case Stopped():
                 search.account.notes.append(
                     f"lasts {best} steps; whether {impossible + 1} are enough was not decided in time"
                 )
-                return found
+                return plan
     search.account.notes.append(f"lasts {best} steps, the fewest on this roadmap")
-    return found
+    return plan
 
 
 def duration(states: Indices) -> int:

@@ -82,7 +82,7 @@ def _units(over: Array, unit: float, most: int) -> np.ndarray[tuple[int], np.dty
 
 def _visited(clauses: Clauses, states: Literals, least: CostToGo) -> list[Literals]:
     """For each visit literals, (steps + 1,): it is made by then."""
-    found = []
+    literals = []
     for visit in least.task.visits:
         by_then = clauses.fresh(len(states))
         step, state = np.nonzero(visit & (states != FALSE))
@@ -92,8 +92,8 @@ def _visited(clauses: Clauses, states: Literals, least: CostToGo) -> list[Litera
             now = states[moment, there & (states[moment] != FALSE)]
             before = by_then[moment - 1 : moment] if moment else by_then[:0]
             clauses.add(np.concatenate([-by_then[moment : moment + 1], before, now])[None, :])
-        found.append(by_then)
-    return found
+        literals.append(by_then)
+    return literals
 
 
 class _Number:
