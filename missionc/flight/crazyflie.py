@@ -118,16 +118,16 @@ def crazyflie(mission: Mission, kernel: Kernel, trace: Trace, stretch: float = 1
     pieces = np.maximum(chords, 2 if chords.size == 1 else 1)
     generous = _generous(mission, pieces)
     if not np.array_equal(generous, pieces):
-        found = _attempt(mission, apart, kernel, trace, generous)
-        if isinstance(found, Flyable):
-            return found
-        attempts += [found] if isinstance(found, _Beyond) else []
+        attempt = _attempt(mission, apart, kernel, trace, generous)
+        if isinstance(attempt, Flyable):
+            return attempt
+        attempts += [attempt] if isinstance(attempt, _Beyond) else []
     while not any(isinstance(attempt, _Beyond) for attempt in attempts):
-        found = _attempt(mission, apart, kernel, trace, pieces)
-        if isinstance(found, Flyable):
-            return found
-        attempts.append(found)
-        more = _more(pieces, chords, found.steps, trace.step) if not isinstance(found, _Beyond) else pieces
+        attempt = _attempt(mission, apart, kernel, trace, pieces)
+        if isinstance(attempt, Flyable):
+            return attempt
+        attempts.append(attempt)
+        more = _more(pieces, chords, attempt.steps, trace.step) if not isinstance(attempt, _Beyond) else pieces
         if np.array_equal(more, pieces):
             break
         pieces = more
@@ -197,13 +197,13 @@ def _attempt(
     excess = np.zeros((len(mission.agents), step_of.size))
     limits = {agent.index: limits_of(agent.vehicle) for agent in mission.agents}
     held: Held = {}
-    kept: list[Cut] = []
+    known_cuts: list[Cut] = []
     stale = {agent.index for agent in mission.agents}
-    found: list[Near] = []
+    near_misses: list[Near] = []
     for _ in range(ROUNDS):
         planes = [plane for each in held.values() for plane in each]
         for group in groups(planes, stale):
-            fitted = _within_limits(mission, course, planes, group, limits, kept)
+            fitted = _within_limits(mission, course, planes, group, limits, known_cuts)
             if isinstance(fitted, NoFit):
                 return _Stuck(None, ())
             coefficients[group] = rounded(fitted.points, np.diff(knots))
@@ -216,14 +216,14 @@ def _attempt(
         if beyond:
             return _Beyond(tuple(beyond))
         level = refined(Curves(knots, coefficients), course.times)
-        found = conflicts(apart, level, held)
-        radius = narrowed(course.radius, [near for near in found if near in held and not near.moving])
-        more = held_apart(apart, course, held, found, level)
+        near_misses = conflicts(apart, level, held)
+        radius = narrowed(course.radius, [near for near in near_misses if near in held and not near.moving])
+        more = held_apart(apart, course, held, near_misses, level)
         if more == held and np.array_equal(radius, course.radius):
             break
         held, course = more, replace(course, radius=radius)
-        stale = {agent for near in found for agent in near.agents}
-    steps = {*step_of[excess.max(axis=0) > EXCESS].tolist(), *(int(step_of[near.leg]) for near in found)}
+        stale = {agent for near in near_misses for agent in near.agents}
+    steps = {*step_of[excess.max(axis=0) > EXCESS].tolist(), *(int(step_of[near.leg]) for near in near_misses)}
     yaw = [
         pointing(each.yaw, each.vehicle.yaw_rate, Curves(knots, coefficients[[each.index]])) for each in mission.agents
     ]
@@ -234,9 +234,9 @@ def _attempt(
         if failed.at is not None:
             steps.add(min(int(failed.at / trace.step), mission.steps - 1))
         return _Stuck(failed, tuple(sorted(steps)))
-    if not found:
+    if not near_misses:
         return Flyable(files, certificate)
-    return _Tight(Flyable(files, certificate), max(near.short for near in found), tuple(sorted(steps)))
+    return _Tight(Flyable(files, certificate), max(near.short for near in near_misses), tuple(sorted(steps)))
 
 
 def _course(mission: Mission, trace: Trace, legs: Indices, count: int) -> Course:
@@ -295,36 +295,38 @@ def _within_limits(
     planes: list[Plane],
     group: list[int],
     limits: dict[int, list[Limit]],
-    kept: list[Cut],
+    known_cuts: list[Cut],
 ) -> Fitted | NoFit:
-    """Fitted again with more cuts, which are ``kept``, while a flight of the group exceeds a limit; the gentlest."""
+    """Fitted again with more cuts, added to those known, while a flight of the group exceeds a limit; the gentlest."""
     knots = course.times[course.knot]
     durations = np.diff(knots)
     best, least = None, math.inf
     for _ in range(CUTTING):
-        fitted = _fit(mission, course, planes, group, kept)
+        fitted = _fit(mission, course, planes, group, known_cuts)
         if isinstance(fitted, NoFit):
             return best or fitted
         flown = rounded(fitted.points, durations)
-        found = [peaks(limits[index], Curves(knots, flown[[place]])) for place, index in enumerate(group)]
-        worst = max((peak.stretch for own in found for peak in own), default=0.0)
+        peaks_by_agent = [peaks(limits[index], Curves(knots, flown[[place]])) for place, index in enumerate(group)]
+        worst = max((peak.stretch for own in peaks_by_agent for peak in own), default=0.0)
         if worst < least:
             best, least = fitted, worst
         if worst == 0.0:
             break
-        for own, index, points in zip(found, group, fitted.points, strict=True):
-            kept += cuts([peak.limit for peak in own], index, points, durations)
+        for own, index, points in zip(peaks_by_agent, group, fitted.points, strict=True):
+            known_cuts += cuts([peak.limit for peak in own], index, points, durations)
     return best or fitted
 
 
-def _fit(mission: Mission, course: Course, planes: list[Plane], group: list[int], kept: list[Cut]) -> Fitted | NoFit:
+def _fit(
+    mission: Mission, course: Course, planes: list[Plane], group: list[int], known_cuts: list[Cut]
+) -> Fitted | NoFit:
     place = {index: position for position, index in enumerate(group)}
     start, end, radius = course.start[group], course.end[group], course.radius[group]
     own = replace(course, joint=course.joint[group], start=start, end=end, radius=radius)
     held = [
         replace(plane, first=place[plane.first], second=place[plane.second]) for plane in planes if plane.first in place
     ]
-    cut = [replace(each, agent=place[each.agent]) for each in kept if each.agent in place]
+    cut = [replace(each, agent=place[each.agent]) for each in known_cuts if each.agent in place]
     return fit(own, held, *room(mission, own, group), cut)
 
 

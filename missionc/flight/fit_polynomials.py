@@ -133,32 +133,32 @@ def fit(course: Course, planes: list[Plane], low: Array, high: Array, cuts: Sequ
     free, rest = whole.free, whole.rest
     quadratic = csr_array(kron(many, cost[free, free]))
     linear: Array = np.outer(last, cost[free, rest].sum(axis=1)).ravel()
-    near, held, kept = Rows(index.size), Rows(index.size), Rows(whole.matrix.shape[0])
+    near, held, cut_rows = Rows(index.size), Rows(index.size), Rows(whole.matrix.shape[0])
     _world(near, index, course, origin, low, high)
     _tubes(near, index, course, origin)
     _waypoints(near, index, course, origin)
     for plane in planes:
         _hold(held, index, plane, course.pinned, origin)
     for cut in cuts:
-        _keep(kept, cut, course)
+        _keep(cut_rows, cut, course)
     inner = np.flatnonzero(course.pinned[1:-1]) + 1
     pins = index[..., 0][:, inner].ravel()
     target = (course.joint[:, inner] - origin[:, None]).ravel() - along.resting[pins]
     bounds = (
         near.over(along.matrix, along.resting),
         held.over(along.matrix, along.resting),
-        kept.over(whole.matrix, whole.resting),
+        cut_rows.over(whole.matrix, whole.resting),
     )
     solved = Program(quadratic, linear, along.matrix[pins], target, bounds).within(legs)
     if isinstance(solved, NoFit):
         return solved
     numbers, excess = solved
     spread: Array = whole.matrix @ numbers + whole.resting
-    found = spread.reshape(agents, dim, -1, DEGREE + 1).transpose(0, 2, 1, 3) + origin[:, None, :, None]
+    control_points = spread.reshape(agents, dim, -1, DEGREE + 1).transpose(0, 2, 1, 3) + origin[:, None, :, None]
     pinned, joint = course.pinned[course.knot], course.joint[:, course.knot]
-    found[..., 0][:, pinned[:-1]] = joint[:, :-1][:, pinned[:-1]]
-    found[..., DEGREE][:, pinned[1:]] = joint[:, 1:][:, pinned[1:]]
-    return Fitted(found, excess)
+    control_points[..., 0][:, pinned[:-1]] = joint[:, :-1][:, pinned[:-1]]
+    control_points[..., DEGREE][:, pinned[1:]] = joint[:, 1:][:, pinned[1:]]
+    return Fitted(control_points, excess)
 
 
 class _Spread:

@@ -134,5 +134,5 @@ class Program:
         status = solver.solve()
         if status != piqp.PIQP_SOLVED:
             return NoFit(str(status))
-        found = np.array(solver.result.x)
-        return found[:count], found[count:] if loose else np.zeros(legs)
+        solution = np.array(solver.result.x)
+        return solution[:count], solution[count:] if loose else np.zeros(legs)

@@ -69,11 +69,11 @@ def conflicts(mission: Mission, level: Curves, held: Held) -> list[Near]:
     Args:
         level: cut at the joints of the legs.
     """
-    found: list[Near] = []
+    near_misses: list[Near] = []
     for leg, first, second in near_pairs(mission, level, spare=0.0):
         lower, upper, _ = pair_margins(mission, level, leg, first, second, 0.0)
         begin, end = level.times[leg : leg + 2].tolist()
-        found += [
+        near_misses += [
             Near(leg, begin, end, int(first[index]), int(second[index]), -float(upper[index]))
             for index in np.flatnonzero(_close(lower, upper)).tolist()
         ]
@@ -86,22 +86,22 @@ def conflicts(mission: Mission, level: Curves, held: Held) -> list[Near]:
             agent, part = divmod(index, parts)
             begin, end = seen.times[part : part + 2].tolist()
             leg = int(np.searchsorted(level.times, begin, side="right")) - 1
-            found.append(Near(leg, begin, end, agent, obstacle, -float(bounds.upper[index])))
-    return found
+            near_misses.append(Near(leg, begin, end, agent, obstacle, -float(bounds.upper[index])))
+    return near_misses
 
 
 def _close(lower: Array, upper: Array) -> Flags:
     return np.asarray((upper < -ROUNDING / 2) | (lower < -2 * ROUNDING))
 
 
-def held_apart(mission: Mission, course: Course, held: Held, found: list[Near], level: Curves) -> Held:
-    """The planes, and those that end what was found.
+def held_apart(mission: Mission, course: Course, held: Held, near_misses: list[Near], level: Curves) -> Held:
+    """The planes, and those that end the near misses.
 
     The verified motion lays them. Where those did not help beside a moving obstacle, its time is halved; and
     where that is short already, the curve lays them as it was found.
     """
     more = dict(held)
-    for near in found:
+    for near in near_misses:
         if near not in held:
             for wider in [each for each in more if each.moving and _contains(each, near)]:
                 del more[wider]

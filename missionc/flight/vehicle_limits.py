@@ -73,19 +73,19 @@ class Peak:
 def limits_of(vehicle: Vehicle) -> list[Limit]:
     """The limits of a vehicle's motion, but those that are infinite."""
     level, height, full = np.array([1.0, 1.0, 0.0]), np.array([0.0, 0.0, 1.0]), np.ones(3)
-    found = [
+    limits = [
         _length("speed", "m/s", 1, vehicle.speed, level),
         _length("vertical speed", "m/s", 1, vehicle.vertical_speed, height),
         _length("acceleration", "m/s^2", 2, vehicle.acceleration, full),
         _length("jerk", "m/s^3", 3, vehicle.jerk, full),
     ]
     if vehicle.tilt < math.pi / 2:
-        found.append(_tilt(vehicle.tilt))
+        limits.append(_tilt(vehicle.tilt))
     if math.isfinite(vehicle.thrust.high):
-        found.append(_strongest(vehicle.thrust.high))
+        limits.append(_strongest(vehicle.thrust.high))
     if vehicle.thrust.low > 0:
-        found.append(_weakest(vehicle.thrust.low))
-    return [limit for limit in found if math.isfinite(limit.most)]
+        limits.append(_weakest(vehicle.thrust.low))
+    return [limit for limit in limits if math.isfinite(limit.most)]
 
 
 def _length(name: str, unit: str, order: int, most: float, axes: Array) -> Limit:
@@ -164,7 +164,7 @@ def peaks(limits: list[Limit], flight: Curves) -> list[Peak]:
     Args:
         flight: of one agent: (1, pieces, dim, 8).
     """
-    found = []
+    maxima = []
     for limit in limits:
         derived = flight
         for _ in range(limit.order):
@@ -181,8 +181,8 @@ def peaks(limits: list[Limit], flight: Curves) -> list[Peak]:
             local = bounds.at[[worst]]
             vector = _in_space(values(coefficients[[worst]], local))[0]
             when = float(derived.times[worst] + local[0])
-            found.append(Peak(limit, -float(bounds.lower[worst]), limit.reading(vector), when))
-    return found
+            maxima.append(Peak(limit, -float(bounds.lower[worst]), limit.reading(vector), when))
+    return maxima
 
 
 def cuts(limits: list[Limit], agent: int, points: Array, durations: Array) -> list[Cut]:
@@ -193,15 +193,15 @@ def cuts(limits: list[Limit], agent: int, points: Array, durations: Array) -> li
         durations: (pieces,), seconds.
     """
     dim = points.shape[1]
-    found = []
+    constraints = []
     for limit in limits:
         form = in_parts(limit.order)
         scale = durations ** -float(limit.order)
         hull = _in_space(np.swapaxes(points @ form.T, 1, 2) * scale[:, None, None])
         for piece, which in np.argwhere(limit.gauge(hull) > SHARE).tolist():
             slope = limit.slope(hull[piece, which])[:dim]
-            found.append(Cut(agent, piece, np.outer(slope, form[which]) * (scale[piece] / SHARE)))
-    return found
+            constraints.append(Cut(agent, piece, np.outer(slope, form[which]) * (scale[piece] / SHARE)))
+    return constraints
 
 
 def in_parts(order: int) -> Array:

@@ -62,16 +62,16 @@ def formulas(mission: Mission) -> tuple[Formula, ...]:
 
 def bottom_up(roots: Iterable[Formula]) -> list[Formula]:
     """Every formula below the roots and the roots themselves, once each, operands before the formulas that use them."""
-    found: dict[Formula, None] = {}
+    order: dict[Formula, None] = {}
     stack = list(roots)[::-1]
     while stack:
         formula = stack[-1]
-        below = [] if formula in found else [operand for operand in operands(formula) if operand not in found]
+        below = [] if formula in order else [operand for operand in operands(formula) if operand not in order]
         if below:
             stack.extend(reversed(below))
         else:
-            found.setdefault(stack.pop())
-    return list(found)
+            order.setdefault(stack.pop())
+    return list(order)
 
 
 def bits_of(agents: tuple[int, ...]) -> int:

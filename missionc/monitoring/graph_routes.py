@@ -127,23 +127,23 @@ class _BestRoute:
         self.through, self.end, self.hope = (values.astype(np.float64).tolist() for values in (through, end, hope))
 
     def start_from(self, start: int) -> float:
-        found, top = float(self.logic.bottom), float(self.logic.top)
+        best, top = float(self.logic.bottom), float(self.logic.top)
         serial = count(1)
         queue: list[tuple[float, int, float, tuple[int, ...], float]] = [(-self.hope[start], 0, 0.0, (start,), top)]
-        while queue and -queue[0][0] > found:
+        while queue and -queue[0][0] > best:
             _, _, length, route, worst = heappop(queue)
             last = route[-1]
             if len(route) > 1:
-                found = max(found, min(worst, self.end[last], self._slack(length - self.low)))
+                best = max(best, min(worst, self.end[last], self._slack(length - self.low)))
             for after in range(len(self.end)):
                 if after in route:
                     continue
                 longer = length + self.lengths[last][after]
                 onward = min(worst, self.through[last], self.links[last][after], self._slack(self.high - longer))
                 hope = min(onward, self.hope[after])
-                if hope > found:
+                if hope > best:
                     heappush(queue, (-hope, next(serial), longer, (*route, after), onward))
-        return found
+        return best
 
     def _slack(self, left: float) -> float:
         return float(self.logic.of_length(np.asarray(left)))

@@ -151,11 +151,11 @@ class Intervals(Domain[Interval]):
         unknown = self._unknown()
         if len(graph.agents) > MOST_ROUTES:
             return unknown
-        found = self._linked(graph, every, value, *below)
+        interval = self._linked(graph, every, value, *below)
         exact = (self.radius[list(graph.agents)] == 0).all(axis=0)
         border = _open if every else _closed
         return Interval(
-            np.where(exact, border(found.least), unknown.least), np.where(exact, border(found.most), unknown.most)
+            np.where(exact, border(interval.least), unknown.least), np.where(exact, border(interval.most), unknown.most)
         )
 
     def _unknown(self) -> Interval:
@@ -205,8 +205,8 @@ class _Reach:
         return self.radius
 
     def relative(self, first: int | None, second: int) -> Array:
-        found: Array = self.radius[slice(None) if first is None else slice(first, first + 1)] + self.radius[second]
-        return found
+        radius: Array = self.radius[slice(None) if first is None else slice(first, first + 1)] + self.radius[second]
+        return radius
 
     def acceleration(self) -> Array:
         return np.full((1, 2), np.inf)

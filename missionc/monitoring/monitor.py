@@ -49,8 +49,8 @@ def truth(node: Node, mission: Mission, trace: Trace) -> Flags:
 
 def truths(nodes: Iterable[Node], mission: Mission, trace: Trace) -> dict[Node, Flags]:
     """``truth``, (agents, steps + 1), of several formulas, worked out together; not to be written to."""
-    found = Evaluation(TRUTH, mission, trace).values(nodes)
-    return {node: np.broadcast_to(value, trace.position.shape[:2]) for node, value in found.items()}
+    values = Evaluation(TRUTH, mission, trace).values(nodes)
+    return {node: np.broadcast_to(value, trace.position.shape[:2]) for node, value in values.items()}
 
 
 def robustness(node: Node, mission: Mission, trace: Trace) -> Array:

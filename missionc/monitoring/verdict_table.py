@@ -60,14 +60,14 @@ def table(
     verdict = chain(roots)
     known = {*wanted, *roots, *(child for node in verdict for child in children(node))}
     asked = asked_where(roots, known, trace, opposites)
-    found = []
+    by_logic = []
     for logic in (TRUTH, ROBUSTNESS):
         evaluation = Evaluation(logic, mission, trace)
         values = evaluation.values(known)
         unfolded = _unfolded(evaluation, verdict, values)
         known_by_opposite = {n: _denied(unfolded[o], logic) for n, o in opposites.items() if o in unfolded}
-        found.append((values, known_by_opposite | unfolded))
-    (truths, verdicts), (margins, bounds) = found
+        by_logic.append((values, known_by_opposite | unfolded))
+    (truths, verdicts), (margins, bounds) = by_logic
     rows = {}
     for node in wanted:
         unfolds = node in verdicts and not asked[node][:, 1:].any()
@@ -112,7 +112,7 @@ def _unfolded(
 ) -> dict[Node, tuple[Values, Values]]:
     """The least and the most that each of the chain's formulas can still come to at step 0: (…, steps + 1) each."""
     logic, steps = evaluation.logic, evaluation.steps
-    found: dict[Node, tuple[Values, Values]] = {}
+    bounds: dict[Node, tuple[Values, Values]] = {}
     for node in verdict:
         if isinstance(node, WindowNode):
             least, most = _running(logic, node.every, values[node.body], node.low, node.high, steps)
@@ -122,10 +122,10 @@ def _unfolded(
             if node.every:
                 least, most = _denied((least, most), logic)
         else:
-            below = [found.get(child) or (values[child][:, :1],) * 2 for child in children(node)]
+            below = [bounds.get(child) or (values[child][:, :1],) * 2 for child in children(node)]
             least, most = (value_of(node, [pair[side] for pair in below], evaluation) for side in (0, 1))
-        found[node] = (least, most)
-    return found
+        bounds[node] = (least, most)
+    return bounds
 
 
 def _running(logic: Logic, every: bool, body: Values, low: int, high: int | None, steps: int) -> tuple[Values, Values]:
@@ -175,9 +175,9 @@ def asked_where(
     agents, steps = trace.position.shape[:2]
     nowhere = np.zeros((agents, steps), dtype=np.bool_)
     wanted = {*known, *opposites.values()}
-    found = {node: where for node, where in relevance(roots, agents, steps - 1) if node in wanted}
-    begin = {node: found[opposite] for node, opposite in opposites.items() if opposite in found}
+    masks = {node: where for node, where in relevance(roots, agents, steps - 1) if node in wanted}
+    begin = {node: masks[opposite] for node, opposite in opposites.items() if opposite in masks}
     for node, where in relevance_below(begin):
         if node in known:
-            found[node] = found.get(node, nowhere) | where
-    return {node: found.get(node, nowhere) for node in known}
+            masks[node] = masks.get(node, nowhere) | where
+    return {node: masks.get(node, nowhere) for node in known}

@@ -64,25 +64,25 @@ class Controller:
     _sum: Array | None = field(default=None, init=False)
     _last: Array | None = field(default=None, init=False)
 
-    def thrust(self, state: Array, told: Array) -> Array:
+    def thrust(self, state: Array, reference: Array) -> Array:
         """What each motor is told: (17, bodies), (13, bodies) -> (4, bodies), N."""
         gains = self.gains
-        error = told[firmware_setpoints.POSITION] - state[quadrotor.POSITION]
+        error = reference[firmware_setpoints.POSITION] - state[quadrotor.POSITION]
         longest = _column(gains.longest)
         self._sum = np.clip((0.0 if self._sum is None else self._sum) + error * self.seconds, -longest, longest)
         force = (
-            gains.mass * told[firmware_setpoints.ACCELERATION]
+            gains.mass * reference[firmware_setpoints.ACCELERATION]
             + _column(gains.stiffness) * error
-            + _column(gains.damping) * (told[firmware_setpoints.VELOCITY] - state[quadrotor.VELOCITY])
+            + _column(gains.damping) * (reference[firmware_setpoints.VELOCITY] - state[quadrotor.VELOCITY])
             + _column(gains.integral) * self._sum
         )
         force[2] += gains.mass * GRAVITY
         body = quadrotor.axes(state[quadrotor.ATTITUDE])
-        slow = told[firmware_setpoints.RATES] - state[quadrotor.RATES]
+        slow = reference[firmware_setpoints.RATES] - state[quadrotor.RATES]
         quicker = np.zeros_like(slow) if self._last is None else (slow - self._last) / self.seconds
         self._last = slow
         torque = (
-            -_column(gains.turn) * _apart(_aimed(force, told[firmware_setpoints.YAW]), body)
+            -_column(gains.turn) * _apart(_aimed(force, reference[firmware_setpoints.YAW]), body)
             + _column(gains.rate) * slow
             + _column(gains.lead) * quicker
         )

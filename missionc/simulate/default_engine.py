@@ -64,11 +64,11 @@ def fly(
     each = np.empty((13, times.size, flights, agents))
     for agent, own in enumerate(pieces):
         each[..., agent] = setpoints(own, times[:, None] - drawn.clock[:, agent])
-    told = each.reshape(13, times.size, bodies)
+    reference = each.reshape(13, times.size, bodies)
     wind = np.moveaxis(drawn.wind.reshape(bodies, -1, 3), 0, 2)
     mass = drawn.mass.ravel() * vehicle.mass
-    start = told[firmware_setpoints.POSITION, 0] + drawn.start.reshape(bodies, 3).T
-    state = quadrotor.at_rest(vehicle, start, told[firmware_setpoints.YAW, 0])
+    start = reference[firmware_setpoints.POSITION, 0] + drawn.start.reshape(bodies, 3).T
+    state = quadrotor.at_rest(vehicle, start, reference[firmware_setpoints.YAW, 0])
     step = 1 / (SETPOINTS_PER_SECOND * COMMANDS)
     controller = Controller(vehicle, gains, step)
     track = np.empty((10, times.size, bodies))
@@ -76,7 +76,7 @@ def fly(
         track[:, tick] = state[:10]
         air = wind[tick].copy(order="C")
         for _ in range(COMMANDS):
-            state = quadrotor.moved(vehicle, mass, state, controller.thrust(state, told[:, tick]), air, step)
+            state = quadrotor.moved(vehicle, mass, state, controller.thrust(state, reference[:, tick]), air, step)
 
     def by_flight(rows: Array) -> Array:
         return np.moveaxis(rows.reshape(rows.shape[0], times.size, flights, agents), (2, 3, 1, 0), (0, 1, 2, 3))

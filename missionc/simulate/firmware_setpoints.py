@@ -40,9 +40,9 @@ def setpoints(pieces: Pieces, times: Array) -> Array:
     acceleration = _horner(bend, local)
     jerk = _horner(_derivative(bend), local)
     rates = _rates(acceleration[:3], jerk[:3], position[3], velocity[3])
-    told: Float32 = np.concatenate([position[:3], velocity[:3], acceleration[:3], rates, position[3:]])
-    told[3:12, first | last] = 0.0
-    return told.astype(np.float64)
+    reference: Float32 = np.concatenate([position[:3], velocity[:3], acceleration[:3], rates, position[3:]])
+    reference[3:12, first | last] = 0.0
+    return reference.astype(np.float64)
 
 
 def _piece(durations: Float32, times: Float32) -> tuple[NDArray[np.int64], Float32]:

@@ -120,16 +120,16 @@ def run(
     allowed = np.array([agent.vehicle.tracking or TRACKING for agent in mission.agents])
     together = max(1, MOST_BYTES // (planned[..., 0].size * NUMBERS * 8))
     flights: list[Flight] = []
-    kept: list[Flown] = []
+    paths: list[Flown] = []
     for first in range(0, trial.flights, together):
         numbers = range(first, min(first + together, trial.flights))
         flown = _flown(pieces, trial, numbers, times, float(mission.horizon))
-        kept += [_first(flown, trial.kept - first)] if first < trial.kept else []
+        paths += [_first(flown, trial.kept - first)] if first < trial.kept else []
         for index in range(len(numbers)):
             path = flown.position[index], flown.velocity[index], flown.heading[index]
             flights.append(judge(mission, kernel, times, planned, *path))
             listen(len(flights))
-    return Trials(trial, allowed, planned, _joined(kept), tuple(flights))
+    return Trials(trial, allowed, planned, _joined(paths), tuple(flights))
 
 
 def _flown(pieces: Sequence[Pieces], trial: Trial, numbers: range, times: Array, seconds: float) -> Flown:

@@ -205,15 +205,15 @@ def _buffered(geometry: shapely.Geometry, distance: float) -> shapely.Geometry:
 
 def _clipped(corners: list[tuple[float, float]], values: list[float]) -> shapely.Geometry:
     """The part of a convex polygon where the values, linear between the corners, are at least 0."""
-    kept: list[tuple[float, float]] = []
+    vertices: list[tuple[float, float]] = []
     for place, ((x, y), value) in enumerate(zip(corners, values, strict=True)):
         (x0, y0), before = corners[place - 1], values[place - 1]
         if (before < 0) != (value < 0):
             part = before / (before - value)
-            kept.append((x0 + part * (x - x0), y0 + part * (y - y0)))
+            vertices.append((x0 + part * (x - x0), y0 + part * (y - y0)))
         if value >= 0:
-            kept.append((x, y))
-    return shapely.MultiPoint(kept).convex_hull if kept else NOWHERE
+            vertices.append((x, y))
+    return shapely.MultiPoint(vertices).convex_hull if vertices else NOWHERE
 
 
 def _gaps(heights: Array) -> Array:

@@ -43,14 +43,14 @@ def too_close(
         return []
     flat = shapely.points(points[:, :2])
     tree = shapely.STRtree(flat)
-    found: list[tuple[int, int, float]] = []
+    pairs: list[tuple[int, int, float]] = []
     for begin in range(0, len(points), CHUNK):
         first, second = tree.query(flat[begin : begin + CHUNK], predicate="dwithin", distance=spacing.widest)
         first = first + begin
         first, second = first[first < second], second[first < second]
         apart = np.linalg.norm(points[first] - points[second], axis=1)
         close = np.flatnonzero(apart <= spacing.between(who[first], who[second]))
-        found.extend((int(first[pair]), int(second[pair]), float(apart[pair])) for pair in close[: most - len(found)])
-        if len(found) >= most:
+        pairs.extend((int(first[pair]), int(second[pair]), float(apart[pair])) for pair in close[: most - len(pairs)])
+        if len(pairs) >= most:
             break
-    return sorted(found)
+    return sorted(pairs)

@@ -23,8 +23,8 @@ class Place(tuple[float, ...]):
         return (len(self),)
 
     def __getitem__(self, key: int | tuple[EllipsisType, int | slice]) -> Any:  # type: ignore[override]
-        found = super().__getitem__(key if isinstance(key, int) else key[1])
-        return Place(found) if isinstance(found, tuple) else found
+        coordinates = super().__getitem__(key if isinstance(key, int) else key[1])
+        return Place(coordinates) if isinstance(coordinates, tuple) else coordinates
 
 
 def where(condition: bool, then: float, otherwise: float) -> float:

@@ -55,15 +55,15 @@ def points_in(shape: Shape, world: World, enough: int, generator: np.random.Gene
     empty = np.zeros((0, world.dimension)), np.zeros(0)
     if any(first > last for first, last in zip(low, high, strict=True)):
         return empty
-    found, deep = [empty[0]], [empty[1]]
+    inside, deep = [empty[0]], [empty[1]]
     for _ in range(BATCHES):
         points = scatter(low, high, BATCH, generator)
         depth = -np.asarray(signed_distance(np, shape, points))
-        found.append(points[depth > 0])
+        inside.append(points[depth > 0])
         deep.append(depth[depth > 0])
         if sum(map(len, deep)) >= enough:
             break
-    return np.concatenate(found), np.concatenate(deep)
+    return np.concatenate(inside), np.concatenate(deep)
 
 
 def bounds(shape: Shape, world: World) -> tuple[Vector, Vector]:

@@ -29,7 +29,7 @@ HOVERED = 11
 def fly(pieces: Sequence[Pieces], seconds: float) -> Flown:
     """All agents in one world."""
     times = sample_times(seconds)
-    told = np.stack([setpoints(own, times) for own in pieces])
+    reference = np.stack([setpoints(own, times) for own in pieces])
     simulator = Sim(
         n_worlds=1,
         n_drones=len(pieces),
@@ -41,7 +41,7 @@ def fly(pieces: Sequence[Pieces], seconds: float) -> Flown:
         attitude_freq=SETPOINTS_PER_SECOND * COMMANDS,
     )
     simulator.reset()
-    commands = _commands(told)
+    commands = _commands(reference)
     state = simulator.data.states
     simulator.data = simulator.data.replace(
         states=state.replace(
@@ -72,10 +72,10 @@ def _hover(simulator: Sim) -> float:
     return float(max(np.roots([square, linear, offset - lift]).real))
 
 
-def _commands(told: Array) -> NDArray[np.float32]:
+def _commands(reference: Array) -> NDArray[np.float32]:
     """(agents, 13, samples) -> (agents, samples, 16): position to acceleration, attitude (x, y, z, w), rates."""
-    yaw = told[:, firmware_setpoints.YAW]
+    yaw = reference[:, firmware_setpoints.YAW]
     flat = np.zeros_like(yaw)
     attitude = np.stack([flat, flat, np.sin(yaw / 2), np.cos(yaw / 2)], axis=1)
-    rows = [told[:, :9], attitude, told[:, firmware_setpoints.RATES]]
+    rows = [reference[:, :9], attitude, reference[:, firmware_setpoints.RATES]]
     return np.ascontiguousarray(np.moveaxis(np.concatenate(rows, axis=1), 1, 2), dtype=np.float32)

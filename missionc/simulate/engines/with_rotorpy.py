@@ -30,14 +30,19 @@ def fly(pieces: Sequence[Pieces], seconds: float) -> Flown:
     return Flown(times, states[None, ..., :3], states[None, ..., 3:6], heading[None])
 
 
-def _one(told: Array, times: Array) -> Array:
+def _one(reference: Array, times: Array) -> Array:
     """(13, samples) -> (samples, 10): position, velocity, attitude (x, y, z, w)."""
     hover = float(np.sqrt(quad_params["mass"] * GRAVITY / 4 / quad_params["k_eta"]))
     state = {
-        "x": told[firmware_setpoints.POSITION, 0].copy(),
+        "x": reference[firmware_setpoints.POSITION, 0].copy(),
         "v": np.zeros(3),
         "q": np.array(
-            [0.0, 0.0, np.sin(told[firmware_setpoints.YAW, 0] / 2), np.cos(told[firmware_setpoints.YAW, 0] / 2)]
+            [
+                0.0,
+                0.0,
+                np.sin(reference[firmware_setpoints.YAW, 0] / 2),
+                np.cos(reference[firmware_setpoints.YAW, 0] / 2),
+            ]
         ),
         "w": np.zeros(3),
         "wind": np.zeros(3),
@@ -48,13 +53,13 @@ def _one(told: Array, times: Array) -> Array:
     for tick, time in enumerate(times.tolist()):
         track[tick] = np.concatenate([state["x"], state["v"], state["q"]])
         flat = {
-            "x": told[firmware_setpoints.POSITION, tick],
-            "x_dot": told[firmware_setpoints.VELOCITY, tick],
-            "x_ddot": told[firmware_setpoints.ACCELERATION, tick],
-            "yaw": told[firmware_setpoints.YAW, tick],
-            "yaw_dot": told[firmware_setpoints.RATES, tick][2],
+            "x": reference[firmware_setpoints.POSITION, tick],
+            "x_dot": reference[firmware_setpoints.VELOCITY, tick],
+            "x_ddot": reference[firmware_setpoints.ACCELERATION, tick],
+            "yaw": reference[firmware_setpoints.YAW, tick],
+            "yaw_dot": reference[firmware_setpoints.RATES, tick][2],
         }
-        command = controller.update(time, _seen(state, told[firmware_setpoints.RATES, tick]), flat)
+        command = controller.update(time, _seen(state, reference[firmware_setpoints.RATES, tick]), flat)
         state = vehicle.step(state, command, 1 / SETPOINTS_PER_SECOND)
     return track
 
