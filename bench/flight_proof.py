@@ -30,7 +30,7 @@ from missionc.flight.crazyflie import Flyable, crazyflie
 from missionc.kernel.nodes import Kernel
 from missionc.output.documents.certificate_json import certificate_json
 from missionc.verify.check_certificate import check_certificate
-from missionc.verify.flight.agent_flight import check_flight, tube
+from missionc.verify.flight.continuity_and_fidelity import check_flight, tube
 from missionc.verify.flight.flight_curves import Flight
 from missionc.verify.flight.joint_claims import downwash, obstacles, separation, world
 from missionc.verify.flight.vehicle_claims import limits

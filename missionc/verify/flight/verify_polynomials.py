@@ -21,7 +21,7 @@ from missionc.ir import PLAIN, Agent, Mission
 from missionc.kernel.nodes import Kernel
 from missionc.monitoring.monitor import monitor
 from missionc.verify.certificate import Certificate, Check, Figure
-from missionc.verify.flight.agent_flight import check_flight, tube
+from missionc.verify.flight.continuity_and_fidelity import check_flight, tube
 from missionc.verify.flight.flight_curves import Flight
 from missionc.verify.flight.joint_claims import downwash, obstacles, separation, world
 from missionc.verify.flight.prove_claim import prove
