@@ -199,8 +199,9 @@ def relevance(formulas: Iterable[Node], agents: int, last: int) -> Iterator[tupl
 def relevance_below(begin: Mapping[Node, Flags]) -> Iterator[tuple[Node, Flags]]:
     """``relevance`` of formulas that are asked at these agents and steps, (agents, steps + 1)."""
     asked = dict(begin)
+    nowhere = np.zeros_like(next(iter(begin.values()), np.zeros(0, dtype=np.bool_)))
     for node in reversed(postorder(begin)):
-        where = asked.pop(node)
+        where = asked.pop(node, nowhere)
         yield node, where
         for ask in asks(node):
             there = _asked_there(ask, where)

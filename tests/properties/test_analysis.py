@@ -5,7 +5,8 @@ from __future__ import annotations
 from hypothesis import given, settings
 
 from missionc import ir
-from missionc.kernel.analysis import steps_ahead
+from missionc.kernel.analysis import relevance, steps_ahead
+from missionc.kernel.nodes import All, Any, Until
 from missionc.lower.expand import expand
 from tests import reference
 from tests.support.random_runs import SPAN, Case, cases, mission_of
@@ -33,3 +34,10 @@ def test_a_formula_in_kernel_form_looks_as_far_as_it_did_before(case: Case) -> N
     assert found <= meant
     if local(case.formula):
         assert found == meant
+
+
+def test_what_no_step_asks_is_relevant_nowhere() -> None:
+    hold, end = Any(()), All(())
+    relevant = dict(relevance((Until(hold, end, 0, 0),), agents=2, last=3))
+    assert not relevant[hold].any()
+    assert relevant[end].tolist() == [[True, False, False, False]] * 2
