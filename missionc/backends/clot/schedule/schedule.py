@@ -198,7 +198,7 @@ class Scheduler:
                 low, high = low + times[visit.after], high + times[visit.after]
             begin, moved = low, np.zeros(0, dtype=np.int64)
             for agent, region in visit.regions:
-                target = self._centre(region)
+                target = self.centre(region)
                 gap = max(
                     0.0, float(signed_distance(np, region.shape, where[agent])) + self.mission.agents[agent].radius
                 )
@@ -297,9 +297,9 @@ class Scheduler:
         return self.shaped[key].copy()
 
     def _place(self, place: Exactly | Anywhere) -> Array:
-        return np.array(place.point) if isinstance(place, Exactly) else self._centre(place.region)
+        return np.array(place.point) if isinstance(place, Exactly) else self.centre(place.region)
 
-    def _centre(self, region: Region) -> Array:
+    def centre(self, region: Region) -> Array:
         """A point deep in a region."""
         if region not in self.deepest:
             points, depth = points_in(region.shape, self.mission.world, 256, np.random.default_rng(0))
@@ -307,9 +307,6 @@ class Scheduler:
             best = depth >= depth.max(initial=0.0) * 0.98
             self.deepest[region] = points[best].mean(axis=0) if len(points) else middle
         return self.deepest[region]
-
-    def centre(self, region: Region) -> Array:
-        return self._centre(region)
 
 
 def _deadline(options: tuple[Option, ...]) -> int:
