@@ -275,7 +275,7 @@ class Run:
         return demand, Costs(self.mission, splines(self.mission), Weights(), Spare())
 
     def accepted(self, control: Array) -> Trace | None:
-        """The motion of control points, if it is a plan."""
+        """The motion of control points, (agents, points, dim), metres, if it is a plan."""
         made = trace(self.mission, splines(self.mission), control)
         return made if attempt(self.mission, self.kernel, made).is_plan else None
 
@@ -306,7 +306,7 @@ class Run:
         return Begun(number, schedule, key, first)
 
     def again(self, number: int, motion: Array | None) -> Begun:
-        """What an attempt began with, with another motion."""
+        """What an attempt began with, with another motion, (agents, steps + 1, dim), metres."""
         begun = self.begun(number, np.random.default_rng([self.budget.seed, number]))
         return begun if motion is None else replace(begun, motion=motion)
 

@@ -64,7 +64,7 @@ def seeded(seed: int, device: torch.device) -> torch.Generator:
 
 
 def places(numbers: Sequence[int], device: torch.device) -> Tensor:
-    """Numbers to index with, on the device: a list would be copied there, and waited for, at every use."""
+    """Numbers to index with, (numbers,), on the device: a list would be copied there, and waited for, at every use."""
     return _places(tuple(numbers), device)
 
 

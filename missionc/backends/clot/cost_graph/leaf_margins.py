@@ -79,7 +79,7 @@ def second_eigenvalue(weight: Tensor) -> Tensor:
 
 
 def link_weight(link: Tensor, full: float) -> Tensor:
-    """What links count in λ₂ by their margins, metres: 0 where there is none, 1 from ``full`` on, smooth in between."""
+    """What links count in λ₂ by their margins, (...) -> (...), metres: 0 without one, 1 from ``full`` on, smooth."""
     share = (link / full).clamp(0.0, 1.0)
     return share * share * (3 - 2 * share)
 

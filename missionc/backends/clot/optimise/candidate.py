@@ -55,7 +55,7 @@ class System:
         self.base = sparse.block_diag(blocks, format="csc") if self.count else sparse.csc_matrix((0, 0))
 
     def smoothness(self, control: Array) -> float:
-        """[clot] (2): lengths and bends of all motions."""
+        """[clot] (2): lengths and bends of all motions, (agents, points, dim), metres; squared and weighed, no unit."""
         return sum(
             0.5 * float(np.einsum("kd,kl,ld->", one, gram, one)) for one, gram in zip(control, self.gram, strict=True)
         )

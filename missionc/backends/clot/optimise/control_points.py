@@ -47,6 +47,7 @@ class Arguments:
         return values
 
     def take(self, which: Indices | Flags) -> Arguments:
+        """Some of them: by number, (some,), or by flag, (arguments,)."""
         return Arguments(self.agent[which], self.first[which], self.weight[which])
 
 
@@ -101,20 +102,23 @@ class Splines:
         return resting
 
     def position(self, agent: Indices, step: Indices, part: Array) -> Arguments:
-        """Centres, ``part`` of a step (0 to 1) after each step."""
+        """Centres, metres, ``part`` of a step (0 to 1) after each step, (arguments,) each."""
         smooth, part = self.smooth[agent][:, None], np.asarray(part, dtype=float)[:, None]
         straight = np.concatenate([1 - part, part, 0 * part], axis=1)
         spline = np.concatenate([(1 - part) ** 2 / 2, 0.5 + part - part**2, part**2 / 2], axis=1)
         return Arguments(agent, step, np.where(smooth, spline, straight))
 
     def velocity(self, agent: Indices, step: Indices) -> Arguments:
-        """Velocities at the steps; of first order, of the motion that starts there, or at the last that ended there."""
+        """Velocities, m/s, at the steps of agents, (arguments,) each.
+
+        Those of first order are of the motion that starts there, or at the last that ended there.
+        """
         latest = np.where(self.smooth[agent], self.steps, max(self.steps - 1, 0))
         weight = np.array([-1.0, 1.0, 0.0]) / self.step if self.steps else np.zeros(3)
         return Arguments(agent, np.minimum(step, latest), np.tile(weight, (len(agent), 1)))
 
     def acceleration(self, agent: Indices, step: Indices) -> Arguments:
-        """Accelerations within the steps, of agents of second order."""
+        """Accelerations, m/s², within the steps of agents of second order, (arguments,) each."""
         return Arguments(agent, step, np.tile(np.array([1.0, -2.0, 1.0]) / self.step**2, (len(agent), 1)))
 
     def states(self, control: Array) -> tuple[Array, Array]:

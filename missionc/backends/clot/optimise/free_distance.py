@@ -46,12 +46,12 @@ class Surroundings:
         return torch.minimum(near(points, instants, need + REACH) - need, -_distance(self.world, points))
 
     def all_near(self, points: Tensor, instants: Tensor, reach: float) -> Tensor:
-        """How far points are from obstacles, or ``reach`` where that is less: (..., instants, others), metres."""
+        """How far points, as in ``room``, are from obstacles, at most ``reach``: (..., instants, others), metres."""
         instant = instants[:, None].expand(points.shape[:-1]).reshape(-1)
         return self.obstacles.room(points.reshape(-1, points.shape[-1]), instant, reach).reshape(points.shape[:-1])
 
     def all_of_them(self, points: Tensor, instants: Tensor, reach: float) -> Tensor:
-        """The same without a number that is read: one obstacle after the other."""
+        """The same, (..., instants, others), metres, without a number that is read: one obstacle after the other."""
         left = torch.full_like(points[..., 0], reach)
         moved = iter(self.obstacles.moved[instants].unbind(1))
         for obstacle in self.mission.obstacles:

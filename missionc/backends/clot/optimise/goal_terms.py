@@ -21,9 +21,11 @@ from missionc.kernel.walk import postorder
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Demand:
-    """Args:
-    roots: the formulas that must hold, at step 0 (of a single configuration: at its step).
-    choices: what is decided already; elsewhere the values decide.
+    """Goals of motions, whose positions and velocities are (agents, steps, dim) each, metres and m/s.
+
+    Args:
+        roots: the formulas that must hold, at step 0 (of a single configuration: at its step).
+        choices: what is decided already; elsewhere the values decide.
     """
 
     mission: Mission

@@ -55,7 +55,7 @@ class Costs:
     """What is pushed on in motions of a mission.
 
     ``start`` is the mission's step at which the motion starts: 0, or that of a
-    single configuration.
+    single configuration. Control points are (agents, points, dim), metres.
     """
 
     mission: Mission
@@ -69,7 +69,7 @@ class Costs:
         object.__setattr__(self, "samples", _samples(self.mission, self.splines, self.start))
 
     def groups(self, control: Array, active: Active) -> Iterator[Group]:
-        """All residual groups of a candidate, (agents, points, dim)."""
+        """All residual groups of a candidate."""
         yield from self.ends()
         yield from self.limits()
         yield from self.obstacles(control)

@@ -42,14 +42,14 @@ class Leaves:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Lists:
-    """For each shape a list of rows: which, one shape after the other, the first of each and how many."""
+    """For each shape a list of rows: which, (rows,), one shape after the other, the first and how many, (shapes,)."""
 
     rows: Tensor
     first: Tensor
     count: Tensor
 
     def of(self, which: Tensor) -> tuple[Tensor, Tensor, Tensor]:
-        """All rows of these shapes: for each the place in ``which``, the place in its list, and the row."""
+        """All rows of some shapes, (some,): for each the place in ``which``, in its list, and the row, (rows,) each."""
         count = self.count[which]
         place = torch.repeat_interleave(torch.arange(len(which), device=which.device), count)
         within = torch.arange(len(place), device=which.device) - (count.cumsum(0) - count)[place]

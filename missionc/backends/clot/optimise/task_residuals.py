@@ -47,7 +47,7 @@ class TaskCosts:
     spare: Spare
 
     def groups(self, control: Array, active: Active) -> Iterator[Group]:
-        """The margins and links that have to hold."""
+        """The margins and links of a candidate, (agents, points, dim), metres, that have to hold."""
         for leaf, mask in active.margins.items():
             yield from self._margin(leaf, mask, control)
         for lists, together in ((active.joined, True), (active.parted, False)):

@@ -56,6 +56,9 @@ def from_arrays(
 ) -> TreeSearch:
     """The search that ``to_arrays`` was asked of; run on, it finds what it would have found uninterrupted.
 
+    Args:
+        arrays: of the shapes and units that ``to_arrays`` states.
+
     Raises:
         ValueError: they hold no such state, or that of a search with other agents or settings
             (``expansions`` and ``improvement`` may differ).

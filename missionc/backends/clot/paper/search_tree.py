@@ -104,7 +104,8 @@ class Tree:
         """Nodes with the same agents as this child of ``parent`` and all motions closer than ``delta``.
 
         The distance of two joint motions is the largest, over agents and steps,
-        between the two places of an agent, metres.
+        between the two places of an agent, metres; ``trajectory`` is the agent's,
+        (steps + 1, dim), metres.
 
         Source:
             [clot] IV-C.2, ‖Γ_ν - Γ_ν'‖ < δ.
@@ -149,6 +150,8 @@ class Tree:
 
 def near(mine: dict[int, Array], others: Sequence[dict[int, Array]], delta: float) -> list[int]:
     """Which of these joint motions, by place, are less than ``delta`` from this one of the same agents, metres.
+
+    A joint motion has each agent's, (steps + 1, dim), metres.
 
     Source:
         [clot] IV-C.2, ‖Γ_ν - Γ_ν'‖ < δ.

@@ -46,12 +46,12 @@ class Geodesics:
         return room
 
     def way(self, start: Array, end: Array, wanted: float, least: float, avoid: Array | None = None) -> Array | None:
-        """A way from start to end: its corners, (corners, dim); None where there is none.
+        """A way from start to end, (dim,) each: its corners, (corners, dim), metres; None where there is none.
 
         Args:
             wanted: metres of room along the way where both ends have them; less as it must be.
             least: metres that it has to have between the ends at any rate.
-            avoid: points of ways not to be taken again, (points, dim).
+            avoid: points of ways not to be taken again, (points, dim), metres.
         """
         shortest = self._with(start, end, least, avoid)
         if shortest is None:

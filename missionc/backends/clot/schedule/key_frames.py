@@ -42,7 +42,10 @@ PITCHES = 0.95, 0.75
 
 @dataclass(frozen=True, slots=True, eq=False)
 class KeyFrame:
-    """``shortfall``: metres by which the worst margin fails at this step; at most 0 where all hold."""
+    """Args:
+    position: (agents, dim), metres.
+    shortfall: metres by which the worst margin fails at this step; at most 0 where all hold.
+    """
 
     step: int
     position: Array

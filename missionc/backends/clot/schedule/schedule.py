@@ -300,7 +300,7 @@ class Scheduler:
         return np.array(place.point) if isinstance(place, Exactly) else self.centre(place.region)
 
     def centre(self, region: Region) -> Array:
-        """A point deep in a region."""
+        """A point deep in a region, (dim,), metres."""
         if region not in self.deepest:
             points, depth = points_in(region.shape, self.mission.world, 256, np.random.default_rng(0))
             middle = np.array(self.mission.world.low) / 2 + np.array(self.mission.world.high) / 2
