@@ -193,7 +193,7 @@ def test_a_schedule_keeps_windows_and_says_what_it_chose() -> None:
         assert len(schedule.appointments) == 3
         for appointment in schedule.appointments:
             assert appointment.visit.event.low <= appointment.step <= appointment.visit.event.high
-            key = (appointment.visit.event.chooser, appointment.visit.event.agent, appointment.visit.event.asked)
+            key = (appointment.visit.event.chooser, appointment.visit.event.agent, appointment.visit.event.step)
             assert schedule.choices[key] == appointment.step
 
 

@@ -154,13 +154,13 @@ class Run:
                 self.keep(number)
             alike = self.alike(number)
             if len(alike) > 1:
-                number, found = run_parallel_attempts(self, alike, attempt)
+                number, reached = run_parallel_attempts(self, alike, attempt)
             else:
                 self.account.sizes["attempts"] = number + 1
-                found = self.taken_up() or attempt(number)
-                number = number if found else number + 1
-            if found is not None:
-                return self.planned(number, found)
+                reached = self.taken_up() or attempt(number)
+                number = number if reached else number + 1
+            if reached is not None:
+                return self.planned(number, reached)
         return self.not_found(Reason.SOLVER)
 
     def alike(self, number: int) -> range:
@@ -170,8 +170,8 @@ class Run:
         until_search = SEARCH_EVERY - 1 - number % SEARCH_EVERY
         return range(number, min(ATTEMPTS, number + max(1, until_search)))
 
-    def planned(self, number: int, found: Reached) -> Planned:
-        made = self.improved(found, number)
+    def planned(self, number: int, reached: Reached) -> Planned:
+        made = self.improved(reached, number)
         if self.late:
             self.account.cut()
         return Planned(made, self.account.report())
@@ -196,9 +196,9 @@ class Run:
         if way.local:
             motions = self.searched(way, begun, generator, number, resumed)
         for motion in motions:
-            found = self.polished(motion, begun.schedule.choices, number, way, replace(begun, motion=motion))
-            if found is not None:
-                return found
+            reached = self.polished(motion, begun.schedule.choices, number, way, replace(begun, motion=motion))
+            if reached is not None:
+                return reached
         return None
 
     def searched(
@@ -241,14 +241,14 @@ class Run:
         made = splines(mission)
         control = made.through(first)
         if way is not None and not way.polished:
-            found = self.judged(Polished(control, 0.0, "a check", 0.0, 0), trace(mission, made, control), begun)
-            return None if found is None else Reached(control, choices, final=True)
+            plan = self.judged(Polished(control, 0.0, "a check", 0.0, 0), trace(mission, made, control), begun)
+            return None if plan is None else Reached(control, choices, final=True)
         with self.account.stage("polish"):
             demand, costs = self.wanted(choices)
             polished = polish(control, costs, demand, ITERATIONS, self.in_time, partial(self.tell, "polish", number))
         self.account.sizes["iterations"] = self.account.sizes.get("iterations", 0) + polished.iterations
-        found = self.judged(polished, trace(mission, made, polished.control), begun)
-        return None if found is None else Reached(polished.control, choices)
+        plan = self.judged(polished, trace(mission, made, polished.control), begun)
+        return None if plan is None else Reached(polished.control, choices)
 
     def improved(self, reached: Reached, number: int) -> Trace:
         """What can be made of a plan."""
@@ -368,9 +368,9 @@ class Run:
             *(Fault(f"`{each.name}`", each.agents, each.step or 0, each.robustness) for each in come_to.violated),
             *come_to.worst_faults(),
         ]
-        return f"the best candidate fails {'; '.join(map(self.told, wrong))}"
+        return f"the best candidate fails {'; '.join(map(self.fault_text, wrong))}"
 
-    def told(self, fault: Fault) -> str:
+    def fault_text(self, fault: Fault) -> str:
         who = " and ".join(fault.agents[:2])
         by = f" by {-fault.margin:.3g} m" if fault.margin < 0 else ""
         return f"{fault.what}{f' of {who}' if who else ''} at {fault.step * self.mission.step:g} s{by}"

@@ -28,10 +28,10 @@ def attempt(mission: Mission, kernel: Kernel, trace: Trace) -> Attempt:
 
 
 def _places(mission: Mission, trace: Trace) -> list[Fault]:
-    found: list[Fault] = []
+    faults: list[Fault] = []
     low, high = np.array(mission.world.low), np.array(mission.world.high)
     room = np.minimum(trace.position - low, high - trace.position).min(axis=-1)
-    found.extend(
+    faults.extend(
         Fault("the world's bounds", (mission.agents[agent].name,), int(step), float(room[agent, step]))
         for agent, step in np.argwhere(room < 0)
     )
@@ -40,16 +40,16 @@ def _places(mission: Mission, trace: Trace) -> list[Fault]:
             if isinstance(place, Anywhere):
                 outside = float(signed_distance(np, place.region.shape, trace.position[agent.index, step]))
                 if outside > 0:
-                    found.append(Fault(name, (agent.name,), step % (mission.steps + 1), -outside))
-    return found
+                    faults.append(Fault(name, (agent.name,), step % (mission.steps + 1), -outside))
+    return faults
 
 
 def _dynamics(mission: Mission, trace: Trace) -> list[Fault]:
-    found: list[Fault] = []
+    faults: list[Fault] = []
     for agent in mission.agents:
         position, velocity = trace.position[agent.index], trace.velocity[agent.index]
         margin = check_step(agent.dynamics, position[:-1], position[1:], velocity[:-1], velocity[1:], mission.step)
-        found.extend(
+        faults.extend(
             Fault("its speed or acceleration", (agent.name,), int(step), float(margin[step]))
             for step in np.flatnonzero(margin < -ROUNDING)
         )
@@ -57,8 +57,8 @@ def _dynamics(mission: Mission, trace: Trace) -> list[Fault]:
             heading = trace.heading[agent.index]
             turned = np.abs((np.diff(heading) + np.pi) % (2 * np.pi) - np.pi)
             most = agent.dynamics.top_turn * mission.step + ROUNDING
-            found.extend(Fault("its turning rate", (agent.name,), int(step)) for step in np.flatnonzero(turned > most))
-    return found
+            faults.extend(Fault("its turning rate", (agent.name,), int(step)) for step in np.flatnonzero(turned > most))
+    return faults
 
 
 def _motion(mission: Mission, trace: Trace) -> tuple[Array, Array, Array]:
@@ -74,7 +74,7 @@ def _motion(mission: Mission, trace: Trace) -> tuple[Array, Array, Array]:
 
 
 def _bodies(mission: Mission, trace: Trace) -> list[Fault]:
-    found: list[Fault] = []
+    faults: list[Fault] = []
     standing = standing_solids(mission)
     position, velocity, acceleration = _motion(mission, trace)
     for agent in mission.agents:
@@ -83,12 +83,12 @@ def _bodies(mission: Mission, trace: Trace) -> list[Fault]:
         clear = clear_motions(standing, motions, mission.step, margin)
         steps = np.arange(mission.steps)
         clear &= clear_of_movers(mission, motions, margin)[steps, steps]
-        found.extend(Fault("an obstacle", (agent.name,), int(step)) for step in np.flatnonzero(~clear))
-    return found
+        faults.extend(Fault("an obstacle", (agent.name,), int(step)) for step in np.flatnonzero(~clear))
+    return faults
 
 
 def _apart(mission: Mission, trace: Trace) -> list[Fault]:
-    found: list[Fault] = []
+    faults: list[Fault] = []
     count = len(mission.agents)
     radius = np.array([agent.radius for agent in mission.agents])
     position, velocity, acceleration = _motion(mission, trace)
@@ -106,5 +106,5 @@ def _apart(mission: Mission, trace: Trace) -> list[Fault]:
         margin = nearest - (radius[one] + radius[rest] + mission.separation)[:, None]
         for other, step in np.argwhere(margin < 0):
             who = mission.agents[one].name, mission.agents[int(other) + one + 1].name
-            found.append(Fault("separation", who, int(step), float(margin[other, step])))
-    return found
+            faults.append(Fault("separation", who, int(step), float(margin[other, step])))
+    return faults

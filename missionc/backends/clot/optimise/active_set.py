@@ -215,9 +215,9 @@ class _Run:
         """The step of the mission that the values choose."""
         ends, *holds = (self.value(part)[agent, step : last + 1] for part in reversed(children(node)))
         if node.every:
-            kept = np.minimum.accumulate(np.where(np.arange(len(ends)) < node.low, np.inf, ends))
-            freed = np.minimum(holds[0], kept)[:-1]  # kept[k]: `end` from `low` up to and with k steps ahead
-            return last if kept[-1] >= freed.max(initial=-np.inf) else step + int(freed.argmax())
+            least = np.minimum.accumulate(np.where(np.arange(len(ends)) < node.low, np.inf, ends))
+            freed = np.minimum(holds[0], least)[:-1]  # least[k]: `end` from `low` up to and with k steps ahead
+            return last if least[-1] >= freed.max(initial=-np.inf) else step + int(freed.argmax())
         for hold in holds:
             ends = np.minimum(np.minimum.accumulate(np.r_[np.inf, hold[:-1]]), ends)
         return step + node.low + int(ends[node.low :].argmax())
@@ -233,19 +233,19 @@ class _Run:
             return
         if self.decided:
             known = [(agent, self._chosen(node, agent, step), step) for agent, step in np.argwhere(mask).tolist()]
-            found = [(agent, other, step) for agent, other, step in known if other is not None]
+            edges = [(agent, other, step) for agent, other, step in known if other is not None]
         else:
             agents = np.array(graph.agents)
             member, steps, links = self._places(graph, mask)
             best = agents[np.minimum(links, self.value(node.body)[agents[None, :], steps[:, None]]).argmax(axis=1)]
-            found = []
+            edges = []
             for agent, step, other in zip(agents[member].tolist(), steps.tolist(), best.tolist(), strict=True):
                 chosen = self._chosen(node, agent, step)
                 if chosen is None:
                     self._note(node, agent, step, other)
-                found.append((agent, other if chosen is None else chosen, step))
-        if found:
-            joined = np.array(found)
+                edges.append((agent, other if chosen is None else chosen, step))
+        if edges:
+            joined = np.array(edges)
             self.mask(node.body)[joined[:, 1], joined[:, 2]] = True
             self.active.joined[graph].append(joined)
 

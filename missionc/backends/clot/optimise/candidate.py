@@ -98,12 +98,12 @@ class System:
             for argument, gradient in zip(part.arguments, part.gradient, strict=True):
                 number = self.number[argument.agent[:, None], argument.first[:, None] + np.arange(3)]  # (rows, 3)
                 entry = argument.weight[:, :, None] * gradient[:, None, :] * scale  # (rows, 3, dim)
-                kept = (number[:, :, None] >= 0) & (entry != 0)
+                nonzero = (number[:, :, None] >= 0) & (entry != 0)
                 column = number[:, :, None] * dim + np.arange(dim)
                 row = np.broadcast_to(done + np.arange(count)[:, None, None], entry.shape)
-                rows.append(row[kept])
-                columns.append(column[kept])
-                values.append(entry[kept])
+                rows.append(row[nonzero])
+                columns.append(column[nonzero])
+                values.append(entry[nonzero])
             sides.append(part.value * scale)
             done += count
         if not values:

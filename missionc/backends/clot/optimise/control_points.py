@@ -130,8 +130,8 @@ class Splines:
         if self.steps == 0:
             return position, np.zeros_like(position)
         velocity = (ahead - here) / self.step
-        kept = np.concatenate([velocity[..., :-1, :], velocity[..., -2:-1, :]], axis=-2)
-        return position, np.where(smooth, velocity, kept)
+        first_order = np.concatenate([velocity[..., :-1, :], velocity[..., -2:-1, :]], axis=-2)
+        return position, np.where(smooth, velocity, first_order)
 
     def through(self, position: Array) -> Array:
         """Control points of motions near the positions: (..., agents, steps + 1, dim) -> (..., agents, points, dim).

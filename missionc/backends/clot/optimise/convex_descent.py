@@ -93,8 +93,8 @@ def _step(control: Array, costs: Costs, demand: Demand, system: System, reach: f
     active = demand.active(*costs.splines.states(control))
 
     def near(control: Array) -> list[Rows]:
-        found = (rows(group, control, NEAR) for group in costs.groups(control, active))
-        return [replace(part, weight=1.0) for part in found if part.value.size]
+        groups = (rows(group, control, NEAR) for group in costs.groups(control, active))
+        return [replace(part, weight=1.0) for part in groups if part.value.size]
 
     parts = near(control)
     used: dict[str, float] = {}
@@ -154,5 +154,5 @@ class _Program:
         solver.setup(self.matrix, self.pull, None, None, side, None, np.concatenate(self.bounds), -self.box, self.box)
         if solver.solve() != piqp.PIQP_SOLVED:
             return None
-        found: Array = np.array(solver.result.x)
-        return found
+        movement: Array = np.array(solver.result.x)
+        return movement

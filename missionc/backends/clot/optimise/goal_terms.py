@@ -55,9 +55,9 @@ class Demand:
 
     def witness(self, position: Array, velocity: Array) -> Choices:
         """What the values on this motion choose: which part, which step and which link makes each of the roots hold."""
-        found: dict[tuple[Node, int, int], int] = {}
-        self._activated(position, velocity, found)
-        return found
+        choices: dict[tuple[Node, int, int], int] = {}
+        self._activated(position, velocity, choices)
+        return choices
 
     def _activated(self, position: Array, velocity: Array, witness: dict[tuple[Node, int, int], int] | None) -> Active:
         robustness, values = self._evaluated(position, velocity)
@@ -81,20 +81,20 @@ class Demand:
         between them: ``(row or parked) and (fan or not parked)``, on the border of the place to park.
         """
         active = self.active(position, velocity).margins
-        asked = {signed_predicate(leaf): mask for leaf, mask in active.items()}
+        masks = {signed_predicate(leaf): mask for leaf, mask in active.items()}
         torn = []
-        for (predicate, holds), mask in asked.items():
-            opposite = asked.get((predicate, False)) if holds else None
+        for (predicate, holds), mask in masks.items():
+            opposite = masks.get((predicate, False)) if holds else None
             if opposite is not None:
                 steps = (mask & opposite).any(axis=0)
                 torn += [(predicate, steps)] if steps.any() else []
         if not torn:
             return None
         sides = []
-        for kept in (True, False):
+        for truth in (True, False):
             ruled_out = dict(self.ruled_out)
             for predicate, steps in torn:
-                dropped, where = (predicate, not kept), torch.from_numpy(asked[predicate, kept] & steps)
+                dropped, where = (predicate, not truth), torch.from_numpy(masks[predicate, truth] & steps)
                 ruled_out[dropped] = ruled_out[dropped] | where if dropped in ruled_out else where
             sides.append(replace(self, ruled_out=ruled_out))
         return max(sides, key=lambda side: side.worst(position, velocity))

@@ -63,39 +63,39 @@ def improve(
             continue
         if not _kept(wish.name, mission, kernel, made):
             wider = Demand.of(mission, (*roots, wish.formula), demand.choices, mission.steps)
-            kept = polish(control, costs, wider, ITERATIONS, go_on).control
-            found = accept(kept)
-            if found is None or not _kept(wish.name, mission, kernel, found):
+            candidate = polish(control, costs, wider, ITERATIONS, go_on).control
+            motion = accept(candidate)
+            if motion is None or not _kept(wish.name, mission, kernel, motion):
                 notes.append(f"`{wish.name}` is not kept: no plan that keeps it too was found")
                 continue
-            control, made = kept, found
+            control, made = candidate, motion
         roots = (*roots, wish.formula)
         notes.append(f"`{wish.name}` is kept")
     shortened = mission.objective is Objective.DURATION
-    asked = Demand.of(mission, roots, {} if shortened else demand.choices, mission.steps)
+    full_demand = Demand.of(mission, roots, {} if shortened else demand.choices, mission.steps)
     if shortened:
 
         def as_good(tried: Array) -> Trace | None:
-            found = accept(tried)
-            return found if found is not None and _as_many(mission, kernel, made, found) else None
+            motion = accept(tried)
+            return motion if motion is not None and _as_many(mission, kernel, made, motion) else None
 
-        shorter = shorten(control, made, asked, costs, as_good, go_on)
+        shorter = shorten(control, made, full_demand, costs, as_good, go_on)
         control, made, costs = shorter.control, shorter.trace, shorter.costs
         notes.append(shorter.note)
     aim = AIMS.get(mission.objective, TIDY)
     steps = min(aim.steps, TIDIED // max(1, control.size)) if aim is TIDY else aim.steps
     weights = replace(costs.weights, length=aim.length, bend=aim.bend)
-    tried = descend(control, replace(costs, weights=weights), asked, steps, aim.gain, go_on)
+    tried = descend(control, replace(costs, weights=weights), full_demand, steps, aim.gain, go_on)
     if tried is control:
         return Improved(control, made, tuple(notes))
-    found = accept(tried)
+    motion = accept(tried)
     measure = MEASURES.get(mission.objective)
-    better = found is not None and _as_many(mission, kernel, made, found)
-    if found is not None and better and (measure is None or measure(found) < measure(made)):
+    better = motion is not None and _as_many(mission, kernel, made, motion)
+    if motion is not None and better and (measure is None or measure(motion) < measure(made)):
         if measure is not None:
             unit = "m" if mission.objective is Objective.DISTANCE else "m^2/s^3"
-            notes.append(f"{measure(found):.6g} {unit} in all, {measure(made):.6g} {unit} before it was made less")
-        control, made = tried, found
+            notes.append(f"{measure(motion):.6g} {unit} in all, {measure(made):.6g} {unit} before it was made less")
+        control, made = tried, motion
     return Improved(control, made, tuple(notes))
 
 

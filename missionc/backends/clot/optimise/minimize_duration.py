@@ -48,21 +48,21 @@ def shorten(
     """
     before = best = duration(made)
     too_short = -1
-    kept = costs
+    best_costs = costs
     while best - too_short > 1 and go_on():
         target = (best + too_short) // 2
         resting = replace(costs, splines=replace(costs.splines, rest=target))
         for start in _starts(made.position, best, target):
             first = np.where(costs.splines.fixed[..., None], control, costs.splines.through(start))
             tried = polish(resting.splines.at_rest(first), resting, demand, ITERATIONS, go_on).control
-            found = accept(tried)
-            if found is not None and duration(found) <= target:
-                control, made, kept, best = tried, found, resting, duration(found)
+            motion = accept(tried)
+            if motion is not None and duration(motion) <= target:
+                control, made, best_costs, best = tried, motion, resting, duration(motion)
                 break
         else:
             too_short = target
     end = f"no plan of {best - 1} was found" if best - too_short <= 1 else "the search ended first"
-    return Shortened(control, made, kept, f"lasts {best} steps, {before} before it was made less; {end}")
+    return Shortened(control, made, best_costs, f"lasts {best} steps, {before} before it was made less; {end}")
 
 
 def duration(made: Trace) -> int:

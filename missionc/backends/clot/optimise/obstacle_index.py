@@ -121,8 +121,8 @@ class Obstacles:
     def room(self, points: Tensor, instant: Tensor, reach: float) -> Tensor:
         """How far points are from the nearest obstacle, or ``reach`` where that is less: (rows,), metres."""
         pairs = self.near(points, instant, reach)
-        found = points.new_full((len(points),), reach)
-        return found.scatter_reduce_(0, pairs.row, self.distance(points[pairs.row], pairs), "amin")
+        room = points.new_full((len(points),), reach)
+        return room.scatter_reduce_(0, pairs.row, self.distance(points[pairs.row], pairs), "amin")
 
     def standing_room(self, points: Array) -> Array:
         """How far points are from the nearest obstacle that stands, however far: (rows, dim) -> (rows,), metres."""

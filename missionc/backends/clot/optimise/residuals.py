@@ -73,10 +73,10 @@ def rows(group: Group, control: Array, near: float = 0.0) -> Rows:
     leaves = [torch.from_numpy(argument.of(control)).requires_grad_() for argument in group.arguments]
     value = group.shortfall(*leaves)
     some = np.flatnonzero(value.detach().numpy() > -near)
-    kept = tuple(argument.take(some) for argument in group.arguments)
+    arguments = tuple(argument.take(some) for argument in group.arguments)
     if not some.size:
-        none = tuple(np.zeros((0, control.shape[-1])) for _ in kept)
-        return Rows(group.name, group.weight, group.spare, np.zeros(0), kept, none)
+        none = tuple(np.zeros((0, control.shape[-1])) for _ in arguments)
+        return Rows(group.name, group.weight, group.spare, np.zeros(0), arguments, none)
     chosen = value[torch.from_numpy(some)]
     gradients = torch.autograd.grad(chosen.sum(), leaves, allow_unused=True)
     return Rows(
@@ -84,7 +84,7 @@ def rows(group: Group, control: Array, near: float = 0.0) -> Rows:
         group.weight,
         group.spare,
         chosen.detach().numpy(),
-        kept,
+        arguments,
         tuple(
             np.zeros((len(some), control.shape[-1])) if gradient is None else gradient.numpy()[some]
             for gradient in gradients

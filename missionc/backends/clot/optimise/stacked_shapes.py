@@ -110,9 +110,9 @@ class Stacked:
         value = points.new_empty(total)
         gradient = points.new_empty(total if slope else 0, self.dimension)
         slot = base[place] + within
-        value[slot], found = self._leaves(points[place], leaf, slope)
+        value[slot], leaf_gradient = self._leaves(points[place], leaf, slope)
         if slope:
-            gradient[slot] = found
+            gradient[slot] = leaf_gradient
         for level in self.levels:
             place, _, row = level.of(which)
             fold, begin = self.folds[row], base[place]
@@ -135,9 +135,9 @@ class Stacked:
         bucket, row = self.bucket[leaf], self.row[leaf]
         for number, leaves in enumerate(self.leaves):
             for at in torch.nonzero(bucket == number)[:, 0].split(max(CHUNK // leaves.sides.shape[2], 1)):
-                value[at], found = _plain(points[at], leaves.sides[row[at]], leaves.own[row[at]], slope)
+                value[at], leaf_gradient = _plain(points[at], leaves.sides[row[at]], leaves.own[row[at]], slope)
                 if slope:
-                    gradient[at] = found
+                    gradient[at] = leaf_gradient
         return value, gradient
 
 
@@ -208,7 +208,7 @@ class _Tree:
 
     def __init__(self, shape: Shape) -> None:
         self.leaves: list[Box | Disc | Ball | Polygon] = []
-        found: list[tuple[int, int, int, float, float]] = []
+        folds: list[tuple[int, int, int, float, float]] = []
 
         def walk(shape: Shape) -> tuple[int, int]:
             """Level and number: of a leaf its place, of a fold the bitwise complement of its place."""
@@ -216,8 +216,8 @@ class _Tree:
                 case Union(left, right) | Intersection(left, right) | Difference(left, right):
                     (one, left_number), (two, right_number) = walk(left), walk(right)
                     level = max(one, two) + 1
-                    found.append((level, left_number, right_number, *OPERATIONS[type(shape)]))
-                    return level, ~(len(found) - 1)
+                    folds.append((level, left_number, right_number, *OPERATIONS[type(shape)]))
+                    return level, ~(len(folds) - 1)
                 case Box() | Disc() | Ball() | Polygon():
                     self.leaves.append(shape)
                     return 0, len(self.leaves) - 1
@@ -232,7 +232,7 @@ class _Tree:
 
         self.folds = [
             (level, count + place, slot(left), slot(right), own, other)
-            for place, (level, left, right, own, other) in enumerate(found)
+            for place, (level, left, right, own, other) in enumerate(folds)
         ]
 
 

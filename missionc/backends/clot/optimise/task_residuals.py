@@ -78,8 +78,8 @@ class TaskCosts:
         """
         if not len(moments):
             return
-        kept = min(self.spare.task, formation.tolerance / 3) if holds else self.spare.task
-        bound = formation.tolerance - kept if holds else formation.tolerance + kept
+        spare = min(self.spare.task, formation.tolerance / 3) if holds else self.spare.task
+        bound = formation.tolerance - spare if holds else formation.tolerance + spare
         position, _ = self.splines.states(control)
         errors = np.stack(
             [
@@ -88,11 +88,11 @@ class TaskCosts:
             ]
         )
         bounds = shares(errors, bound) if formation.total else np.full(errors.shape, bound)
-        asked = np.full(errors.shape, holds or formation.total)
-        asked[errors.argmax(axis=0), np.arange(len(moments))] = True
+        mask = np.full(errors.shape, holds or formation.total)
+        mask[errors.argmax(axis=0), np.arange(len(moments))] = True
         offset = np.array([isinstance(edge.target, tuple) for edge in formation.edges])
         for offsets in (False, True):
-            number, moment = np.nonzero(asked & (offset == offsets)[:, None])
+            number, moment = np.nonzero(mask & (offset == offsets)[:, None])
             if not number.size:
                 continue
             edges = [formation.edges[edge] for edge in number]
@@ -110,7 +110,7 @@ class TaskCosts:
                 (self._at(ends[0], moments[moment]), self._at(ends[1], moments[moment])),
                 over if holds else (lambda a, b, over=over: -over(a, b)),
                 self.weights.task,
-                kept / len(formation.edges) if formation.total else kept,
+                spare / len(formation.edges) if formation.total else spare,
             )
 
     def _measured(self, predicate: Predicate, holds: bool, mask: Flags) -> Group:
@@ -176,7 +176,7 @@ class TaskCosts:
 
     def _lengths(self, node: RouteNode, stretches: list[Stretch]) -> Iterator[Group]:
         """Routes that are long enough, and routes that are short enough; those of as many agents together."""
-        kept = min(self.spare.task, (node.high - node.low) / 3) if not node.every else self.spare.task
+        spare = min(self.spare.task, (node.high - node.low) / 3) if not node.every else self.spare.task
         for _, alike in groupby(sorted(stretches, key=_kind), key=_kind):
             some = list(alike)
             agents = np.array([each.agents for each in some])
@@ -185,9 +185,9 @@ class TaskCosts:
             yield Group(
                 f"length on {node.graph.name}",
                 tuple(self._at(agent, step) for agent in agents.T),
-                lambda *points, bound=bound, sign=sign: kept - sign * (_length(points) - bound),
+                lambda *points, bound=bound, sign=sign: spare - sign * (_length(points) - bound),
                 self.weights.task,
-                kept,
+                spare,
             )
 
     def _tree(self, graph: Graph, moments: Indices, control: Array) -> Links:
@@ -204,7 +204,7 @@ class TaskCosts:
         agents = np.array(graph.agents)
         links = self._all_links(graph, moments, control)
         first, second, worst = spanning_tree(links)
-        found: list[Links] = []
+        cuts: list[Links] = []
         for row, step in enumerate(moments) if len(agents) > 1 else ():
             side = np.zeros(len(agents), dtype=np.bool_)
             side[second[row, worst[row]]] = True
@@ -212,8 +212,8 @@ class TaskCosts:
                 if side[first[row, number]]:
                     side[second[row, number]] = True
             one, other = np.nonzero(side[:, None] & ~side[None, :])
-            found.append(np.stack([agents[one], agents[other], np.full(len(one), step)], axis=1))
-        return np.concatenate(found) if found else np.zeros((0, 3), dtype=np.int64)
+            cuts.append(np.stack([agents[one], agents[other], np.full(len(one), step)], axis=1))
+        return np.concatenate(cuts) if cuts else np.zeros((0, 3), dtype=np.int64)
 
     def _all_links(self, graph: Graph, moments: Indices, control: Array) -> Array:
         position, _ = self.splines.states(control)

@@ -147,8 +147,8 @@ class Expansion:
         def done(_: Tensor) -> bool:
             return not self.go_on()
 
-        found = transport(begin.flatten(0, 1), fixed, cost, self.settings, own, done)
-        joint = found.unflatten(0, (samples, len(agents)))
+        motions = transport(begin.flatten(0, 1), fixed, cost, self.settings, own, done)
+        joint = motions.unflatten(0, (samples, len(agents)))
         margins = [self._margin(agent, joint[:, agent], joint, everyone) for agent in agents]
         margin = torch.stack(margins).amin(dim=0)
         self.tell(len(agents), float(margin.max()))
@@ -178,9 +178,9 @@ class Expansion:
             margin = self._margin_among(agent, others, waypoints, planned, known)
             return int((margin > 0.0).sum()) >= max(2, samples // 4)
 
-        found = transport(begin, fixed, cost, self.settings, own, done)
-        margin = self._margin_among(agent, others, found, planned, known)
-        return self._candidates(found, margin, self._effort(found)), float(margin.max())
+        motions = transport(begin, fixed, cost, self.settings, own, done)
+        margin = self._margin_among(agent, others, motions, planned, known)
+        return self._candidates(motions, margin, self._effort(motions)), float(margin.max())
 
     def _generators(self, seed: int) -> tuple[torch.Generator, torch.Generator]:
         """For what is drawn on the CPU, and for what is drawn on the device; one and the same where that is the CPU."""
@@ -219,8 +219,8 @@ class Expansion:
 
     def _candidates(self, motions: Tensor, margin: Tensor, effort: Tensor) -> list[Candidate]:
         """Those that hold but for the slack; room up to what is asked for makes up for a longer way."""
-        asked = ProbeWeights().room
-        cost = effort - (margin.clamp(max=asked) / asked)
+        room = ProbeWeights().room
+        cost = effort - (margin.clamp(max=room) / room)
         feasible = margin > -self.preset.slack
         motions, cost, feasible = motions.cpu(), cost.cpu(), feasible.cpu()
         return [

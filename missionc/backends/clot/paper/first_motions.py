@@ -53,10 +53,10 @@ class FirstMotions:
 
     def fixed(self, agent: int) -> Tensor:
         """Which waypoints keep their place, (steps + 1,): the first; the last where the mission has a finish."""
-        found = torch.zeros(self.mission.steps + 1, dtype=torch.bool)
-        found[0] = True
-        found[-1] = self.mission.agents[agent].finish is not None
-        return found
+        fixed = torch.zeros(self.mission.steps + 1, dtype=torch.bool)
+        fixed[0] = True
+        fixed[-1] = self.mission.agents[agent].finish is not None
+        return fixed
 
     def of(self, agent: int, parent: tuple[int, Array] | None, samples: int, generator: torch.Generator) -> Tensor:
         """Candidates of an agent, (samples, steps + 1, dim), metres.
@@ -104,12 +104,12 @@ class FirstMotions:
         offsets = np.stack([np.interp(time, at, column) for column in offset.T], axis=1)
         nearest = np.abs(time[:, None] - np.array(at)).min(axis=1)
         away = np.minimum(nearest / max(1.0, LATE * steps), 1.0)
-        found = []
+        tracks = []
         for by, side in zip(late, beside, strict=True):
             moment = np.clip(time - by * away, 0, steps)
             track = np.stack([np.interp(moment, time, column) for column in motion.T], axis=1)
-            found.append(track + offsets * (1 - away * (1 - side))[:, None])
-        return torch.from_numpy(np.stack(found)).float()
+            tracks.append(track + offsets * (1 - away * (1 - side))[:, None])
+        return torch.from_numpy(np.stack(tracks)).float()
 
     def _from_prior(self, agent: int, samples: int, generator: torch.Generator, still: bool = False) -> Tensor:
         """Drawn from the prior, every candidate with a deviation of its own; ``still``: their deviations alone."""

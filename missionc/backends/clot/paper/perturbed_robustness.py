@@ -68,15 +68,15 @@ class Perturbed(ABC):
             if node in self.patterns.of:
                 self.values[node] = self.value(node, self.patterns.of[node])
         batch, steps, directions, _ = self.probes.shape
-        found = []
+        robustness = []
         for goal in self.patterns.goals:
             whole = self.standard[goal][:, :1, :1].expand(batch, steps, directions).clone()
             pattern = self.patterns.of.get(goal)
             if pattern is not None and (pattern.rows is None or 0 in pattern.rows):
                 low, high = max(pattern.low, 0), min(pattern.high, steps - 1)
                 whole[:, low : high + 1] = self.values[goal][:, 0, 0, low - pattern.low : high - pattern.low + 1]
-            found.append(whole)
-        return torch.stack(found)
+            robustness.append(whole)
+        return torch.stack(robustness)
 
     @abstractmethod
     def conjunction(self, node: All | WindowNode | UntilNode, pattern: NodePattern) -> Tensor:
@@ -206,7 +206,7 @@ class Perturbed(ABC):
         here = slice(pattern.first, pattern.first + pattern.steps)
         parts = [self.laid(part, pattern, everyone) for part in (node.through, node.end)]
         unmoved = self.position[:, :, here, None].expand(-1, -1, -1, directions, -1)
-        found = []
+        values = []
         for index, offset in enumerate(range(pattern.low, pattern.high + 1)):
             places = unmoved
             if offset == 0:
@@ -216,8 +216,8 @@ class Perturbed(ABC):
             whole = (batch, agents, pattern.steps, pattern.high - pattern.low + 1, directions)
             given = [part.expand(whole)[:, :, :, index].reshape(batch, agents, -1) for part in parts]
             value = length_value(node, self.team, States(position, torch.zeros_like(position)), *given)
-            found.append(value.reshape(batch, agents, pattern.steps, directions))
-        return torch.stack(found, dim=3)
+            values.append(value.reshape(batch, agents, pattern.steps, directions))
+        return torch.stack(values, dim=3)
 
     def _rows(self, value: Tensor, rows: Rows) -> Tensor:
         return value if rows is None or value.shape[1] == 1 else value[:, places(rows, value.device)]

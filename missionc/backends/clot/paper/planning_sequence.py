@@ -177,14 +177,14 @@ def couplings(mission: Mission, kernel: Kernel, positions: Array) -> Couplings:
         return communication(graph, positions)
 
     for node, where in relevance((goal.formula for goal in kernel.requirements), agents, steps - 1):
-        found: Iterable[tuple[frozenset[Edge], Flags]] = ()
+        timed_edges: Iterable[tuple[frozenset[Edge], Flags]] = ()
         if isinstance(node, LinkNode):
-            found = [(communicating(node.graph), _any_agent(where[list(node.graph.agents)]))]
+            timed_edges = [(communicating(node.graph), _any_agent(where[list(node.graph.agents)]))]
         elif isinstance(node, Atom) and (linked_over := node.predicate.restricted):
-            found = [(communicating(linked_over), _any_agent(where))]
+            timed_edges = [(communicating(linked_over), _any_agent(where))]
         elif isinstance(node, Atom):
-            found = _coupled_by(node.predicate, where)
-        for pairs, at in found:
+            timed_edges = _coupled_by(node.predicate, where)
+        for pairs, at in timed_edges:
             when[pairs] = when.get(pairs, at) | at
     nobody: frozenset[Edge] = frozenset()
     by_step = [nobody.union(*(pairs for pairs, at in when.items() if at[step])) for step in range(steps)]

@@ -57,7 +57,7 @@ def about(
     """
     roots = tuple(goals)
     made = _Prefix(postorder(roots), roots, planned, choices, newest).made
-    return tuple(found for root in roots if (found := made[root]) is not HOLDS)
+    return tuple(goal for root in roots if (goal := made[root]) is not HOLDS)
 
 
 class _Prefix:

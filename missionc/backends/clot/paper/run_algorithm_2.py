@@ -94,8 +94,8 @@ def run_algorithm_2(
         tell,
     )
     if preset.order is SequenceChoice.TOGETHER:
-        found = expansion.together(preset.search.many_samples, int(generator.integers(2**63)))
-        cheapest = sorted(found, key=lambda one: one.cost)[:MOST]
+        candidates = expansion.together(preset.search.many_samples, int(generator.integers(2**63)))
+        cheapest = sorted(candidates, key=lambda one: one.cost)[:MOST]
         return Searched(tuple(each.trajectory for each in cheapest), most, best)
     offers = _offers(preset, coupled, starts)
     if resume is None:

@@ -67,15 +67,15 @@ def from_arrays(
         [clot] Algorithm 2.
     """
     try:
-        kept = json.loads(text)
+        fields = json.loads(text)
         search = TreeSearch(agents, offers, expand, settings, np.random.default_rng(0), _tree(arrays, agents))
-        if any(kept[name] != value for name, value in _question(search).items()):
+        if any(fields[name] != value for name, value in _question(search).items()):
             raise ValueError("this is the state of a search with other agents or settings")
         for name in COUNTERS:
-            if not (isinstance(kept[name], int) or (name == "first" and kept[name] is None)):
+            if not (isinstance(fields[name], int) or (name == "first" and fields[name] is None)):
                 raise ValueError(f"{name} is no number")
-            setattr(search, name, kept[name])
-        search.generator.bit_generator.state = kept["generator"]
+            setattr(search, name, fields[name])
+        search.generator.bit_generator.state = fields["generator"]
     except (KeyError, IndexError, TypeError) as wrong:
         raise ValueError(f"this is not the state of a search: {wrong}") from wrong
     return search

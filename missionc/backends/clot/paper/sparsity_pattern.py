@@ -81,9 +81,9 @@ def sparsity_pattern(goals: Iterable[Node], agent: int, agents: int, steps: int)
     known: dict[Node, NodePattern] = {}
     for node in order:
         if node in needed:
-            found = _pattern(node, agent, agents, steps, needed[node], known, team[node])
-            if found is not None:
-                known[node] = found
+            pattern = _pattern(node, agent, agents, steps, needed[node], known, team[node])
+            if pattern is not None:
+                known[node] = pattern
     return SparsityPattern(wanted, order, agent, needed, known)
 
 
@@ -94,17 +94,17 @@ def _needed(goals: tuple[Node, ...], order: Sequence[Node], steps: int) -> dict[
     asked. One that would run past the mission from there is laid out as far as the mission goes.
     """
     needed: dict[Node, tuple[int, int]] = dict.fromkeys(goals, (0, 0))
-    asked: dict[Node, int] = dict.fromkeys(goals, 0)
+    latest: dict[Node, int] = dict.fromkeys(goals, 0)
     for node in reversed(order):
         for ask in asks(node) if node in needed else ():
-            if asked[node] + (ask.low if ask.high is None else ask.high) >= steps:
+            if latest[node] + (ask.low if ask.high is None else ask.high) >= steps:
                 raise ValueError("a window runs past the last step")
             first = needed[node][0] + ask.low
             last = min(needed[node][1] + (steps if ask.high is None else ask.high), steps - 1)
             before = needed.get(ask.node, (first, last))
             needed[ask.node] = min(first, before[0]), max(last, before[1])
-            final = steps - 1 - ask.before_last if ask.high is None else asked[node] + ask.high
-            asked[ask.node] = max(asked.get(ask.node, 0), final)
+            final = steps - 1 - ask.before_last if ask.high is None else latest[node] + ask.high
+            latest[ask.node] = max(latest.get(ask.node, 0), final)
     return needed
 
 

@@ -182,11 +182,11 @@ class TreeSearch:
         Source:
             [clot] IV-C.1 (IV).
         """
-        tree, kept = self.tree, list[int]()
+        tree, distinct_leaves = self.tree, list[int]()
         for leaf in sorted(tree.leaves(self.agents), key=lambda node: (tree.cost[node], node)):
-            if not near(tree.motions[leaf], [tree.motions[other] for other in kept], self.settings.delta):
-                kept.append(leaf)
-        return tuple(map(self._solution, kept))
+            if not near(tree.motions[leaf], [tree.motions[other] for other in distinct_leaves], self.settings.delta):
+                distinct_leaves.append(leaf)
+        return tuple(map(self._solution, distinct_leaves))
 
     def _solution(self, leaf: int) -> Solution:
         node = self.tree.node(leaf)

@@ -60,12 +60,12 @@ class Children(Generic[Piece, Answer]):
             if not at_work or enough():
                 return
             for ready in (pipe for pipe in wait(list(at_work), LOOK) if isinstance(pipe, Connection)):
-                kind, said = self._receive(ready)
+                kind, content = self._receive(ready)
                 if kind == "answer":
                     idle.append(ready)
-                    yield at_work.pop(ready), said
+                    yield at_work.pop(ready), content
                 else:
-                    self._listen(said)
+                    self._listen(content)
 
     def start(self, count: int) -> None:
         """Raises:
@@ -102,14 +102,14 @@ class Children(Generic[Piece, Answer]):
 
     def _receive(self, pipe: Connection) -> tuple[str, Any]:
         try:
-            kind, said = pipe.recv()
+            kind, content = pipe.recv()
         except (EOFError, OSError):
             self._gone(pipe)
         if kind == "memory":
             raise MemoryError
         if kind == "failure":
-            raise RuntimeError(said)
-        return kind, said
+            raise RuntimeError(content)
+        return kind, content
 
     def _gone(self, pipe: Connection) -> NoReturn:
         child = self._all[pipe]

@@ -87,9 +87,9 @@ def run_parallel_attempts(run: Run, numbers: range, attempt: MakeAttempt) -> tup
                 last = numbers[place]
                 run.spare = last, state.reached
             while number in made:
-                found, as_before = _take_in(run, *made.pop(number))
-                if found is not None:
-                    return number, found
+                reached, as_before = _take_in(run, *made.pop(number))
+                if reached is not None:
+                    return number, reached
                 number += 1
                 if not as_before:
                     return number, None
@@ -103,9 +103,9 @@ def _make(run: Run, attempt: MakeAttempt, number: int, say: Say) -> AttemptResul
     run.best, run.late, run.account = None, False, Account()
     run.budget = replace(run.budget, listen=ignore if run.budget.listen is ignore else say, keep=forget)
     run.account.sizes["attempts"] = number + 1
-    found = attempt(number)
+    reached = attempt(number)
     best = run.best
-    state = State(number, best and best.nearest, beside=run.beside, reached=found)
+    state = State(number, best and best.nearest, beside=run.beside, reached=reached)
     return AttemptResult(to_snapshot(state, run.graph), best and best.attempt, run.account, run.late)
 
 

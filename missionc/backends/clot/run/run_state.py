@@ -136,19 +136,19 @@ def _read(arrays: Mapping[str, Array], words: Mapping[str, Any], mission: Missio
     moves = len(mission.agents), mission.steps + 1, mission.dimension
     control = len(mission.agents), splines(mission).points, mission.dimension
     if words["nearest"] is not None:
-        kept = words["nearest"]
-        sketch = None if kept["sketch"] is None else _count(kept["sketch"])
+        fields = words["nearest"]
+        sketch = None if fields["sketch"] is None else _count(fields["sketch"])
         motion = None if sketch is None else _shaped(arrays["nearest.motion"], moves)
-        nearest = Nearest(_shaped(arrays["nearest.control"], control), _margin(kept["shortfall"]), sketch, motion)
+        nearest = Nearest(_shaped(arrays["nearest.control"], control), _margin(fields["shortfall"]), sketch, motion)
     if words["furthest"] is not None:
         planned, margin = words["furthest"]
         furthest = _count(planned), _margin(margin)
     if words["search"] is not None:
-        kept = words["search"]
+        fields = words["search"]
         own = {name.removeprefix("search."): array for name, array in arrays.items() if name.startswith("search.")}
         if len(own["motion"]):
             _shaped(own["motion"], (len(own["motion"]), *moves[1:]))
-        search = Searching(own, str(kept["text"]), _count(kept["planned"]), _margin(kept["margin"]))
+        search = Searching(own, str(fields["text"]), _count(fields["planned"]), _margin(fields["margin"]))
     if words["reached"]:
         chosen = _choices(arrays["reached.choices"], mission, graph)
         reached = Reached(_shaped(arrays["reached.control"], control), chosen)
@@ -159,7 +159,7 @@ def _read(arrays: Mapping[str, Array], words: Mapping[str, Any], mission: Missio
 
 def _choices(rows: Array, mission: Mission, graph: Kernel) -> Choices:
     order = formulas_below(graph)
-    found = {}
+    choices = {}
     for index, agent, step, chosen in rows.astype(np.int64).tolist():
         node = order[_within(index, len(order))]
         if isinstance(node, kernel.Any | kernel.AtLeast):
@@ -167,8 +167,8 @@ def _choices(rows: Array, mission: Mission, graph: Kernel) -> Choices:
         else:
             most = len(mission.agents) if isinstance(node, kernel.NeighbourNode) else mission.steps + 1
         place = _within(agent, len(mission.agents)), _within(step, mission.steps + 1)
-        found[node, *place] = _within(chosen, most)
-    return found
+        choices[node, *place] = _within(chosen, most)
+    return choices
 
 
 def _within(number: int, count: int) -> int:

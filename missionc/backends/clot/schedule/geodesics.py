@@ -58,9 +58,9 @@ class Geodesics:
             return None
         longest = DETOUR * _length(shortest)
         for room in (wanted, (wanted + least) / 2):
-            found = self._with(start, end, room, avoid)
-            if found is not None and _length(found) <= longest:
-                return found
+            way = self._with(start, end, room, avoid)
+            if way is not None and _length(way) <= longest:
+                return way
         return shortest
 
     def _with(self, start: Array, end: Array, room: float, avoid: Array | None) -> Array | None:
@@ -133,15 +133,15 @@ class Geodesics:
 
     def _pulled(self, path: Array, room: float) -> Array:
         """The way pulled tight: corners that can be left out are."""
-        kept = [path[0]]
+        corners = [path[0]]
         here = 0
         while here < len(path) - 1:
             ahead = len(path) - 1
             while ahead > here + 1 and not self._clear(path[here], path[ahead], room):
                 ahead = here + (ahead - here + 1) // 2
-            kept.append(path[ahead])
+            corners.append(path[ahead])
             here = ahead
-        return np.array(kept)
+        return np.array(corners)
 
 
 def _length(way: Array) -> float:

@@ -88,20 +88,20 @@ class _KeyFrames:
         others = {hold.low for hold in self.schedule.holds if hold.timeless} | {self.steps}
         if any(agent.finish is not None for agent in self.mission.agents):
             located = sorted({*located, self.steps})
-        found: dict[int, KeyFrame] = {}
+        frames: dict[int, KeyFrame] = {}
         before: Array | None = None
         for step in located:
-            found[step] = self._frame(step, self._guesses(step, before))
-            before = found[step].position
+            frames[step] = self._frame(step, self._guesses(step, before))
+            before = frames[step].position
         for step in sorted(others - set(located)):
-            earlier = max(each for each in found if each < step)
-            later = [each for each in found if each > step]
-            guess = found[earlier].position
+            earlier = max(each for each in frames if each < step)
+            later = [each for each in frames if each > step]
+            guess = frames[earlier].position
             if later:
                 share = (step - earlier) / (min(later) - earlier)
-                guess = guess * (1 - share) + found[min(later)].position * share
-            found[step] = self._frame(step, iter((guess,)))
-        return tuple(found[step] for step in sorted(found))
+                guess = guess * (1 - share) + frames[min(later)].position * share
+            frames[step] = self._frame(step, iter((guess,)))
+        return tuple(frames[step] for step in sorted(frames))
 
     def _frame(self, step: int, guesses: Iterator[Array]) -> KeyFrame:
         """The first guess that can be made right, or the one that comes nearest."""
@@ -149,12 +149,12 @@ class _KeyFrames:
         return Demand.of(self.mission, tuple(roots), choices, 0)
 
     def _exact(self, step: int) -> dict[int, Array]:
-        found = {}
+        points = {}
         for agent in self.mission.agents:
             place = agent.start if step == 0 else agent.finish if step == self.steps else None
             if isinstance(place, Exactly):
-                found[agent.index] = np.array(place.point)
-        return found
+                points[agent.index] = np.array(place.point)
+        return points
 
     def _pinned(self, step: int) -> Flags:
         pinned = np.zeros(len(self.mission.agents), dtype=np.bool_)
@@ -191,18 +191,18 @@ class _KeyFrames:
 
     def _places(self, step: int) -> dict[Region, list[int]]:
         """The regions that agents are asked to be in at a step, by what is decided."""
-        found: dict[Region, list[int]] = {}
-        asked: dict[int, Region] = {}
+        places: dict[Region, list[int]] = {}
+        regions: dict[int, Region] = {}
         for appointment in self.schedule.appointments:
             if appointment.step <= step <= appointment.step + appointment.visit.lasts:
-                asked.update(dict(appointment.visit.regions))
+                regions.update(dict(appointment.visit.regions))
         for agent in self.mission.agents:
             place = agent.start if step == 0 else agent.finish if step == self.steps else None
             if isinstance(place, Anywhere):
-                asked[agent.index] = place.region
-        for agent_index, region in asked.items():
-            found.setdefault(region, []).append(agent_index)
-        return found
+                regions[agent.index] = place.region
+        for agent_index, region in regions.items():
+            places.setdefault(region, []).append(agent_index)
+        return places
 
     def _moved(self, before: Array, places: dict[Region, list[int]], turn: float) -> Array:
         """Everybody as before, the agents of each region carried there together; the others go along by half."""

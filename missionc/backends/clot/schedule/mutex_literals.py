@@ -49,12 +49,12 @@ def mutex_literals(outline: Outline) -> frozenset[Literal]:
 
 def timed_literals(holds: Iterable[Hold], among: frozenset[Literal], step: float) -> tuple[TimedLiterals, ...]:
     """The literals of holds, as far as they are among these; ``step`` is seconds, and so are the results' times."""
-    found: list[TimedLiterals] = []
+    timed: list[TimedLiterals] = []
     for hold in holds if among else ():
         literals = among.intersection(_literals(hold.agent, hold.node))
         if literals:
-            found.append(TimedLiterals(literals, hold.low * step, hold.high * step))
-    return tuple(found)
+            timed.append(TimedLiterals(literals, hold.low * step, hold.high * step))
+    return tuple(timed)
 
 
 def earliest_time(says: Iterable[TimedLiterals], begin: float, sure: Iterable[TimedLiterals], step: float) -> float:

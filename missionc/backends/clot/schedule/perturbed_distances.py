@@ -31,7 +31,7 @@ class PerturbedDistances:
 
     def put_off(self, event: Event) -> float:
         """From 0, as early as can be, which it is in one case of three, to 1, as late as can be."""
-        key = event.chooser, event.agent, event.asked
+        key = event.chooser, event.agent, event.step
         if self.noise and key not in self.delay:
             self.delay[key] = max(0.0, float(self.generator.uniform(-0.5, 1.0)))
         return self.delay.get(key, 0.0)

@@ -108,18 +108,18 @@ class Scheduler:
         perturbed = PerturbedDistances(noise, self.generator)
         tasks = sorted(self.outline.tasks, key=lambda task: (len(task.options), _deadline(task.options)))
         for task in tasks:
-            found: tuple[float, list[Visit], Option] | None = None
+            cheapest: tuple[float, list[Visit], Option] | None = None
             for option in task.options:
                 fixed, amiss = self._fixed([*options, option])
                 for visits in self._inserted(order, option):
                     cost = self._run(visits, perturbed, fixed)[0] + LATE * amiss
                     if noise:
                         cost *= float(np.exp(0.3 * noise * self.generator.standard_normal()))
-                    if found is None or cost < found[0]:
-                        found = cost, visits, option
-            if found is not None:
-                order = found[1]
-                options.append(found[2])
+                    if cheapest is None or cost < cheapest[0]:
+                        cheapest = cost, visits, option
+            if cheapest is not None:
+                order = cheapest[1]
+                options.append(cheapest[2])
         return self._settled(order, options, perturbed)
 
     # --------------------------------------------------------------- inserting
@@ -150,7 +150,7 @@ class Scheduler:
 
     def _chain(self, event: Event) -> list[Visit]:
         """An event and those that come after it, each with the number in this list of the one it counts from."""
-        found: list[Visit] = []
+        chain: list[Visit] = []
         stack: list[tuple[Event, int | None]] = [(event, None)]
         while stack:
             each, after = stack.pop()
@@ -158,16 +158,16 @@ class Scheduler:
             lasts = max((hold.high for hold in each.holds), default=0)
             shapes = () if regions else tuple(_shapes(each.holds))
             says, before = (timed_literals(holds, self.mutex, self.mission.step) for holds in (each.holds, each.before))
-            found.append(Visit(each, regions, shapes, min(lasts, self.mission.steps), after, says, before))
-            stack.extend((later, len(found) - 1) for later in reversed(each.then))
-        return found
+            chain.append(Visit(each, regions, shapes, min(lasts, self.mission.steps), after, says, before))
+            stack.extend((later, len(chain) - 1) for later in reversed(each.then))
+        return chain
 
     def _based(self, chains: list[list[Visit]]) -> list[Visit]:
-        found: list[Visit] = []
+        visits: list[Visit] = []
         for chain in chains:
-            base = len(found)
-            found.extend(visit if visit.after is None else replace(visit, after=visit.after + base) for visit in chain)
-        return found
+            base = len(visits)
+            visits.extend(visit if visit.after is None else replace(visit, after=visit.after + base) for visit in chain)
+        return visits
 
     def _renumbered(self, visit: Visit, place: int, count: int) -> Visit:
         if visit.after is None or visit.after < place:
@@ -252,22 +252,22 @@ class Scheduler:
             appointments = self._at_steps(visits, soonest, slower)
             if not self._denied(appointments, fixed):
                 break
-        return _told(self.outline, appointments, options, late, self.mission.steps)
+        return _schedule(self.outline, appointments, options, late, self.mission.steps)
 
     def _at_steps(self, visits: list[Visit], soonest: list[float], slower: float) -> tuple[Appointment, ...]:
         """Visits at their soonest times, in seconds, made so many times later."""
         step = self.mission.step
-        found: list[Appointment] = []
+        appointments: list[Appointment] = []
         for visit, time in zip(visits, soonest, strict=True):
-            base = 0 if visit.after is None else found[visit.after].step
+            base = 0 if visit.after is None else appointments[visit.after].step
             latest = min(base + visit.event.high, self._latest(visit))
             begins = visit.event.low * step + (0.0 if visit.after is None else soonest[visit.after])
             if visit.regions or time > begins:
                 wanted = round(time * slower / step) if slower > 1 else ceil(time / step - ROUNDING)
             else:  # nobody has to get anywhere for it, and what comes after may need the time
-                wanted = max([round(time / step), *(each.step for each in found)])
-            found.append(Appointment(visit, max(base + visit.event.low, min(wanted, latest))))
-        return tuple(found)
+                wanted = max([round(time / step), *(each.step for each in appointments)])
+            appointments.append(Appointment(visit, max(base + visit.event.low, min(wanted, latest))))
+        return tuple(appointments)
 
     def _denied(self, appointments: tuple[Appointment, ...], fixed: list[TimedLiterals]) -> bool:
         """Whether something that appointments or fixed times say is denied by another of them."""
@@ -331,7 +331,7 @@ def _shapes(holds: tuple[Hold, ...]) -> Iterator[Predicate]:
             yield node.predicate
 
 
-def _told(
+def _schedule(
     outline: Outline, appointments: tuple[Appointment, ...], options: list[Option], late: float, steps: int
 ) -> Schedule:
     """Holds and decisions counted from step 0, and all choices by formula, agent and step."""
@@ -354,7 +354,7 @@ def _told(
             Decision(each.node, each.agent, each.part, each.low + at, min(each.high + at, steps))
             for each in event.decisions
         )
-        choices[event.chooser, event.agent, event.asked + base] = at
+        choices[event.chooser, event.agent, event.step + base] = at
     for each in decisions:
         for step in range(each.low, each.high + 1):
             choices[each.node, each.agent, step] = each.part

@@ -29,7 +29,7 @@ BEND_COST, LEAST_BEND, ROOM = 0.02, 0.5, 0.05
 def sketch(
     mission: Mission,
     schedule: Schedule,
-    found: Sequence[KeyFrame],
+    frames: Sequence[KeyFrame],
     geodesics: Geodesics,
     generator: np.random.Generator,
     detour: float,
@@ -40,8 +40,8 @@ def sketch(
         detour: how likely a team goes another way than the shortest.
     """
     position = np.zeros((len(mission.agents), mission.steps + 1, mission.dimension))
-    position[:, 0] = found[0].position
-    for earlier, later in pairwise(found):
+    position[:, 0] = frames[0].position
+    for earlier, later in pairwise(frames):
         span = later.step - earlier.step
         share = np.arange(1, span + 1) / span
         for team in _teams(mission, schedule, earlier.step, later.step):

@@ -57,13 +57,13 @@ class Decision:
 class Event:
     """All of ``holds`` and ``then`` from a step of the window ``low`` to ``high``; ``before`` at each step up to it.
 
-    ``chooser`` at ``agent`` is the formula whose window this is, asked at ``asked`` steps from the
+    ``chooser`` at ``agent`` is the formula whose window this is, asked at ``step``, counted from the
     event around it (or step 0); the window counts from there too. ``kind`` is what to call it.
     """
 
     chooser: Node
     agent: int
-    asked: int
+    step: int
     low: int
     high: int
     holds: tuple[Hold, ...] = ()
@@ -138,12 +138,12 @@ class _Reader:
             case At(other, body):
                 return self.options(body, other, low, high, branch)
             case Any(parts) if parts and (branch or (low == high and not self.timeless[node])):
-                found = [
+                options = [
                     replace(option, decisions=(*option.decisions, Decision(node, agent, number, low, high)))
                     for number, part in enumerate(parts)
                     for option in self.options(part, agent, low, high, branch)
                 ]
-                return _some_of(found)
+                return _some_of(options)
             case AtLeast(count, parts) if low == high and not self.timeless[node]:
                 return self._some(parts, count, agent, low)
             case _ if isinstance(node, WindowNode | UntilNode) and (node.every or low == high):
@@ -160,38 +160,38 @@ class _Reader:
             bodies = self.options(end, agent, 0, 0, True)
             return tuple(self._event(node, agent, low, node.low, node.high, option, before) for option in bodies)
         until = self.steps if node.high is None else min(high + node.high, self.steps)
-        kept = self.options(end, agent, low + node.low, until, branch)
-        return (*kept, *self._freed(node, agent, low)) if isinstance(node, UntilNode) and low == high else kept
+        options = self.options(end, agent, low + node.low, until, branch)
+        return (*options, *self._freed(node, agent, low)) if isinstance(node, UntilNode) and low == high else options
 
     def _hold(self, node: Node, agent: int, low: int, high: int) -> Hold:
         return Hold(agent, node, low, high, self.timeless[node])
 
-    def _freed(self, node: UntilNode, agent: int, asked: int) -> tuple[Option, ...]:
+    def _freed(self, node: UntilNode, agent: int, step: int) -> tuple[Option, ...]:
         """``hold`` at some step before the window's last, ``end`` from the window's first step up to it."""
-        before = self._hold(node.end, agent, asked + node.low, asked + node.low)
+        before = self._hold(node.end, agent, step + node.low, step + node.low)
         here = self._hold(node.end, agent, 0, 0)
-        final = (self.steps - asked if node.high is None else node.high) - 1
-        found: list[Option] = []
+        final = (self.steps - step if node.high is None else node.high) - 1
+        options: list[Option] = []
         for option in self.options(node.hold, agent, 0, 0, True):
             if node.low > 0 and final >= 0:
-                found.append(self._event(node, agent, asked, 0, min(node.low - 1, final), option))
+                options.append(self._event(node, agent, step, 0, min(node.low - 1, final), option))
             if node.low <= final:
                 also = replace(option, holds=(*option.holds, here))
-                found.append(self._event(node, agent, asked, node.low, final, also, (before,)))
-        return tuple(found)
+                options.append(self._event(node, agent, step, node.low, final, also, (before,)))
+        return tuple(options)
 
     def _event(
         self,
         node: Node,
         agent: int,
-        asked: int,
+        step: int,
         first: int,
         last: int | None,
         body: Option,
         before: tuple[Hold, ...] = (),
     ) -> Option:
-        high = self.steps if last is None else asked + last
-        event = Event(node, agent, asked, asked + first, high, body.holds, before, body.decisions, body.events)
+        high = self.steps if last is None else step + last
+        event = Event(node, agent, step, step + first, high, body.holds, before, body.decisions, body.events)
         return Option(events=(event,))
 
     def _together(self, each: list[tuple[Option, ...]]) -> tuple[Option, ...]:
@@ -208,8 +208,8 @@ class _Reader:
     def _some(self, parts: tuple[Node, ...], count: int, agent: int, step: int) -> tuple[Option, ...]:
         """Every choice of so many parts up to a bound; which they are shows in the motion, so none is recorded."""
         each = [self.options(part, agent, step, step, False) for part in parts]
-        found = [self._together([each[number] for number in chosen]) for chosen in _choices(len(parts), count)]
-        return _some_of([option for options in found for option in options])
+        by_choice = [self._together([each[number] for number in chosen]) for chosen in _choices(len(parts), count)]
+        return _some_of([option for options in by_choice for option in options])
 
 
 def _ways(each: list[tuple[Option, ...]]) -> Iterable[tuple[Option, ...]]:
