@@ -16,7 +16,7 @@ class States:
 
     Args:
         position: (batch, agents, steps, dim), metres.
-        velocity: (batch, agents, steps, dim), m/s, as ``plan.Trace`` has it.
+        velocity: (batch, agents, steps, dim), m/s, as ``base.trace.Trace`` has it.
     """
 
     position: Tensor
