@@ -1,4 +1,7 @@
-"""Every file of `missions/` is what the language promises: it checks, plans, verifies, and its files read back."""
+"""Every file of `missions/` is what the language promises: it checks, plans, verifies, and its files read back.
+
+The missions of `missions/field` take minutes each: they are checked here, and planned by `bench/field.py`.
+"""
 
 from __future__ import annotations
 
@@ -28,6 +31,7 @@ from missionc.syntax.show_tree import show
 ROOT = Path(__file__).resolve().parents[2]
 FILES = sorted((ROOT / "missions").glob("*.mission"))
 GALLERY = sorted((ROOT / "missions" / "gallery").glob("*.mission"))
+FIELD = sorted((ROOT / "missions" / "field").glob("*.mission"))
 LONG = (
     "battery_rotation",
     "crop_survey",
@@ -55,7 +59,7 @@ def title(path: Path) -> str:
     return path.stem
 
 
-@pytest.mark.parametrize("path", FILES, ids=title)
+@pytest.mark.parametrize("path", FILES + FIELD, ids=title)
 def test_a_mission_checks_without_errors(path: Path) -> None:
     checked = driver.check(path)
     assert [f"{each.code.name}: {each.message}" for each in checked.findings if not each.code.warning] == []
@@ -68,7 +72,7 @@ def test_every_stage_of_a_mission_can_be_printed(path: Path) -> None:
     assert [stage for stage, text in texts if text.strip()] == list(stage_names.BEFORE_PLANNING)
 
 
-@pytest.mark.parametrize("path", FILES + GALLERY, ids=title)
+@pytest.mark.parametrize("path", FILES + GALLERY + FIELD, ids=title)
 def test_a_mission_printed_and_read_again_is_the_same_mission(path: Path) -> None:
     checked = driver.check(path)
     assert checked.program is not None
