@@ -1,0 +1,362 @@
+"""The field corpus, missions as strangers write them: is each planned, by what, how soon, and how long are the ways?
+
+    python bench/field.py [--only NAME …] [--time-limit 120] [--json FILE] [--against FILE]
+
+Each is compiled as written, in a process of its own, one after the other, without a search for what would help where
+there is no plan. *Engine* is the backend that was asked last. Seconds of the processor are those of the process and its
+children. *Margin* is the smallest of the plan in metres: of a requirement, to an obstacle, between two bodies.
+
+*Of the bound* is the length of all ways together over the sum of each agent's lower bound. Where a mission asks for
+nothing but reaching (of named agents, or of every agent of a team, to be in regions or beyond lines: once, in a row, or
+from some time on), that is the longest of an agent's tasks: from where it starts in the plan to the first region, from
+there to the one after it, and so on; or to its finish. A leg is the shortest way between the nearest points of the two
+for a body of its size, round the obstacles that stand still (in a volume: the straight distance), so that a task in
+parts is longer than its bound by what it goes within regions. Of all other missions it is a dash.
+
+``--json`` keeps what was measured, and ``--against`` such a file adds columns: the seconds of the processor and the
+length over those before.
+"""
+
+from __future__ import annotations
+
+import argparse
+import heapq
+import json
+import math
+import os
+import signal
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterable, Iterator
+from dataclasses import asdict, dataclass, field, replace
+from itertools import pairwise
+from pathlib import Path
+from typing import TypeAlias
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+from response_time import ENVIRONMENT, ROOT
+from shapely.geometry.base import BaseGeometry
+
+from missionc.base.trace import Array, Flags
+from missionc.ir import Compare, Inside, Mission, Predicate, Still
+from missionc.ir.agents import Exactly
+from missionc.ir.predicates.features import Coordinate
+from missionc.kernel.nodes import All, Always, At, Atom, Eventually, Node, Not, Until
+from missionc.pipeline import driver
+from missionc.world.area import Area
+from missionc.world.configuration_space import Atlas
+
+MISSIONS = ROOT / "missions" / "field"
+
+MARGINS = ("requirement", "obstacle", "separation")
+"""The checks of a certificate that are about room, in metres."""
+
+HAIR = 1e-6
+"""Metres by which a line of sight may cut into an obstacle."""
+
+Geometries: TypeAlias = NDArray[np.object_]
+
+OVERRUN = 90.0
+"""Seconds beyond the limit after which a process is ended."""
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """What one mission came to; None where there is no plan, or nothing to compare its length with."""
+
+    outcome: str
+    engine: str
+    processor: float
+    wall: float
+    length: float | None = None
+    over_bound: float | None = None
+    margin: float | None = None
+
+    @property
+    def planned(self) -> bool:
+        return self.outcome == "planned"
+
+
+class OtherTask(Exception):
+    """A formula asks for something else than reaching."""
+
+
+def tasks(node: Node, whose: int | None, *, later: bool) -> Iterator[tuple[int, list[Predicate]]]:
+    """Each agent that a formula is about, with what it reaches one after the other.
+
+    ``later``: it is asked of a step after the first.
+    """
+    match node:
+        case At(agent, body):
+            yield from tasks(body, agent, later=later)
+        case Eventually(body) | Until(Not(Atom(Inside())), body):
+            yield from tasks(body, whose, later=True)
+        case Always(body, low) if later or low > 0:
+            yield from tasks(body, whose, later=True)
+        case All(parts):
+            here = [part.predicate for part in parts if isinstance(part, Atom)]
+            for part in parts:
+                first = [] if isinstance(part, Atom) else here[:1]
+                yield from ((agent, first + places) for agent, places in tasks(part, whose, later=later))
+        case Atom(Inside() | Compare() as predicate) if whose is not None and later:
+            yield whose, [predicate]
+        case _:
+            raise OtherTask
+
+
+def first_before(node: Node, whose: int | None) -> Iterator[tuple[int, Predicate, Predicate]]:
+    """The orders ``(not then) until first`` of an agent: who, first and then."""
+    match node:
+        case At(agent, body):
+            yield from first_before(body, agent)
+        case All(parts):
+            for part in parts:
+                yield from first_before(part, whose)
+        case Until(Not(Atom(Inside() as then)), Atom(Inside() as first)) if whose is not None:
+            yield whose, first, then
+        case _:
+            pass
+
+
+@dataclass(frozen=True, slots=True)
+class Ground:
+    """A mission's world: where an agent's way begins and ends, and how long it is at least."""
+
+    mission: Mission
+    atlas: Atlas
+    planes: dict[float, Plane] = field(default_factory=dict)
+
+    @staticmethod
+    def of(mission: Mission) -> Ground:
+        shapes = [region.shape for region in mission.regions] + [obstacle.shape for obstacle in mission.obstacles]
+        return Ground(mission, Atlas.of(mission.world, shapes))
+
+    def bound(self, starts: Array, goals: Iterable[Node]) -> float:
+        """The sum over all agents of the longest of their tasks, metres; ``starts``: (agents, dim)."""
+        asked = list(goals)
+        orders = [order for goal in asked for order in first_before(goal, None)]
+        longest: dict[int, float] = {}
+        for whose, places in (task for goal in asked for task in tasks(goal, None, later=False)):
+            before = [first for agent, first, then in orders if agent == whose and then == places[0]]
+            areas = [self.area(place) for place in before[:1] + places]
+            longest[whose] = max(
+                longest.get(whose, 0.0), self.way(whose, self.atlas.point(tuple(starts[whose])), areas)
+            )
+        for agent in self.mission.agents:
+            if isinstance(agent.finish, Exactly):
+                finish, start = self.atlas.point(agent.finish.point), self.atlas.point(tuple(starts[agent.index]))
+                longest[agent.index] = max(longest.get(agent.index, 0.0), self.way(agent.index, start, [finish]))
+        return sum(longest.values())
+
+    def area(self, place: Predicate) -> Area:
+        """Where a predicate holds, at least."""
+        match place:
+            case Inside(region):
+                return self.atlas.outer(region.shape)
+            case Compare(terms, constant):
+                weights = [0.0] * self.mission.dimension
+                for weight, feature in terms:
+                    if not isinstance(feature, Coordinate):
+                        raise OtherTask
+                    weights[feature.axis] += weight
+                return self.atlas.half_space(tuple(weights), constant)
+            case _:
+                raise OtherTask
+
+    def way(self, whose: int, start: Area, places: list[Area]) -> float:
+        """The length of the legs from a start through places, at least, metres."""
+        legs = list(pairwise([start, *places]))
+        if self.mission.dimension == 3:
+            return sum(self.atlas.distance(first, second) for first, second in legs)
+        radius = float(self.mission.agents[whose].radius)
+        plane = self.planes.get(radius) or self.planes.setdefault(radius, self.plane(radius))
+        return sum(plane.geodesic(first.geometry()[0], second.geometry()[0]) for first, second in legs)
+
+    def plane(self, radius: float) -> Plane:
+        """Where the centre of a body can be, at least: what moves is left out, and corners are cut."""
+        room = (radius + float(self.mission.clearance)) * 0.99
+        still = [each.shape for each in self.mission.obstacles if isinstance(each.motion, Still)]
+        bodies = [self.atlas.inner(shape).geometry()[0].buffer(room, quad_segs=2) for shape in still]
+        low, high = self.mission.world.low, self.mission.world.high
+        world = shapely.box(low[0] + room, low[1] + room, high[0] - room, high[1] - room)
+        return Plane.of(shapely.union_all(bodies), world)
+
+
+@dataclass(frozen=True, slots=True)
+class Plane:
+    """The corners that shortest ways bend at, each with those beside it, (corners, 2) in metres, and the bodies."""
+
+    points: Array
+    beside: tuple[Array, Array]
+    bodies: shapely.STRtree
+
+    @staticmethod
+    def of(bodies: BaseGeometry, world: BaseGeometry) -> Plane:
+        rings = [shapely.get_coordinates(ring)[:-1] for ring in shapely.get_rings(shapely.get_parts(bodies))]
+        points, before, after = (
+            np.vstack([np.empty((0, 2)), *(np.roll(ring, by, axis=0) for ring in rings)]) for by in (0, 1, -1)
+        )
+        within = shapely.covers(world, shapely.points(points))
+        tree = shapely.STRtree(shapely.get_parts(bodies.buffer(-HAIR)))
+        return Plane(points[within], (before[within], after[within]), tree)
+
+    def seen(self, lines: Geometries) -> Flags:
+        """Which lines meet no inside of a body."""
+        free = np.ones(len(lines), dtype=bool)
+        free[np.unique(self.bodies.query(lines, predicate="intersects")[0])] = False
+        return free
+
+    def bends(self, here: int, there: NDArray[np.intp]) -> Flags:
+        """Between which corners and this one a shortest way may run: its line cuts neither of the two."""
+        line = self.points[there] - self.points[here]
+        sides = [
+            [line[:, 0] * (each - at)[:, 1] - line[:, 1] * (each - at)[:, 0] for each in (before, after)]
+            for at, before, after in (
+                (self.points[[here]], *(side[[here]] for side in self.beside)),
+                (self.points[there], *(side[there] for side in self.beside)),
+            )
+        ]
+        here_free, there_free = (first * second >= -HAIR for first, second in sides)
+        free: Flags = here_free & there_free
+        return free
+
+    def geodesic(self, start: BaseGeometry, goal: BaseGeometry) -> float:
+        """The shortest way between two sets of points in a convex world, outside the insides of bodies, metres.
+
+        Both sets are taken for convex: a way leaves and enters them where they are nearest to its next and last corner.
+        """
+        straight = float(shapely.distance(start, goal))
+        if self.seen(np.array([shapely.shortest_line(start, goal)]))[0]:
+            return straight
+        corners = shapely.points(self.points)
+        left = shapely.distance(corners, goal)
+        best = np.where(self.seen(shapely.shortest_line(start, corners)), shapely.distance(start, corners), math.inf)
+        arrives = self.seen(shapely.shortest_line(corners, goal))
+        queue = [(best[each] + left[each], each) for each in np.flatnonzero(np.isfinite(best)).tolist()]
+        heapq.heapify(queue)
+        done = np.zeros(len(corners), dtype=bool)
+        while queue:
+            _, here = heapq.heappop(queue)
+            if done[here]:
+                continue
+            if arrives[here]:
+                return float(best[here] + left[here])
+            done[here] = True
+            further = best[here] + shapely.distance(corners[here], corners)
+            nearer = np.flatnonzero(~done & (further < best))
+            nearer = nearer[self.bends(here, nearer)]
+            for each in nearer[self.seen(shapely.shortest_line(corners[here], corners[nearer]))].tolist():
+                best[each] = further[each]
+                heapq.heappush(queue, (best[each] + left[each], each))
+        return math.inf
+
+
+def compiled(path: Path, limit: float, folder: Path) -> Row:
+    """A mission planned in a process of its own; the folder is there where there is a plan."""
+    command = [sys.executable, "-m", "missionc", "compile", str(path), "-o", str(folder), "--force", "--quiet"]
+    command += ["--format", "json", "--explain-limit", "0", "--time-limit", str(limit)]
+    begin = time.perf_counter()
+    with tempfile.TemporaryFile() as said:
+        process = subprocess.Popen(
+            command, stdout=said, stderr=subprocess.DEVNULL, env=ENVIRONMENT, start_new_session=True
+        )
+        ended = False
+        while (waited := os.wait4(process.pid, os.WNOHANG))[0] == 0:
+            if not ended and time.perf_counter() - begin > limit + OVERRUN:
+                os.killpg(process.pid, signal.SIGKILL)
+                ended = True
+            time.sleep(0.05)
+        wall, used = time.perf_counter() - begin, waited[2]
+        process.returncode = os.waitstatus_to_exitcode(waited[1])
+        said.seek(0)
+        text = said.read()
+    document = {"outcome": "overran", "backend": ""} if ended else json.loads(text)
+    return Row(str(document["outcome"]), str(document["backend"] or ""), used.ru_utime + used.ru_stime, wall)
+
+
+def measured(path: Path, limit: float) -> Row:
+    """A mission planned, and its plan looked at."""
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name) / "plan"
+        row = compiled(path, limit, folder)
+        if not row.planned:
+            return row
+        plan = json.loads((folder / "plan.json").read_text(encoding="utf-8"))
+        certificate = json.loads((folder / "certificate.json").read_text(encoding="utf-8"))
+    position = np.array([agent["position"] for agent in plan["agents"]])
+    length = float(np.linalg.norm(np.diff(position, axis=1), axis=-1).sum())
+    margins = [each["margin"] for each in certificate["checks"] if each["name"] in MARGINS]
+    least = min((margin for margin in margins if margin is not None and math.isfinite(margin)), default=None)
+    checked = driver.check(path)
+    assert checked.mission is not None
+    assert checked.kernel is not None
+    try:
+        bound = Ground.of(checked.mission).bound(position[:, 0], [each.formula for each in checked.kernel.requirements])
+    except OtherTask:
+        bound = 0.0
+    return replace(row, length=length, over_bound=length / bound if bound else None, margin=least)
+
+
+def figure(value: float | None, form: str) -> str:
+    return "–" if value is None else format(value, form)
+
+
+def ratio(now: float | None, before: float | None) -> float | None:
+    return now / before if now is not None and before else None
+
+
+def line(name: str, row: Row, before: Row | None, compares: bool) -> str:
+    cells = [name, row.outcome, row.engine, f"{row.processor:.1f}", f"{row.wall:.1f}"]
+    cells += [figure(row.length, ".1f"), figure(row.over_bound, ".2f"), figure(row.margin, ".3f")]
+    if compares:
+        cells += [before.outcome if before else "–"]
+        cells += [figure(ratio(row.processor, before.processor if before else None), ".2f")]
+        cells += [figure(ratio(row.length, before.length if before else None), ".2f")]
+    return f"| {' | '.join(cells)} |"
+
+
+def summary(rows: Iterable[Row]) -> Iterator[str]:
+    """How many are planned, and the median and the most of what their plans cost."""
+    every = list(rows)
+    plans = [row for row in every if row.planned]
+    yield f"{len(plans)} of {len(every)} planned"
+    ratios = [row.over_bound for row in plans if row.over_bound is not None]
+    for says, values in (
+        ("seconds of the processor, of those planned", [row.processor for row in plans]),
+        ("seconds on the wall, of those planned", [row.wall for row in plans]),
+        ("length over the bound", ratios),
+    ):
+        if values:
+            yield f"{says}: median {statistics.median(values):.2f}, most {max(values):.2f}"
+
+
+def main() -> None:
+    names = sorted(path.stem for path in MISSIONS.glob("*.mission"))
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--only", nargs="*", choices=names, metavar="NAME", help="these missions alone")
+    parser.add_argument("--time-limit", type=float, default=120.0, help="seconds on the wall for each")
+    parser.add_argument("--json", type=Path, metavar="FILE", help="keep what was measured")
+    parser.add_argument("--against", type=Path, metavar="FILE", help="what was kept before, to compare with")
+    arguments = parser.parse_args()
+    kept = json.loads(arguments.against.read_text(encoding="utf-8")) if arguments.against else {}
+    before = {name: Row(**row) for name, row in kept.items()}
+    heads = ["mission", "outcome", "engine", "CPU s", "wall s", "length m", "of the bound", "margin m"]
+    heads += ["before", "CPU ratio", "length ratio"] if before else []
+    print(f"| {' | '.join(heads)} |\n|{'---|' * len(heads)}", flush=True)
+    rows: dict[str, Row] = {}
+    for name in arguments.only or names:
+        rows[name] = measured(MISSIONS / f"{name}.mission", arguments.time_limit)
+        print(line(name, rows[name], before.get(name), bool(before)), flush=True)
+        if arguments.json:
+            text = json.dumps({each: asdict(row) for each, row in rows.items()}, indent=1)
+            arguments.json.write_text(text + "\n", encoding="utf-8")
+    print("\n" + "\n".join(summary(rows.values())))
+
+
+if __name__ == "__main__":
+    main()
