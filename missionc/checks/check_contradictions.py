@@ -21,7 +21,7 @@ from missionc.checks.necessary_conditions import (
     Necessary,
     NecessaryConditions,
     When,
-    same_agent,
+    meeting,
     same_step,
 )
 from missionc.diagnostics.code import CONTRADICTION
@@ -77,9 +77,9 @@ def _clashes(facts: list[Asked]) -> Iterator[tuple[Asked, Asked, tuple[int, int]
     for number, entry in enumerate(facts):
         others = facts[:number] if number < MOST_RULES else before.get(entry.fact.literal.opposite, [])[:MOST_RULES]
         for other in others:
-            if entry.rule is other.rule or not same_agent(entry.fact.who, other.fact.who):
+            if entry.rule is other.rule:
                 continue
-            steps = same_step(entry.fact.when, other.fact.when)
+            steps = meeting(entry.fact, other.fact)
             if steps is not None and exclude(other.rule, entry.rule):
                 yield other, entry, steps
         before.setdefault(entry.fact.literal, []).append(entry)

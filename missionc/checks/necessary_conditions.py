@@ -85,6 +85,17 @@ AT_ONCE = When(0, 0, 0)
 
 
 @dataclass(frozen=True, slots=True)
+class Order:
+    """The order in which agents and steps are chosen.
+
+    ``anew``: which agents those are may differ from step to step. ``each``: each of them has a step of its own.
+    """
+
+    anew: bool = False
+    each: bool = False
+
+
+@dataclass(frozen=True, slots=True)
 class Fact:
     """The literal holds of those agents then; ``span`` is its words."""
 
@@ -92,6 +103,7 @@ class Fact:
     who: Those
     when: When
     span: Span
+    order: Order = Order()
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,6 +125,7 @@ class Visit:
     formula: Node
     who: Those
     when: When
+    order: Order = Order()
 
 
 @dataclass(slots=True, eq=False)
@@ -163,10 +176,11 @@ class NecessaryConditions:
 
     def _below(self, visit: Visit, last: int | None, gathered: Necessary) -> Iterator[Visit]:
         """What must hold of the formulas below, for the visited one to hold."""
-        node, who, when = visit.formula, visit.who, visit.when
+        node, who, when, order = visit.formula, visit.who, visit.when, visit.order
         if node in self.held:
             literal, span = self.held[node]
-            gathered.facts.append(Fact(literal, THE_TEAM if literal.predicate.about_team else who, when, span))
+            whom = THE_TEAM if literal.predicate.about_team else who
+            gathered.facts.append(Fact(literal, whom, when, span, order))
         elif node in self.quantified:
             yield from self._of_agents(node, self.quantified[node], when, gathered)
         elif isinstance(node, At):
@@ -176,7 +190,8 @@ class NecessaryConditions:
             for body, then in _needs(node, when, last):
                 if then.low < then.high and when.low == when.high:
                     gathered.instants[Instant(body, THE_TEAM if who == THE_TEAM else ITSELF)] = None
-                yield Visit(body, who, then)
+                own = order.each or then.high - then.low > when.high - when.low
+                yield Visit(body, who, then, Order(order.anew, own))
 
     def _of_agents(self, node: Node, formula: AtLeastOf, when: When, gathered: Necessary) -> Iterator[Visit]:
         assert isinstance(node, All | Any | AtLeast)
@@ -188,7 +203,8 @@ class NecessaryConditions:
         assert isinstance(part, At)
         if enough < size:
             gathered.instants[Instant(part.body, ITSELF)] = None
-        yield Visit(part.body, Those(enough, bits_of(agents), _words(enough, size, formula.agents.name), agents), when)
+        those = Those(enough, bits_of(agents), _words(enough, size, formula.agents.name), agents)
+        yield Visit(part.body, those, when, Order(anew=enough < size and when.repeats > 0))
 
 
 def _needs(node: Node, when: When, last: int | None) -> Iterator[tuple[Node, When]]:
@@ -254,11 +270,23 @@ def _words(number: int, size: int, name: str) -> str:
     return f"some `{name}`" if number == 1 else f"{number} of `{name}`"
 
 
-def same_agent(one: Those, other: Those) -> bool:
-    """Whether some agent is certainly among both, at every step."""
+def meeting(one: Fact, other: Fact) -> tuple[int, int] | None:
+    """The steps among which there is certainly one at which both hold of one agent."""
+    if not _same_agent(one.who, other.who) or _may_miss(one, other) or _may_miss(other, one):
+        return None
+    return same_step(one.when, other.when)
+
+
+def _same_agent(one: Those, other: Those) -> bool:
+    """Whether some agent is certainly among both, where these are chosen once or for the same step."""
     if THE_TEAM in (one, other) or ITSELF in (one, other):
         return one == other
     return one.number + other.number > (one.bits | other.bits).bit_count()
+
+
+def _may_miss(one: Fact, other: Fact) -> bool:
+    """Whether one may hold, at each agent's own step of the other, of others than that agent."""
+    return one.order.anew and other.order.each and other.when.low < other.when.high
 
 
 def same_step(one: When, other: When) -> tuple[int, int] | None:

@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from itertools import product
 
-from hypothesis import assume, given
+import numpy as np
+from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 
 from missionc import ir
-from missionc.base.units import Metres, Steps
+from missionc.base.source import Source
+from missionc.base.trace import Trace
+from missionc.base.units import Metres, Seconds, Steps
 from missionc.checks.check_horizons import check_horizons
 from missionc.checks.check_requirements import check_requirements
 from missionc.checks.check_world import check_world
@@ -17,6 +22,8 @@ from missionc.diagnostics.code import CONTRADICTION, TOO_FAR, VACUOUS, Code
 from missionc.language.operators import by_name
 from missionc.language.walk_formulas import bottom_up
 from missionc.lower.expand import expand
+from missionc.monitoring.monitor import truths
+from missionc.pipeline.driver import check
 from tests import reference
 from tests.support.random_runs import SPAN, Case, cases, formulas, mission_of
 
@@ -252,3 +259,86 @@ def test_a_finish_is_out_of_reach_only_where_it_is(journey: Journey) -> None:
         slower = ir.SingleIntegrator(agents[0].dynamics.speed * 0.99)
         agents = tuple(replace(agent, dynamics=slower) for agent in agents)
         assert TOO_FAR in codes_of(replace(mission, agents=agents))
+
+
+# ------------------------------------------------- all runs of a small mission
+
+LASTS = 3
+SMALL = f"""
+mission small
+time step 1 s, horizon {LASTS} s
+world (0, 0) to (10, 10)
+region anywhere = box (0, 0) to (10, 10)
+region a = box (4, 0) to (6, 10)
+team r[2] {{ radius 0.1 m  dynamics single_integrator(speed <= 20 m/s)  start in anywhere }}
+"""
+BESIDE, WITHIN = ((2.0, 2.0), (2.0, 8.0)), ((5.0, 2.0), (5.0, 8.0))
+
+
+def windowed(draw: st.DrawFn, left: int, make: Callable[[int], str]) -> str:
+    """A window over what ``make`` makes with the steps that are left."""
+    low = draw(st.integers(0, left))
+    high = draw(st.integers(low, left))
+    word = draw(st.sampled_from(("always", "eventually")))
+    return f"{word}[{low} s, {high} s] ({make(left - high)})"
+
+
+@st.composite
+def of_one(draw: st.DrawFn, left: int = LASTS, depth: int = 2) -> str:
+    """A formula about one agent that looks no more than so many steps ahead."""
+    if depth == 0:
+        return draw(st.sampled_from(("a", "not a")))
+
+    def part(left: int) -> str:
+        return draw(of_one(left, depth - 1))
+
+    match draw(st.sampled_from(("window", "window", "and", "or", "a"))):
+        case "window":
+            return windowed(draw, left, part)
+        case "a":
+            return draw(st.sampled_from(("a", "not a")))
+        case word:
+            return f"({part(left)}) {word} ({part(left)})"
+
+
+@st.composite
+def of_team(draw: st.DrawFn, left: int = LASTS, depth: int = 2) -> str:
+    """One about the team, that counts agents within windows and windows within counts."""
+
+    def part(left: int) -> str:
+        return draw(of_team(left, depth - 1))
+
+    match draw(st.sampled_from(("count", "count", "window", "and", "not"))) if depth else "count":
+        case "count":
+            return f"{draw(st.sampled_from(('every r', 'some r', 'at least 2 r')))}: {draw(of_one(left))}"
+        case "window":
+            return windowed(draw, left, part)
+        case "not":
+            return f"not ({part(left)})"
+        case _:
+            return f"({part(left)}) and ({part(left)})"
+
+
+def all_runs() -> Iterator[Trace]:
+    """Every way in which two agents can be in ``a`` or beside it at each step."""
+    for choice in product((BESIDE, WITHIN), repeat=2 * (LASTS + 1)):
+        places = [[where[agent] for where in choice[agent::2]] for agent in (0, 1)]
+        position = np.array(places)
+        yield Trace(Seconds(1.0), position, np.zeros_like(position), np.zeros(position.shape[:2]))
+
+
+@settings(max_examples=400)
+@given(of_team(), of_team())
+@example("always[0 s, 3 s] (not (at least 2 r: a))", "at least 2 r: eventually[0 s, 3 s] a")
+@example("always[0 s, 3 s] (some r: not a)", "every r: eventually[1 s, 2 s] a")
+def test_requirements_that_contradict_are_kept_by_no_run_at_all(one: str, other: str) -> None:
+    checked = check(Source("small.mission", f"{SMALL}require one: {one}\nrequire other: {other}\n"))
+    if not any(finding.code is CONTRADICTION for finding in checked.findings):
+        return
+    assert checked.mission is not None
+    kernel, _ = expand(checked.mission)
+    assert kernel is not None
+    goals = [goal.formula for goal in kernel.requirements]
+    for run in all_runs():
+        kept = truths(goals, checked.mission, run)
+        assert not all(kept[goal][0, 0] for goal in goals), run.position.tolist()
