@@ -12,8 +12,8 @@ from collections.abc import Iterator
 from missionc.base.late_dataclass import dataclass
 from missionc.ir import Apply, Formula, Mission, Window
 from missionc.ir.wording import seconds
-from missionc.kernel.nodes import Node, UntilNode, WindowNode
-from missionc.kernel.walk import asks, children
+from missionc.kernel.nodes import Node
+from missionc.kernel.walk import asks, children, window_of
 from missionc.language.walk_formulas import meaning, operands
 
 WIDTH = 100
@@ -127,8 +127,9 @@ def _words(formula: Apply, mission: Mission, nested: bool) -> str:
 
 def _window(node: Node) -> tuple[int, int | None] | None:
     """The bounds of the window that closes last in an operator's meaning."""
-    if isinstance(node, WindowNode | UntilNode):
-        return node.low, node.high
+    own = window_of(node)
+    if own is not None:
+        return own
     candidates = [window for window in map(_window, children(node)) if window is not None]
     return max(candidates, key=lambda window: math.inf if window[1] is None else window[1], default=None)
 

@@ -26,6 +26,7 @@ class LeafNode:
     """A constructor over no other node."""
 
     __slots__ = ()
+    every = False
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -48,6 +49,7 @@ class Is(LeafNode):
 class Not:
     """The body, a leaf, fails. An operator may write it around any node: ``normal_form`` moves it down."""
 
+    every = False
     body: Node
     span: Span | None = None
 
@@ -76,6 +78,7 @@ class Any:
 class AtLeast:
     """So many of the parts or more. Robustness: the ``count``-th largest."""
 
+    every = False
     count: int
     parts: tuple[Node, ...]
     span: Span | None = None
@@ -220,7 +223,6 @@ class EveryRoute(RouteNode):
 class PathLength(LeafNode):
     """The shortest way from here to that agent, in metres along the links, is within the bounds."""
 
-    every = False
     graph: Graph
     agent: int
     low: float
@@ -232,6 +234,7 @@ class PathLength(LeafNode):
 class At:
     """Now, at that agent."""
 
+    every = False
     agent: int
     body: Node
     span: Span | None = None

@@ -6,12 +6,14 @@ from collections.abc import Iterable
 from typing import assert_never
 
 from missionc.base.late_dataclass import dataclass
+from missionc.ir import Graph
 from missionc.kernel.nodes import (
     All,
     Any,
     At,
     AtLeast,
     LeafNode,
+    LinkNode,
     NeighbourNode,
     Node,
     Not,
@@ -82,6 +84,16 @@ def asks(node: Node) -> tuple[Ask, ...]:
             return passed, Ask(end, agents=graph.agents, linked=True)
         case _:
             assert_never(node)
+
+
+def window_of(node: Node) -> tuple[int, int | None] | None:
+    """The window, in steps ahead, of an operator of time; its end None is the mission's last step."""
+    return (node.low, node.high) if isinstance(node, WindowNode | UntilNode) else None
+
+
+def graph_of(node: Node) -> Graph | None:
+    """The graph whose links an operator of space reads."""
+    return node.graph if isinstance(node, LinkNode) else None
 
 
 def more_than(most: int, roots: Iterable[Node]) -> bool:

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from missionc.ir import BeaconCover, Graph
-from missionc.kernel.nodes import Atom, LinkNode, Node
+from missionc.kernel.nodes import Atom, Node
+from missionc.kernel.walk import graph_of
 from missionc.language.margins.links import link_margin
 from missionc.verify.between.counterexample import Culprit
 from missionc.verify.between.motion_clock import STEP, Motion
@@ -68,10 +69,9 @@ def _text(node: Node) -> str:
 
 def _because(culprit: Culprit, motion: Motion) -> str:
     """The links that this moment has and the steps around it have not, or the other way round."""
-    node = culprit.node
-    if not isinstance(node, LinkNode):
+    graph, linked = graph_of(culprit.node), culprit.value is not culprit.node.every
+    if graph is None:
         return ""
-    graph, linked = node.graph, culprit.value is not node.every
     changed = _changed_links(graph, culprit, linked, motion)
     names = [agent.name for agent in motion.mission.agents]
     links = [f"{names[one]} and {names[other]} are {length:.3f} m apart" for one, other, length in changed[:MOST_LINKS]]
