@@ -45,9 +45,9 @@ from missionc.backends.clot.cost_graph.leaf_margins import UNLIMITED, bottleneck
 from missionc.backends.clot.cost_graph.leaf_margins import margin as margin_in_torch
 from missionc.backends.clot.cost_graph.motion_batch import States, team, velocities
 from missionc.backends.clot.cost_graph.robustness import Robustness, over, until
-from missionc.backends.clot.cost_graph.spanning_trees import spanning_tree
 from missionc.backends.clot.paper.paper_rules import PaperRules
 from missionc.backends.clot.paper.sparsity_pattern import sparsity_pattern
+from missionc.language.margins.spanning_trees import spanning_tree
 
 torch.set_num_threads(1)
 seeds = st.integers(0, 2**32 - 1)

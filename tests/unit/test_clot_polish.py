@@ -13,7 +13,6 @@ from missionc.kernel.nodes import Atom
 pytest.importorskip("torch")
 
 from missionc.backends.clot.cost_graph.cost_graph import build
-from missionc.backends.clot.cost_graph.spanning_trees import spanning_tree
 from missionc.backends.clot.cost_weights import Spare, Weights
 from missionc.backends.clot.optimise.accept import attempt
 from missionc.backends.clot.optimise.control_points import splines, trace
@@ -28,6 +27,7 @@ from missionc.backends.clot.schedule.sketch import sketch
 from missionc.backends.clot.schedule.tasks import outline
 from missionc.ir import Connected, Mission
 from missionc.kernel.nodes import Kernel
+from missionc.language.margins.spanning_trees import spanning_tree
 from missionc.pipeline import driver
 from missionc.verify.plan.step_dynamics import check_dynamics
 from missionc.world.displacement import displaced

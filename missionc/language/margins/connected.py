@@ -9,6 +9,7 @@ import numpy as np
 from missionc.base.trace import Array, Trace
 from missionc.ir import Graph
 from missionc.language.margins.links import all_links, pieces
+from missionc.language.margins.spanning_trees import spanning_tree
 
 
 def margin(graph: Graph, trace: Trace) -> Array:
@@ -39,21 +40,12 @@ def _by_pieces(measure: Callable[[Array], Array], graph: Graph, trace: Trace) ->
 
 
 def _bottleneck(links: Array) -> Array:
-    """Prim's algorithm, for all steps at once."""
-    steps, members, _ = links.shape
-    worst = np.full(steps, np.inf)
-    if members < 2:
-        return worst
-    row = np.arange(steps)
-    best = links[:, 0, :].copy()
-    outside = np.ones((steps, members), dtype=bool)
-    outside[:, 0] = False
-    for _ in range(members - 1):
-        chosen = np.argmax(np.where(outside, best, -np.inf), axis=1)
-        worst = np.minimum(worst, best[row, chosen])
-        outside[row, chosen] = False
-        best = np.maximum(best, links[row, chosen])
-    return worst
+    """The worst link of the best spanning tree: (steps, members, members) -> (steps,), metres; without limit of one."""
+    if links.shape[1] < 2:
+        return np.full(len(links), np.inf)
+    first, second, worst = spanning_tree(links)
+    step = np.arange(len(links))
+    return np.asarray(links[step, first[step, worst], second[step, worst]])
 
 
 def _second_eigenvalue(links: Array) -> Array:

@@ -18,7 +18,6 @@ from torch import Tensor
 
 from missionc.backends.clot.cost_graph.cost_graph import signed_predicate
 from missionc.backends.clot.cost_graph.leaf_margins import link_weight, second_eigenvalue
-from missionc.backends.clot.cost_graph.spanning_trees import spanning_tree
 from missionc.backends.clot.cost_weights import Spare, Weights
 from missionc.backends.clot.optimise.active_set import Active, Links, Stretch
 from missionc.backends.clot.optimise.control_points import Arguments, Indices, Splines
@@ -34,6 +33,7 @@ from missionc.ir import (
 from missionc.kernel.nodes import Node, RouteNode
 from missionc.language.margins.formation import edge_error
 from missionc.language.margins.predicate_margins import link_margin
+from missionc.language.margins.spanning_trees import spanning_tree
 from missionc.language.margins.view import View
 
 

@@ -15,7 +15,6 @@ from typing import TypeAlias
 
 import numpy as np
 
-from missionc.backends.clot.cost_graph.spanning_trees import spanning_tree
 from missionc.base.trace import Array, Flags
 from missionc.ir import (
     Graph,
@@ -25,6 +24,7 @@ from missionc.ir import (
 from missionc.kernel.analysis import relevance
 from missionc.kernel.nodes import Atom, Kernel, LinkNode
 from missionc.language.margins.links import all_links
+from missionc.language.margins.spanning_trees import spanning_tree
 
 Edge: TypeAlias = tuple[int, int]
 """Two agents by mission index, the lower first."""

@@ -14,10 +14,10 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from missionc.backends.clot.cost_graph.spanning_trees import Indices, spanning_tree
 from missionc.base.trace import Array
 from missionc.ir import Predicate, Proximity
 from missionc.language.margins.predicate_margins import link_margin
+from missionc.language.margins.spanning_trees import Indices, spanning_tree
 
 ROUNDS = 100
 """Moves at most. Each leaves less amiss in all."""
