@@ -15,8 +15,8 @@ from missionc.backends.clot.cost_graph.robustness import Robustness
 from missionc.backends.clot.optimise.active_set import Active, Choices, activate
 from missionc.base.trace import Array
 from missionc.ir import Mission
-from missionc.kernel.nodes import NeighbourNode, Node, RouteNode
-from missionc.kernel.walk import postorder
+from missionc.kernel.nodes import Node
+from missionc.kernel.walk import graph_of, postorder
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -61,7 +61,7 @@ class Demand:
 
     def _activated(self, position: Array, velocity: Array, witness: dict[tuple[Node, int, int], int] | None) -> Active:
         robustness, values = self._evaluated(position, velocity)
-        graphs = {node.graph for node in self.order if isinstance(node, NeighbourNode | RouteNode)}
+        graphs = {graph for node in self.order if (graph := graph_of(node))}
         links = {graph: robustness.links(graph)[0].numpy() for graph in graphs}
         radius = np.array([agent.radius for agent in self.mission.agents])
         closest = radius[:, None] + radius + self.mission.separation

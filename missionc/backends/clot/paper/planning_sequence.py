@@ -16,13 +16,10 @@ from typing import TypeAlias
 import numpy as np
 
 from missionc.base.trace import Array, Flags
-from missionc.ir import (
-    Graph,
-    Mission,
-    Predicate,
-)
+from missionc.ir import Graph, Mission, Predicate
 from missionc.kernel.analysis import relevance
-from missionc.kernel.nodes import Atom, Kernel, LinkNode
+from missionc.kernel.nodes import Atom, Kernel
+from missionc.kernel.walk import graph_of
 from missionc.language.margins.links import all_links
 from missionc.language.margins.spanning_trees import spanning_tree
 
@@ -178,8 +175,8 @@ def couplings(mission: Mission, kernel: Kernel, positions: Array) -> Couplings:
 
     for node, where in relevance((goal.formula for goal in kernel.requirements), agents, steps - 1):
         timed_edges: Iterable[tuple[frozenset[Edge], Flags]] = ()
-        if isinstance(node, LinkNode):
-            timed_edges = [(communicating(node.graph), _any_agent(where[list(node.graph.agents)]))]
+        if graph := graph_of(node):
+            timed_edges = [(communicating(graph), _any_agent(where[list(graph.agents)]))]
         elif isinstance(node, Atom) and (linked_over := node.predicate.restricted):
             timed_edges = [(communicating(linked_over), _any_agent(where))]
         elif isinstance(node, Atom):

@@ -16,10 +16,10 @@ import numpy as np
 
 from missionc.backends.clot.cost_graph.cost_graph import signed_predicate
 from missionc.base.trace import Flags
-from missionc.ir import Predicate
+from missionc.ir import Graph, Predicate
 from missionc.kernel.analysis import same_for_all
-from missionc.kernel.nodes import At, Atom, NeighbourNode, Node, Not, RouteNode
-from missionc.kernel.walk import Ask, asks, postorder
+from missionc.kernel.nodes import At, Atom, Node, Not
+from missionc.kernel.walk import Ask, asks, graph_of, postorder
 
 Rows: TypeAlias = tuple[int, ...] | None
 """Agents whose value changes; None where a value is the team's."""
@@ -121,8 +121,12 @@ def _pattern(
     if isinstance(node, Atom) or (isinstance(node, Not) and isinstance(node.body, Atom)):
         return _of_leaf(signed_predicate(node)[0], agent, agents, first, count, steps)
     parts = [(ask, known[ask.node]) for ask in asks(node) if ask.node in known]
-    if isinstance(node, NeighbourNode | RouteNode):
-        return _of_links(node, agents, first, count, [part for _, part in parts], agent)
+    if graph := graph_of(node):
+        itself = any(ask.of_itself for ask in asks(node))
+        rows = tuple(range(agents)) if itself else graph.agents
+        if itself or len(rows) > 1:
+            return _of_links(graph, rows, first, count, [part for _, part in parts], agent)
+        return None
     if isinstance(node, At):
         parts = [(ask, _row(part, node.agent)) for ask, part in parts if part.rows is None or node.agent in part.rows]
     return _over(parts, _union(agents, team, [part for _, part in parts]), first, count, steps)
@@ -184,13 +188,9 @@ def _over(parts: list[tuple[Ask, NodePattern]], rows: Rows, first: int, count: i
 
 
 def _of_links(
-    node: NeighbourNode | RouteNode, agents: int, first: int, count: int, parts: list[NodePattern], agent: int
+    graph: Graph, rows: tuple[int, ...], first: int, count: int, parts: list[NodePattern], agent: int
 ) -> NodePattern | None:
     """The pattern of a formula over links and its parts at other agents: what touches one row touches all."""
-    graph, alone = node.graph, isinstance(node, NeighbourNode)
-    if alone and len(graph.agents) < 2:
-        return None
-    rows = graph.agents if alone else tuple(range(agents))
     parts = [part for part in parts if part.rows is None or set(part.rows) & set(rows)]
     linked = agent in graph.agents
     if not parts and not linked:

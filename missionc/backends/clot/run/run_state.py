@@ -18,8 +18,8 @@ from missionc.backends.clot.optimise.active_set import Choices
 from missionc.backends.clot.optimise.control_points import splines
 from missionc.base.trace import Array
 from missionc.ir import Mission
-from missionc.kernel import nodes as kernel
 from missionc.kernel.nodes import Kernel
+from missionc.kernel.walk import children, graph_of, window_of
 
 UNUSABLE = (ValueError, KeyError, IndexError, TypeError, OverflowError, RecursionError)
 """What may come of a snapshot that somebody made up."""
@@ -162,10 +162,7 @@ def _choices(rows: Array, mission: Mission, graph: Kernel) -> Choices:
     choices = {}
     for index, agent, step, chosen in rows.astype(np.int64).tolist():
         node = order[_within(index, len(order))]
-        if isinstance(node, kernel.Any | kernel.AtLeast):
-            most = len(node.parts)
-        else:
-            most = len(mission.agents) if isinstance(node, kernel.NeighbourNode) else mission.steps + 1
+        most = mission.steps + 1 if window_of(node) else len(mission.agents if graph_of(node) else children(node))
         place = _within(agent, len(mission.agents)), _within(step, mission.steps + 1)
         choices[node, *place] = _within(chosen, most)
     return choices

@@ -21,8 +21,8 @@ from math import comb, prod
 import numpy as np
 
 from missionc.backends.clot.cost_graph.cost_graph import formulas_below
-from missionc.kernel.nodes import All, Any, At, AtLeast, Kernel, Node, UntilNode, WindowNode
-from missionc.kernel.walk import children
+from missionc.kernel.nodes import All, Any, At, AtLeast, Kernel, Node
+from missionc.kernel.walk import children, window_of
 
 MOST_OPTIONS = 256
 """Options of one task. Where there are more, these are drawn from among them, the same ones each time."""
@@ -115,8 +115,7 @@ class _Reader:
         self.steps = steps
         self.timeless: dict[Node, bool] = {}
         for node in order:
-            windowed = isinstance(node, WindowNode | UntilNode)
-            self.timeless[node] = not windowed and all(self.timeless[part] for part in children(node))
+            self.timeless[node] = window_of(node) is None and all(self.timeless[part] for part in children(node))
 
     def conjuncts(self, node: Node, agent: int) -> Iterable[tuple[int, Node]]:
         stack = [(agent, node)]
@@ -146,38 +145,40 @@ class _Reader:
                 return _some_of(options)
             case AtLeast(count, parts) if low == high and not self.timeless[node]:
                 return self._some(parts, count, agent, low)
-            case _ if isinstance(node, WindowNode | UntilNode) and (node.every or low == high):
-                return self._over_window(node, agent, low, high, branch)
+            case _ if (node.every or low == high) and (window := window_of(node)):
+                return self._over_window(node, window, agent, low, high, branch)
             case _:
                 return (Option((self._hold(node, agent, low, high),)),)
 
     def _over_window(
-        self, node: WindowNode | UntilNode, agent: int, low: int, high: int, branch: bool
+        self, node: Node, window: tuple[int, int | None], agent: int, low: int, high: int, branch: bool
     ) -> tuple[Option, ...]:
         *hold, end = children(node)
+        first, last = window
         if not node.every:
             before = tuple(self._hold(each, agent, low, low) for each in hold)
             bodies = self.options(end, agent, 0, 0, True)
-            return tuple(self._event(node, agent, low, node.low, node.high, option, before) for option in bodies)
-        until = self.steps if node.high is None else min(high + node.high, self.steps)
-        options = self.options(end, agent, low + node.low, until, branch)
-        return (*options, *self._freed(node, agent, low)) if isinstance(node, UntilNode) and low == high else options
+            return tuple(self._event(node, agent, low, first, last, option, before) for option in bodies)
+        until = self.steps if last is None else min(high + last, self.steps)
+        options = self.options(end, agent, low + first, until, branch)
+        return (*options, *self._freed(node, window, agent, low)) if hold and low == high else options
 
     def _hold(self, node: Node, agent: int, low: int, high: int) -> Hold:
         return Hold(agent, node, low, high, self.timeless[node])
 
-    def _freed(self, node: UntilNode, agent: int, step: int) -> tuple[Option, ...]:
+    def _freed(self, node: Node, window: tuple[int, int | None], agent: int, step: int) -> tuple[Option, ...]:
         """``hold`` at some step before the window's last, ``end`` from the window's first step up to it."""
-        before = self._hold(node.end, agent, step + node.low, step + node.low)
-        here = self._hold(node.end, agent, 0, 0)
-        final = (self.steps - step if node.high is None else node.high) - 1
+        (hold, end), (first, last) = children(node), window
+        before = self._hold(end, agent, step + first, step + first)
+        here = self._hold(end, agent, 0, 0)
+        final = (self.steps - step if last is None else last) - 1
         options: list[Option] = []
-        for option in self.options(node.hold, agent, 0, 0, True):
-            if node.low > 0 and final >= 0:
-                options.append(self._event(node, agent, step, 0, min(node.low - 1, final), option))
-            if node.low <= final:
+        for option in self.options(hold, agent, 0, 0, True):
+            if first > 0 and final >= 0:
+                options.append(self._event(node, agent, step, 0, min(first - 1, final), option))
+            if first <= final:
                 also = replace(option, holds=(*option.holds, here))
-                options.append(self._event(node, agent, step, node.low, final, also, (before,)))
+                options.append(self._event(node, agent, step, first, final, also, (before,)))
         return tuple(options)
 
     def _event(
