@@ -57,6 +57,11 @@ class Ask:
     agents: tuple[int, ...] = ()
     linked: bool = False
 
+    @property
+    def steps(self) -> slice:
+        """The steps at which it asks, where it is asked at the mission's first."""
+        return slice(self.low, (-1 if self.before_last else None) if self.high is None else self.high + 1)
+
 
 def asks(node: Node) -> tuple[Ask, ...]:
     """What the node asks of those directly below it.
@@ -89,6 +94,11 @@ def asks(node: Node) -> tuple[Ask, ...]:
 def window_of(node: Node) -> tuple[int, int | None] | None:
     """The window, in steps ahead, of an operator of time; its end None is the mission's last step."""
     return (node.low, node.high) if isinstance(node, WindowNode | UntilNode) else None
+
+
+def awaited(node: Node) -> Ask | None:
+    """What an operator of time asks for at some step of its window: of an ``until``, its end."""
+    return asks(node)[-1] if window_of(node) and not node.every else None
 
 
 def graph_of(node: Node) -> Graph | None:

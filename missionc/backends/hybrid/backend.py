@@ -33,7 +33,8 @@ from missionc.backends.smt.sat.installed_solvers import solver_missing
 from missionc.base.trace import Array
 from missionc.diagnostics.model import Diagnostic
 from missionc.ir import Mission
-from missionc.kernel.nodes import Kernel, UntilNode, WindowNode
+from missionc.kernel.nodes import Kernel
+from missionc.kernel.walk import awaited
 
 OWN = 3
 """Every so many-th first motion is the transport's own sketch, while Z3 finds others."""
@@ -143,18 +144,14 @@ class Run:
         made = splines(mission)
         roots = tuple(each.formula for each in self.smooth.graph.requirements if each.name in self.asked.whole)
         witness = Demand.of(mission, roots, {}, mission.steps).witness(*made.states(made.through(first)))
-        taken = [
-            step
-            for (term, _, _), step in witness.items()
-            if isinstance(term, WindowNode | UntilNode) and not term.every
-        ]
+        taken = [step for (term, _, _), step in witness.items() if awaited(term)]
         scheduler = Scheduler(mission, self.smooth.asked, np.random.default_rng([self.budget.seed, number]))
         choices = dict(scheduler.schedule(NOISE if number else 0.0).choices)
         for term, agent, asked in choices:
-            if isinstance(term, WindowNode | UntilNode) and not term.every:
-                last = mission.steps if term.high is None else min(asked + term.high, mission.steps)
+            if event := awaited(term):
+                last = mission.steps if event.high is None else min(asked + event.high, mission.steps)
                 choices[term, agent, asked] = max(
-                    range(asked + term.low, last + 1),
+                    range(asked + event.low, last + 1),
                     key=lambda step: min((abs(step - each) for each in taken), default=0),
                 )
         return choices | dict(witness)

@@ -14,8 +14,8 @@ from missionc.backends.smt.prioritized.requirement_parts import NOBODY, Agents, 
 from missionc.backends.smt.roadmap.labels import Labels
 from missionc.backends.smt.roadmap.own_state import own_states, states_of
 from missionc.base.trace import Flags
-from missionc.kernel.nodes import Any, At, AtLeast, Atom, Is, Node, Not, ReachNode, UntilNode, WindowNode
-from missionc.kernel.walk import children, postorder
+from missionc.kernel.nodes import Any, At, AtLeast, Atom, Is, Node, Not, ReachNode
+from missionc.kernel.walk import awaited, children, postorder
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,14 +84,11 @@ class PlanningOrder:
         """The first step at which the agent can have been wherever it has to be at some time."""
         latest, order = 0, postorder((body,))
         own = own_states(order, self.labels)
-        for node in order:
-            match node:
-                case WindowNode(place) | UntilNode(_, place) if not node.every and place in own:
-                    there = self.ways[agent] & states_of(place, agent, self.labels)
-                    met = np.flatnonzero(there.any(axis=1))
-                    latest = max(latest, int(met[0]) if met.size else len(there))
-                case _:
-                    pass
+        for event in filter(None, map(awaited, order)):
+            if event.node in own:
+                there = self.ways[agent] & states_of(event.node, agent, self.labels)
+                met = np.flatnonzero(there.any(axis=1))
+                latest = max(latest, int(met[0]) if met.size else len(there))
         return latest
 
 

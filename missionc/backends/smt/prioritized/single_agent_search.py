@@ -21,7 +21,8 @@ from missionc.backends.smt.roadmap.roadmap import Indices
 from missionc.base.trace import Flags
 from missionc.ir import Mission
 from missionc.kernel.analysis import conjuncts
-from missionc.kernel.nodes import Eventually, Node
+from missionc.kernel.nodes import Node
+from missionc.kernel.walk import awaited, children
 
 ERRANDS = 3
 """So many places to visit at most; the work doubles with each."""
@@ -50,19 +51,17 @@ class SingleAgentSearch:
         """
         ways, errands = self._ways[agent].copy(), []
         for conjunct in conjuncts(formulas):
-            steps = conjunct.steps
+            node, steps, event = conjunct.formula, conjunct.steps, awaited(conjunct.formula)
             if conjunct.agent != agent or steps is None:
                 return None
-            match conjunct.formula:
-                case Eventually(body, low, high) if not conjunct.windows and self._decides(body):
-                    errand = self._holds(body, agent)
-                    errand[:low] = False
-                    errand[len(errand) if high is None else high + 1 :] = False
-                    errands.append(errand)
-                case body if self._decides(body):
-                    ways[steps] &= self._holds(body, agent)[steps]
-                case _:
-                    return None
+            if event and not conjunct.windows and children(node) == (event.node,) and self._decides(event.node):
+                errand = np.zeros_like(ways)
+                errand[event.steps] = self._holds(event.node, agent)[event.steps]
+                errands.append(errand)
+            elif self._decides(node):
+                ways[steps] &= self._holds(node, agent)[steps]
+            else:
+                return None
         return reservations.shortest(agent, ways, errands, pushing=pushing) if len(errands) <= ERRANDS else None
 
     def _decides(self, body: Node) -> bool:

@@ -19,7 +19,8 @@ from missionc.backends.smt.roadmap.roadmap import Indices
 from missionc.backends.smt.shorten.held_goals import Goals
 from missionc.base.trace import Array, Flags
 from missionc.kernel.analysis import conjuncts
-from missionc.kernel.nodes import Any, Node, UntilNode, WindowNode
+from missionc.kernel.nodes import Any, Node
+from missionc.kernel.walk import awaited
 
 VISITS = 3
 """Visits of an agent; the phases are twice as many with each. What it must visit besides is not counted."""
@@ -93,19 +94,15 @@ def _tasks(formulas: Iterable[Node], goals: Goals) -> dict[int, SingleAgentTask]
         if agent is None or conjunct.steps is None:
             continue
         task = tasks.get(agent) or SingleAgentTask.nothing(goals.motion.ways[agent])
-        match node:
-            case WindowNode(body, low, high) | UntilNode(_, body, low, high) if (
-                not node.every and not windows and body in goals.own
-            ):
-                visit = np.zeros_like(task.room)
-                visit[low : None if high is None else high + 1] = goals.states(body, agent)
-                tasks[agent] = task.and_also(SingleAgentTask(task.room, visit[None]))
-            case _ if node in goals.own:
-                room = np.ones_like(task.room)
-                room[conjunct.steps] = goals.states(node, agent)
-                tasks[agent] = task.and_also(SingleAgentTask.nothing(room))
-            case _:
-                pass
+        event = awaited(node)
+        if event and not windows and event.node in goals.own:
+            visit = np.zeros_like(task.room)
+            visit[event.steps] = goals.states(event.node, agent)
+            tasks[agent] = task.and_also(SingleAgentTask(task.room, visit[None]))
+        elif node in goals.own:
+            room = np.ones_like(task.room)
+            room[conjunct.steps] = goals.states(node, agent)
+            tasks[agent] = task.and_also(SingleAgentTask.nothing(room))
     return tasks
 
 
