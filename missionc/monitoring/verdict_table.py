@@ -16,6 +16,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
+from functools import reduce
 
 import numpy as np
 
@@ -23,8 +24,8 @@ from missionc.base.trace import Array, Flags, Trace
 from missionc.ir import Mission
 from missionc.kernel.analysis import relevance, relevance_below
 from missionc.kernel.evaluate import value_of
-from missionc.kernel.nodes import All, Any, At, AtLeast, Node, UntilNode, WindowNode
-from missionc.kernel.walk import children, postorder
+from missionc.kernel.nodes import All, Any, At, AtLeast, Node
+from missionc.kernel.walk import children, postorder, window_of
 from missionc.monitoring.evaluate import Evaluation
 from missionc.monitoring.logic import ROBUSTNESS, TRUTH, Logic, Values
 
@@ -81,10 +82,6 @@ def table(
     return rows
 
 
-def _temporal(node: Node) -> bool:
-    return isinstance(node, WindowNode | UntilNode)
-
-
 def _same_moment(node: Node) -> bool:
     """Whether the node asks its operands at the step it is asked at itself, each at one agent."""
     return isinstance(node, All | Any | AtLeast | At)
@@ -98,7 +95,7 @@ def chain(roots: Iterable[Node]) -> list[Node]:
     order = postorder(roots)
     timed: set[Node] = set()
     for node in order:
-        if _temporal(node) or (_same_moment(node) and any(child in timed for child in children(node))):
+        if window_of(node) is not None or (_same_moment(node) and any(child in timed for child in children(node))):
             timed.add(node)
     reached = set(roots)
     for node in reversed(order):
@@ -114,34 +111,16 @@ def _unfolded(
     logic, steps = evaluation.logic, evaluation.steps
     bounds: dict[Node, tuple[Values, Values]] = {}
     for node in verdict:
-        if isinstance(node, WindowNode):
-            least, most = _running(logic, node.every, values[node.body], node.low, node.high, steps)
-        elif isinstance(node, UntilNode):
-            hold, end = (logic.negate(values[part]) if node.every else values[part] for part in children(node))
-            least, most = _until(node, hold, end, steps, logic)
-            if node.every:
-                least, most = _denied((least, most), logic)
+        window = window_of(node)
+        if window is not None:
+            parts = [logic.negate(values[part]) if node.every else values[part] for part in children(node)]
+            some = _at_some_step(parts, *window, steps, logic)
+            bounds[node] = _denied(some, logic) if node.every else some
         else:
             below = [bounds.get(child) or (values[child][:, :1],) * 2 for child in children(node)]
             least, most = (value_of(node, [pair[side] for pair in below], evaluation) for side in (0, 1))
-        bounds[node] = (least, most)
+            bounds[node] = (least, most)
     return bounds
-
-
-def _running(logic: Logic, every: bool, body: Values, low: int, high: int | None, steps: int) -> tuple[Values, Values]:
-    """The least and the most that a window can come to: what it comes to so far, and that once it has passed."""
-    choose, nothing, otherwise = (
-        (np.minimum, logic.top, logic.bottom) if every else (np.maximum, logic.bottom, logic.top)
-    )
-    body = np.broadcast_to(body, (len(body), steps))
-    last = steps - 1 if high is None else min(high, steps - 1)
-    so_far = np.full(body.shape, nothing)
-    if low <= last:
-        so_far[:, low : last + 1] = choose.accumulate(body[:, low : last + 1], axis=1)
-        so_far[:, last + 1 :] = so_far[:, last : last + 1]
-    at_last = so_far.copy()
-    at_last[:, :last] = otherwise
-    return (at_last, so_far) if every else (so_far, at_last)
 
 
 def _denied(bounds: tuple[Values, Values], logic: Logic) -> tuple[Values, Values]:
@@ -150,15 +129,22 @@ def _denied(bounds: tuple[Values, Values], logic: Logic) -> tuple[Values, Values
     return logic.negate(most), logic.negate(least)
 
 
-def _until(node: UntilNode, hold: Values, end: Values, steps: int, logic: Logic) -> tuple[Values, Values]:
-    hold, end = np.broadcast_arrays(hold, end, np.empty((1, steps)))[:2]
-    held = np.minimum.accumulate(hold, axis=1)
-    before = np.concatenate([np.full((len(hold), 1), logic.top), held[:, :-1]], axis=1)
-    freed, _ = _running(logic, False, np.minimum(before, end), node.low, node.high, steps)
-    last = steps - 1 if node.high is None else min(node.high, steps - 1)
-    most = np.maximum(freed, held)
-    most[:, last:] = freed[:, last:]
-    return freed, most
+def _at_some_step(parts: list[Values], low: int, high: int | None, steps: int, logic: Logic) -> tuple[Values, Values]:
+    """The least and the most that the last part at some step of a window, held up to it by the others, can come to.
+
+    The least is what it comes to so far; the most, until the window has passed, what still holds.
+    """
+    *holds, end = np.broadcast_arrays(*parts, np.empty((1, steps)))[:-1]
+    held = reduce(np.minimum, (np.minimum.accumulate(hold, axis=1) for hold in holds), np.full(end.shape, logic.top))
+    before = np.concatenate([np.full((len(end), 1), logic.top), held[:, :-1]], axis=1)
+    last = steps - 1 if high is None else min(high, steps - 1)
+    least = np.full(end.shape, logic.bottom)
+    if low <= last:
+        least[:, low : last + 1] = np.maximum.accumulate(np.minimum(before, end)[:, low : last + 1], axis=1)
+        least[:, last + 1 :] = least[:, last : last + 1]
+    most = np.maximum(least, held)
+    most[:, last:] = least[:, last:]
+    return least, most
 
 
 def asked_where(

@@ -10,7 +10,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from missionc.base.trace import Flags
-from missionc.kernel.nodes import All, Any, At, AtLeast, Node, Not, UntilNode, WindowNode, says_opposite
+from missionc.kernel.nodes import All, Any, At, AtLeast, Node, Not, says_opposite
+from missionc.kernel.walk import children, window_of
 from missionc.verify.between.interval_sets import Spans, common
 from missionc.verify.between.motion_clock import STEP
 from missionc.verify.between.truth_over_time import Signals, last_asked
@@ -125,10 +126,8 @@ class Search:
                 return self._parts(place, parts, one=value is not node.every)
             case AtLeast(_, parts):
                 return self._parts(place, parts, one=False)
-            case WindowNode(body, low, high):
-                return self._in_window(place, body, low, high, one=value is not node.every)
-            case UntilNode():
-                return self._of_until(place, node)
+            case _ if window := window_of(node):
+                return self._in_time(place, *window, one=value is not node.every)
             case _:
                 return []
 
@@ -149,15 +148,16 @@ class Search:
             moments.append(place.to(body, tick=first))
         return [moment for moment in moments if self.is_new(moment)][:1] or moments[:1]
 
-    def _of_until(self, place: _Place, node: UntilNode) -> list[_Place]:
-        if place.value is not node.every:
-            return self._in_window(place, node.end, node.low, node.high, one=True)
-        goals = self._in_window(place, node.end, node.low, node.high, one=False)
-        last = min(self._window(place.tick, node.low, node.high)[1], last_asked(self.ahead[node.hold], self.end))
-        asked = ((place.tick, last),) if place.tick <= last else ()
-        breaks = common(self.when(node.hold, place.agent, place.value), asked)
-        if breaks and not (goals and breaks[0][0] >= goals[0].tick and self._is_so(goals[0])):
-            return [place.to(node.hold, tick=breaks[0][0])]
+    def _in_time(self, place: _Place, low: int, high: int | None, one: bool) -> list[_Place]:
+        """A moment of the window, or an earlier one at which what has to hold up to it does not."""
+        *holds, end = children(place.node)
+        goals = self._in_window(place, end, low, high, one)
+        for hold in () if one else holds:
+            last = min(self._window(place.tick, low, high)[1], last_asked(self.ahead[hold], self.end))
+            asked = ((place.tick, last),) if place.tick <= last else ()
+            breaks = common(self.when(hold, place.agent, place.value), asked)
+            if breaks and not (goals and breaks[0][0] >= goals[0].tick and self._is_so(goals[0])):
+                return [place.to(hold, tick=breaks[0][0])]
         return goals
 
     def _is_so(self, place: _Place) -> bool:
