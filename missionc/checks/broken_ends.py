@@ -18,19 +18,9 @@ from missionc.diagnostics.code import CONTRADICTION
 from missionc.diagnostics.model import Diagnostic, Label
 from missionc.ir import BeaconCover, Exactly, Mission, Place
 from missionc.ir.wording import listed, metres, seconds
-from missionc.kernel.nodes import (
-    Atom,
-    Goal,
-    Kernel,
-    LinkNode,
-    NeighbourNode,
-    Node,
-    Not,
-    ReachNode,
-    UntilNode,
-    says_opposite,
-)
-from missionc.kernel.walk import asks
+from missionc.kernel.analysis import reads_lengths
+from missionc.kernel.nodes import Atom, Goal, Kernel, Node, Not, says_opposite
+from missionc.kernel.walk import asks, children, graph_of, window_of
 from missionc.monitoring.end_columns import FIRST
 from missionc.monitoring.interval_robustness import Interval, Intervals
 from missionc.world.signed_distance import distance_between
@@ -89,13 +79,13 @@ def _culprit(intervals: Intervals, known: dict[Node, Interval], root: Node) -> C
 def _below(intervals: Intervals, place: Culprit) -> Iterator[Culprit]:
     """The places that a node's bound may be that of."""
     node, upper = place.node, place.upper is not isinstance(place.node, Not)
-    if isinstance(node, LinkNode):
+    if graph_of(node) is not None:
         return
     for ask in asks(node):
         agent = place.agent if ask.of_itself else ask.agents[0]
         steps = intervals.columns(ask.low, ask.high, place.column)[0]
-        if isinstance(node, UntilNode) and ask.node is node.hold:
-            steps = [place.column]  # whatever comes later, it has to hold now
+        if window_of(node) and ask.node is not children(node)[-1]:
+            steps = [place.column]  # whatever comes later, what holds up to it has to hold now
         yield from (Culprit(ask.node, agent, step, upper) for step in steps)
 
 
@@ -161,7 +151,7 @@ def _because(
             return (edge.first, edge.second), [apart(edge.first, edge.second) + wanted]
         case Atom(predicate) if pairs := predicate.pairs_of(culprit.agent):
             return pairs[0], [apart(*pairs[0])]
-        case NeighbourNode(graph) | ReachNode(graph):
+        case node if (graph := graph_of(node)) and not reads_lengths(node):
             bounds = intervals.links(graph)
             most = culprit.upper is not culprit.node.every
             links = np.triu((bounds.most if most else bounds.least)[culprit.column], 1)

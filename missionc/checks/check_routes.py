@@ -9,7 +9,7 @@ from missionc.checks.must_analysis import MustAnalysis
 from missionc.diagnostics.code import ESCAPES_AT_ONCE, HOPS_BEYOND_TEAM, REACHES_ITSELF
 from missionc.diagnostics.model import Diagnostic, Fix, Label
 from missionc.ir import Apply, AtLeastOf, Formula, Length, Mission, OfAgent
-from missionc.kernel.nodes import ReachNode, RouteNode
+from missionc.kernel.walk import route_bounds
 from missionc.language.walk_formulas import bits_of, formulas, operands, operator_words
 from missionc.syntax.ast import Metric
 
@@ -26,7 +26,7 @@ def check_routes(mission: Mission, known: MustAnalysis) -> list[Diagnostic]:
             findings.append(_too_few_agents(formula))
         elif node is known.kernel.meanings[end]:
             findings.append(_escapes_at_once(formula))
-        elif isinstance(node, ReachNode | RouteNode) and not node.every and node.low <= 0:
+        elif (bounds := route_bounds(node)) and bounds[0] <= 0 and not node.every:
             whom = asked[formula]
             if whom and whom & ~known.of(end).true == 0:
                 findings.append(_reaches_itself(mission, formula, end, whom))

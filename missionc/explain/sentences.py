@@ -32,7 +32,8 @@ from missionc.explain.phrases import (
     who_of,
     window_of,
 )
-from missionc.kernel.nodes import All, Any, Is, Node, Not, UntilNode, WindowNode
+from missionc.kernel import walk
+from missionc.kernel.nodes import All, Any, Is, Node, Not
 from missionc.language.walk_formulas import bottom_up, meaning, operands
 
 LONG = 12
@@ -261,12 +262,22 @@ class _Speaker:
         """The plain windows that a formula begins with (at every step, or at some), and what is under them."""
         found: list[tuple[bool, When]] = []
         while isinstance(formula, ir.Apply) and len(found) < DEEP and not self._called(formula):
-            node = None if formula.operator.spatial else meaning(formula)[0]
-            if not isinstance(node, WindowNode) or not isinstance(node.body, Is):
+            plain = self._plain_window(formula, from_start)
+            if plain is None:
                 break
-            found.append((node.every, When(node.low, node.high, from_start, self.mission)))
+            found.append(plain)
             formula, from_start = formula.operands[0], False
         return found, formula
+
+    def _plain_window(self, formula: ir.Apply, from_start: bool) -> tuple[bool, When] | None:
+        """The window of a formula that says no more than its operand at every step of it, or at some."""
+        if formula.operator.spatial:
+            return None
+        node, places = meaning(formula)
+        window = walk.window_of(node)
+        if window is None or len(places) > 1 or walk.children(node) != places:
+            return None
+        return node.every, When(*window, from_start, self.mission)
 
     def _called(self, formula: ir.Formula) -> bool:
         return formula in self.lets and self.sizes[formula] > LONG
@@ -292,10 +303,9 @@ class _Speaker:
             if verb is not None and not verb.denies:
                 one = noun(body.agents, self.mission).one
                 return Clause(f"there is no {one} that {verb}", self._literal(body.body) is not None)
-        node = meaning(body)[0] if isinstance(body, ir.Apply) and not body.operator.spatial else None
-        if isinstance(body, ir.Apply) and isinstance(node, WindowNode) and not node.every and isinstance(node.body, Is):
-            when = When(node.low, node.high, around.from_start, self.mission)
-            if when.low != when.high:
+        if isinstance(body, ir.Apply) and (plain := self._plain_window(body, around.from_start)):
+            every, when = plain
+            if not every and when.low != when.high:
                 return Clause(f"{when.at('no step')}, {self.clause(body.operands[0], around.inner(later=True)).text}")
         return Clause(f"it is not true that {self.clause(body, around.inner()).text}")
 
@@ -352,10 +362,8 @@ class _Speaker:
     def _when(self, formula: ir.Apply, around: Around) -> When | None:
         if isinstance(formula.bounds, ir.Window):
             return When(formula.bounds.low, formula.bounds.high, around.from_start, self.mission)
-        node = meaning(formula)[0]
-        if isinstance(node, WindowNode | UntilNode):
-            return When(node.low, node.high, around.from_start, self.mission)
-        return None
+        window = walk.window_of(meaning(formula)[0])
+        return window and When(*window, around.from_start, self.mission)
 
     def _spatial(self, formula: ir.Apply, around: Around) -> str:
         length = formula.bounds

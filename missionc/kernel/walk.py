@@ -17,6 +17,7 @@ from missionc.kernel.nodes import (
     NeighbourNode,
     Node,
     Not,
+    PathLength,
     ReachNode,
     RouteNode,
     UntilNode,
@@ -104,6 +105,17 @@ def awaited(node: Node) -> Ask | None:
 def graph_of(node: Node) -> Graph | None:
     """The graph whose links an operator of space reads."""
     return node.graph if isinstance(node, LinkNode) else None
+
+
+def route_bounds(node: Node) -> tuple[float, float] | None:
+    """The least and the most that a route may measure, in metres or hops as the operator of space counts them."""
+    match node:
+        case RouteNode() | PathLength():
+            return node.low, node.high
+        case ReachNode():
+            return 0, node.hops
+        case _:
+            return None
 
 
 def more_than(most: int, roots: Iterable[Node]) -> bool:

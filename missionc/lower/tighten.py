@@ -39,7 +39,7 @@ from missionc.ir import (
     Vector,
     Vehicle,
 )
-from missionc.kernel.nodes import Atom, Goal, Kernel, NeighbourNode, Node, Not, ReachNode, RouteNode
+from missionc.kernel.nodes import Atom, Goal, Kernel, LeafNode, LinkNode, Node, Not
 from missionc.kernel.normal_form import rebuilt
 from missionc.kernel.walk import children, postorder
 
@@ -132,10 +132,11 @@ def _more(node: Node, below: tuple[Node, ...], tighter: _Borders, wider: _Border
             return replace(node, predicate=predicate.moved(tighter))
         case Not(Atom(predicate) as leaf):
             return replace(node, body=replace(leaf, predicate=predicate.moved(wider)))
-        case NeighbourNode(graph) | ReachNode(graph) | RouteNode(graph):
-            return rebuilt(replace(node, graph=(wider if node.every else tighter).graph(graph)), below)
+        case LeafNode():
+            return node  # a shortest way gets longer or shorter with the links: there is no side to be on
+        case _ if isinstance(node, LinkNode):
+            return rebuilt(replace(node, graph=(wider if node.every else tighter).graph(node.graph)), below)
         case _:
-            # A shortest way gets longer or shorter with the links: there is no side to be on.
             return rebuilt(node, below)
 
 

@@ -12,19 +12,8 @@ from enum import Enum
 from typing import TypeVar
 
 from missionc.base.source import Span
-from missionc.kernel.nodes import (
-    AtLeast,
-    Atom,
-    NeighbourNode,
-    Node,
-    Not,
-    PathLength,
-    ReachNode,
-    RouteNode,
-    UntilNode,
-    WindowNode,
-)
-from missionc.kernel.walk import children
+from missionc.kernel.nodes import AtLeast, Atom, Node, Not
+from missionc.kernel.walk import children, graph_of, route_bounds, window_of
 
 Key = TypeVar("Key", Span, str)
 
@@ -83,19 +72,15 @@ def _note(found: ConflictTargets, node: Node, sign: int) -> None:
         case AtLeast():
             # That too few hold is that enough of the others fail: the number that is written goes the other way.
             _add(found.counts, span, sign if node.dual else -sign)
-        case PathLength(graph):
-            # A wider graph has shorter ways, and links where there were none: how that bears on a bound is open.
-            _add(found.graphs, graph.name, 0)
-            _add(found.lengths, span, sign)
-        case WindowNode() | UntilNode():
-            _add(found.windows, span, -sign if node.every else sign)
-        case NeighbourNode() | ReachNode() | RouteNode():
-            sign = -sign if node.every else sign
-            _add(found.graphs, node.graph.name, sign)
-            if not isinstance(node, NeighbourNode):
-                _add(found.lengths, span, sign)
         case _:
-            pass
+            sign = -sign if node.every else sign
+            if window_of(node):
+                _add(found.windows, span, sign)
+            if graph := graph_of(node):
+                # A wider graph has shorter ways, and links where there were none: how that bears on a bound is open.
+                _add(found.graphs, graph.name, sign if children(node) else 0)
+            if route_bounds(node):
+                _add(found.lengths, span, sign)
 
 
 def _add(ways: dict[Key, Way], key: Key | None, sign: int) -> None:
