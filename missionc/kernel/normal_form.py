@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import fields, replace
-from typing import TypeAlias, assert_never
+from typing import TypeAlias
 
 from missionc.kernel.nodes import (
     All,
@@ -27,7 +27,7 @@ from missionc.kernel.nodes import (
     UntilNode,
     WindowNode,
 )
-from missionc.kernel.walk import children, postorder
+from missionc.kernel.walk import children, postorder, rebuilt
 
 Forms: TypeAlias = dict[tuple[Node, bool], Node]
 """By formula and polarity: with False, the negation."""
@@ -82,23 +82,6 @@ def _form(node: Node, holds: bool, forms: Forms, written: dict[Node, Not]) -> No
     if not holds:
         return dual(node, parts) if below or isinstance(node, All | Any | AtLeast) else written.get(node) or Not(node)
     return node if all(new is old for new, old in zip(parts, below, strict=True)) else rebuilt(node, parts)
-
-
-def rebuilt(node: Node, parts: tuple[Node, ...]) -> Node:
-    """The same constructor over other nodes."""
-    match node:
-        case LeafNode():
-            return node
-        case All() | Any() | AtLeast():
-            return replace(node, parts=parts)
-        case Not() | WindowNode() | At() | NeighbourNode():
-            return replace(node, body=parts[0])
-        case UntilNode():
-            return replace(node, hold=parts[0], end=parts[1])
-        case ReachNode() | RouteNode():
-            return replace(node, through=parts[0], end=parts[1])
-        case _:
-            assert_never(node)
 
 
 def dual(node: Node, parts: tuple[Node, ...]) -> Node:

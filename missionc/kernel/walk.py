@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import replace
 from typing import assert_never
 
 from missionc.base.late_dataclass import dataclass
@@ -36,6 +37,25 @@ def children(node: Node) -> tuple[Node, ...]:
             return parts
         case UntilNode(first, end) | ReachNode(_, first, end) | RouteNode(_, first, end):
             return (first, end)
+        case _:
+            assert_never(node)
+
+
+def rebuilt(node: Node, parts: tuple[Node, ...], graph: Graph | None = None) -> Node:
+    """The same constructor over other nodes; over another graph too, where it reads one and another is given."""
+    match node:
+        case LeafNode():
+            return node
+        case All() | Any() | AtLeast():
+            return replace(node, parts=parts)
+        case Not() | WindowNode() | At():
+            return replace(node, body=parts[0])
+        case UntilNode():
+            return replace(node, hold=parts[0], end=parts[1])
+        case NeighbourNode():
+            return replace(node, body=parts[0], graph=graph or node.graph)
+        case ReachNode() | RouteNode():
+            return replace(node, through=parts[0], end=parts[1], graph=graph or node.graph)
         case _:
             assert_never(node)
 

@@ -39,9 +39,8 @@ from missionc.ir import (
     Vector,
     Vehicle,
 )
-from missionc.kernel.nodes import Atom, Goal, Kernel, LeafNode, LinkNode, Node, Not
-from missionc.kernel.normal_form import rebuilt
-from missionc.kernel.walk import children, postorder
+from missionc.kernel.nodes import Atom, Goal, Kernel, LeafNode, Node, Not
+from missionc.kernel.walk import children, graph_of, postorder, rebuilt
 
 MITRE = 2.0
 """How far, in margins, the corner of a polygon may move when it grows."""
@@ -134,10 +133,9 @@ def _more(node: Node, below: tuple[Node, ...], tighter: _Borders, wider: _Border
             return replace(node, body=replace(leaf, predicate=predicate.moved(wider)))
         case LeafNode():
             return node  # a shortest way gets longer or shorter with the links: there is no side to be on
-        case _ if isinstance(node, LinkNode):
-            return rebuilt(replace(node, graph=(wider if node.every else tighter).graph(node.graph)), below)
         case _:
-            return rebuilt(node, below)
+            graph = graph_of(node)
+            return rebuilt(node, below, graph and (wider if node.every else tighter).graph(graph))
 
 
 class _Borders:

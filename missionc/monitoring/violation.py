@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Generator
 from dataclasses import dataclass
-from typing import TypeAlias, assert_never
+from typing import TypeAlias
 
 from missionc.base.trace import Flags, Trace
 from missionc.ir import Mission
@@ -14,16 +14,10 @@ from missionc.kernel.nodes import (
     At,
     AtLeast,
     Atom,
-    LeafNode,
-    NeighbourNode,
     Node,
     Not,
-    ReachNode,
-    RouteNode,
-    UntilNode,
-    WindowNode,
 )
-from missionc.kernel.walk import postorder
+from missionc.kernel.walk import children, postorder, window_of
 from missionc.language.margins.predicate_margins import formation_margin
 from missionc.monitoring.evaluate import Evaluation
 from missionc.monitoring.logic import TRUTH
@@ -89,8 +83,6 @@ class _Search:
         match node:
             case Atom():
                 return Decision(step, self._agents_of(node, agent, step))
-            case LeafNode() | NeighbourNode() | ReachNode() | RouteNode():
-                return Decision(step, frozenset((agent,)))
             case Not(body):
                 return (yield body, agent, step)
             case At(other, body):
@@ -99,16 +91,10 @@ class _Search:
                 return (yield from self._by_count(parts, agent, step, verdict, len(parts) if node.every else 1))
             case AtLeast(count, parts):
                 return (yield from self._by_count(parts, agent, step, verdict, count))
-            case WindowNode(body, low, high):
-                one = verdict is not node.every
-                return (yield self._in_window(body, agent, step + low, self._end(step, high), verdict, one))
-            case UntilNode():
-                return (yield self._of_until(node, agent, step, verdict))
+            case _ if window := window_of(node):
+                return (yield self._in_time(node, agent, step, *window))
             case _:
-                assert_never(node)
-
-    def _end(self, step: int, high: int | None) -> int:
-        return self.last if high is None else step + high
+                return Decision(step, frozenset((agent,)))
 
     def _by_count(self, parts: tuple[Node, ...], agent: int, step: int, verdict: bool, count: int) -> Inquiry:
         """``count`` true parts decide for true, one too many false parts decide for false; the earliest do."""
@@ -123,20 +109,24 @@ class _Search:
         when = sorted(decision.step for decision in decisions)[enough - 1]
         return Decision(when, frozenset().union(*(each.agents for each in decisions if each.step <= when)))
 
-    def _in_window(self, body: Node, agent: int, low: int, high: int, verdict: bool, one_step: bool) -> Question:
-        """The first step with the verdict, where one step is enough for it; else the last, for it takes them all."""
-        if not one_step:
-            return body, agent, high
-        return body, agent, next(step for step in range(low, high + 1) if self.truth(body, agent, step) is verdict)
+    def _in_time(self, node: Node, agent: int, step: int, low: int, high: int | None) -> Question:
+        """The first step with the verdict where one is enough, or before it one that breaks what has to hold up to it.
 
-    def _of_until(self, node: UntilNode, agent: int, step: int, verdict: bool) -> Question:
-        low, high = step + node.low, self._end(step, node.high)
+        Where it takes all steps of the window, the last.
+        """
+        verdict, last = self.truth(node, agent, step), self.last if high is None else step + high
+        *holds, end = children(node)
         if verdict is not node.every:
-            return self._in_window(node.end, agent, low, high, verdict, True)
-        for now in range(step, high):
-            if self.truth(node.hold, agent, now) is verdict:
-                return node.hold, agent, now
-        return node.end, agent, high
+            return (
+                end,
+                agent,
+                next(now for now in range(step + low, last + 1) if self.truth(end, agent, now) is verdict),
+            )
+        for hold in holds:
+            for now in range(step, last):
+                if self.truth(hold, agent, now) is verdict:
+                    return hold, agent, now
+        return end, agent, last
 
     def _agents_of(self, atom: Atom, agent: int, step: int) -> frozenset[int]:
         formation = atom.predicate.formation

@@ -38,8 +38,7 @@ from missionc.kernel.nodes import (
     ReachNode,
     Route,
 )
-from missionc.kernel.normal_form import rebuilt
-from missionc.kernel.walk import children, postorder
+from missionc.kernel.walk import children, postorder, rebuilt
 
 Unrolled: TypeAlias = ReachNode | PathLength
 """Constructors that a cost graph has links, or routes bounded in metres, in the place of."""

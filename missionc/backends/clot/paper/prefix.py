@@ -34,8 +34,7 @@ from missionc.kernel.nodes import (
     UntilNode,
     WindowNode,
 )
-from missionc.kernel.normal_form import rebuilt
-from missionc.kernel.walk import children, postorder
+from missionc.kernel.walk import children, postorder, rebuilt
 
 HOLDS = All(())
 """What no planned agent can break."""

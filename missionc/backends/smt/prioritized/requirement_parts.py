@@ -17,8 +17,7 @@ from missionc.backends.smt.roadmap.own_state import own_states, states_of
 from missionc.base.trace import Flags
 from missionc.kernel.analysis import conjuncts, helped_by_more
 from missionc.kernel.nodes import All, Always, Any, At, AtLeast, Atom, Kernel, Node
-from missionc.kernel.normal_form import rebuilt
-from missionc.kernel.walk import children, postorder
+from missionc.kernel.walk import children, postorder, rebuilt
 
 Agents = frozenset[int]
 NOBODY: Agents = frozenset()
