@@ -26,28 +26,28 @@ class Atoms:
     def __init__(self, labels: Labels, motion: Motion, clauses: Clauses) -> None:
         self.labels, self.motion, self.clauses = labels, motion, clauses
 
-    def holds(self, predicate: Predicate, positive: bool, agents: Indices, steps: Indices) -> Literals:
-        """Literals that imply the predicate of each cell; that it fails, where not ``positive``.
+    def holds(self, predicate: Predicate, truth: bool, agents: Indices, steps: Indices) -> Literals:
+        """Literals that imply the predicate of each cell; that it fails, where not ``truth``.
 
         Raises:
             Unexpressible: it is about more than two agents, or one's speed and another.
         """
         parts = self.labels.parts(predicate)
         if parts != (predicate,):
-            pairs = [self._of_agent(part, positive, part.pairs[0][0], steps) for part in parts]
-            neutral = np.full(len(steps), TRUE if positive else FALSE, dtype=np.int32)
-            return (self.clauses.all_of if positive else self.clauses.any_of)(neutral, *pairs)
+            pairs = [self._of_agent(part, truth, part.pairs[0][0], steps) for part in parts]
+            neutral = np.full(len(steps), TRUE if truth else FALSE, dtype=np.int32)
+            return (self.clauses.all_of if truth else self.clauses.any_of)(neutral, *pairs)
         result = np.full(len(agents), FALSE, dtype=np.int32)
         for agent in np.unique(agents).tolist():
             cells = agents == agent
-            result[cells] = self._of_agent(predicate, positive, agent, steps[cells])
+            result[cells] = self._of_agent(predicate, truth, agent, steps[cells])
         return result
 
-    def _of_agent(self, predicate: Predicate, positive: bool, agent: int, steps: Indices) -> Literals:
+    def _of_agent(self, predicate: Predicate, truth: bool, agent: int, steps: Indices) -> Literals:
         predicate = predicate.asked_of(agent)
         match sorted(predicate.others - {agent}):
             case []:
-                return self._own(predicate, positive, agent, steps)
+                return self._own(predicate, truth, agent, steps)
             case [other]:
                 first, second = agent, other
             case [first, second]:
@@ -56,19 +56,19 @@ class Atoms:
                 raise Unexpressible("a predicate about more than two agents")
         numbers = int(self.motion.roadmap_of[first]), int(self.motion.roadmap_of[second])
         fits = self.labels.pair(predicate, (first, second), *numbers)
-        return self._pair(fits == positive, first, second, steps)
+        return self._pair(fits == truth, first, second, steps)
 
-    def _own(self, predicate: Predicate, positive: bool, agent: int, steps: Indices) -> Literals:
+    def _own(self, predicate: Predicate, truth: bool, agent: int, steps: Indices) -> Literals:
         number = int(self.motion.roadmap_of[agent])
         if not self.labels.of_moves(predicate, number):
-            return self._in(self.labels.states(predicate, number) == positive, agent, steps)
+            return self._in(self.labels.states(predicate, number) == truth, agent, steps)
         if self.motion.steps == 0:
-            return self._in(self.labels.standing(predicate, number) == positive, agent, steps)
+            return self._in(self.labels.standing(predicate, number) == truth, agent, steps)
         last = steps == self.motion.steps
         result = np.empty(len(steps), dtype=np.int32)
-        fits = self.labels.moves(predicate, number, at_end=False) == positive
+        fits = self.labels.moves(predicate, number, at_end=False) == truth
         result[~last] = self._by_moves(fits, agent, steps[~last])
-        fits = self.labels.moves(predicate, number, at_end=True) == positive
+        fits = self.labels.moves(predicate, number, at_end=True) == truth
         result[last] = self._by_moves(fits, agent, steps[last] - 1)
         return result
 
