@@ -105,14 +105,17 @@ def about_whom(roots: Iterable[Node], agents: int) -> dict[Node, Flags]:
         (agents, agents): the motion of the first may matter where the second is asked.
     """
     known: dict[Node, Flags] = {}
-    nobody = np.zeros((agents, agents), dtype=np.bool_)
+    # What is the same of many nodes is one array: each has a flag for every two agents.
+    nobody, itself = np.zeros((agents, agents), dtype=np.bool_), np.eye(agents, dtype=np.bool_)
     for node in postorder(roots):
         below = [known[child] for child in children(node)]
-        about: Flags = np.asarray(reduce(np.logical_or, below, nobody))
+        about: Flags = reduce(np.logical_or, below) if below else nobody
         match node:
-            case Atom(predicate):
-                about = np.eye(agents, dtype=np.bool_)
+            case Atom(predicate) if predicate.about_team or predicate.others:
+                about = itself.copy()
                 about[list(range(agents) if predicate.about_team else predicate.others)] = True
+            case Atom():
+                about = itself
             case At(agent):
                 about = np.broadcast_to(about[:, [agent]], nobody.shape)
             case ReachNode(graph) | RouteNode(graph):
@@ -149,7 +152,7 @@ class Conjunct(NamedTuple):
             case ():
                 return slice(0, 1)
             case (window,):
-                return slice(window.low, None if window.high is None else window.high + 1)
+                return asks(window)[0].steps
             case _:
                 return None
 
