@@ -8,7 +8,8 @@ are never confused.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+import math
+from collections.abc import Callable, Generator, Mapping
 from dataclasses import dataclass, field
 from enum import Enum
 from typing import Any, Protocol, TypeAlias
@@ -57,6 +58,7 @@ class Progress:
         iteration: of the round, from 1; 0 where it has none.
         planned: how many agents are planned at most, where they are planned one by one, and how many there are.
         margin: the best worst margin of a candidate so far, metres; negative while something fails.
+        engine: whose turn it is, in a portfolio.
     """
 
     stage: str
@@ -65,6 +67,7 @@ class Progress:
     iteration: int = 0
     planned: tuple[int, int] | None = None
     margin: float | None = None
+    engine: str = ""
 
 
 def ignore(progress: Progress) -> None:
@@ -100,6 +103,7 @@ class Budget:
         keep: is given what is needed to take the run up again, as it goes on.
         found: is given each plan that a run goes on to make better.
         resume: what another run of the same mission, seed and options has kept.
+        work: units of ``work`` after which a search that is tried before another ends.
     """
 
     deadline: float
@@ -110,6 +114,33 @@ class Budget:
     keep: Callable[[Snapshot], None] = forget
     found: Callable[[Planned], object] = unheard
     resume: Snapshot | None = None
+    work: float = math.inf
+
+
+@dataclass(frozen=True, slots=True)
+class Tried:
+    """An engine of a portfolio: its turns, the units of work and the seconds they took, and what it said."""
+
+    engine: str
+    turns: int
+    work: float
+    seconds: Seconds
+    says: str
+
+    def __str__(self) -> str:
+        if not self.turns:
+            return self.says
+        turns = "1 turn" if self.turns == 1 else f"{self.turns} turns"
+        return f"{turns}, {self.work:.3g} units of work in {self.seconds:.1f} s: {self.says}"
+
+    def as_record(self) -> dict[str, object]:
+        return {
+            "engine": self.engine,
+            "turns": self.turns,
+            "work": self.work,
+            "seconds": self.seconds,
+            "says": self.says,
+        }
 
 
 @dataclass(frozen=True, slots=True)
@@ -123,6 +154,12 @@ class Report:
     notes: tuple[str, ...] = ()
     cut_short: CutShort | None = None
     """The limit or signal that ended the search: another run, with more time, may find another plan."""
+    work: float = 0.0
+    """Units of ``work`` that were done."""
+    engine: str = ""
+    """Which engine of a portfolio gave the plan, the refusal or the best candidate; empty where there was none."""
+    tried: tuple[Tried, ...] = ()
+    """The engines of a portfolio, in their order."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -243,6 +280,13 @@ class NotFound:
 
 Outcome: TypeAlias = Planned | Impossible | NotFound
 
+Turns: TypeAlias = Generator[float, float, Outcome]
+"""A search in turns, which ends with its outcome.
+
+It yields the units of ``work`` it has done, at first 0, and is sent how many it may have done before it yields again.
+What it does next is never cut into less than it can be, so that a turn may be longer.
+"""
+
 
 class Backend(Protocol):
     """One way to plan. What it offers is in ``offers.OFFERS``, a table that loads no solver.
@@ -256,4 +300,8 @@ class Backend(Protocol):
     def missing(self, options: Options) -> Diagnostic | None:
         """What to say where these options need a package or a device that is not there."""
 
-    def plan(self, mission: Mission, kernel: Kernel, options: Options, budget: Budget) -> Outcome: ...
+    def turns(self, mission: Mission, kernel: Kernel, options: Options, budget: Budget) -> Turns:
+        """A search for a joint motion that satisfies every requirement, in turns."""
+
+    def plan(self, mission: Mission, kernel: Kernel, options: Options, budget: Budget) -> Outcome:
+        """All its turns, one after the other."""

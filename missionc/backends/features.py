@@ -45,6 +45,7 @@ class Offer:
         home: the module that has it, as ``BACKEND``.
         package: what has to be installed to load it; empty for nothing.
         extra: the extra of this package that installs that.
+        leads: features with which it takes the first turn in a portfolio, whatever the order of the table.
     """
 
     name: str
@@ -54,3 +55,4 @@ class Offer:
     home: str
     package: str = ""
     extra: str = ""
+    leads: frozenset[Feature] = frozenset()

@@ -1,7 +1,9 @@
-"""Loading of a backend by its name, or the finding that it cannot be had with these options here."""
+"""Loading of a backend by its name, or of several as a portfolio; or the finding that it cannot be had so here."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from functools import partial
 from importlib import import_module
 from importlib.util import find_spec
 
@@ -9,12 +11,23 @@ from missionc.backends.api import Backend
 from missionc.backends.features import Offer
 from missionc.backends.offers import OFFERS
 from missionc.backends.options import DESCRIBED, Options
+from missionc.backends.portfolio.backend import Engine, PortfolioBackend
 from missionc.diagnostics.code import EXTRA_MISSING, NOT_ITS_FLAG
 from missionc.diagnostics.model import Diagnostic
 
 
 def load(name: str, options: Options | None = None, checkpoint: bool = False) -> Backend | Diagnostic:
-    """The backend of that name, or what to say where a package that it needs is not there.
+    """The backend of that name, or what to say where it cannot be had with these options."""
+    return load_engines((name,), options, checkpoint)
+
+
+def load_engines(
+    names: Sequence[str], options: Options | None = None, checkpoint: bool = False
+) -> Backend | Diagnostic:
+    """The backend of that name, or a portfolio of several; or what to say where there is none with these options.
+
+    Of several, those count that hear of every flag and are installed. What is to be kept or taken up again is a run of
+    one: the first of them.
 
     Args:
         checkpoint: whether the run is to be kept, or is one taken up again.
@@ -22,12 +35,39 @@ def load(name: str, options: Options | None = None, checkpoint: bool = False) ->
     Raises:
         KeyError: no backend has that name.
     """
-    offer, options = OFFERS[name], options or Options()
-    wrong = _not_its_flag(offer, options, checkpoint) or _package_missing(offer)
-    if wrong is not None:
-        return wrong
+    options = options or Options()
+    offers = [OFFERS[name] for name in names]
+    wrong = {offer.name: _not_its_flag(offer, options, checkpoint) for offer in offers}
+    hear = [offer for offer in offers if wrong[offer.name] is None]
+    lacking = {offer.name: _package_missing(offer) for offer in hear}
+    there = [offer for offer in hear if lacking[offer.name] is None][: 1 if checkpoint else None]
+    if not there:
+        return next(said for said in (lacking if hear else wrong).values() if said is not None)
+    at_once = len(there) == 1 or options.device != Options().device
+    backends = {offer.name: _loaded(offer) for offer in there if at_once or not offer.package}
+    missing = [said for backend in backends.values() if (said := backend.missing(options)) is not None]
+    if missing:
+        return missing[0]
+    absent = [OFFERS[name] for name, said in lacking.items() if said is not None]
+    if len(there) == 1 and not absent:
+        return backends[there[0].name]
+    engines = tuple(Engine(offer.name, partial(_loaded, offer)) for offer in there)
+    return PortfolioBackend(engines, _would_help(absent))
+
+
+def _would_help(absent: list[Offer]) -> tuple[str, ...]:
+    """What is said of engines that are not installed."""
+    extras = dict.fromkeys(offer.extra for offer in absent)
+    return tuple(
+        f"{' and '.join(f'`{offer.name}`' for offer in absent if offer.extra == extra)} could be asked too: "
+        f"`pip install 'missionc[{extra}]'`"
+        for extra in extras
+    )
+
+
+def _loaded(offer: Offer) -> Backend:
     backend: Backend = import_module(offer.home).BACKEND
-    return backend.missing(options) or backend
+    return backend
 
 
 def _not_its_flag(offer: Offer, options: Options, checkpoint: bool) -> Diagnostic | None:

@@ -10,7 +10,7 @@ from missionc.backends.hybrid.offer import HYBRID
 from missionc.backends.smt.offer import SMT
 
 OFFERS: MappingProxyType[str, Offer] = MappingProxyType({offer.name: offer for offer in (SMT, CLOT, HYBRID)})
-"""Every backend, in the order in which ``auto`` tries them."""
+"""Every backend, in the order in which ``auto`` gives them turns."""
 
 AUTO = "auto"
-"""Stands for the first backend that offers all a mission needs."""
+"""Stands for all backends that offer what a mission needs, in turns."""

@@ -20,6 +20,8 @@ class Account:
     files: dict[str, bytes] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
     cut_short: CutShort | None = None
+    work: float = 0.0
+    """Units of ``work`` done."""
 
     @contextmanager
     def stage(self, name: str) -> Iterator[None]:
@@ -36,12 +38,13 @@ class Account:
         self.notes.append(self.cut_short.note)
 
     def add(self, other: Account) -> None:
-        """What was done elsewhere counts here: seconds and iterations are summed, other sizes are the last ones."""
+        """What was done elsewhere counts here: seconds, work, iterations are summed, other sizes are the last ones."""
         for stage, spent in other.seconds.items():
             self.seconds[stage] = self.seconds.get(stage, 0.0) + spent
         iterations = self.sizes.get("iterations", 0) + other.sizes.get("iterations", 0)
         self.sizes |= other.sizes | {"iterations": iterations}
         self.notes.extend(other.notes)
+        self.work += other.work
 
     def report(self) -> Report:
         return Report(
@@ -51,4 +54,5 @@ class Account:
             files=tuple(self.files.items()),
             notes=tuple(self.notes),
             cut_short=self.cut_short,
+            work=self.work,
         )

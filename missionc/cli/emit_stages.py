@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from missionc.checks.show_horizons import show_horizons
+from missionc.cli.summary import tried_lines
 from missionc.kernel.show import show as show_kernel
 from missionc.pipeline.checked import Checked
 from missionc.pipeline.results import Compiled, Refused, Verified
@@ -38,5 +39,7 @@ def of_compiled(compiled: Compiled, stages: tuple[str, ...]) -> list[tuple[str, 
     if isinstance(outcome, Verified):
         texts |= {"plan": dict(outcome.files)["plan.json"].decode("utf-8")}
     if not isinstance(outcome, Refused):
+        if "backend" in texts:
+            texts["backend"] += "".join(f"{line}\n" for line in tried_lines(outcome.report))
         texts |= dict(outcome.report.texts)
     return [(stage, texts[stage]) for stage in stages if stage in texts]

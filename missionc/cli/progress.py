@@ -40,7 +40,8 @@ class ProgressLine:
         planned = "{}/{} robots planned".format(*progress.planned) if progress.planned else ""
         margin = "" if progress.margin is None else f"best margin {progress.margin:.3g} m"
         details = ", ".join(filter(None, (planned, margin, progress.detail)))
-        self._says = f"{progress.stage}{rounds}{iteration}" + (f": {details}" if details else "")
+        engine = f"{progress.engine}: " if progress.engine else ""
+        self._says = f"{engine}{progress.stage}{rounds}{iteration}" + (f": {details}" if details else "")
 
     def say(self, stage: str) -> None:
         self._says = stage

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, assert_never
 
-from missionc.backends.api import Attempt, Fault, Impossible, NotFound
+from missionc.backends.api import Attempt, Fault, Impossible, NotFound, Report
 from missionc.base.judgement import judgement_lines
 from missionc.base.units import Seconds
 from missionc.diagnostics.model import has_errors
@@ -51,12 +51,13 @@ def compiled_lines(compiled: Compiled, output: str) -> list[str]:
         best = compiled.outcome.best if isinstance(compiled.outcome, NotFound) else None
         candidate = attempt_lines(mission.name, best, mission.step) if best else []
         written = [f"written to {output}", *file_lines(compiled.files)] if output else []
-        return [*candidate, *explained_lines(compiled), *written]
+        return [*_several(compiled.outcome.report), *candidate, *explained_lines(compiled), *written]
     if not isinstance(compiled.outcome, Verified) or mission is None:
         return []
     plan, certificate = compiled.outcome.plan, compiled.outcome.certificate
     lines = [
         *str(plan).splitlines(),
+        *_several(compiled.outcome.report),
         *(f"note: {note}" for note in compiled.outcome.report.notes),
         f"verified: {_many(len(certificate.checks), 'check')}, the tightest margin of each kind",
         *margin_lines(certificate),
@@ -64,6 +65,17 @@ def compiled_lines(compiled: Compiled, output: str) -> list[str]:
         *between_lines(certificate.between),
     ]
     return [*lines, f"written to {output}", *file_lines(compiled.outcome.files)] if output else lines
+
+
+def tried_lines(report: Report) -> list[str]:
+    """What each engine of a portfolio did and said; nothing where there was none."""
+    width = max((len(each.engine) for each in report.tried), default=0)
+    return [f"tried {each.engine:<{width}}  {each}" for each in report.tried]
+
+
+def _several(report: Report) -> list[str]:
+    """What each engine did, where more than one had a turn."""
+    return tried_lines(report) if sum(each.turns > 0 for each in report.tried) > 1 else []
 
 
 def attempt_lines(name: str, best: Attempt, step: Seconds) -> list[str]:
@@ -132,7 +144,8 @@ def compiled_document(compiled: Compiled, output: str, texts: list[tuple[str, st
     document: dict[str, object] = {
         "outcome": outcome_word(compiled),
         "output": output or None,
-        "backend": compiled.checked.choice.backend if compiled.checked.choice else None,
+        "backend": _engine(compiled),
+        "tried": [] if isinstance(outcome, Refused) else [each.as_record() for each in outcome.report.tried],
         "requirements": [],
         "timings": _sums(compiled.seconds),
     }
@@ -151,6 +164,13 @@ def compiled_document(compiled: Compiled, output: str, texts: list[tuple[str, st
     if texts:
         document["emit"] = dict(texts)
     return document
+
+
+def _engine(compiled: Compiled) -> str | None:
+    """The backend that planned, refused or came nearest; that whose turn would have been the first, without a plan."""
+    if not isinstance(compiled.outcome, Refused) and compiled.outcome.report.engine:
+        return compiled.outcome.report.engine
+    return compiled.checked.choice.backend if compiled.checked.choice else None
 
 
 def monitored_document(monitored: Monitored) -> dict[str, object]:

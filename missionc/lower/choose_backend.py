@@ -34,17 +34,22 @@ class Need:
 
 @dataclass(frozen=True, slots=True)
 class Choice:
-    """A backend that can express the mission.
+    """The backends that can express the mission and are to plan it, in the order of their turns.
 
-    ``explanation`` says why this one and why none of the others.
+    ``explanation`` says why these and why none of the others.
     """
 
-    backend: str
+    engines: tuple[str, ...]
     explanation: str
+
+    @property
+    def backend(self) -> str:
+        """The first of them."""
+        return self.engines[0]
 
 
 def choose_backend(mission: Mission, forced: str | None) -> tuple[Choice | None, list[Diagnostic]]:
-    """The backend that the mission or the command line names, or else the first that offers all it needs."""
+    """The backend that the mission or the command line names, or else all that offer what it needs."""
     wanted = forced or mission.solve.backend
     required = needs(mission)
     able = [name for name, offer in OFFERS.items() if all(need.feature in offer.features for need in required)]
@@ -52,8 +57,14 @@ def choose_backend(mission: Mission, forced: str | None) -> tuple[Choice | None,
         return None, [_none_can(mission, required)]
     if wanted != AUTO and wanted not in able:
         return None, [_cannot(mission, wanted, able, need) for need in _missing(wanted, required)]
-    chosen = able[0] if wanted == AUTO else wanted
+    chosen = _in_order(able, required) if wanted == AUTO else (wanted,)
     return Choice(chosen, _explain(mission, forced, chosen, required)), []
+
+
+def _in_order(able: list[str], required: tuple[Need, ...]) -> tuple[str, ...]:
+    """Who takes the first turn, and who the next: those first that a feature is best given to."""
+    asked = {need.feature for need in required}
+    return tuple(sorted(able, key=lambda name: OFFERS[name].leads.isdisjoint(asked)))
 
 
 def needs(mission: Mission) -> tuple[Need, ...]:
@@ -196,28 +207,30 @@ def _allow_waiting(mission: Mission) -> str:
     return f"let `{_restless(mission)[0]}` wait (`speed 0..`), or write `minimize distance`"
 
 
-def _explain(mission: Mission, forced: str | None, chosen: str, required: tuple[Need, ...]) -> str:
+def _explain(mission: Mission, forced: str | None, chosen: tuple[str, ...], required: tuple[Need, ...]) -> str:
     """The text of ``--emit backend``."""
-    by_order = (forced or mission.solve.backend) == AUTO
-    if forced and not by_order:
+    by_need = (forced or mission.solve.backend) == AUTO
+    if forced and not by_need:
         why = "the command line says so"
-    elif mission.solve.backend != AUTO:
+    elif not by_need:
         why = f"the mission says so{_where(mission.solve.span)}"
+    elif len(chosen) > 1:
+        why = "each of them offers all the mission needs: they take turns, and the first plan counts"
     else:
-        why = f"the first of {', '.join(OFFERS)} that offers all the mission needs"
-    lines = [f"backend: {chosen}", f"because {why}"]
+        why = f"it alone of {', '.join(OFFERS)} offers all the mission needs"
+    lines = [f"backend{'s' if len(chosen) > 1 else ''}: {', '.join(chosen)}", f"because {why}"]
     for name in OFFERS:
-        if name != chosen:
-            lines.extend(_not_taken(name, required, "comes first" if by_order else "is asked for", chosen))
+        if name not in chosen:
+            lines.extend(_not_taken(name, required, chosen[0]))
     lines.append("the mission needs:" if required else "the mission needs nothing special")
     lines.extend(f"  {need.feature.value}{_where(need.span)}" for need in required)
     return "\n".join(lines) + "\n"
 
 
-def _not_taken(name: str, required: tuple[Need, ...], why: str, chosen: str) -> Iterator[str]:
+def _not_taken(name: str, required: tuple[Need, ...], chosen: str) -> Iterator[str]:
     missing = _missing(name, required)
     if not missing:
-        yield f"not {name}: it could; {chosen} {why}"
+        yield f"not {name}: it could; {chosen} is asked for"
         return
     yield f"not {name}: it cannot express"
     for need in missing:

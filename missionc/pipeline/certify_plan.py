@@ -85,7 +85,7 @@ def certify_plan(
         )
     if not certificate.passed:
         return Certified(checked, Unverified(certificate, report), (no_plan.not_verified(certificate),))
-    verified = Plan(mission.name, choice.backend, budget.seed, trace, certificate.judgements)
+    verified = Plan(mission.name, report.engine or choice.backend, budget.seed, trace, certificate.judgements)
     budget.listen(Progress("emit"))
     with watch.stage("emit"):
         cut_short = report.cut_short.value if report.cut_short else ""

@@ -97,7 +97,7 @@ def _identity(checked: Checked, options: Options, budget: Budget) -> dict[str, s
     from missionc.output.folder.manifest import sha256, versions
 
     files = "".join(f"{name} {sha256(content)}\n" for name, content in inputs(checked))
-    backend = checked.choice.backend if checked.choice else ""
+    backend = " ".join(checked.choice.engines) if checked.choice else ""
     named = {name: str(value) for name, value in given(checked, options)}
     version = {f"version of {name}": number for name, number in versions().items()}
     return {"mission": sha256(files.encode()), "backend": backend, "seed": str(budget.seed), **named, **version}

@@ -34,7 +34,7 @@ from missionc.backends.api import (
     UnusableSnapshot,
     ignore,
 )
-from missionc.backends.load import load as load_backend
+from missionc.backends.load import load_engines as load_backend
 from missionc.backends.options import Options
 from missionc.base.deadline import last_call
 from missionc.base.limits import Limits
@@ -212,7 +212,7 @@ def _plan(
     mission, kernel, choice = checked.mission, checked.kernel, checked.choice
     if mission is None or kernel is None or choice is None or not checked.ok:
         return ended(Refused())
-    backend = load_backend(choice.backend, options, checkpoints.asked)
+    backend = load_backend(choice.engines, options, checkpoints.asked)
     if isinstance(backend, Diagnostic):
         return ended(Refused(), backend)
     run_budget = with_checkpoints(checked, options, budget, checkpoints)
@@ -240,7 +240,8 @@ def _plan(
         from missionc.pipeline.relax.search_relaxations import explain
 
         with watch.stage("explain"):
-            why = within(moment, partial(explain, checked, outcome, backend, options, whole, explain_limit))
+            asked_next = _for_trials(backend, outcome, options)
+            why = within(moment, partial(explain, checked, outcome, asked_next, options, whole, explain_limit))
         explained = None if isinstance(why, Ended) else why
     finding = (
         no_plan.impossible(mission, outcome, explained)
@@ -278,6 +279,12 @@ def _found(
     if plans and isinstance(answer, Ended | NotFound) and answer.reason in CUT_SHORT:
         return _cut_short(plans[-1], CUT_SHORT[answer.reason])
     return _not_found(answer, stage) if isinstance(answer, Ended) else answer
+
+
+def _for_trials(backend: Backend, outcome: Impossible | NotFound, options: Options) -> Backend:
+    """Who is asked about variants, many and soon: of a portfolio the engine that refused, or came nearest."""
+    engine = load_backend((outcome.report.engine,), options) if outcome.report.engine else backend
+    return backend if isinstance(engine, Diagnostic) else engine
 
 
 CUT_SHORT = {Reason.TIME: CutShort.TIME, Reason.MEMORY: CutShort.MEMORY}

@@ -19,11 +19,11 @@ from missionc.ir import Mission
 from missionc.kernel.nodes import Kernel
 from missionc.lower.tighten import tightened, tracking_margin, with_flyable_speeds, with_vehicle_room
 
-SHARE, LONGEST = 0.25, 20.0
-"""A share of the time that is left, and at most so many seconds, for a plan that has a margin."""
-
 PARTS = (1.0, 0.5, 0.0)
 """Parts of the margin: where all of it is too much, half of it is better than none."""
+
+SHARE, WORK = 0.25, 16.0
+"""A share of the time that is left, and at most so many units of ``work``, for a plan that has a margin."""
 
 OTHERS = 7
 """Plans that are asked for after one that holds at its steps alone."""
@@ -51,7 +51,7 @@ def plan_with_margin(backend: Backend, mission: Mission, kernel: Kernel, options
         if (margin <= 0 or part == 0.0) and slow is wanted:
             break
         now = time.monotonic()
-        short = replace(budget, deadline=now + min(LONGEST, SHARE * (budget.deadline - now)), keep=forget, resume=None)
+        short = replace(budget, deadline=now + SHARE * (budget.deadline - now), work=WORK, keep=forget, resume=None)
         outcome = backend.plan(*tightened(slow, kernel, Metres(part * margin)), options, short)
         if isinstance(outcome, Planned):
             return _after(outcome if part == 1.0 or margin <= 0 else _noted(outcome, margin, part), late)

@@ -29,7 +29,8 @@ def texts(checked: Checked) -> tuple[tuple[str, str], ...]:
 
 def given(checked: Checked, options: Options) -> tuple[tuple[str, Option], ...]:
     """What of the command line changes the plan."""
-    hears = OFFERS[checked.choice.backend].options if checked.choice is not None else frozenset()
+    engines = checked.choice.engines if checked.choice is not None else ()
+    hears = frozenset().union(*(OFFERS[name].options for name in engines))
     named = [(each.name, each.text(options)) for each in DESCRIBED.values() if _is_recorded(each, options, hears)]
     named.extend([("vehicle", checked.vehicle)] if checked.vehicle else [])
     return (*named, *((f"-D {name}", text) for name, text in sorted(checked.overrides.items())))

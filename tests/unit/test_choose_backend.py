@@ -39,7 +39,7 @@ def test_auto_takes_the_first_backend_that_offers_all() -> None:
 def test_the_words_that_rule_a_backend_out_are_in_the_explanation() -> None:
     assert choice(text(HOPS, TOTAL)).explanation == (
         "backend: hybrid\n"
-        "because the first of smt, clot, hybrid that offers all the mission needs\n"
+        "because it alone of smt, clot, hybrid offers all the mission needs\n"
         "not smt: it cannot express\n"
         "  a formation with a total tolerance (line 12: `tight`)\n"
         "not clot: it cannot express\n"
@@ -50,9 +50,18 @@ def test_the_words_that_rule_a_backend_out_are_in_the_explanation() -> None:
     )
 
 
-def test_a_backend_that_came_later_in_the_order_is_said_to_have_been_able() -> None:
-    explanation = choice(text(ROW)).explanation
-    assert "not clot: it could; smt comes first\n" in explanation
+def test_all_that_can_express_the_mission_take_turns() -> None:
+    near = choice(text("require near: every drone: eventually[0, 20 s] goal"))
+    assert near.engines == ("smt", "clot", "hybrid")
+    assert near.explanation.startswith("backends: smt, clot, hybrid\nbecause each of them offers all the mission needs")
+
+
+def test_a_formation_is_given_to_transport_first() -> None:
+    assert choice(text(ROW)).engines == ("clot", "smt", "hybrid")
+    assert choice(text(TOTAL)).engines == ("clot", "hybrid")
+
+
+def test_a_backend_that_is_not_asked_for_is_said_to_have_been_able() -> None:
     asked = choice(text(ROW, "solve with clot")).explanation
     assert "because the mission says so (line 12: `solve with clot`)\n" in asked
     assert "not smt: it could; clot is asked for\n" in asked
@@ -62,7 +71,7 @@ def test_the_command_line_overrules_the_mission() -> None:
     chosen = choice(text(ROW, "solve with clot"), "smt")
     assert chosen.backend == "smt"
     assert "because the command line says so\n" in chosen.explanation
-    assert choice(text(ROW, "solve with clot"), "auto").backend == "smt"
+    assert choice(text(ROW, "solve with clot"), "auto").engines == ("clot", "smt", "hybrid")
 
 
 def test_a_backend_that_cannot_express_the_mission_is_refused_with_the_words_in_the_way() -> None:

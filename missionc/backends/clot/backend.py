@@ -33,6 +33,7 @@ from missionc.backends.api import (
     Planned,
     Progress,
     Reason,
+    Turns,
     UnusableSnapshot,
     forget,
 )
@@ -65,6 +66,7 @@ from missionc.backends.clot.schedule.tasks import Outline, outline
 from missionc.backends.clot.torch_device import device_missing, enough_memory, one_thread
 from missionc.backends.options import Options
 from missionc.backends.run_account import Account
+from missionc.backends.work import SEARCH, driven, polish_work, sketch_work
 from missionc.base.signals import asked, hold
 from missionc.base.trace import Array, Trace
 from missionc.diagnostics.model import Diagnostic
@@ -97,8 +99,13 @@ class ClotBackend:
 
     def plan(self, mission: Mission, kernel: Kernel, options: Options, budget: Budget) -> Outcome:
         """A joint motion that satisfies every requirement."""
+        return driven(self.turns(mission, kernel, options, budget), budget)
+
+    def turns(self, mission: Mission, kernel: Kernel, options: Options, budget: Budget) -> Turns:
+        """The same in turns, of whole attempts."""
+        yield 0.0
         with one_thread(), enough_memory():
-            return Run(mission, kernel, options, budget).plan()
+            return (yield from Run(mission, kernel, options, budget).turns())
 
 
 BACKEND = ClotBackend()
@@ -130,6 +137,11 @@ class Run:
     asked: Outline = field(init=False)
     geodesics: Geodesics = field(init=False)
 
+    @property
+    def agent_steps(self) -> int:
+        """How large a motion is."""
+        return len(self.mission.agents) * self.mission.steps
+
     def __post_init__(self) -> None:
         self.preset = preset(self.options.preset, self.options.samples)
         with self.account.stage("lower"):
@@ -140,8 +152,8 @@ class Run:
         if self.budget.resume is not None:
             self.take_up(from_snapshot(self.budget.resume, self.mission, self.graph))
 
-    def plan(self, attempt: Callable[[int], Reached | None] | None = None) -> Outcome:
-        """What the first attempt that finds a plan leads to.
+    def turns(self, attempt: Callable[[int], Reached | None] | None = None) -> Turns:
+        """What the first attempt that finds a plan leads to. It pauses after each attempt.
 
         Args:
             attempt: makes the attempt of a number; this backend's own where it is left out.
@@ -154,13 +166,15 @@ class Run:
                 self.keep(number)
             alike = self.alike(number)
             if len(alike) > 1:
-                number, reached = run_parallel_attempts(self, alike, attempt)
+                number, reached = yield from run_parallel_attempts(self, alike, attempt)
             else:
                 self.account.sizes["attempts"] = number + 1
                 reached = self.taken_up() or attempt(number)
                 number = number if reached else number + 1
             if reached is not None:
                 return self.planned(number, reached)
+            if len(alike) == 1:
+                yield self.account.work
         return self.not_found(Reason.SOLVER)
 
     def alike(self, number: int) -> range:
@@ -224,6 +238,7 @@ class Run:
                 partial(self.keep, number),
                 resumed,
             )
+        self.account.work += SEARCH * sketch_work(self.agent_steps)
         if not search.motions and (self.furthest is None or search.rank > self.furthest.rank):
             self.furthest = search
         return search.motions
@@ -246,6 +261,7 @@ class Run:
         with self.account.stage("polish"):
             demand, costs = self.wanted(choices)
             polished = polish(control, costs, demand, ITERATIONS, self.in_time, partial(self.tell, "polish", number))
+        self.account.work += polish_work(self.agent_steps, polished.iterations)
         self.account.sizes["iterations"] = self.account.sizes.get("iterations", 0) + polished.iterations
         plan = self.judged(polished, trace(mission, made, polished.control), begun)
         return None if plan is None else Reached(polished.control, choices)
@@ -303,6 +319,7 @@ class Run:
             schedule = scheduler.schedule(NOISE if number else 0.0)
             key = key_frames(mission, schedule, scheduler, geodesics, generator, self.in_time)
             first = sketch(mission, schedule, key, geodesics, generator, 0.3 if number else 0.0)
+            self.account.work += sketch_work(self.agent_steps)
         return Begun(number, schedule, key, first)
 
     def again(self, number: int, motion: Array | None) -> Begun:

@@ -11,12 +11,11 @@ nothing about the world between its nodes, so that "impossible" is not this back
 
 from __future__ import annotations
 
-import time
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from missionc.backends.api import Budget, Impossible, NotFound, Outcome, Planned, ignore, unheard
+from missionc.backends.api import Budget, Impossible, NotFound, Outcome, Planned, Turns, forget, ignore, unheard
 from missionc.backends.clot.backend import ATTEMPTS, NOISE
 from missionc.backends.clot.backend import Run as Smooth
 from missionc.backends.clot.optimise.active_set import Choices
@@ -30,6 +29,7 @@ from missionc.backends.hybrid.resample import on_clock, positions
 from missionc.backends.options import Options
 from missionc.backends.smt import backend as smt
 from missionc.backends.smt.sat.installed_solvers import solver_missing
+from missionc.backends.work import driven
 from missionc.base.trace import Array
 from missionc.diagnostics.model import Diagnostic
 from missionc.ir import Mission
@@ -42,8 +42,8 @@ OWN = 3
 TICKS = 30
 """A mission of more steps is asked of the roadmap on a coarser clock, of so many."""
 
-SHARE = 0.4
-"""The share of the time that is left which may go into one plan of Z3's."""
+DISCRETE = 20.0
+"""The units of work that may go into one plan of Z3's."""
 
 
 @dataclass(slots=True)
@@ -59,8 +59,13 @@ class HybridBackend:
 
     def plan(self, mission: Mission, kernel: Kernel, options: Options, budget: Budget) -> Outcome:
         """A joint motion that satisfies every requirement."""
+        return driven(self.turns(mission, kernel, options, budget), budget)
+
+    def turns(self, mission: Mission, kernel: Kernel, options: Options, budget: Budget) -> Turns:
+        """The same in turns, of whole attempts."""
+        yield 0.0
         with one_thread(), enough_memory():
-            return Run(mission, kernel, options, budget).plan()
+            return (yield from Run(mission, kernel, options, budget).turns())
 
 
 BACKEND = HybridBackend()
@@ -101,8 +106,8 @@ class Run:
         if not self.asked.kernel.requirements:
             self.refused = "no requirement is one for a roadmap"
 
-    def plan(self) -> Outcome:
-        outcome = self.smooth.plan(self.attempt)
+    def turns(self) -> Turns:
+        outcome = yield from self.smooth.turns(self.attempt)
         if not isinstance(outcome, NotFound):
             return outcome
         return replace(outcome, statement="; ".join(part for part in (outcome.statement, self.refused) if part))
@@ -117,12 +122,11 @@ class Run:
         """A plan of Z3's for what is discrete, with the choices it makes, if there is one."""
         account, budget = self.smooth.account, self.budget
         self.smooth.tell("discrete", number)
-        now = time.monotonic()
-        deadline = now + SHARE * (budget.deadline - now)
         seed = budget.seed * ATTEMPTS + number
         with account.stage("discrete"):
-            asked = replace(budget, deadline=deadline, seed=seed, listen=ignore, found=unheard)
+            asked = replace(budget, seed=seed, listen=ignore, found=unheard, keep=forget, resume=None, work=DISCRETE)
             outcome = smt.BACKEND.plan(self.on_roadmap, self.asked.kernel, Options(self.options.solver), asked)
+            account.work += outcome.report.work
         match outcome:
             case Planned(trace, report):
                 account.sizes |= {name: size for name, size in report.sizes if name in ("nodes", "clauses")}

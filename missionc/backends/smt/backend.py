@@ -11,12 +11,14 @@ Source:
 
 from __future__ import annotations
 
-import time
+from collections.abc import Callable, Generator
 from dataclasses import dataclass, field
+from functools import partial
+from typing import TypeAlias, TypeVar
 
 import numpy as np
 
-from missionc.backends.api import Budget, Impossible, NotFound, Outcome, Planned, Progress, Reason
+from missionc.backends.api import Budget, Impossible, NotFound, Outcome, Planned, Progress, Reason, Turns
 from missionc.backends.options import Options
 from missionc.backends.run_account import Account
 from missionc.backends.smt.encode.clauses import Clauses, TooLarge
@@ -24,7 +26,7 @@ from missionc.backends.smt.encode.dimacs import dimacs, smt2
 from missionc.backends.smt.encode.lower_motion import all_ways
 from missionc.backends.smt.lift import lift
 from missionc.backends.smt.prioritized.prioritized_planning import PrioritizedPlanner
-from missionc.backends.smt.refine.lazy_constraints import JointMotion
+from missionc.backends.smt.refine.lazy_constraints import Effort, JointMotion, LazyConstraints
 from missionc.backends.smt.refine.problem import LINKS, Problem, Setting
 from missionc.backends.smt.refine.unsat_core import minimise
 from missionc.backends.smt.roadmap.labels import Unexpressible
@@ -32,7 +34,9 @@ from missionc.backends.smt.roadmap.roadmap import NoRoadmap, Roadmap, build_road
 from missionc.backends.smt.sat.installed_solvers import solver_missing
 from missionc.backends.smt.sat.proof import CNF, DRAT, Proof, Unproved, prove
 from missionc.backends.smt.sat.solve import Solvers, Stopped, Unsatisfiable
+from missionc.backends.smt.sat.wait_for_process import is_over
 from missionc.backends.smt.shorten.improve import improve
+from missionc.backends.work import CLAUSE, conflicts_of, driven
 from missionc.base.memory import left
 from missionc.base.signals import hold
 from missionc.base.trace import Flags
@@ -46,8 +50,19 @@ NODES, NEIGHBOURS = 110, 6
 FINER, ROADMAPS = 1.7, 3
 """A roadmap after one without a plan has so many times its nodes; so many roadmaps are tried."""
 
-PRIORITIZED_SHARE = 0.5
-"""The share of the time left that may go into prioritized planning, should its other limits not end it."""
+PRIORITIZED = 30.0
+"""The units of work that may go into prioritized planning on one roadmap, should its other limits not end it."""
+
+LEAST_CLAUSES = 100_000
+"""However little work a turn has left: so many clauses may be made in it."""
+
+LEAST_CONFLICTS, ROUNDS = 500, 20
+"""And so many conflicts be met; after so many rounds of collisions a question pauses as well."""
+
+Made = TypeVar("Made")
+
+Pausing: TypeAlias = Generator[float, float, Made]
+"""What pauses as ``Turns`` do, and ends with something else."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,6 +73,10 @@ class NoPlan:
     clauses: Clauses
     core: tuple[int, ...]
     """The literals of the requirements in conflict."""
+
+
+class TimeOver(Exception):
+    """There is no time left for what comes next."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,15 +97,21 @@ class SmtBackend:
 
     def plan(self, mission: Mission, kernel: Kernel, options: Options, budget: Budget) -> Outcome:
         """A joint motion on roadmaps that satisfies every requirement."""
+        return driven(self.turns(mission, kernel, options, budget), budget)
+
+    def turns(self, mission: Mission, kernel: Kernel, options: Options, budget: Budget) -> Turns:
+        """The same in turns: a roadmap, with as many clauses and conflicts as there is work for."""
         run = Run(mission, kernel, options, budget)
         try:
-            return run.plan()
+            return (yield from run.turns())
         except TooLarge as error:
             return run.not_found(Reason.SIZE, f"{error}; the limit is {budget.limits.clauses}")
         except MemoryError as error:
             return run.not_found(
                 Reason.MEMORY, str(error) or "the compiler's own memory ran out while the clauses were built"
             )
+        except TimeOver:
+            return run.not_found(Reason.TIME, "")
         except Unexpressible as error:
             return run.not_found(Reason.SOLVER, f"the solver cannot be asked for {error}")
 
@@ -107,12 +132,11 @@ class Run:
     """The nodes of each roadmap that was shown to hold no plan."""
     conflicting: set[str] = field(default_factory=set)
     """Requirements that one or the other of these refusals rests on: on each of the roadmaps they conflict."""
+    granted: float = 0.0
+    """The units of work up to which this turn goes."""
 
-    @property
-    def setting(self) -> Setting:
-        return Setting(self.mission, self.budget, self.account)
-
-    def plan(self) -> Outcome:
+    def turns(self) -> Turns:
+        yield from self.pause()
         solve = self.mission.solve
         refused: NoPlan | None = None
         missing = ""
@@ -129,7 +153,7 @@ class Run:
                     continue
                 self.tried.append(nodes)
                 missing = ""
-                result = self.on_roadmaps(roadmaps, solvers)
+                result = yield from self.on_roadmaps(roadmaps, solvers)
             if not isinstance(result, NoPlan):
                 return result
             refused = result
@@ -143,10 +167,39 @@ class Run:
         conflict = tuple(goal.name for goal in self.kernel.requirements if goal.name in self.conflicting)
         return Impossible(conflict, self.refusal(conflict), self.account.report())
 
-    def on_roadmaps(self, roadmaps: tuple[Roadmap, ...], solvers: Solvers) -> Outcome | NoPlan:
+    def pause(self) -> Pausing[None]:
+        """Until there is work left to do, if there is none.
+
+        Raises:
+            TimeOver: there is no time left to do it in.
+        """
+        while self.account.work >= self.granted:
+            self.granted = yield self.account.work
+        if is_over(self.budget.deadline):
+            raise TimeOver
+
+    def within_clauses(self, attempt: Callable[[Setting], Made]) -> Pausing[Made]:
+        """What the attempt comes to, with as many clauses as there is work for; later with more, if those are too few.
+
+        Raises:
+            TooLarge: the clauses would pass their limit, whatever the work.
+        """
+        most = self.budget.limits.clauses
+        while True:
+            yield from self.pause()
+            afforded = min(most, max(LEAST_CLAUSES, (self.granted - self.account.work) / CLAUSE))
+            try:
+                return attempt(Setting(self.mission, self.budget, self.account, int(afforded)))
+            except TooLarge:
+                if afforded >= most:
+                    raise
+                self.account.work += CLAUSE * afforded
+                self.account.work = max(self.account.work, self.granted)
+
+    def on_roadmaps(self, roadmaps: tuple[Roadmap, ...], solvers: Solvers) -> Pausing[Outcome | NoPlan]:
         self.account.sizes["nodes"] = self.tried[-1]
         self.account.sizes["states"] = sum(len(roadmap.position) for roadmap in roadmaps)
-        outcome = self.prioritized(roadmaps, solvers)
+        outcome = yield from self.within_clauses(partial(self.prioritized, roadmaps, solvers))
         if outcome is not None:
             return outcome
         ways = all_ways(roadmaps, {})
@@ -154,33 +207,30 @@ class Run:
             if not solvers.alive:
                 solvers = self.solvers()
             with solvers:
-                result = self.with_everyone(roadmaps, ways, most_links, solvers)
+                result = yield from self.with_everyone(roadmaps, ways, most_links, solvers)
             if not isinstance(result, TooFewLinks):
                 break
         assert not isinstance(result, TooFewLinks)
         return result
 
-    def prioritized(self, roadmaps: tuple[Roadmap, ...], solvers: Solvers) -> Planned | None:
+    def prioritized(self, roadmaps: tuple[Roadmap, ...], solvers: Solvers, setting: Setting) -> Planned | None:
         """A plan made for few agents at a time, if there is one."""
         mission, kernel = self.mission, self.kernel
         if kernel.preferences or mission.objective is not Objective.NONE or mission.steps == 0:
             return None
-        now = time.monotonic()
-        planner = PrioritizedPlanner(
-            self.setting, kernel, roadmaps, solvers, now + PRIORITIZED_SHARE * (self.budget.deadline - now)
-        )
+        planner = PrioritizedPlanner(setting, kernel, roadmaps, solvers, self.account.work + PRIORITIZED)
         trace = planner.plan()
         if trace is not None:
             self.account.sizes["turns"] = planner.taken
             self.record(planner.largest, planner.rounds, solvers)
             return Planned(trace, self.account.report())
-        if not solvers.alive:
-            self.account.notes.append("a plan for few agents at a time was not found in its share of the time")
+        if not planner.affordable:
+            self.account.notes.append("a plan for few agents at a time was not found in its share of the work")
         return None
 
     def with_everyone(
         self, roadmaps: tuple[Roadmap, ...], ways: tuple[Flags, ...], most_links: int, solvers: Solvers
-    ) -> Outcome | NoPlan | TooFewLinks:
+    ) -> Pausing[Outcome | NoPlan | TooFewLinks]:
         """A plan from one problem with all agents.
 
         Args:
@@ -190,12 +240,19 @@ class Run:
         everyone = frozenset(range(len(self.mission.agents)))
         self.budget.listen(Progress("lower", len(self.tried), f"{len(everyone)} agents"))
         goals = kernel.requirements + kernel.preferences
-        problem = self.setting.problem(goals, roadmaps, ways, everyone, frozenset(), most_links, solvers)
+
+        def build(setting: Setting) -> Problem:
+            return setting.problem(goals, roadmaps, ways, everyone, frozenset(), most_links, solvers)
+
+        problem = yield from self.within_clauses(build)
         search, lowered = problem.search, problem.lowered
         required = lowered.goals[: len(kernel.requirements)]
         core: tuple[int, ...] = ()
         self.budget.listen(Progress("solve"))
-        result = search.find(required)
+        result = search.find(required, self.effort(search))
+        while isinstance(result, Stopped) and result.paused:
+            yield from self.pause()
+            result = search.find(required, self.effort(search))
         if isinstance(result, JointMotion):
             if kernel.preferences or self.mission.objective is not Objective.NONE:
                 hold()
@@ -218,6 +275,11 @@ class Run:
                 return NoPlan(conflict, search.clauses, core)
             case Stopped(reason, detail):
                 return self.not_found(reason, detail)
+
+    def effort(self, search: LazyConstraints) -> Effort | None:
+        """What a question may take in this turn; None for as much as it needs."""
+        conflicts = conflicts_of(self.granted - self.account.work, search.clauses.count)
+        return None if conflicts is None else Effort(max(LEAST_CONFLICTS, conflicts), ROUNDS)
 
     def solvers(self) -> Solvers:
         return Solvers(self.options.solver, left(self.budget.memory_bytes), self.budget.seed, self.budget.deadline)

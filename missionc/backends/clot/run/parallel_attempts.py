@@ -7,7 +7,7 @@ number, ends them all.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator, Iterator
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Protocol, TypeAlias
@@ -60,8 +60,12 @@ class AttemptResult:
     late: bool
 
 
-def run_parallel_attempts(run: Run, numbers: range, attempt: MakeAttempt) -> tuple[int, Reached | None]:
+def run_parallel_attempts(
+    run: Run, numbers: range, attempt: MakeAttempt
+) -> Generator[float, float, tuple[int, Reached | None]]:
     """The first of these attempts that finds a plan, and that plan; or the attempt to go on with, and None.
+
+    It pauses after each, as a run that makes one after the other; the children go on.
 
     Args:
         numbers: attempts of which none asks what came of another.
@@ -91,6 +95,7 @@ def run_parallel_attempts(run: Run, numbers: range, attempt: MakeAttempt) -> tup
                 if reached is not None:
                     return number, reached
                 number += 1
+                yield run.account.work
                 if not as_before:
                     return number, None
                 if number <= numbers[-1]:

@@ -13,7 +13,6 @@ That no plan is found in this way says nothing.
 
 from __future__ import annotations
 
-import time
 from collections import deque
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
@@ -42,7 +41,9 @@ from missionc.backends.smt.refine.problem import LINKS, Problem, Setting
 from missionc.backends.smt.roadmap.labels import Labels
 from missionc.backends.smt.roadmap.roadmap import Indices, Roadmap
 from missionc.backends.smt.sat.solve import Solvers
+from missionc.backends.smt.sat.wait_for_process import is_over
 from missionc.backends.smt.shorten.shorten_paths import shorten_paths
+from missionc.backends.work import MOVE_STEP
 from missionc.base.trace import Flags, Trace
 from missionc.kernel.nodes import All, Goal, Kernel, Node
 from missionc.monitoring.evaluate import Evaluation
@@ -71,7 +72,7 @@ EFFORT = Effort(conflicts=1_000, rounds=50)
 class PrioritizedPlanner:
     """Prioritized planning: a joint motion as it grows.
 
-    ``until``, on the clock of ``time.monotonic``, is for missions on which the
+    ``most``, units of ``work`` of the run's account, is for missions on which the
     counts above are too generous.
     """
 
@@ -79,7 +80,7 @@ class PrioritizedPlanner:
     kernel: Kernel
     roadmaps: tuple[Roadmap, ...]
     solvers: Solvers
-    until: float
+    most: float
     requirements: RequirementParts = field(init=False)
     named: dict[Node, Agents] = field(init=False)
     order: PlanningOrder = field(init=False)
@@ -105,6 +106,11 @@ class PrioritizedPlanner:
             ways = all_ways(self.roadmaps, self.requirements.never)
             self.order = PlanningOrder(labels, ways)
             self.reservations = Reservations(lower_motion(self.roadmaps, ways, NOBODY, Clauses(1)), mission)
+
+    @property
+    def affordable(self) -> bool:
+        """Whether there is work left to do it with, and time."""
+        return self.setting.account.work < self.most and not is_over(self.setting.budget.deadline)
 
     @property
     def everyone(self) -> Agents:
@@ -185,7 +191,7 @@ class PrioritizedPlanner:
     def plan_single_agents(self, waiting: list[tuple[int, ...]]) -> list[tuple[int, ...]]:
         """Settles those for whom there is a way by themselves; who is left."""
         queue, left, failures = deque(waiting), list[tuple[int, ...]](), 0
-        while queue and failures < IN_VAIN and time.monotonic() < self.until:
+        while queue and failures < IN_VAIN and self.affordable:
             group = queue.popleft()
             moved = self.plan_single_agent(group[0]) if len(group) == 1 else None
             if moved is None:
@@ -206,6 +212,7 @@ class PrioritizedPlanner:
         """
         parts = self.applicable_parts(self.guaranteed, frozenset((agent, *self.reservations.agents)))
         formulas, reservations, setting = list(parts.values()), self.reservations, self.setting
+        setting.account.work += MOVE_STEP * reservations.states.shape[1] * len(reservations.motion.roadmap(agent).moves)
         with setting.account.stage("alone"):
             only = frozenset((agent,))
             if not reservations.agents and self.infeasible(formulas, self.order.ways, only):
@@ -248,7 +255,7 @@ class PrioritizedPlanner:
             if self.plan_together(together):
                 return together
             self.failures += 1
-            if helpers >= len(more) or self.failures >= FAILURES or not self.solvers.alive:
+            if helpers >= len(more) or self.failures >= FAILURES or not self.affordable or not self.solvers.alive:
                 return NOBODY
             helpers = max(1, 2 * helpers)
 
@@ -273,7 +280,7 @@ class PrioritizedPlanner:
         problem = setting.problem((goal,), roadmaps, ways, batch, before, LINKS, self.solvers)
         if problem.lowered.infeasible:
             return False
-        result = problem.search.find(problem.lowered.goals, self.until, EFFORT)
+        result = problem.search.find(problem.lowered.goals, effort=EFFORT)
         if not isinstance(result, JointMotion):
             return False
         if reservations is not self.reservations:

@@ -15,6 +15,7 @@ from missionc.backends.smt.encode.lower_motion import Motion
 from missionc.backends.smt.refine.collisions import Separation, too_near
 from missionc.backends.smt.roadmap.roadmap import Indices
 from missionc.backends.smt.sat.solve import Answer, Satisfiable, Solvers, Stopped, Unsatisfiable
+from missionc.backends.work import question_work
 from missionc.base.trace import Flags
 from missionc.ir import Mission
 
@@ -26,6 +27,10 @@ SMALL = 20_000
 
 PRESOLVE_CLAUSES = 300_000
 """Clauses: each presolve reads all of them, so that of many it is quicker to ask a solver that knows most already."""
+
+
+PRESOLVED = 100
+"""Conflicts that a presolve is taken to meet; it does not say how many."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,6 +70,8 @@ class LazyConstraints:
     account: Account
     listen: Callable[[Progress], None]
     rounds: int = 0
+    work: float = 0.0
+    """Units of ``work`` that its questions took."""
     presolve_budget: int = PRESOLVE_CLAUSES
     """Clauses that may still be read by presolves; none any more once one was not enough."""
     _separation: Separation = field(init=False)
@@ -75,13 +82,13 @@ class LazyConstraints:
             with self.account.stage("collisions"):
                 self._separation.one_in_each_place()
 
-    def find(self, assumptions: tuple[int, ...], deadline: float | None = None, effort: Effort | None = None) -> Result:
+    def find(self, assumptions: tuple[int, ...], effort: Effort | None = None) -> Result:
         """A joint motion without collisions in which the assumptions hold, or why there is none."""
         most = None if effort is None else self.rounds + effort.rounds
         while self.rounds != most:
             self.rounds += 1
             with self.account.stage("solve"):
-                states = self.joint_motion(assumptions, deadline, effort)
+                states = self.joint_motion(assumptions, effort)
             if not isinstance(states, np.ndarray):
                 return states
             with self.account.stage("collisions"):
@@ -93,27 +100,36 @@ class LazyConstraints:
                 except TooLarge as error:
                     return Stopped(Reason.SIZE, f"{error}; the limit is {self.clauses.limit}")
             self.listen(Progress("solve", self.rounds, f"{len(near)} times two agents came too near"))
-        return Stopped(Reason.SOLVER, f"after {effort.rounds} rounds agents still came too near" if effort else "")
+        wrong = f"after {effort.rounds} rounds agents still came too near" if effort else ""
+        return Stopped(Reason.SOLVER, wrong, paused=True)
 
-    def joint_motion(
-        self, assumptions: tuple[int, ...], deadline: float | None, effort: Effort | None
-    ) -> Indices | Unsatisfiable | Stopped:
+    def joint_motion(self, assumptions: tuple[int, ...], effort: Effort | None) -> Indices | Unsatisfiable | Stopped:
         """Each agent's state, (agents, steps + 1), in a model of the clauses so far, or why there is none."""
         seen = None
         if self.presolve_budget > 0:
             seen = self.solvers.presolve(self.clauses, assumptions)
+            self.worked(PRESOLVED)
             self.presolve_budget = 0 if seen is None else self.presolve_budget - self.clauses.count
         if isinstance(seen, Unsatisfiable):
             return seen
         if seen is not None:
             return self._states(seen.__getitem__)
-        answer = self.ask(assumptions, deadline, effort)
+        answer = self.ask(assumptions, effort)
         return self._states(self.solvers.values) if isinstance(answer, Satisfiable) else answer
 
-    def ask(self, assumptions: tuple[int, ...], deadline: float | None = None, effort: Effort | None = None) -> Answer:
+    def ask(self, assumptions: tuple[int, ...], effort: Effort | None = None) -> Answer:
         """What the solver says of the clauses so far; of a refusal it says what that rests on."""
         self.solvers.add(self.clauses)
-        return self.solvers.solve(assumptions, deadline, effort.conflicts if effort else None)
+        before = self.solvers.conflicts
+        answer = self.solvers.solve(assumptions, conflicts=effort.conflicts if effort else None)
+        self.worked(self.solvers.conflicts - before)
+        return answer
+
+    def worked(self, conflicts: int) -> None:
+        """Counts a question that met so many."""
+        done = question_work(self.clauses.count, conflicts)
+        self.work += done
+        self.account.work += done
 
     def _states(self, holding: Callable[[Literals], Flags | Stopped]) -> Indices | Stopped:
         """Where a model has the agents; asked step by step, only of where their moves may have led.

@@ -16,6 +16,7 @@ from missionc.backends.smt.encode.occupancy import Occupancy
 from missionc.backends.smt.refine.lazy_constraints import LazyConstraints
 from missionc.backends.smt.roadmap.roadmap import Roadmap
 from missionc.backends.smt.sat.solve import Solvers
+from missionc.backends.work import CLAUSE
 from missionc.base.trace import Flags
 from missionc.ir import Mission
 from missionc.kernel.nodes import Goal
@@ -40,6 +41,8 @@ class Setting:
     mission: Mission
     budget: Budget
     account: Account
+    clauses: int
+    """How many may be made of formulas and motions; those about collisions may pass that, up to the budget's limit."""
 
     def problem(
         self,
@@ -64,11 +67,13 @@ class Setting:
             Unexpressible: a predicate is about too many agents at once.
         """
         with self.account.stage("lower"):
-            clauses = Clauses(self.budget.limits.clauses)
+            clauses = Clauses(self.clauses)
             solvers.begin()
             motion = lower_motion(roadmaps, ways, planned | reserved, clauses)
             solvers.show(clauses)
             lowered = lower(goals, self.mission, motion, clauses, Occupancy(motion, clauses), most_links)
+            self.account.work += CLAUSE * clauses.count
+            clauses.limit = self.budget.limits.clauses
         members = np.array(sorted(planned), dtype=np.int64)
         search = LazyConstraints(self.mission, motion, members, clauses, solvers, self.account, self.budget.listen)
         return Problem(motion, lowered, search)

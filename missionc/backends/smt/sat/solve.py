@@ -32,6 +32,9 @@ PACKAGES = {"z3": "z3", "cadical": "pysat", "proof": "pysat"}
 FEW = 1_000
 """Up to so many literals at a time are quicker as they are than as text, for Z3."""
 
+UNLIMITED = 2**31 - 1
+"""Conflicts that no solver meets."""
+
 OUT_OF_MEMORY = {-signal.SIGABRT, -signal.SIGKILL, -signal.SIGSEGV, 101}
 """How a child ends that could not have more memory: by a signal, or by Z3's own exit status."""
 
@@ -54,6 +57,8 @@ class Stopped:
 
     reason: Reason
     detail: str
+    paused: bool = False
+    """The conflicts allowed were met: it may be asked again, and goes on with what it has learned."""
 
 
 Answer: TypeAlias = Satisfiable | Unsatisfiable | Stopped
@@ -105,6 +110,8 @@ class Solvers:
     def __init__(self, solver: str, memory_bytes: int, seed: int, deadline: float) -> None:
         self.deadline = deadline
         self.peak_bytes = 0
+        self.conflicts = 0
+        """Conflicts of all questions that were answered or given up."""
         self.cut = False
         """Whether a question was left without an answer because it was time to end."""
         self._solver, self._memory_bytes, self._seed = solver, memory_bytes, seed
@@ -113,6 +120,8 @@ class Solvers:
         self._children: list[Child] = []
         self._started = False
         self._told = 0
+        self._limit: int | None = None
+        """The conflicts that the child was last told to give up after."""
 
     def __enter__(self) -> Solvers:
         return self
@@ -138,7 +147,7 @@ class Solvers:
 
     def begin(self) -> None:
         """A new problem: the clauses of the one before are forgotten."""
-        self._told = 0
+        self._told, self._limit = 0, None
         for child in self._children:
             child.send(b"N", b"")
         if self._presolver is None or self._presolver.told:
@@ -191,19 +200,23 @@ class Solvers:
         Args:
             conflicts: a solver that has met so many gives up; several that race may go on.
         """
-        if conflicts is not None and len(self._children) == 1:
-            self._children[0].send(b"C", np.array([conflicts], dtype=np.int32).tobytes())
+        if conflicts != self._limit and len(self._children) == 1:
+            self._limit = conflicts
+            most = UNLIMITED if conflicts is None else min(conflicts, UNLIMITED)
+            self._children[0].send(b"C", np.array([most], dtype=np.int32).tobytes())
         payload = np.array(assumptions, dtype=np.int32).tobytes()
         answer = self._ask(b"S", payload, min(self.deadline, deadline or self.deadline))
         if isinstance(answer, Stopped):
             return answer
+        self.conflicts += int(np.frombuffer(answer[1:5], dtype=np.int32)[0])
+        detail = answer[5:]
         match answer[:1]:
             case b"s":
                 return Satisfiable()
             case b"u":
-                return Unsatisfiable(tuple(np.frombuffer(answer[1:], dtype=np.int32).tolist()))
+                return Unsatisfiable(tuple(np.frombuffer(detail, dtype=np.int32).tolist()))
             case _:
-                return _gave_up(answer[1:].decode(errors="replace"))
+                return _gave_up(detail.decode(errors="replace"), paused=conflicts is not None)
 
     def values(self, variables: Literals) -> Flags | Stopped:
         """Which of the variables hold in the last model: (variables,) -> (variables,)."""
@@ -282,5 +295,7 @@ def _folder(package: str) -> str:
     return "" if spec is None or spec.origin is None else str(Path(spec.origin).parent.parent)
 
 
-def _gave_up(detail: str) -> Stopped:
-    return Stopped(Reason.MEMORY if "memory" in detail else Reason.SOLVER, detail)
+def _gave_up(detail: str, *, paused: bool = False) -> Stopped:
+    if "memory" in detail:
+        return Stopped(Reason.MEMORY, detail)
+    return Stopped(Reason.SOLVER, detail, paused and "conflicts" in detail)

@@ -10,7 +10,8 @@ message is a letter, a length of eight bytes, and so many bytes:
     L  clauses as literals, with a 0 after each
     C  a number of conflicts after which the solver gives up, from now until N
     N  begin anew, without clauses
-    S  assumptions: solve; the answer is S with what came out, and the core or the reason
+    S  assumptions: solve; the answer is S with what came out, the conflicts it took in four bytes, and the core or
+       the reason
     V  variables: the answer is V with a byte for each, 1 where the last model has it true
 
 It begins with R when it is ready, and says E and why when something failed.
@@ -39,6 +40,9 @@ if TYPE_CHECKING:
 
         def solve(self, assumptions: list[int]) -> tuple[bytes, bytes]:
             """The answer, and with it the assumptions it rests on or the reason for none."""
+
+        def conflicts_met(self) -> int:
+            """The conflicts of all questions since the solver was made or forgot its clauses."""
 
         def values(self, variables: list[int]) -> bytes: ...
 
@@ -88,14 +92,24 @@ SIGNATURES: dict[str, tuple[Any, ...]] = {
     "solver_from_string": (None, POINTER, POINTER, TEXT),
     "solver_get_model": (POINTER, POINTER, POINTER),
     "solver_get_reason_unknown": (TEXT, POINTER, POINTER),
+    "solver_get_statistics": (POINTER, POINTER, POINTER),
     "solver_get_unsat_core": (POINTER, POINTER, POINTER),
     "solver_inc_ref": (None, POINTER, POINTER),
     "solver_set_params": (None, POINTER, POINTER, POINTER),
+    "stats_dec_ref": (None, POINTER, POINTER),
+    "stats_get_key": (TEXT, POINTER, POINTER, ctypes.c_uint),
+    "stats_get_uint_value": (ctypes.c_uint, POINTER, POINTER, ctypes.c_uint),
+    "stats_inc_ref": (None, POINTER, POINTER),
+    "stats_size": (ctypes.c_uint, POINTER, POINTER),
 }
 """Functions of Z3's C interface that are used: what each gives, then what it takes."""
 
 PARAMETERS = {"branching.heuristic": "chb"}
 """What Z3 solved all of the larger problems with that were tried; by default it got nowhere on some of them."""
+
+
+CONFLICTS = b"sat conflicts"
+"""What Z3's statistics call them."""
 
 
 class Z3:
@@ -168,6 +182,16 @@ class Z3:
         library.Z3_ast_vector_inc_ref(context, core)
         size = library.Z3_ast_vector_size(context, core)
         return UNSAT, packed([assumed[library.Z3_ast_vector_get(context, core, place)] for place in range(size)])
+
+    def conflicts_met(self) -> int:
+        library, context = self.library, self.context
+        statistics = library.Z3_solver_get_statistics(context, self.solver)
+        library.Z3_stats_inc_ref(context, statistics)
+        places = range(library.Z3_stats_size(context, statistics))
+        named = [place for place in places if library.Z3_stats_get_key(context, statistics, place) == CONFLICTS]
+        met = sum(library.Z3_stats_get_uint_value(context, statistics, place) for place in named)
+        library.Z3_stats_dec_ref(context, statistics)
+        return int(met)
 
     def values(self, variables: list[int]) -> bytes:
         library, context, model, term = self.library, self.context, self.model, self.term
@@ -254,6 +278,9 @@ class CaDiCaL:
             return SAT, b""
         return UNSAT, packed(self.solver.get_core() or [])
 
+    def conflicts_met(self) -> int:
+        return int(self.solver.accum_stats()["conflicts"])
+
     def values(self, variables: list[int]) -> bytes:
         return bytes(variable in self.true for variable in variables)
 
@@ -310,8 +337,10 @@ def serve(solver: Solver, source: BinaryIO, sink: BinaryIO) -> None:
             case b"N":
                 solver.anew()
             case b"S":
+                before = solver.conflicts_met()
                 answer, detail = solver.solve(unpacked(payload))
-                send(sink, b"S", answer + detail)
+                met = max(0, solver.conflicts_met() - before)
+                send(sink, b"S", answer + packed([met]) + detail)
             case b"V":
                 send(sink, b"V", solver.values(unpacked(payload)))
 

@@ -1,0 +1,1 @@
+"""The portfolio: several engines take turns, and the first plan wins."""

@@ -1,0 +1,233 @@
+"""The portfolio, top to bottom: its engines take turns of growing length, and the first plan is the answer.
+
+    in   Mission, its kernel
+    out  Planned, Impossible or NotFound
+
+Whose turn it is follows from the work that each has done, never from seconds. That roadmaps hold no plan ends only
+the engine that says so: the others have some turns more, and where they find nothing, it is the answer.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Sequence
+from contextlib import ExitStack, closing
+from dataclasses import dataclass, replace
+
+from missionc.backends.api import (
+    Backend,
+    Budget,
+    Impossible,
+    NotFound,
+    Outcome,
+    Planned,
+    Reason,
+    Report,
+    Tried,
+    Turns,
+)
+from missionc.backends.options import Options
+from missionc.backends.work import driven
+from missionc.base.units import Seconds
+from missionc.diagnostics.model import Diagnostic
+from missionc.ir import Mission
+from missionc.kernel.nodes import Kernel
+
+FIRST, LONGER = 4.0, 2.0
+"""The units of ``work`` that each engine may have done after its first turn; so many times as many after the next."""
+
+AFTER_REFUSAL = 8
+"""So many attempts an engine has where roadmaps hold no plan: with the eighth, clot has searched agent by agent."""
+
+WORST = (Reason.TIME, Reason.MEMORY, Reason.SIZE, Reason.SOLVER, Reason.NO_ROADMAP)
+"""Of several reasons for no answer, the first of these is that of the portfolio."""
+
+
+@dataclass(frozen=True, slots=True)
+class Engine:
+    """A backend that takes turns: its name, and what loads it."""
+
+    name: str
+    load: Callable[[], Backend]
+
+
+@dataclass(slots=True)
+class PortfolioBackend:
+    """Several engines in turns.
+
+    Args:
+        engines: in the order of their turns. Each is loaded for its first, so that who is not needed costs nothing.
+        lacking: what is said of engines that are not installed.
+    """
+
+    engines: Sequence[Engine]
+    lacking: tuple[str, ...] = ()
+    name: str = "auto"
+    refutes: bool = False
+
+    def missing(self, options: Options) -> Diagnostic | None:
+        """Nothing: who is missing was left out."""
+        return None
+
+    def plan(self, mission: Mission, kernel: Kernel, options: Options, budget: Budget) -> Outcome:
+        """The first plan that an engine finds; else what they say together."""
+        return driven(self.turns(mission, kernel, options, budget), budget)
+
+    def turns(self, mission: Mission, kernel: Kernel, options: Options, budget: Budget) -> Turns:
+        """The same, in turns: those of the engines."""
+        with ExitStack() as stack:
+            runs = [Run(each, mission, kernel, options, budget) for each in self.engines]
+            for run in runs:
+                stack.enter_context(closing(run))
+            outcome = yield from in_turns(runs)
+        notes = outcome.report.notes if isinstance(outcome, Planned) else (*outcome.report.notes, *self.lacking)
+        return replace(outcome, report=replace(outcome.report, notes=notes))
+
+
+@dataclass(slots=True, eq=False)
+class Run:
+    """One engine, from its first turn to its last."""
+
+    engine: Engine
+    mission: Mission
+    kernel: Kernel
+    options: Options
+    budget: Budget
+    search: Turns | None = None
+    count: int = 0
+    """Turns taken."""
+    attempts: int = 0
+    """Times it paused: the attempts of one that works in attempts."""
+    work: float = 0.0
+    seconds: float = 0.0
+    said: Outcome | None = None
+
+    @property
+    def name(self) -> str:
+        return self.engine.name
+
+    def turn(self, most: float, attempts: float = math.inf) -> None:
+        """Until that much work is done, or so many attempts are made, or it says something."""
+        begin = time.perf_counter()
+        self.count += 1
+        try:
+            search = self.search or self.begun()
+            while self.work < most and self.attempts < attempts:
+                self.work = search.send(most)
+                self.attempts += 1
+        except StopIteration as ended:
+            self.said = ended.value
+            self.work = max(self.work, ended.value.report.work)
+        except MemoryError as error:
+            self.said = NotFound(Reason.MEMORY, str(error) or Reason.MEMORY.value, Report(work=self.work))
+        finally:
+            self.seconds += time.perf_counter() - begin
+
+    def begun(self) -> Turns:
+        """Its search, before its first turn."""
+        backend = self.engine.load()
+        budget = self.budget
+        told = replace(
+            budget,
+            work=math.inf,
+            listen=lambda progress: budget.listen(replace(progress, engine=self.name)),
+            found=lambda plan: budget.found(self.named(plan)),
+        )
+        self.search = search = backend.turns(self.mission, self.kernel, self.options, told)
+        next(search)
+        return search
+
+    def named(self, plan: Planned) -> Planned:
+        """The plan as one of this engine's."""
+        return replace(plan, report=replace(plan.report, engine=self.name))
+
+    def close(self) -> None:
+        """Ends it where it is."""
+        if self.search is not None:
+            self.search.close()
+
+    @property
+    def failed(self) -> NotFound | None:
+        """That it found nothing, if that is what it said."""
+        return self.said if isinstance(self.said, NotFound) else None
+
+    @property
+    def refusal(self) -> Impossible | None:
+        """That its roadmaps hold no plan, if that is what it said."""
+        return self.said if isinstance(self.said, Impossible) else None
+
+    @property
+    def says(self) -> str:
+        """What it came to, in words."""
+        match self.said:
+            case Planned():
+                return "a plan"
+            case Impossible(statement=statement) | NotFound(statement=statement):
+                return statement
+            case _:
+                return f"none found in {self.attempts} attempts" if self.count else "not asked"
+
+    @property
+    def tried(self) -> Tried:
+        """What it did."""
+        return Tried(self.name, self.count, round(self.work, 3), Seconds(self.seconds), self.says)
+
+
+def in_turns(runs: list[Run]) -> Turns:
+    """What the first of them that plans says; else what all say together."""
+    granted, most = (yield 0.0), FIRST
+    while waiting := _waiting(runs):
+        ready = [run for run in waiting if run.work < most]
+        if not ready:
+            most *= LONGER
+            continue
+        run, done = ready[0], sum(each.work for each in runs)
+        run.turn(run.work + granted - done if len(waiting) == 1 else most, _attempts(runs))
+        if isinstance(run.said, Planned):
+            return _with_accounts(run.named(run.said), runs)
+        if run.failed is not None and run.failed.reason is Reason.TIME:
+            for other in waiting:  # each looks at the clock at once, and says how near it came
+                if other.said is None and other.search is not None:
+                    other.turn(math.inf)
+            break
+        granted = yield sum(each.work for each in runs)
+    return _with_accounts(_together(runs), runs)
+
+
+def _attempts(runs: list[Run]) -> float:
+    """How many attempts each may make."""
+    return AFTER_REFUSAL if any(run.refusal for run in runs) else math.inf
+
+
+def _waiting(runs: list[Run]) -> list[Run]:
+    """Those that have turns left, in their order."""
+    return [run for run in runs if run.said is None and run.attempts < _attempts(runs)]
+
+
+def _together(runs: list[Run]) -> Impossible | NotFound:
+    """What those say together that found nothing: a refusal of roadmaps where nobody else ran out of time."""
+    failed = [(run, run.failed) for run in runs if run.failed is not None]
+    reasons = [said.reason for _, said in failed]
+    for run in runs:
+        if run.refusal is not None and Reason.TIME not in reasons:
+            others = [f"{other.name} found none in {other.attempts} attempts" for other in runs if other is not run]
+            refused = replace(run.refusal, statement="; ".join([run.refusal.statement, *others]))
+            return replace(refused, report=replace(refused.report, engine=run.name))
+    nearest, said = min(failed, key=lambda each: math.inf if each[1].best is None else each[1].best.wrong)
+    statement = "; ".join(f"{run.name}: {run.says}" for run in runs if run.count)
+    report = replace(said.report, engine=nearest.name)
+    return replace(said, reason=min(reasons, key=WORST.index), statement=statement, report=report)
+
+
+def _with_accounts(outcome: Outcome, runs: list[Run]) -> Outcome:
+    """With what each engine did; the seconds of the others are told by their names."""
+    report = outcome.report
+    others = [(run.name, Seconds(run.seconds)) for run in runs if run.count and run.name != report.engine]
+    report = replace(
+        report,
+        seconds=(*others, *report.seconds),
+        work=sum(run.work for run in runs),
+        tried=tuple(run.tried for run in runs),
+    )
+    return replace(outcome, report=report)

@@ -1,0 +1,241 @@
+"""Turns of several engines: counted in work, ended by the first plan, and by no refusal of roadmaps."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+import pytest
+
+from missionc.backends import load
+from missionc.backends.api import (
+    Attempt,
+    Backend,
+    Budget,
+    Impossible,
+    NotFound,
+    Outcome,
+    Planned,
+    Progress,
+    Reason,
+    Report,
+    Turns,
+)
+from missionc.backends.options import Options
+from missionc.backends.portfolio.backend import AFTER_REFUSAL, FIRST, Engine, PortfolioBackend
+from missionc.backends.work import driven
+from missionc.base.source import Source
+from missionc.base.trace import Trace
+from missionc.base.units import Seconds
+from missionc.diagnostics.code import EXTRA_MISSING, NOT_ITS_FLAG
+from missionc.diagnostics.model import Diagnostic
+from missionc.ir import Mission
+from missionc.kernel.nodes import Kernel
+from missionc.pipeline.driver import compile
+from missionc.pipeline.front_end import check
+from missionc.pipeline.results import Verified
+from tests.support.small_missions import SMALL
+
+STILL = np.zeros((2, 7, 2))
+TRACE = Trace(Seconds(1.0), STILL, STILL, STILL[..., 0])
+PLAN = Planned(TRACE, Report(work=3.0))
+REFUSED = Impossible(("visit",), "on roadmaps of 110 nodes `visit` cannot hold", Report())
+NOTHING = NotFound(Reason.SOLVER, "40 attempts found none", Report())
+LATE = NotFound(Reason.TIME, "the best candidate fails `visit`", Report())
+SMALL_CHECKED = check(Source("small.mission", SMALL))
+
+ROUND_A_DISC = """
+mission three
+time step 1 s, horizon 8 s
+world (0, 0) to (10, 10)
+region   goal = box (7, 7) to (9, 9)
+obstacle o    = disc at (5, 5) radius 1 m
+team r[3] { radius 0.2 m  dynamics single_integrator(speed <= 1.5 m/s)  start at (1, 1), (1, 3), (3, 1) }
+separation 0.2 m
+require go: every r: eventually[0, 8 s] goal
+"""
+
+
+@dataclass
+class Scripted:
+    """An engine that pauses after each piece of work, and then answers; it tells a log of what it does."""
+
+    name: str
+    pieces: Sequence[float]
+    answer: Outcome | type[MemoryError]
+    log: list[str]
+    wait: Callable[[], None] = lambda: None
+    refutes: bool = False
+    ended: list[str] = field(default_factory=list)
+
+    def missing(self, options: Options) -> Diagnostic | None:
+        return None
+
+    def turns(self, mission: Mission, kernel: Kernel, options: Options, budget: Budget) -> Turns:
+        work = 0.0
+        try:
+            yield work
+            for piece in self.pieces:
+                self.wait()
+                budget.listen(Progress("working"))
+                self.log.append(self.name)
+                work += piece
+                yield work
+            if not isinstance(self.answer, Planned | Impossible | NotFound):
+                raise self.answer
+            return self.answer
+        finally:
+            self.ended.append(self.name)
+
+    def plan(self, mission: Mission, kernel: Kernel, options: Options, budget: Budget) -> Outcome:
+        return driven(self.turns(mission, kernel, options, budget), budget)
+
+
+def asked(*engines: Scripted, budget: Budget | None = None) -> Outcome:
+    assert SMALL_CHECKED.mission is not None
+    assert SMALL_CHECKED.kernel is not None
+
+    def loaded(engine: Scripted) -> Callable[[], Backend]:
+        return lambda: engine
+
+    portfolio = PortfolioBackend([Engine(each.name, loaded(each)) for each in engines])
+    return portfolio.plan(SMALL_CHECKED.mission, SMALL_CHECKED.kernel, Options(), budget or Budget(deadline=1e12))
+
+
+def turns_of(wait: Callable[[], None] = lambda: None) -> list[str]:
+    log: list[str] = []
+    one = Scripted("one", [FIRST / 2] * 20, PLAN, log, wait)
+    other = Scripted("other", [FIRST] * 20, NOTHING, log, wait)
+    assert isinstance(asked(one, other), Planned)
+    return log
+
+
+def test_turns_grow_and_are_counted_in_work() -> None:
+    assert turns_of()[:11] == ["one"] * 2 + ["other"] + ["one"] * 2 + ["other"] + ["one"] * 4 + ["other"]
+
+
+def test_a_loaded_machine_has_the_same_turns() -> None:
+    pauses = iter([0.02, 0.0, 0.005] * 100)
+    assert turns_of(lambda: time.sleep(next(pauses))) == turns_of()
+
+
+def test_the_first_plan_ends_the_others_and_says_whose_it_is() -> None:
+    log: list[str] = []
+    idle = Scripted("last", [FIRST], PLAN, log)
+    slow = Scripted("slow", [FIRST] * 99, NOTHING, log)
+    found = asked(slow, Scripted("quick", [0.5, 0.5], PLAN, log), idle)
+    assert isinstance(found, Planned)
+    assert found.report.engine == "quick"
+    assert [(each.engine, each.turns, each.says) for each in found.report.tried] == [
+        ("slow", 1, "none found in 1 attempts"),
+        ("quick", 1, "a plan"),
+        ("last", 0, "not asked"),
+    ]
+    assert slow.ended == ["slow"]
+    assert idle.ended == []
+
+
+def test_a_refusal_of_roadmaps_ends_nothing() -> None:
+    log: list[str] = []
+    found = asked(Scripted("smt", [0.1], REFUSED, log), Scripted("clot", [1.0] * 5, PLAN, log))
+    assert isinstance(found, Planned)
+    assert found.report.engine == "clot"
+
+
+def test_a_refusal_is_the_answer_once_the_others_had_their_attempts() -> None:
+    log: list[str] = []
+    found = asked(Scripted("smt", [0.1], REFUSED, log), Scripted("clot", [FIRST * 99] * 99, PLAN, log))
+    assert isinstance(found, Impossible)
+    assert found.conflict == ("visit",)
+    assert found.report.engine == "smt"
+    assert found.statement == f"{REFUSED.statement}; clot found none in {AFTER_REFUSAL} attempts"
+    assert log.count("clot") == AFTER_REFUSAL
+
+
+def test_a_refusal_is_no_answer_where_time_ended_the_others() -> None:
+    log: list[str] = []
+    found = asked(Scripted("smt", [0.1], REFUSED, log), Scripted("clot", [0.1], LATE, log))
+    assert isinstance(found, NotFound)
+    assert found.reason is Reason.TIME
+    assert found.statement == f"smt: {REFUSED.statement}; clot: {LATE.statement}"
+
+
+def test_the_nearest_candidate_is_that_of_the_portfolio() -> None:
+    assert SMALL_CHECKED.mission is not None
+    log: list[str] = []
+    far, near = (Attempt((), (), TRACE) for _ in range(2))
+    first = Scripted("first", [9.0] * 3, NotFound(Reason.SOLVER, "gave up", Report()), log)
+    other = Scripted("other", [9.0] * 3, NotFound(Reason.SOLVER, "nearly", Report(), near), log)
+    found = asked(first, other)
+    assert isinstance(found, NotFound)
+    assert found.best is near is not far
+    assert found.report.engine == "other"
+    assert found.statement == "first: gave up; other: nearly"
+
+
+def test_memory_that_runs_out_ends_one_engine() -> None:
+    log: list[str] = []
+    found = asked(Scripted("smt", [1.0], MemoryError, log), Scripted("clot", [9.0], PLAN, log))
+    assert isinstance(found, Planned)
+    found = asked(Scripted("smt", [1.0], MemoryError, log), Scripted("clot", [9.0], NOTHING, log))
+    assert isinstance(found, NotFound)
+    assert found.reason is Reason.MEMORY
+
+
+def test_a_try_ends_with_its_work() -> None:
+    log: list[str] = []
+    engines = Scripted("one", [1.0] * 99, PLAN, log), Scripted("other", [1.0] * 99, PLAN, log)
+    found = asked(*engines, budget=Budget(deadline=1e12, work=2 * FIRST))
+    assert isinstance(found, NotFound)
+    assert log.count("one") == log.count("other") == FIRST
+    assert all(engine.ended for engine in engines)
+
+
+def test_the_one_that_is_left_goes_on_within_the_work_of_the_try() -> None:
+    log: list[str] = []
+    found = asked(
+        Scripted("one", [1.0], NOTHING, log),
+        Scripted("other", [1.0] * 999, PLAN, log),
+        budget=Budget(deadline=1e12, work=50.0),
+    )
+    assert isinstance(found, NotFound)
+    assert 45 <= log.count("other") <= 51
+
+
+def test_progress_names_the_engine_at_work() -> None:
+    heard: list[str] = []
+    budget = Budget(deadline=1e12, listen=lambda progress: heard.append(progress.engine))
+    asked(Scripted("smt", [FIRST], REFUSED, []), Scripted("clot", [1.0], PLAN, []), budget=budget)
+    assert heard == ["smt", "clot"]
+
+
+def test_who_is_not_installed_is_left_out_and_said(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(load, "find_spec", lambda name: None)
+    alone = load.load_engines(("smt", "clot", "hybrid"))
+    assert isinstance(alone, PortfolioBackend)
+    assert [each.name for each in alone.engines] == ["smt"]
+    assert alone.lacking == ("`clot` and `hybrid` could be asked too: `pip install 'missionc[clot]'`",)
+    nobody = load.load_engines(("clot", "hybrid"))
+    assert isinstance(nobody, Diagnostic)
+    assert nobody.code is EXTRA_MISSING
+
+
+def test_a_flag_leaves_those_that_hear_of_it() -> None:
+    hear = load.load_engines(("smt", "clot", "hybrid"), Options(preset="search"))
+    assert isinstance(hear, PortfolioBackend)
+    assert [each.name for each in hear.engines] == ["clot", "hybrid"]
+    assert load.load_engines(("smt", "clot", "hybrid"), checkpoint=True) is load.load("clot")
+    nobody = load.load_engines(("smt",), Options(preset="search"))
+    assert isinstance(nobody, Diagnostic)
+    assert nobody.code is NOT_ITS_FLAG
+
+
+def test_what_roadmaps_do_not_hold_is_planned_all_the_same() -> None:
+    first, again = (compile(Source("three.mission", ROUND_A_DISC), time_limit=Seconds(60)) for _ in range(2))
+    assert isinstance(first.outcome, Verified)
+    assert isinstance(again.outcome, Verified)
+    assert first.outcome.plan.backend == "clot"
+    assert first.outcome.files == again.outcome.files
+    assert [each.says for each in first.outcome.report.tried][1:] == ["a plan", "not asked"]
