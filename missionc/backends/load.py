@@ -43,7 +43,8 @@ def load_engines(
     there = [offer for offer in hear if lacking[offer.name] is None][: 1 if checkpoint else None]
     if not there:
         return next(said for said in (lacking if hear else wrong).values() if said is not None)
-    at_once = len(there) == 1 or options.device != Options().device
+    flagged = any(each.refused and getattr(options, each.name) != each.default for each in DESCRIBED.values())
+    at_once = len(there) == 1 or flagged
     backends = {offer.name: _loaded(offer) for offer in there if at_once or not offer.package}
     missing = [said for backend in backends.values() if (said := backend.missing(options)) is not None]
     if missing:

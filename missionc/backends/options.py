@@ -12,7 +12,7 @@ from typing import Final, TypeAlias
 
 from missionc.base.late_dataclass import dataclass
 
-SOLVERS = ("z3", "cadical", "race")
+SOLVERS = ("auto", "z3", "cadical", "race")
 """What answers the smt backend's questions; the first is the default."""
 
 SLOWEST = 1000

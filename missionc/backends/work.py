@@ -18,7 +18,10 @@ if TYPE_CHECKING:
 CLAUSE = 1 / 400_000
 """Units of a clause: to build it, and to hand it to a solver."""
 
-CLAUSE_CONFLICT = 1 / 60_000_000
+QUESTION = 1 / 300_000
+"""Units of a question to a SAT solver, for each clause it has: it is read, and simplified."""
+
+CLAUSE_CONFLICT = 1 / 500_000_000
 """Units of a conflict of a SAT solver, for each clause it has: it propagates through more where there are more."""
 
 MOVE_STEP = 1 / 2_000_000
@@ -27,7 +30,7 @@ MOVE_STEP = 1 / 2_000_000
 SKETCH, SKETCHED = 0.05, 1e-3
 """Units of a schedule, its key frames and their sketch, and for each agent and step of it."""
 
-ITERATION, ITERATED = 4e-3, 3e-5
+ITERATION, ITERATED = 1e-2, 3e-5
 """Units of an iteration of a polish, and for each agent and step of the motion."""
 
 SEARCH = 10
@@ -60,7 +63,7 @@ def polish_work(agent_steps: int, iterations: int) -> float:
 
 def question_work(clauses: int, conflicts: int) -> float:
     """Units of a question about so many clauses that met so many conflicts."""
-    return CLAUSE_CONFLICT * clauses * conflicts
+    return clauses * (QUESTION + CLAUSE_CONFLICT * conflicts)
 
 
 def conflicts_of(work: float, clauses: int) -> int | None:

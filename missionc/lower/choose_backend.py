@@ -64,7 +64,8 @@ def choose_backend(mission: Mission, forced: str | None) -> tuple[Choice | None,
 def _in_order(able: list[str], required: tuple[Need, ...]) -> tuple[str, ...]:
     """Who takes the first turn, and who the next: those first that a feature is best given to."""
     asked = {need.feature for need in required}
-    return tuple(sorted(able, key=lambda name: OFFERS[name].leads.isdisjoint(asked)))
+    whole = [name for name in able if not OFFERS[name].halves or not set(able).issuperset(OFFERS[name].halves)]
+    return tuple(sorted(whole, key=lambda name: OFFERS[name].leads.isdisjoint(asked)))
 
 
 def needs(mission: Mission) -> tuple[Need, ...]:
@@ -221,16 +222,19 @@ def _explain(mission: Mission, forced: str | None, chosen: tuple[str, ...], requ
     lines = [f"backend{'s' if len(chosen) > 1 else ''}: {', '.join(chosen)}", f"because {why}"]
     for name in OFFERS:
         if name not in chosen:
-            lines.extend(_not_taken(name, required, chosen[0]))
+            lines.extend(_not_taken(name, required, chosen))
     lines.append("the mission needs:" if required else "the mission needs nothing special")
     lines.extend(f"  {need.feature.value}{_where(need.span)}" for need in required)
     return "\n".join(lines) + "\n"
 
 
-def _not_taken(name: str, required: tuple[Need, ...], chosen: str) -> Iterator[str]:
+def _not_taken(name: str, required: tuple[Need, ...], chosen: tuple[str, ...]) -> Iterator[str]:
     missing = _missing(name, required)
+    if not missing and len(chosen) > 1:
+        yield f"not {name}: it could; it is made of {' and '.join(OFFERS[name].halves)}, which take turns"
+        return
     if not missing:
-        yield f"not {name}: it could; {chosen} is asked for"
+        yield f"not {name}: it could; {chosen[0]} is asked for"
         return
     yield f"not {name}: it cannot express"
     for need in missing:

@@ -65,7 +65,11 @@ def _blamed(explained: Explained) -> tuple[str, ...]:
         "ROADMAP": "only these roadmaps are to blame",
         "UNKNOWN": "what is to blame is open",
     }[explained.blame.name]
-    says = {"planned": "there is a plan", "impossible": "there is none", "undecided": "none was found in time"}
+    says = {
+        "planned": "there is a plan",
+        "impossible": "roadmaps hold none",
+        "undecided": "none was found in time",
+    }
     trials = [
         f"{words} {', or '.join(_variant(trial) for trial in explained.trials if trial.outcome == outcome)}"
         for outcome, words in says.items()
@@ -91,7 +95,7 @@ def not_found(outcome: NotFound, explained: Explained | None) -> Diagnostic:
         code,
         head,
         None,
-        notes=(*more, "this says nothing about whether a plan exists"),
+        notes=(*more, *outcome.report.notes, "this says nothing about whether a plan exists"),
         help=f"{help_}; {_smallest(explained)}" if explained and explained.relaxations else help_,
     )
 

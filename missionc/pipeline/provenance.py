@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, assert_never
 
-from missionc.backends.offers import OFFERS
+from missionc.backends.offers import AUTO, OFFERS
 from missionc.backends.options import DESCRIBED, Described, Options, Recorded
 from missionc.output.folder.file_names import MANIFEST, NEAR_MISS, PROOF, input_name
 from missionc.pipeline.checked import Checked
@@ -32,6 +32,7 @@ def given(checked: Checked, options: Options) -> tuple[tuple[str, Option], ...]:
     engines = checked.choice.engines if checked.choice is not None else ()
     hears = frozenset().union(*(OFFERS[name].options for name in engines))
     named = [(each.name, each.text(options)) for each in DESCRIBED.values() if _is_recorded(each, options, hears)]
+    named.extend([("backend", AUTO)] if len(engines) > 1 else [])
     named.extend([("vehicle", checked.vehicle)] if checked.vehicle else [])
     return (*named, *((f"-D {name}", text) for name, text in sorted(checked.overrides.items())))
 

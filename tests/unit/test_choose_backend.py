@@ -52,12 +52,18 @@ def test_the_words_that_rule_a_backend_out_are_in_the_explanation() -> None:
 
 def test_all_that_can_express_the_mission_take_turns() -> None:
     near = choice(text("require near: every drone: eventually[0, 20 s] goal"))
-    assert near.engines == ("smt", "clot", "hybrid")
-    assert near.explanation.startswith("backends: smt, clot, hybrid\nbecause each of them offers all the mission needs")
+    assert near.engines == ("smt", "clot")
+    assert near.explanation.startswith("backends: smt, clot\nbecause each of them offers all the mission needs")
+
+
+def test_hybrid_takes_turns_where_one_of_its_halves_cannot() -> None:
+    assert choice(text(HOPS)).engines == ("smt", "hybrid")
+    near = choice(text("require near: every drone: eventually[0, 20 s] goal"))
+    assert "not hybrid: it could; it is made of smt and clot, which take turns\n" in near.explanation
 
 
 def test_a_formation_is_given_to_transport_first() -> None:
-    assert choice(text(ROW)).engines == ("clot", "smt", "hybrid")
+    assert choice(text(ROW)).engines == ("clot", "smt")
     assert choice(text(TOTAL)).engines == ("clot", "hybrid")
 
 
@@ -71,7 +77,7 @@ def test_the_command_line_overrules_the_mission() -> None:
     chosen = choice(text(ROW, "solve with clot"), "smt")
     assert chosen.backend == "smt"
     assert "because the command line says so\n" in chosen.explanation
-    assert choice(text(ROW, "solve with clot"), "auto").engines == ("clot", "smt", "hybrid")
+    assert choice(text(ROW, "solve with clot"), "auto").engines == ("clot", "smt")
 
 
 def test_a_backend_that_cannot_express_the_mission_is_refused_with_the_words_in_the_way() -> None:

@@ -14,6 +14,7 @@ import pytest
 
 from missionc.backends.api import Reason
 from missionc.backends.smt.encode.clauses import Clauses
+from missionc.backends.smt.sat import solve
 from missionc.backends.smt.sat.solve import Child, Satisfiable, Solvers, Stopped, Unsatisfiable
 
 pytest.importorskip("pysat")
@@ -89,7 +90,7 @@ def test_clauses_that_come_later_count_too_and_only_they_are_sent(solvers: Solve
     assert isinstance(solvers.solve((-2,)), Satisfiable)
     clauses.add(np.array([-3], dtype=np.int32))
     solvers.add(clauses)
-    assert clauses.since(solvers._told)[0].size == 0
+    assert all(clauses.since(child.told)[0].size == 0 for child in solvers._children)
     assert isinstance(solvers.solve((-2,)), Unsatisfiable)
 
 
@@ -276,3 +277,41 @@ def test_cadical_alone_takes_no_glance_and_neither_does_a_z3_without_its_program
         assert solvers.presolve(clauses_of([2, 3]), ()) is None
         solvers.add(clauses_of([2, 3]))
         assert isinstance(solvers.solve(()), Satisfiable)
+
+
+def test_two_solvers_take_turns_and_each_goes_on_with_what_it_knows() -> None:
+    clauses = pigeons(7)
+    with Solvers("auto", ROOM, 0, time.monotonic() + 60) as solvers:
+        assert solvers.takes_turns
+        asked, before = [], 0
+        for turn in range(12):
+            solvers.add(clauses)
+            asked.append((solvers.names, clauses.since(solvers._children[0].told)[0].size))
+            answer = solvers.solve((), conflicts=100 * 2**turn)
+            if not (isinstance(answer, Stopped) and answer.paused):
+                break
+            assert solvers.conflicts > before
+            before = solvers.conflicts
+            solvers.relieve()
+        assert isinstance(answer, Unsatisfiable)
+        assert asked[:3] == [(("z3",), 0), (("cadical",), 0), (("z3",), 0)]
+
+
+def test_a_solver_whose_limit_is_lifted_answers() -> None:
+    clauses = pigeons(6)
+    with Solvers("z3", ROOM, 0, time.monotonic() + 60) as solvers:
+        solvers.add(clauses)
+        answer = solvers.solve((), conflicts=3)
+        assert isinstance(answer, Stopped)
+        assert answer.paused
+        assert isinstance(solvers.solve(()), Unsatisfiable)
+
+
+def test_without_cadical_z3_is_asked_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    folder = solve._folder
+    monkeypatch.setattr(solve, "_folder", lambda package: "" if package == "pysat" else folder(package))
+    with Solvers("auto", ROOM, 0, time.monotonic() + 60) as solvers:
+        assert not solvers.takes_turns
+        solvers.add(clauses_of([2]))
+        solvers.relieve()
+        assert solvers.names == ("z3",)

@@ -37,11 +37,11 @@ from missionc.kernel.nodes import Kernel
 FIRST, LONGER = 4.0, 2.0
 """The units of ``work`` that each engine may have done after its first turn; so many times as many after the next."""
 
-AFTER_REFUSAL = 8
-"""So many attempts an engine has where roadmaps hold no plan: with the eighth, clot has searched agent by agent."""
+AFTER_REFUSAL = 4
+"""So many attempts an engine has where roadmaps hold no plan, however often it was asked before."""
 
 WORST = (Reason.TIME, Reason.MEMORY, Reason.SIZE, Reason.SOLVER, Reason.NO_ROADMAP)
-"""Of several reasons for no answer, the first of these is that of the portfolio."""
+"""Reasons for no answer: that of the portfolio is the first of these that an engine gave."""
 
 
 @dataclass(frozen=True, slots=True)

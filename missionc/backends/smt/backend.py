@@ -56,6 +56,9 @@ PRIORITIZED = 30.0
 LEAST_CLAUSES = 100_000
 """However little work a turn has left: so many clauses may be made in it."""
 
+FIRST = 4.0
+"""Units of work after which the other solver is asked, where there are two; later each has as many as both so far."""
+
 LEAST_CONFLICTS, ROUNDS = 500, 20
 """And so many conflicts be met; after so many rounds of collisions a question pauses as well."""
 
@@ -252,6 +255,7 @@ class Run:
         result = search.find(required, self.effort(search))
         while isinstance(result, Stopped) and result.paused:
             yield from self.pause()
+            solvers.relieve()
             result = search.find(required, self.effort(search))
         if isinstance(result, JointMotion):
             if kernel.preferences or self.mission.objective is not Objective.NONE:
@@ -277,8 +281,11 @@ class Run:
                 return self.not_found(reason, detail)
 
     def effort(self, search: LazyConstraints) -> Effort | None:
-        """What a question may take in this turn; None for as much as it needs."""
-        conflicts = conflicts_of(self.granted - self.account.work, search.clauses.count)
+        """What a question may take in this turn, of the portfolio or of the solver; None for as much as it needs."""
+        work = self.granted - self.account.work
+        if search.solvers.takes_turns:
+            work = min(work, max(FIRST, search.work))
+        conflicts = conflicts_of(work, search.clauses.count)
         return None if conflicts is None else Effort(max(LEAST_CONFLICTS, conflicts), ROUNDS)
 
     def solvers(self) -> Solvers:

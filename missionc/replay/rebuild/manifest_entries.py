@@ -67,6 +67,7 @@ def _versions(versions: object) -> str:
 OPTIONS: Mapping[str, Callable[[str], bool]] = {
     **{each.name: each.kind.admits for each in DESCRIBED.values() if each.recorded is not Recorded.NEVER},
     VEHICLE: lambda text: text in profiles(),
+    "backend": lambda text: text == "auto",
     "export": lambda text: bool(text) and len(set(text.split(","))) == text.count(",") + 1,
 }
 """What an option may be, by its name on the command line; a parameter's value is what the mission is read with."""

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from importlib.util import find_spec
 
-from missionc.backends.options import SOLVERS, Options
+from missionc.backends.options import Options
+from missionc.backends.smt.sat.solve import SOLVERS
 from missionc.diagnostics.code import EXTRA_MISSING
 from missionc.diagnostics.model import Diagnostic
 
@@ -13,7 +14,7 @@ def solver_missing(options: Options) -> Diagnostic | None:
     """What to say where the options ask for a solver or a proof that nothing installed gives."""
     if find_spec("pysat") is not None:
         return None
-    if options.solver != SOLVERS[0]:
+    if "cadical" in SOLVERS[options.solver]:
         return _missing(f"--solver {options.solver}", "leave `--solver` out: Z3 is always there")
     if options.certify:
         return _missing("--certify", "leave `--certify` out: the answer is the same, without a proof of it")

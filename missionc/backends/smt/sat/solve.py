@@ -23,17 +23,20 @@ from missionc.base.trace import Flags
 
 WORKER = Path(__file__).with_name("worker.py")
 
-SOLVERS = {"z3": ("z3",), "cadical": ("cadical",), "race": ("z3", "cadical")}
+SOLVERS = {"auto": ("z3",), "z3": ("z3",), "cadical": ("cadical",), "race": ("z3", "cadical")}
 """What ``--solver`` may say, and the children it starts."""
+
+RELIEF = {"auto": "cadical"}
+"""And the one that takes turns with them, where it is installed."""
 
 PACKAGES = {"z3": "z3", "cadical": "pysat", "proof": "pysat"}
 """The packages that what the worker can be comes with."""
 
-FEW = 1_000
-"""Up to so many literals at a time are quicker as they are than as text, for Z3."""
-
 UNLIMITED = 2**31 - 1
 """Conflicts that no solver meets."""
+
+FEW = 1_000
+"""Up to so many literals at a time are quicker as they are than as text, for Z3."""
 
 OUT_OF_MEMORY = {-signal.SIGABRT, -signal.SIGKILL, -signal.SIGSEGV, 101}
 """How a child ends that could not have more memory: by a signal, or by Z3's own exit status."""
@@ -74,7 +77,23 @@ class Child(Process):
     def __init__(self, name: str, memory_bytes: int, seed: int) -> None:
         super().__init__(worker(name, memory_bytes, seed))
         self.name = name
+        self.told = 0
+        """The place in the clauses up to which it knows them."""
+        self.limit: int | None = None
+        """The conflicts that it was last told to give up after."""
         self._received = b""
+
+    def begin(self) -> None:
+        """Has it forget all clauses."""
+        self.told, self.limit = 0, None
+        self.send(b"N", b"")
+
+    def allow(self, conflicts: int | None) -> None:
+        """Has it give up after so many conflicts; None for never."""
+        if conflicts != self.limit:
+            self.limit = conflicts
+            most = UNLIMITED if conflicts is None else min(conflicts, UNLIMITED)
+            self.send(b"C", np.array([most], dtype=np.int32).tobytes())
 
     def send(self, kind: bytes, payload: bytes) -> None:
         """Hands a message over."""
@@ -118,10 +137,10 @@ class Solvers:
         self._z3 = program(_folder(PACKAGES["z3"])) if "z3" in SOLVERS[solver] else None
         self._presolver = self._new_presolver()  # it starts up while the roadmaps are built
         self._children: list[Child] = []
+        self._relief: Child | None = None
+        """The one that takes turns with the only child, while it is not its turn; it is started for its first."""
+        self._relieved = RELIEF[solver] if solver in RELIEF and _folder(PACKAGES[RELIEF[solver]]) else ""
         self._started = False
-        self._told = 0
-        self._limit: int | None = None
-        """The conflicts that the child was last told to give up after."""
 
     def __enter__(self) -> Solvers:
         return self
@@ -136,6 +155,22 @@ class Solvers:
         self._started = True
         self._replace_presolver(None)
         self._keep(())
+        if self._relief is not None:
+            self._relief.close()
+            self.peak_bytes = max(self.peak_bytes, self._relief.peak_bytes)
+            self._relief = None
+
+    @property
+    def takes_turns(self) -> bool:
+        """Whether there is another solver to ask what the one at work does not answer."""
+        return bool(self._relieved)
+
+    def relieve(self) -> None:
+        """The other solver is asked from now on; this one keeps what it knows, for when it is its turn again."""
+        if not self._relieved or len(self._children) != 1:
+            return
+        child = self._relief or Child(self._relieved, self._memory_bytes, self._seed)
+        self._relief, self._children = self._children[0], [child]
 
     @property
     def alive(self) -> bool:
@@ -147,9 +182,8 @@ class Solvers:
 
     def begin(self) -> None:
         """A new problem: the clauses of the one before are forgotten."""
-        self._told, self._limit = 0, None
-        for child in self._children:
-            child.send(b"N", b"")
+        for child in (*self._children, *([self._relief] if self._relief else [])):
+            child.begin()
         if self._presolver is None or self._presolver.told:
             self._replace_presolver(self._new_presolver())
 
@@ -181,11 +215,11 @@ class Solvers:
     def add(self, clauses: Clauses) -> None:
         """Tells the children what is new since the last time."""
         self.start()
-        new, self._told = clauses.since(self._told)
-        if not new.size:
-            return
         text = b""
         for child in self._children:
+            new, child.told = clauses.since(child.told)
+            if not new.size:
+                continue
             if child.name == "z3" and len(new) > FEW:
                 text = text or dimacs(new, clauses.variables, int((new == 0).sum()))
                 child.send(b"A", text)
@@ -200,10 +234,8 @@ class Solvers:
         Args:
             conflicts: a solver that has met so many gives up; several that race may go on.
         """
-        if conflicts != self._limit and len(self._children) == 1:
-            self._limit = conflicts
-            most = UNLIMITED if conflicts is None else min(conflicts, UNLIMITED)
-            self._children[0].send(b"C", np.array([most], dtype=np.int32).tobytes())
+        if len(self._children) == 1:
+            self._children[0].allow(conflicts)
         payload = np.array(assumptions, dtype=np.int32).tobytes()
         answer = self._ask(b"S", payload, min(self.deadline, deadline or self.deadline))
         if isinstance(answer, Stopped):
