@@ -62,6 +62,7 @@ from missionc.backends.clot.schedule.key_frames import key_frames
 from missionc.backends.clot.schedule.schedule import Scheduler
 from missionc.backends.clot.schedule.sketch import sketch
 from missionc.backends.clot.schedule.tasks import Outline, outline
+from missionc.backends.clot.schedule.tours import tours
 from missionc.backends.clot.torch_device import device_missing, enough_memory, one_thread
 from missionc.backends.options import Options
 from missionc.backends.run_account import Account
@@ -299,8 +300,10 @@ class Run:
         """The schedule, key frames and sketch of an attempt; the generator is that of the attempt, unused."""
         mission, geodesics = self.mission, self.geodesics
         with self.account.stage("sketch"):
-            scheduler = Scheduler(mission, self.asked, generator)
+            scheduler = Scheduler(mission, self.asked, geodesics, generator)
             schedule = scheduler.schedule(NOISE if number else 0.0)
+            if not scheduler.tied:
+                return Begun(number, schedule, *tours(mission, schedule, scheduler.goals, geodesics, generator))
             key = key_frames(mission, schedule, scheduler, geodesics, generator, self.in_time)
             first = sketch(mission, schedule, key, geodesics, generator, 0.3 if number else 0.0)
         return Begun(number, schedule, key, first)
