@@ -10,6 +10,7 @@ all the time.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 
@@ -79,6 +80,7 @@ class GoalSets:
     def __init__(self, mission: Mission, geodesics: Geodesics, kept: Sequence[Iterable[Node]]) -> None:
         self.mission, self.grid = mission, geodesics
         self.kept = [tuple(each) for each in kept]
+        self._low: list[float] = geodesics.low.tolist()
         self.places = geodesics.points.reshape(-1, mission.dimension)
         self._roaming: dict[object, Roaming] = {}
         self._sets: dict[object, GoalSet | None] = {}
@@ -96,7 +98,7 @@ class GoalSets:
         roaming = self.roaming(agent)
         cell = int(roaming.nearest[self._cell(here)])
         there = goal.points[goal.nearest[cell]]
-        straight = float(np.linalg.norm(there - here))
+        straight = math.dist(there, here)
         if straight < self.grid.cell:
             return there, straight
         length = float(goal.length[cell])
@@ -118,25 +120,28 @@ class GoalSets:
         pace: Array,
         reach: float,
         goals: Sequence[GoalSet | None],
+        onward: Sequence[GoalSet | None],
     ) -> tuple[Array, Array]:
         """Where agents meet so that the last of them is there soonest, (members, dim), and each one's way in metres.
 
         Args:
             here: (members, dim), metres.
-            free: when each can leave, (members,), seconds.
+            free: for how long after the first moment at which they may meet each is held up, (members,), seconds.
             pace: of each, (members,), m/s.
             reach: metres that may be between any two.
             goals: where each has to be for it, beside.
+            onward: where each goes after it.
         """
         key = (
             tuple(agents),
             here.tobytes(),
-            tuple(np.round(free - free.min(), 2).tolist()),
+            tuple(np.round(free, 1).tolist()),
             reach,
             tuple(map(id, goals)),
+            tuple(map(id, onward)),
         )
         if key not in self._met:
-            self._met[key] = self._meeting(agents, here, free - free.min(), pace, reach, goals)
+            self._met[key] = self._meeting(agents, here, free, pace, reach, goals, onward)
         points, lengths = self._met[key]
         return points, lengths
 
@@ -148,10 +153,11 @@ class GoalSets:
         pace: Array,
         reach: float,
         goals: Sequence[GoalSet | None],
+        onward: Sequence[GoalSet | None],
     ) -> tuple[Array, Array]:
         within = NEARER * reach / 2
         near = self._ball(within)
-        ways, arrival = [], np.zeros(len(self.places))
+        ways, last, sum_of_ways = [], np.zeros(len(self.places)), np.zeros(len(self.places))
         for number, (agent, goal) in enumerate(zip(agents, goals, strict=True)):
             way = self.lengths(agent, here[number])
             if goal is not None:
@@ -160,8 +166,12 @@ class GoalSets:
                 way = inside
             ways.append(way)
             low = ndimage.minimum_filter(way.reshape(self.grid.shape), footprint=near, mode="nearest").ravel()
-            arrival = np.maximum(arrival, free[number] + low / pace[number]) + DETOUR * low / pace[number]
-        middle = self.places[int(arrival.argmin())]
+            last = np.maximum(last, free[number] + low / pace[number])
+            sum_of_ways += low / pace[number]
+            later = onward[number]
+            if later is not None:
+                sum_of_ways += np.where(np.isfinite(later.length), later.length, 0.0) / pace[number]
+        middle = self.places[int((last + DETOUR * sum_of_ways).argmin())]
         close = np.flatnonzero(np.linalg.norm(self.places - middle, axis=1) <= max(within, self.grid.cell / 2))
         points, lengths = here.copy(), np.zeros(len(agents))
         for number, way in enumerate(ways):
@@ -220,7 +230,10 @@ class GoalSets:
         return each.radius, each.altitude, frozenset(self.kept[agent])
 
     def _cell(self, point: Array) -> int:
-        return int(np.ravel_multi_index(tuple(self.grid._cell(point)), self.grid.shape))
+        number = 0
+        for low, count, here in zip(self._low, self.grid.shape, point.tolist(), strict=True):
+            number = number * count + min(max(int((here - low) // self.grid.cell), 0), count - 1)
+        return number
 
     def _made(self, agent: int, nodes: Sequence[Node]) -> GoalSet | None:
         margin = self.margin(agent, nodes, self.places)

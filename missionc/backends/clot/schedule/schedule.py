@@ -14,7 +14,7 @@ Source:
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from math import ceil
 
@@ -154,7 +154,6 @@ class Scheduler:
     ) -> None:
         self.mission, self.outline, self.generator = mission, outline, generator
         self.deepest: dict[Region, Array] = {}
-        self.mutex = mutex_literals(outline)
         self.shaped: dict[tuple[tuple[Predicate, ...], bytes], Array] = {}
         self.tied = _tied(outline)
         self.speed = np.array([agent.dynamics.top_speed for agent in mission.agents])
@@ -168,6 +167,7 @@ class Scheduler:
         self.company = attendance(mission, [hold for hold in outline.holds if self._whole(hold)])
         self.goals = GoalSets(mission, geodesics, self._kept())
         self.numbers = [number for number, task in enumerate(outline.tasks) if self._scheduled(task)]
+        self.mutex = mutex_literals(replace(outline, tasks=tuple(outline.tasks[number] for number in self.numbers)))
         self.standing = () if self.tied else self._visits(-1, (), self._passing(outline.holds))
 
     def schedule(self, noise: float) -> Schedule:
@@ -308,7 +308,7 @@ class Scheduler:
             begin, moved = max(low, visit.event.not_before * step), np.zeros(0, dtype=np.int64)
             places: list[Place] = []
             legs: list[tuple[int, float, float]] = []
-            for place, length in self._ways(visit.come, where, free):
+            for place, length in self._ways(visit.come, where, free, begin, visits[number + 1 :]):
                 agent = place.agent
                 stretch = perturbed.factor(visit.event) if visit.come.goals else 1.0
                 seconds = self._travel(agent, length) * stretch
@@ -357,8 +357,15 @@ class Scheduler:
         run.cost = LATE * run.late + run.end + 0.1 * way / float(self.pace.mean())
         return run
 
-    def _ways(self, come: Attendance, where: Array, free: Array) -> Iterator[tuple[Place, float]]:
-        """Who goes where for it, and how far that is: metres."""
+    def _ways(
+        self, come: Attendance, where: Array, free: Array, begin: float, later: Sequence[Visit]
+    ) -> Iterator[tuple[Place, float]]:
+        """Who goes where for it, and how far that is: metres.
+
+        Args:
+            begin: the first moment at which it may be, seconds.
+            later: what comes after it.
+        """
         own = dict(come.goals)
         for some in come.some:
             own.update(self._cheapest(some.goals, some.count, own, where, free))
@@ -366,13 +373,23 @@ class Scheduler:
         for meeting in come.meetings:
             who = list(meeting.agents)
             goals = [self.goals.of(agent, own[agent]) if agent in own else None for agent in who]
-            points, lengths = self.goals.meeting(who, where[who], free[who], self.pace[who], meeting.reach, goals)
+            onward = [self._onward(agent, later) for agent in who]
+            ready = free[who] - begin
+            points, lengths = self.goals.meeting(who, where[who], ready, self.pace[who], meeting.reach, goals, onward)
             yield from zip(map(Place, who, points), lengths.tolist(), strict=True)
         for agent, nodes in own.items():
             goal = None if agent in met else self.goals.of(agent, nodes)
             if goal is not None:
                 there, length = self.goals.way(goal, agent, where[agent])
                 yield Place(agent, there, goal), length
+
+    def _onward(self, agent: int, later: Sequence[Visit]) -> GoalSet | None:
+        """Where an agent goes next, if the next that asks for it is a place of its own."""
+        for visit in later:
+            if agent in visit.agents:
+                own = dict(visit.come.goals)
+                return self.goals.of(agent, own[agent]) if agent in own else None
+        return None
 
     def _cheapest(
         self,
