@@ -37,7 +37,7 @@ from missionc.backends.api import (
     forget,
 )
 from missionc.backends.clot.cost_graph.cost_graph import build, formulas_below
-from missionc.backends.clot.cost_weights import Spare, Weights
+from missionc.backends.clot.cost_weights import Weights, spare
 from missionc.backends.clot.optimise.accept import attempt
 from missionc.backends.clot.optimise.active_set import Choices
 from missionc.backends.clot.optimise.control_points import splines, trace
@@ -45,6 +45,7 @@ from missionc.backends.clot.optimise.goal_terms import Demand
 from missionc.backends.clot.optimise.improve import improve
 from missionc.backends.clot.optimise.levenberg_marquardt import Polished, polish
 from missionc.backends.clot.optimise.motion_residuals import Costs
+from missionc.backends.clot.optimise.pursuit import followed
 from missionc.backends.clot.run.parallel_attempts import run_parallel_attempts
 from missionc.backends.clot.run.presets import PRESETS, Preset, preset
 from missionc.backends.clot.run.run_state import (
@@ -247,7 +248,7 @@ class Run:
         """
         mission = self.mission
         made = splines(mission)
-        control = made.through(first)
+        control = made.through(followed(mission, first))
         if way is not None and not way.polished:
             plan = self.judged(Polished(control, 0.0, "a check", 0.0, 0), trace(mission, made, control), begun)
             return None if plan is None else Reached(control, choices, final=True)
@@ -300,8 +301,9 @@ class Run:
         """What is asked of a motion, and what it costs; ``more``: so many times the usual to spare of room."""
         roots = tuple(wanted.formula for wanted in self.graph.requirements)
         demand = Demand.of(self.mission, roots, choices, self.mission.steps)
-        spare = Spare(bodies=more * Spare().bodies)
-        return demand, Costs(self.mission, splines(self.mission), Weights(), spare)
+        room = spare(self.mission)
+        roomier = replace(room, bodies=more * room.bodies)
+        return demand, Costs(self.mission, splines(self.mission), Weights(), roomier)
 
     def accepted(self, control: Array) -> Trace | None:
         """The motion of control points, (agents, points, dim), metres, if it is a plan."""

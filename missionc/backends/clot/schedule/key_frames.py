@@ -17,7 +17,7 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 from scipy.spatial.distance import cdist
 
-from missionc.backends.clot.cost_weights import Spare, Weights
+from missionc.backends.clot.cost_weights import Weights, spare
 from missionc.backends.clot.optimise.control_points import Splines
 from missionc.backends.clot.optimise.goal_terms import Demand
 from missionc.backends.clot.optimise.levenberg_marquardt import Polished, polish
@@ -107,7 +107,7 @@ class _KeyFrames:
         """The first guess that can be made right, or the one that comes nearest."""
         demand = self._demand(step)
         pinned = self._pinned(step)
-        costs = Costs(self.mission, self._still(pinned), Weights(), Spare(), step)
+        costs = Costs(self.mission, self._still(pinned), Weights(), spare(self.mission), step)
         best: Polished | None = None
         for polished in self._tries(step, guesses, costs, demand):
             if best is None or polished.shortfall < best.shortfall:
