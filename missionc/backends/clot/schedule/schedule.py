@@ -28,11 +28,11 @@ from missionc.backends.clot.schedule.mutex_literals import (
     timed_literals,
 )
 from missionc.backends.clot.schedule.perturbed_distances import PerturbedDistances
+from missionc.backends.clot.schedule.places import Places
 from missionc.backends.clot.schedule.tasks import Decision, Event, Hold, Option, Outline
 from missionc.base.trace import Array
 from missionc.ir import Anywhere, Exactly, Mission, Predicate, Region
 from missionc.kernel.nodes import Atom, Node
-from missionc.world.sampling import points_in
 from missionc.world.signed_distance import signed_distance
 
 SHARE = 0.8
@@ -49,7 +49,7 @@ LATE = 1e3
 class Visit:
     """An event, the regions its agents are asked to be in, and which visit it comes after (``then``).
 
-    ``shapes`` are the formations and graphs asked for where there are no regions. ``says`` is what
+    ``shapes`` are the formations and graphs asked for. ``says`` is what
     else may deny, in seconds from the event; ``before`` likewise up to it, from the event around it.
     """
 
@@ -94,7 +94,7 @@ class Scheduler:
 
     def __init__(self, mission: Mission, outline: Outline, generator: np.random.Generator) -> None:
         self.mission, self.outline, self.generator = mission, outline, generator
-        self.deepest: dict[Region, Array] = {}
+        self.places = Places(mission)
         self.mutex = mutex_literals(outline)
         self.shaped: dict[tuple[tuple[Predicate, ...], bytes], Array] = {}
         self.speed = np.array([agent.dynamics.top_speed for agent in mission.agents]) * SHARE
@@ -154,11 +154,12 @@ class Scheduler:
         stack: list[tuple[Event, int | None]] = [(event, None)]
         while stack:
             each, after = stack.pop()
-            regions = tuple(dict(_regions(each.holds)).items())
+            regions = tuple(self._regions(each.holds).items())
+            before = (hold for later in each.then for hold in later.before if hold.low == 0)
             lasts = max((hold.high for hold in each.holds), default=0)
-            shapes = () if regions else tuple(_shapes(each.holds))
-            says, before = (timed_literals(holds, self.mutex, self.mission.step) for holds in (each.holds, each.before))
-            chain.append(Visit(each, regions, shapes, min(lasts, self.mission.steps), after, says, before))
+            shapes = tuple(_shapes((*each.holds, *before)))
+            says, barred = (timed_literals(holds, self.mutex, self.mission.step) for holds in (each.holds, each.before))
+            chain.append(Visit(each, regions, shapes, min(lasts, self.mission.steps), after, says, barred))
             stack.extend((later, len(chain) - 1) for later in reversed(each.then))
         return chain
 
@@ -197,8 +198,9 @@ class Scheduler:
             if visit.after is not None:
                 low, high = low + times[visit.after], high + times[visit.after]
             begin, moved = low, np.zeros(0, dtype=np.int64)
+            before = where.copy()
             for agent, region in visit.regions:
-                target = self.centre(region)
+                target = self.places.centre(region)
                 gap = max(
                     0.0, float(signed_distance(np, region.shape, where[agent])) + self.mission.agents[agent].radius
                 )
@@ -208,12 +210,11 @@ class Scheduler:
                 way += gap
                 begin = max(begin, free[agent] + gap * perturbed.factor(region) / self.speed[agent])
             if visit.shapes:
-                there = self._gathered(visit.shapes, where)
-                gaps = np.linalg.norm(there - where, axis=1)
+                gaps = np.linalg.norm(self._gathered(visit.shapes, before) - before, axis=1)
                 moved = np.flatnonzero(gaps)
                 begin = max(begin, float((free + gaps / self.speed)[moved].max(initial=0.0)))
                 way += float(gaps.sum())
-                where = there
+                where = self._gathered(visit.shapes, where)
             if not visit.regions:
                 latest = min(high, self._latest(visit) * step)
                 begin += perturbed.put_off(visit.event) * max(0.0, latest - begin)
@@ -297,28 +298,21 @@ class Scheduler:
         return self.shaped[key].copy()
 
     def _place(self, place: Exactly | Anywhere) -> Array:
-        return np.array(place.point) if isinstance(place, Exactly) else self.centre(place.region)
+        return np.array(place.point) if isinstance(place, Exactly) else self.places.centre(place.region)
 
-    def centre(self, region: Region) -> Array:
-        """A point deep in a region, (dim,), metres."""
-        if region not in self.deepest:
-            points, depth = points_in(region.shape, self.mission.world, 256, np.random.default_rng(0))
-            middle = np.array(self.mission.world.low) / 2 + np.array(self.mission.world.high) / 2
-            best = depth >= depth.max(initial=0.0) * 0.98
-            self.deepest[region] = points[best].mean(axis=0) if len(points) else middle
-        return self.deepest[region]
+    def _regions(self, holds: tuple[Hold, ...]) -> dict[int, Region]:
+        """Where holds want their agents, those that are about places."""
+        regions: dict[int, Region] = {}
+        for hold in holds:
+            place = self.places.of(hold.node)
+            if place is not None:
+                before = regions.get(hold.agent)
+                regions[hold.agent] = place if before is None else self.places.both(before, place)
+        return regions
 
 
 def _deadline(options: tuple[Option, ...]) -> int:
     return min((event.high for option in options for event in option.events), default=0)
-
-
-def _regions(holds: tuple[Hold, ...]) -> Iterator[tuple[int, Region]]:
-    """Where holds want their agents, those that are about places."""
-    for hold in holds:
-        node = hold.node
-        if isinstance(node, Atom) and node.predicate.region:
-            yield hold.agent, node.predicate.region
 
 
 def _shapes(holds: tuple[Hold, ...]) -> Iterator[Predicate]:
