@@ -33,12 +33,12 @@ from missionc.backends.clot.schedule.mutex_literals import (
     timed_literals,
 )
 from missionc.backends.clot.schedule.perturbed_distances import PerturbedDistances
+from missionc.backends.clot.schedule.places import Places
 from missionc.backends.clot.schedule.tasks import Decision, Event, Hold, Option, Outline, Task
 from missionc.base.trace import Array
 from missionc.ir import Anywhere, Exactly, Mission, Predicate, Region
 from missionc.kernel.nodes import Atom, Node
 from missionc.kernel.walk import graph_of, postorder
-from missionc.world.sampling import points_in
 
 SHARES = 0.8, 0.95
 """The share of an agent's top speed that a sketch counts on, and that of one which would be late otherwise."""
@@ -70,7 +70,7 @@ Key = tuple[int, int]
 class Visit:
     """An event, the regions its agents are asked to be in, and which visit it comes after (``then``).
 
-    ``shapes`` are the formations and graphs asked for where there are no regions. ``says`` is what
+    ``shapes`` are the formations and graphs asked for. ``says`` is what
     else may deny, in seconds from the event; ``before`` likewise up to it, from the event around it.
     ``fixed``: it stands for what holds at fixed steps, and decides nothing.
     """
@@ -153,7 +153,7 @@ class Scheduler:
         self, mission: Mission, outline: Outline, geodesics: Geodesics, generator: np.random.Generator
     ) -> None:
         self.mission, self.outline, self.generator = mission, outline, generator
-        self.deepest: dict[Region, Array] = {}
+        self.places = Places(mission)
         self.shaped: dict[tuple[tuple[Predicate, ...], bytes], Array] = {}
         self.tied = _tied(outline)
         self.speed = np.array([agent.dynamics.top_speed for agent in mission.agents])
@@ -248,9 +248,10 @@ class Scheduler:
         stack: list[tuple[Event, Key | None]] = [(event, None) for event in reversed(tuple(events))]
         while stack:
             each, after = stack.pop()
-            regions = tuple(dict(_regions(each.holds)).items())
+            regions = tuple(self._regions(each.holds).items())
             come = attendance(self.mission, each.holds)
-            shapes = () if regions else tuple(_shapes(each.holds))
+            until = (hold for later in each.then for hold in later.before if hold.low == 0)
+            shapes = tuple(_shapes((*each.holds, *until)))
             lasts = min(max((hold.high for hold in each.holds), default=0), self.mission.steps)
             says, before = (timed_literals(holds, self.mutex, self.mission.step) for holds in (each.holds, each.before))
             key = task, len(visits)
@@ -318,12 +319,14 @@ class Scheduler:
                 way += length
                 places.append(place)
             if visit.shapes:
-                there = self._gathered(visit.shapes, where)
-                gaps = np.linalg.norm(there - where, axis=1)
+                gaps = np.linalg.norm(self._gathered(visit.shapes, where) - where, axis=1)
                 moved = np.flatnonzero(gaps)
                 begin = max(begin, float((free + gaps / self.pace)[moved].max(initial=0.0)))
                 way += float(gaps.sum())
-                where = there
+                beside = where.copy()
+                for place in places:
+                    beside[place.agent] = place.point
+                where = self._gathered(visit.shapes, beside)
             if not visit.come.goals and not visit.fixed:
                 latest = min(high, self._latest(visit) * step)
                 begin += perturbed.put_off(visit.event) * max(0.0, latest - begin)
@@ -338,7 +341,9 @@ class Scheduler:
             for place in places:
                 agent = place.agent
                 stays = begin + visit.lasts * step if visit.lasts < self.mission.steps else self.mission.horizon
-                where[agent], free[agent], since[agent] = place.point, max(begin, stays), number
+                free[agent], since[agent] = max(begin, stays), number
+                if not visit.shapes:
+                    where[agent] = place.point
             number_of[visit.key] = number
             run.times.append(begin)
             run.legs.append(legs)
@@ -546,16 +551,17 @@ class Scheduler:
         return self.shaped[key].copy()
 
     def _place(self, place: Exactly | Anywhere) -> Array:
-        return np.array(place.point) if isinstance(place, Exactly) else self.centre(place.region)
+        return np.array(place.point) if isinstance(place, Exactly) else self.places.centre(place.region)
 
-    def centre(self, region: Region) -> Array:
-        """A point deep in a region, (dim,), metres."""
-        if region not in self.deepest:
-            points, depth = points_in(region.shape, self.mission.world, 256, np.random.default_rng(0))
-            middle = np.array(self.mission.world.low) / 2 + np.array(self.mission.world.high) / 2
-            best = depth >= depth.max(initial=0.0) * 0.98
-            self.deepest[region] = points[best].mean(axis=0) if len(points) else middle
-        return self.deepest[region]
+    def _regions(self, holds: tuple[Hold, ...]) -> dict[int, Region]:
+        """Where holds want their agents, those that are about places."""
+        regions: dict[int, Region] = {}
+        for hold in holds:
+            place = self.places.of(hold.node)
+            if place is not None:
+                before = regions.get(hold.agent)
+                regions[hold.agent] = place if before is None else self.places.both(before, place)
+        return regions
 
 
 @dataclass(slots=True)
@@ -593,14 +599,6 @@ def _of_team(predicate: Predicate) -> bool:
 
 def _deadline(options: tuple[Option, ...]) -> int:
     return min((event.high for option in options for event in option.events), default=0)
-
-
-def _regions(holds: tuple[Hold, ...]) -> Iterator[tuple[int, Region]]:
-    """Where holds want their agents, those that are about places."""
-    for hold in holds:
-        node = hold.node
-        if isinstance(node, Atom) and node.predicate.region:
-            yield hold.agent, node.predicate.region
 
 
 def _shapes(holds: tuple[Hold, ...]) -> Iterator[Predicate]:

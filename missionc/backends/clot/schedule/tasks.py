@@ -165,7 +165,9 @@ class _Reader:
         *hold, end = children(node)
         first, last = window
         if not node.every:
-            before = tuple(self._hold(each, agent, low, low) for each in hold)
+            before = tuple(
+                self._hold(part, who, low, low) for each in hold for who, part in self.conjuncts(each, agent)
+            )
             bodies = self.options(end, agent, 0, 0, True)
             return tuple(self._event(node, agent, low, first, last, option, before) for option in bodies)
         until = self.steps if last is None else min(high + last, self.steps)
