@@ -1,81 +1,233 @@
-"""Total tolerances for the transport backend: the sum of the errors counts, however it is shared."""
+"""Formations through the world: places, figures laid over a team and led round what stands, files behind a leader."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 
-pytest.importorskip("torch")
+from missionc.backends.clot.cost_graph.cost_graph import build, formulas_below
+from missionc.backends.clot.schedule.follow_leader import File, as_file, parted
+from missionc.backends.clot.schedule.gather_team import gather_team
+from missionc.backends.clot.schedule.geodesics import Geodesics
+from missionc.backends.clot.schedule.key_frames import KeyFrame, key_frames
+from missionc.backends.clot.schedule.places import Places
+from missionc.backends.clot.schedule.schedule import Schedule, Scheduler
+from missionc.backends.clot.schedule.sketch import sketch
+from missionc.backends.clot.schedule.tasks import outline
+from missionc.base.trace import Array
+from missionc.ir import FormationEdge, Mission, Predicate, Region
+from missionc.kernel.nodes import Atom, Not
+from missionc.world.signed_distance import signed_distance
+from tests.support.transport_missions import checked, planned
 
-from missionc.backends.clot.optimise.residuals import rows
-from missionc.backends.clot.optimise.task_residuals import shares
-from missionc.ir import InFormation
-from missionc.language.margins.predicate_margins import margin
-from tests.support.random_runs import trace_of
-from tests.support.transport_missions import costs_and_demand, planned
-
-ROW = """\
-mission row
-time step 0.5 s, horizon 6 s
-world (0, 0) to (12, 8)
-team drone[4] { radius 0.1 m  dynamics single_integrator(speed <= 3 m/s)  start at (1, 1), (1, 3), (1, 5), (1, 7) }
-formation row = chain of drone spacing 1 m total tolerance 0.3 m
+HEAD = """mission a
+time step 1 s, horizon 40 s
+world (0, 0) to (60, 30)
 """
 
-ONE_EDGE_OFF = """\
-region left = box (4, 2) to (6, 6)
-region right = box (7.15, 2) to (9, 6)
-require held: always[5 s, 6 s] row
-require apart: always[5 s, 6 s] ((drone[1]: left) and (drone[2]: right))
+FILE = """
+obstacle rock = box (25, 0) to (30, 18)
+team cart[4] { radius 0.5 m  dynamics single_integrator(speed <= 3 m/s)  start line (14, 4) to (2, 4) }
+separation 0.5 m
+formation file = chain of cart spacing 4 m tolerance 1 m
+require kept: always[0, end] file
+require through: every cart: eventually[0, 40 s] x >= 45 m
 """
-"""Of three edges one has an error of at least 0.15 m: more than its third of 0.3 m."""
 
-ALL_EDGES_OFF = """\
-region a = box (4, 4) to (4.1, 4.1)
-region b = box (5.15, 4) to (5.25, 4.1)
-region c = box (6.3, 4) to (6.4, 4.1)
-region d = box (7.45, 4) to (7.55, 4.1)
-require never: always[5 s, 6 s] not row
-require apart: always[5 s, 6 s] ((drone[0]: a) and (drone[1]: b) and (drone[2]: c) and (drone[3]: d))
+ECHELON = """
+region far = box (50, 2) to (58, 28)
+obstacle post = disc at (30, 15) radius 2 m
+team cart[4] { radius 0.5 m  dynamics single_integrator(speed <= 3 m/s)  start line (4, 6) to (4, 24) }
+separation 0.5 m
+formation rank = offsets of cart (0, 0), (0, 6), (0, 12), (0, 18) tolerance 0.4 m
+require kept: always[0, end] rank
+require there: eventually[0, 40 s] every cart: far
 """
-"""No edge has an error of 0.3 m; all together have 0.45 m where everybody is in the middle."""
 
 
-@pytest.mark.parametrize("asked", [ONE_EDGE_OFF, ALL_EDGES_OFF], ids=["held", "not held"])
-def test_one_edge_may_take_most_of_a_total_tolerance_and_all_together_break_it(asked: str) -> None:
-    planned(ROW + asked)
+def framed(text: str) -> tuple[Mission, Schedule, tuple[KeyFrame, ...], Array]:
+    """A mission's first schedule, its key frames, and the sketch through them."""
+    mission, kernel = checked(text)
+    generator = np.random.default_rng(0)
+    geodesics = Geodesics(mission)
+    scheduler = Scheduler(mission, outline(build(kernel), mission.steps), geodesics, generator)
+    schedule = scheduler.schedule(0.0)
+    frames = key_frames(mission, schedule, scheduler, geodesics, generator)
+    return mission, schedule, frames, sketch(mission, schedule, frames, geodesics, generator, 0.0)
+
+
+def the_place(formula: str, axes: int = 2) -> Region | None:
+    """Where a formula about one agent holds."""
+    corners = ("(0, 0)", "(60, 30)") if axes == 2 else ("(0, 0, 0)", "(60, 30, 10)")
+    mission, kernel = checked(
+        f"""mission a
+time step 1 s, horizon 20 s
+world {corners[0]} to {corners[1]}
+{"region field = box (1, 1) to (9, 9)" if axes == 2 else ""}
+beacon mast = {"(20, 10)" if axes == 2 else "(20, 10, 5)"}
+agent scout {{ radius 0.5 m  dynamics single_integrator(speed <= 3 m/s)  start at {corners[0]} }}
+require there: scout: eventually[0, 20 s] {formula}
+"""
+    )
+    (leaf,) = (
+        each
+        for each in formulas_below(build(kernel))
+        if isinstance(each, Not) or (isinstance(each, Atom) and not _under_not(each, formulas_below(build(kernel))))
+    )
+    return Places(mission).of(leaf)
+
+
+def _under_not(leaf: Atom, nodes: list[object]) -> bool:
+    return any(isinstance(each, Not) and each.body is leaf for each in nodes)
+
+
+# ------------------------------------------------------------------ places
 
 
 @pytest.mark.parametrize(
-    "edges", ["distances of drone (0-1: 1 m, 1-2: 1.5 m, 3-0: 2 m)", "offsets of drone (0, 0), (1, 0), (0, 1), (1, 1)"]
+    ("formula", "inside", "outside"),
+    [
+        ("x >= 45 m", (46.0, 3.0), (44.0, 3.0)),
+        ("not (y > 10 m)", (46.0, 9.0), (44.0, 11.0)),
+        ("x + 2*y <= 12 m", (2.0, 4.0), (4.0, 5.0)),
+        ("2*x - y >= 100 m", (59.0, 17.0), (52.0, 10.0)),
+        ("distance(mast) <= 2 m", (21.0, 11.0), (22.0, 11.0)),
+        ("distance(field) <= 2 m", (5.0, 5.0), (20.0, 5.0)),
+        ("field", (5.0, 5.0), (10.0, 5.0)),
+    ],
 )
-@pytest.mark.parametrize("word", ["", "not "])
-@pytest.mark.parametrize("spread", [0.05, 1.0])
-def test_what_the_edges_lack_together_is_what_the_sum_lacks(word: str, edges: str, spread: float) -> None:
-    shape = f"formation odd = {edges} total tolerance 0.3 m\n"
-    costs, demand = costs_and_demand(ROW + shape + f"require held: always[0, 6 s] {word}odd")
-    (formation,) = (each for each in costs.mission.formations if each.name == "odd")
-    control = np.zeros((4, costs.splines.points, 2))
-    control[1:, :, 0] = 1.0
-    control += np.random.default_rng(0).uniform(0.0, spread, control.shape)
-    position, _ = costs.splines.states(control)
-    active = demand.active(position, np.zeros_like(position))
-    (group,) = (each for each in costs.groups(control, active) if each.name == f"{word}formation odd")
-    here = rows(group, control, near=10.0)
-    sign = 1.0 if word == "" else -1.0
-    lacking = len(formation.edges) * group.spare - sign * margin(
-        InFormation(formation), costs.mission, trace_of(position.tolist())
+def test_what_is_asked_of_one_place_is_a_place(
+    formula: str, inside: tuple[float, ...], outside: tuple[float, ...]
+) -> None:
+    place = the_place(formula)
+    assert place is not None
+    assert float(signed_distance(np, place.shape, np.array(inside))) < 0
+    assert float(signed_distance(np, place.shape, np.array(outside))) > 0
+
+
+def test_a_height_is_a_place_in_a_volume() -> None:
+    place = the_place("altitude >= 2.5 m", axes=3)
+    assert place is not None
+    assert float(signed_distance(np, place.shape, np.array((5.0, 5.0, 3.0)))) == pytest.approx(-0.5)
+
+
+@pytest.mark.parametrize("formula", ["speed <= 1 m/s", "distance(mast) >= 2 m", "not field"])
+def test_what_holds_nearly_everywhere_or_of_a_speed_is_no_place(formula: str) -> None:
+    assert the_place(formula) is None
+
+
+# ----------------------------------------------------------------- figures
+
+
+def test_a_rigid_figure_is_laid_over_its_team_so_that_nobody_changes_sides() -> None:
+    mission, kernel = checked(
+        HEAD
+        + """
+team cart[9] { radius 0.5 m  dynamics single_integrator(speed <= 3 m/s)  start grid (10, 5) to (30, 25) }
+formation block = grid of cart spacing 2 m tolerance 0.2 m
+require there: eventually[0, 20 s] block
+"""
     )
-    together = here.value.reshape(len(formation.edges), -1)
-    assert np.allclose(together.sum(axis=0), lacking)
-    assert (np.sign(together.max(axis=0)) == np.sign(lacking)).all()
+    shapes: list[Predicate] = [each.predicate for each in formulas_below(build(kernel)) if isinstance(each, Atom)]
+    generator = np.random.default_rng(3)
+    scheduler = Scheduler(mission, outline(build(kernel), 40), Geodesics(mission), generator)
+    scattered = generator.permutation(np.array(scheduler.starts))
+    there = gather_team(shapes, scattered)
+    figure = shapes[0].formation
+    assert figure is not None
+    for edge in figure.edges:
+        assert isinstance(edge.target, float)
+        assert np.linalg.norm(there[edge.second] - there[edge.first]) == pytest.approx(edge.target, abs=0.05)
+    assert there.mean(axis=0) == pytest.approx(scattered.mean(axis=0), abs=0.05)
 
 
-def test_shares_sum_to_the_total_and_nothing_that_does_is_nearer() -> None:
-    generator = np.random.default_rng(0)
-    errors = generator.exponential(size=(4, 50))
-    found = shares(errors, 1.5)
-    assert (found >= 0).all()
-    assert np.allclose(found.sum(axis=0), 1.5)
-    others = generator.dirichlet(np.ones(4), size=(2000, 1)).swapaxes(1, 2) * 1.5
-    assert (np.linalg.norm(found - errors, axis=0) <= np.linalg.norm(others - errors, axis=1) + 1e-9).all()
+def test_a_team_gets_into_its_formation_where_there_is_room_for_all_of_it() -> None:
+    mission, _, frames, _ = framed(
+        HEAD
+        + """
+obstacle shed = box (12, 12) to (20, 20)
+team cart[8] { radius 0.4 m  dynamics single_integrator(speed <= 3 m/s)
+  start at (5, 5), (30, 8), (28, 28), (3, 26), (16, 3), (35, 16), (16, 28), (2, 15) }
+separation 0.3 m
+formation ring = circle of cart radius 3 m tolerance 0.2 m
+require there: eventually[0, 30 s] always[0, 3 s] ring
+"""
+    )
+    assert all(frame.shortfall <= 0 for frame in frames)
+    room = Geodesics(mission).room_at(frames[1].position)
+    assert room.min() >= 0.4
+
+
+def test_who_is_asked_for_nothing_stays_while_others_are_carried_to_their_place() -> None:
+    _, _, frames, _ = framed(
+        HEAD
+        + """
+region far = box (50, 2) to (58, 28)
+team cart[3] { radius 0.5 m  dynamics single_integrator(speed <= 3 m/s)  start line (4, 6) to (4, 14) }
+agent post { radius 0.5 m  dynamics single_integrator(speed <= 3 m/s)  start at (8, 25) }
+require there: eventually[0, 40 s] every cart: far
+"""
+    )
+    assert all(frame.position[3] == pytest.approx((8, 25), abs=0.1) for frame in frames)
+
+
+def test_who_is_asked_for_something_later_is_under_way_meanwhile() -> None:
+    _, schedule, frames, _ = framed(
+        HEAD
+        + """
+region near = box (14, 2) to (20, 8)
+region far  = box (50, 20) to (58, 28)
+agent one { radius 0.5 m  dynamics single_integrator(speed <= 3 m/s)  start at (4, 5) }
+agent two { radius 0.5 m  dynamics single_integrator(speed <= 3 m/s)  start at (4, 25) }
+require soon:  one: eventually[0, 5 s] near
+require later: two: eventually[20 s, 25 s] far
+"""
+    )
+    late = max(each.step for each in schedule.appointments)
+    first = next(frame for frame in frames if frame.position[0, 0] > 14)
+    share = (first.position[1, 0] - 4) / (50 - 4)
+    assert share == pytest.approx(first.step / late, abs=0.1)
+
+
+# ------------------------------------------------------------------- files
+
+
+def test_a_chain_is_a_file_and_a_star_is_none() -> None:
+    edges = [FormationEdge(3, 1, 2.0), FormationEdge(1, 2, 4.0)]
+    assert as_file(edges) == File((3, 1, 2), (0.0, 2.0, 4.0))
+    assert File((3, 1, 2), (0.0, 2.0, 4.0)).turned == File((2, 1, 3), (0.0, 4.0, 2.0))
+    assert as_file([*edges, FormationEdge(1, 4, 2.0)]) is None
+    assert as_file([*edges, FormationEdge(3, 2, 2.0)]) is None
+    assert as_file([FormationEdge(0, 1, (2.0, 0.0))]) is None
+
+
+def test_a_route_is_parted_at_a_share_of_its_length() -> None:
+    route = np.array([[0.0, 0.0], [4.0, 0.0], [4.0, 4.0]])
+    before, after = parted(route, 0.75)
+    assert before.tolist() == [[0.0, 0.0], [4.0, 0.0], [4.0, 2.0]]
+    assert after.tolist() == [[4.0, 2.0], [4.0, 4.0]]
+
+
+def test_a_file_goes_round_a_rock_behind_its_leader() -> None:
+    mission, _, frames, first = framed(HEAD + FILE)
+    assert all(frame.shortfall <= 0 for frame in frames)
+    assert first[:, -1, 0].min() >= 45 - 0.1
+    gaps = np.linalg.norm(np.diff(first, axis=0), axis=-1)  # (pairs, steps + 1)
+    assert gaps.min() > 2.5
+    assert gaps.max() < 5.5
+    assert Geodesics(mission).room_at(first).min() > 0.3
+    # Each comes by where the one before it was.
+    for leader, follower in ((0, 1), (1, 2), (2, 3)):
+        behind = np.linalg.norm(first[follower][:, None] - first[leader][None], axis=-1).min(axis=1)
+        assert np.median(behind[first[follower][:, 0] > 14]) < 1.0
+
+
+def test_a_file_through_a_bend_is_planned() -> None:
+    planned(HEAD + FILE)
+
+
+def test_a_rigid_team_goes_where_all_of_it_has_room() -> None:
+    mission, _, frames, first = framed(HEAD + ECHELON)
+    assert all(frame.shortfall <= 0 for frame in frames)
+    assert Geodesics(mission).room_at(first).min() > 0.4
+    planned(HEAD + ECHELON)

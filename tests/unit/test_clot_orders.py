@@ -9,6 +9,7 @@ pytest.importorskip("torch")
 
 import missionc
 from missionc.backends.clot.cost_graph.cost_graph import build
+from missionc.backends.clot.schedule.geodesics import Geodesics
 from missionc.backends.clot.schedule.schedule import Schedule, Scheduler
 from missionc.backends.clot.schedule.tasks import MOST_OPTIONS, outline
 from missionc.base.source import Source
@@ -49,10 +50,11 @@ def schedules(text: str, count: int = 1) -> tuple[Mission, list[Schedule]]:
     assert checked.mission is not None
     assert checked.kernel is not None
     mission = checked.mission
-    asked = outline(build(checked.kernel), mission.steps)
+    asked, geodesics = outline(build(checked.kernel), mission.steps), Geodesics(mission)
     noises = [0.0] + [0.4] * (count - 1)
     return mission, [
-        Scheduler(mission, asked, np.random.default_rng(seed)).schedule(noise) for seed, noise in enumerate(noises)
+        Scheduler(mission, asked, geodesics, np.random.default_rng(seed)).schedule(noise)
+        for seed, noise in enumerate(noises)
     ]
 
 

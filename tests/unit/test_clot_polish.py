@@ -188,7 +188,7 @@ def test_a_schedule_keeps_windows_and_says_what_it_chose() -> None:
     mission, kernel = of_file("clot_corridor")
     graph = build(kernel)
     for seed in range(3):
-        scheduler = Scheduler(mission, outline(graph, mission.steps), np.random.default_rng(seed))
+        scheduler = Scheduler(mission, outline(graph, mission.steps), Geodesics(mission), np.random.default_rng(seed))
         schedule = scheduler.schedule(0.4)
         assert len(schedule.appointments) == 3
         for appointment in schedule.appointments:
@@ -201,7 +201,7 @@ def test_key_frames_hold_what_their_steps_ask_for() -> None:
     mission, kernel = of_file("clot_star")
     graph = build(kernel)
     generator = np.random.default_rng(0)
-    scheduler = Scheduler(mission, outline(graph, mission.steps), generator)
+    scheduler = Scheduler(mission, outline(graph, mission.steps), Geodesics(mission), generator)
     found = key_frames(mission, scheduler.schedule(0.0), scheduler, Geodesics(mission), generator)
     assert [found[0].step, found[-1].step] == [0, mission.steps]
     assert all(frame.shortfall <= 0 for frame in found)
@@ -248,7 +248,7 @@ def test_polish_leaves_no_fault_where_the_sketch_has_some() -> None:
     mission, kernel = of_file("clot_star")
     graph = build(kernel)
     generator = np.random.default_rng(0)
-    scheduler = Scheduler(mission, outline(graph, mission.steps), generator)
+    scheduler = Scheduler(mission, outline(graph, mission.steps), Geodesics(mission), generator)
     schedule, geodesics = scheduler.schedule(0.0), Geodesics(mission)
     key = key_frames(mission, schedule, scheduler, geodesics, generator)
     made = splines(mission)

@@ -38,7 +38,7 @@ from missionc.backends.api import (
     forget,
 )
 from missionc.backends.clot.cost_graph.cost_graph import build, formulas_below
-from missionc.backends.clot.cost_weights import Spare, Weights
+from missionc.backends.clot.cost_weights import Weights, spare
 from missionc.backends.clot.optimise.accept import attempt
 from missionc.backends.clot.optimise.active_set import Choices
 from missionc.backends.clot.optimise.control_points import splines, trace
@@ -46,6 +46,7 @@ from missionc.backends.clot.optimise.goal_terms import Demand
 from missionc.backends.clot.optimise.improve import improve
 from missionc.backends.clot.optimise.levenberg_marquardt import Polished, polish
 from missionc.backends.clot.optimise.motion_residuals import Costs
+from missionc.backends.clot.optimise.pursuit import followed
 from missionc.backends.clot.run.parallel_attempts import run_parallel_attempts
 from missionc.backends.clot.run.presets import PRESETS, Preset, preset
 from missionc.backends.clot.run.run_state import (
@@ -63,6 +64,7 @@ from missionc.backends.clot.schedule.key_frames import key_frames
 from missionc.backends.clot.schedule.schedule import Scheduler
 from missionc.backends.clot.schedule.sketch import sketch
 from missionc.backends.clot.schedule.tasks import Outline, outline
+from missionc.backends.clot.schedule.tours import tours
 from missionc.backends.clot.torch_device import device_missing, enough_memory, one_thread
 from missionc.backends.options import Options
 from missionc.backends.run_account import Account
@@ -72,12 +74,19 @@ from missionc.base.trace import Array, Trace
 from missionc.diagnostics.model import Diagnostic
 from missionc.ir import Mission
 from missionc.kernel.nodes import Kernel
+from missionc.kernel.walk import postorder
 
 ATTEMPTS = 40
 """Schedules tried before the answer is that nothing was found."""
 
 ITERATIONS = 60
 """Steps of one polish."""
+
+MORE = 1.0, 3.0, 9.0
+"""A motion that is nearly a plan is polished again, with so many times the usual room to spare between bodies."""
+
+NEAR = 0.2
+"""Metres by which that is short at most; or this share of what the fastest agent goes in a step, where that is more."""
 
 SEARCH_EVERY = 8
 """Attempts of which the last one searches, from the best schedule so far, where the preset does not do so anyway."""
@@ -254,17 +263,37 @@ class Run:
         """
         mission = self.mission
         made = splines(mission)
-        control = made.through(first)
+        control = made.through(followed(mission, first))
         if way is not None and not way.polished:
             plan = self.judged(Polished(control, 0.0, "a check", 0.0, 0), trace(mission, made, control), begun)
             return None if plan is None else Reached(control, choices, final=True)
-        with self.account.stage("polish"):
-            demand, costs = self.wanted(choices)
-            polished = polish(control, costs, demand, ITERATIONS, self.in_time, partial(self.tell, "polish", number))
-        self.account.work += polish_work(self.agent_steps, polished.iterations)
-        self.account.sizes["iterations"] = self.account.sizes.get("iterations", 0) + polished.iterations
-        plan = self.judged(polished, trace(mission, made, polished.control), begun)
-        return None if plan is None else Reached(polished.control, choices)
+        for more in MORE:
+            with self.account.stage("polish"):
+                demand, costs = self.wanted(choices, more)
+                told = partial(self.tell, "polish", number)
+                polished = polish(control, costs, demand, ITERATIONS, self.in_time, told)
+            self.account.work += polish_work(self.agent_steps, polished.iterations)
+            self.account.sizes["iterations"] = self.account.sizes.get("iterations", 0) + polished.iterations
+            plan = self.judged(polished, trace(mission, made, polished.control), begun)
+            if plan is not None:
+                return Reached(polished.control, choices)
+            if polished.shortfall > self.near:
+                return None
+            control, choices = polished.control, self.freed(choices, polished.control)
+        return None
+
+    @property
+    def near(self) -> float:
+        """By how much a motion may fall short to be worth another polish, metres."""
+        furthest = max(agent.dynamics.top_speed for agent in self.mission.agents) * self.mission.step
+        return max(NEAR, NEAR * furthest)
+
+    def freed(self, choices: Choices, control: Array) -> Choices:
+        """The choices without those of requirements that this motion violates: when and by whom is chosen anew."""
+        come_to = attempt(self.mission, self.kernel, trace(self.mission, splines(self.mission), control))
+        names = {each.name for each in come_to.violated}
+        free = set(postorder(wanted.formula for wanted in self.graph.requirements if wanted.name in names))
+        return {key: chosen for key, chosen in choices.items() if key[0] not in free}
 
     def improved(self, reached: Reached, number: int) -> Trace:
         """What can be made of a plan."""
@@ -284,11 +313,13 @@ class Run:
         self.account.notes.extend(better.notes)
         return better.trace
 
-    def wanted(self, choices: Choices) -> tuple[Demand, Costs]:
-        """What is asked of a motion, and what it costs."""
+    def wanted(self, choices: Choices, more: float = 1.0) -> tuple[Demand, Costs]:
+        """What is asked of a motion, and what it costs; ``more``: so many times the usual to spare of room."""
         roots = tuple(wanted.formula for wanted in self.graph.requirements)
         demand = Demand.of(self.mission, roots, choices, self.mission.steps)
-        return demand, Costs(self.mission, splines(self.mission), Weights(), Spare())
+        room = spare(self.mission)
+        roomier = replace(room, bodies=more * room.bodies)
+        return demand, Costs(self.mission, splines(self.mission), Weights(), roomier)
 
     def accepted(self, control: Array) -> Trace | None:
         """The motion of control points, (agents, points, dim), metres, if it is a plan."""
@@ -315,11 +346,13 @@ class Run:
         """The schedule, key frames and sketch of an attempt; the generator is that of the attempt, unused."""
         mission, geodesics = self.mission, self.geodesics
         with self.account.stage("sketch"):
-            scheduler = Scheduler(mission, self.asked, generator)
+            scheduler = Scheduler(mission, self.asked, geodesics, generator)
             schedule = scheduler.schedule(NOISE if number else 0.0)
+            self.account.work += sketch_work(self.agent_steps)
+            if not scheduler.tied:
+                return Begun(number, schedule, *tours(mission, schedule, scheduler.goals, geodesics, generator))
             key = key_frames(mission, schedule, scheduler, geodesics, generator, self.in_time)
             first = sketch(mission, schedule, key, geodesics, generator, 0.3 if number else 0.0)
-            self.account.work += sketch_work(self.agent_steps)
         return Begun(number, schedule, key, first)
 
     def again(self, number: int, motion: Array | None) -> Begun:

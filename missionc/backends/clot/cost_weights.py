@@ -1,16 +1,17 @@
 """Cost weights of trajectory optimisation, and the robustness that each margin is asked to have to spare.
 
 Costs add up over agents and steps. Shortfalls of margins are in metres (of speed and
-acceleration, in the metres they move within a step), and count squared. Each figure says
-its unit and what it is for, which is what ``--emit cost-graph`` prints.
+acceleration, in the metres they move within a step; of turning, in the metres it leads aside),
+and count squared. Each figure says its unit and what it is for, which is what ``--emit cost-graph``
+prints.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import ClassVar
 
-from missionc.ir import Objective
+from missionc.ir import Mission, Objective
 
 
 def _figure(value: float, unit: str, says: str) -> float:
@@ -25,7 +26,7 @@ class Weights:
     title: ClassVar[str] = "weight"
     task: float = _figure(400.0, "/m^2", "by which a margin of the formulas falls short")
     bodies: float = _figure(400.0, "/m^2", "of obstacles, separation and the world's bounds")
-    limits: float = _figure(400.0, "/m^2", "of speed and acceleration beyond their limits")
+    limits: float = _figure(400.0, "/m^2", "of speed, acceleration and turning beyond their limits")
     links: float = _figure(
         1.0, "/m^2", "by which lambda_2 falls short of a ring's, where connectivity is judged by that"
     )
@@ -44,6 +45,21 @@ class Spare:
     links: float = _figure(
         0.3, "m", "of a link for it to count in full in lambda_2, where connectivity is judged by that"
     )
+
+
+SHARE = 0.02
+"""The share of the longest step of the fastest agent that is asked for at least."""
+
+
+def spare(mission: Mission) -> Spare:
+    """What margins of a mission are asked to have to spare."""
+    standard, least = Spare(), SHARE * longest_step(mission)
+    return replace(standard, task=max(standard.task, least), bodies=max(standard.bodies, least))
+
+
+def longest_step(mission: Mission) -> float:
+    """How far the fastest agent goes within one step, metres."""
+    return float(max(agent.dynamics.top_speed for agent in mission.agents) * mission.step)
 
 
 @dataclass(frozen=True, slots=True)

@@ -149,7 +149,9 @@ class Run:
         roots = tuple(each.formula for each in self.smooth.graph.requirements if each.name in self.asked.whole)
         witness = Demand.of(mission, roots, {}, mission.steps).witness(*made.states(made.through(first)))
         taken = [step for (term, _, _), step in witness.items() if awaited(term)]
-        scheduler = Scheduler(mission, self.smooth.asked, np.random.default_rng([self.budget.seed, number]))
+        scheduler = Scheduler(
+            mission, self.smooth.asked, self.smooth.geodesics, np.random.default_rng([self.budget.seed, number])
+        )
         choices = dict(scheduler.schedule(NOISE if number else 0.0).choices)
         for term, agent, asked in choices:
             if event := awaited(term):

@@ -12,13 +12,16 @@ Source:
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from missionc.backends.clot.optimise.pursuit import pursued
 from missionc.base.trace import Array, Flags, Trace
 from missionc.ir import Exactly, Mission
+from missionc.world.dynamics import turn_in_step
 
 Indices = NDArray[np.int64]
 
@@ -167,17 +170,32 @@ def splines(mission: Mission, steps: int | None = None) -> Splines:
 
 
 def trace(mission: Mission, made: Splines, control: Array) -> Trace:
-    """The motion of control points, (agents, points, dim), as a trace; headings follow the motion."""
+    """The motion of control points, (agents, points, dim), as a trace; headings follow the motion.
+
+    Whose turning is bounded goes after its control points as far as it may, and turns while it stands.
+    """
     position, velocity = made.states(control)
     position, velocity = position.copy(), velocity.copy()
     for agent in mission.agents:
         for place, step in ((agent.start, 0), (agent.finish, -1)):
             if isinstance(place, Exactly):
                 position[agent.index, step] = place.point
+    turning = [
+        agent for agent in mission.agents if made.steps and math.isfinite(turn_in_step(agent.dynamics, made.step))
+    ]
+    for agent in turning:
+        position[agent.index] = pursued(agent.dynamics, position[agent.index], made.step)
+        velocity[agent.index, :-1] = np.diff(position[agent.index], axis=0) / made.step
+        velocity[agent.index, -1] = velocity[agent.index, -2]
     moving = np.linalg.norm(velocity[..., :2], axis=-1) > 0
     facing = np.arctan2(velocity[..., 1], velocity[..., 0])
     number = np.where(moving, np.arange(facing.shape[1]), -1)
     latest = np.maximum.accumulate(number, axis=1)
     first = np.where(moving.any(axis=1), moving.argmax(axis=1), 0)[:, None]
     heading = np.take_along_axis(facing, np.where(latest < 0, first, latest), axis=1)
+    for agent in turning:
+        given = np.flatnonzero(moving[agent.index])
+        if given.size:
+            steadily = np.unwrap(facing[agent.index, given])
+            heading[agent.index] = np.interp(np.arange(heading.shape[1]), given, steadily)
     return Trace(mission.step, position, velocity, heading)

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from missionc.backends.clot.cost_weights import longest_step
 from missionc.backends.clot.optimise.candidate import Look, System
 from missionc.backends.clot.optimise.goal_terms import Demand
 from missionc.backends.clot.optimise.motion_residuals import Costs
@@ -40,7 +41,7 @@ HARDEST = 256.0
 """By what they weigh more at most."""
 
 LONGEST = 1.0
-"""Metres that a control point moves in one step."""
+"""Metres that a control point moves in one step; or as far as the fastest agent goes in one of the mission's."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -75,6 +76,7 @@ def polish(
     """
     system = System(costs, control.shape)
     damping, penalty = DAMPING, 1.0
+    most = max(LONGEST, longest_step(costs.mission))
 
     def decided(control: Array) -> Look:
         """A motion, and what has to hold by what it is itself."""
@@ -87,8 +89,8 @@ def polish(
         tell(done, -best.shortfall)
         step = system.step(now.control, now.rows, damping, penalty)
         longest = float(np.linalg.norm(step, axis=-1).max(initial=0.0))
-        if longest > LONGEST:
-            step *= LONGEST / longest
+        if longest > most:
+            step *= most / longest
         ahead = Look(now.control + step, costs, now.active, system)
         gain = now.total(penalty) - ahead.total(penalty)
         settled = gain <= SETTLED * now.total(penalty)

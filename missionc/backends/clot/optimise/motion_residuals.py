@@ -19,9 +19,11 @@ from missionc.backends.clot.optimise.control_points import Arguments, Indices, S
 from missionc.backends.clot.optimise.obstacle_index import Obstacles
 from missionc.backends.clot.optimise.residuals import Group
 from missionc.backends.clot.optimise.task_residuals import TaskCosts, norm
+from missionc.backends.clot.optimise.turning import Turns, turns
 from missionc.base.trace import Array
 from missionc.ir import Anywhere, Mission
 from missionc.ir import Box as BoxShape
+from missionc.world.dynamics import speeds
 from missionc.world.signed_distance import signed_distance
 
 CLOSE = 0.4
@@ -64,9 +66,11 @@ class Costs:
     spare: Spare
     start: int = 0
     samples: Samples = field(init=False)
+    turns: Turns = field(init=False)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "samples", _samples(self.mission, self.splines, self.start))
+        object.__setattr__(self, "turns", turns(self.mission, self.splines))
 
     def groups(self, control: Array, active: Active) -> Iterator[Group]:
         """All residual groups of a candidate."""
@@ -103,20 +107,40 @@ class Costs:
                 )
 
     def limits(self) -> Iterator[Group]:
-        """Speed at every step, acceleration in every step."""
+        """Speed at every step, the least of it too; turning from step to step; acceleration in every step."""
         made, step = self.splines, self.splines.step
         if made.steps == 0:
             return
         agent, moment = self._grid(made.steps)
-        fastest = np.array([one.dynamics.top_speed for one in self.mission.agents])[agent]
-        most = torch.from_numpy(fastest * (1 - self.spare.limits) * step)
+        slowest, fastest = np.array([speeds(one.dynamics) for one in self.mission.agents])[agent].T
+        unused = self.spare.limits * (fastest - slowest)
+        most = torch.from_numpy((fastest - unused) * step)
         yield Group(
             "speed",
             (made.velocity(agent, moment),),
             lambda velocity: norm(velocity) * step - most,
             self.weights.limits,
-            self.spare.limits * step * float(fastest.min()),
+            step * float(unused.min()),
         )
+        restless = np.flatnonzero((slowest > 0) & (moment < made.steps))
+        if restless.size:
+            least = torch.from_numpy((slowest + unused)[restless] * step)
+            yield Group(
+                "least speed",
+                (made.velocity(agent[restless], moment[restless]),),
+                lambda velocity: least - norm(velocity) * step,
+                self.weights.limits,
+                step * float(unused[restless].min()),
+            )
+        bounded, unused_turn = self.turns, self.spare.limits
+        if len(bounded.most):
+            yield Group(
+                "turn",
+                bounded.pair,
+                lambda one, other: bounded.excess(one * step, other * step, unused_turn),
+                self.weights.limits,
+                unused_turn * float(bounded.most.min()) * step * float(fastest.min()),
+            )
         second = made.smooth[agent]
         if second.any():
             agent, moment = agent[second], moment[second]

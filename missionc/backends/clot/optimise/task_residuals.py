@@ -129,15 +129,15 @@ class TaskCosts:
             torch.from_numpy(np.array([getattr(one, what) for one in self.mission.agents])[agent])
             for what in ("radius", "altitude")
         )
-        scale = made.step if predicate.is_of_speed and made.steps else 1.0
+        scale, spare = (made.step, Spare().task) if predicate.is_of_speed and made.steps else (1.0, self.spare.task)
 
         def shortfall(*points: Tensor) -> Tensor:
             measured = predicate.margin(_OfPoints(points, named, radius, altitude)) + 0.0 * points[0][:, 0]
-            lacking: Tensor = (self.spare.task - sign * measured) * scale
+            lacking: Tensor = (spare - sign * measured) * scale
             return lacking
 
         name = f"{'' if holds else 'not '}{predicate.region.name}" if predicate.region else "comparison"
-        return Group(name, tuple(arguments), shortfall, self.weights.task, self.spare.task * scale)
+        return Group(name, tuple(arguments), shortfall, self.weights.task, spare * scale)
 
     def _links(self, graph: Graph, links: Links, together: bool) -> Iterator[Group]:
         if len(links) == 0:

@@ -1,21 +1,25 @@
 """Least-squares placement of a team in its formation, or together, its middle kept (majorization of stress).
 
-Each two agents that are tied want the other at a length or an offset. All move at once, so
-that these wishes are met in the sense of least squares, and then again from there.
+A figure of which every two agents keep a distance is laid flat over the team first, turned or mirrored
+so that its agents go as little as can be. Then each two agents that are tied want the other at a length
+or an offset. All move at once, so that these wishes are met in the sense of least squares, and then again
+from there.
 
 Source:
     de Leeuw, "Applications of convex analysis to multidimensional scaling", 1977: majorization
-    of stress; here with offsets, and with ties that only must not be too long.
+    of stress; here with offsets, and with ties that only must not be too long. Torgerson, classical scaling, 1952;
+    Schönemann, "A generalized solution of the orthogonal Procrustes problem", 1966.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable
+from itertools import combinations
 
 import numpy as np
 
 from missionc.base.trace import Array
-from missionc.ir import Predicate, Proximity
+from missionc.ir import Formation, Predicate, Proximity
 from missionc.language.margins.predicate_margins import link_margin
 from missionc.language.margins.spanning_trees import Indices, spanning_tree
 
@@ -24,6 +28,9 @@ ROUNDS = 100
 
 NEAR = 0.02
 """Metres: no tie is further from what it should be than this."""
+
+FLAT = 1e-6
+"""The share of its length, squared, that a figure may be thick and count as flat."""
 
 SHAKEN = 0.01
 """Metres by which agents are shaken first: two on top of each other have no direction from one to the other."""
@@ -42,6 +49,7 @@ def gather_team(shapes: Iterable[Predicate], position: Array) -> Array:
     Args:
         position: of all the mission's agents, (agents, dim), metres.
     """
+    shapes = tuple(shapes)
     first, second, least, most, offset = _ties(shapes, position)
     if not len(first):
         return position
@@ -54,7 +62,7 @@ def gather_team(shapes: Iterable[Predicate], position: Array) -> Array:
     if _furthest(differences @ position, *wishes) <= NEAR:
         return position
     tied = np.unique(np.concatenate([first, second]))
-    moved = position.copy()
+    moved = _laid(shapes, position)
     moved[tied] += SHAKEN * np.random.default_rng(0).uniform(-1, 1, (len(tied), dim))
     for _ in range(ROUNDS):
         apart = differences @ moved
@@ -62,6 +70,45 @@ def gather_team(shapes: Iterable[Predicate], position: Array) -> Array:
             break
         moved += spread @ (_wished(apart, *wishes) - apart)
     return moved
+
+
+def _laid(shapes: Iterable[Predicate], position: Array) -> Array:
+    """The positions, (agents, dim), metres, with each rigid figure laid over its agents."""
+    laid = position.copy()
+    done: set[int] = set()
+    for shape in shapes:
+        figure = None if shape.formation is None else _figure(shape.formation)
+        if shape.formation is None or figure is None or not done.isdisjoint(shape.formation.agents):
+            continue
+        agents = list(shape.formation.agents)
+        done.update(agents)
+        middle = position[agents].mean(axis=0)
+        left, _, right = np.linalg.svd(figure.T @ (position[agents, :2] - middle[:2]))
+        laid[agents] = middle
+        laid[agents, :2] += figure @ left @ right
+    return laid
+
+
+def _figure(formation: Formation) -> Array | None:
+    """A flat formation of which every two agents keep a distance, round its middle: (agents, 2), metres; else None."""
+    count = len(formation.agents)
+    distances = {
+        frozenset((edge.first, edge.second)): edge.target
+        for edge in formation.edges
+        if not isinstance(edge.target, tuple)
+    }
+    if count < 2 or len(distances) != count * (count - 1) // 2:
+        return None
+    squares = np.zeros((count, count))
+    for one, other in combinations(range(count), 2):
+        length = distances[frozenset((formation.agents[one], formation.agents[other]))]
+        squares[one, other] = squares[other, one] = length**2
+    centred = squares - squares.mean(axis=0)
+    sizes, axes = np.linalg.eigh((centred - centred.mean(axis=1, keepdims=True)) / -2)
+    if count > 2 and sizes[-3] > FLAT * sizes[-1]:
+        return None
+    figure: Array = axes[:, -2:] * np.sqrt(np.maximum(sizes[-2:], 0.0))
+    return figure
 
 
 def _ties(shapes: Iterable[Predicate], position: Array) -> tuple[Indices, Indices, Array, Array, Array]:

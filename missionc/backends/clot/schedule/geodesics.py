@@ -22,10 +22,15 @@ DETOUR = 1.4
 
 
 class Geodesics:
-    """Geodesics between points, straight or bent; room is metres to obstacles and to the world's bounds."""
+    """Geodesics between points, straight or bent; room is metres to obstacles and to the world's bounds.
 
-    def __init__(self, mission: Mission) -> None:
+    Args:
+        figure: what goes the way, of a point of it: where its parts are to that point, (parts, dim), metres.
+    """
+
+    def __init__(self, mission: Mission, figure: Array | None = None) -> None:
         self.mission = mission
+        self.figure = np.zeros((1, mission.dimension)) if figure is None else figure
         self.standing = Obstacles(mission, [each for each in mission.obstacles if isinstance(each.motion, Still)])
         low, high = np.array(mission.world.low), np.array(mission.world.high)
         size = high - low
@@ -38,7 +43,11 @@ class Geodesics:
         self.graphs: dict[float, sparse.csr_matrix] = {}
 
     def room_at(self, points: Array) -> Array:
-        """Room at points: metres to standing obstacles and to the world's bounds, (..., dim) -> (...)."""
+        """Room at points, of the part that has least: metres to standing obstacles and bounds, (..., dim) -> (...)."""
+        room: Array = np.min([self._room_of_part(points + part) for part in self.figure], axis=0)
+        return room
+
+    def _room_of_part(self, points: Array) -> Array:
         world = Box(self.mission.world.low, self.mission.world.high)
         room: Array = -np.asarray(signed_distance(np, world, points))
         standing = self.standing.standing_room(points.reshape(-1, points.shape[-1]))
@@ -62,6 +71,11 @@ class Geodesics:
             if way is not None and _length(way) <= longest:
                 return way
         return shortest
+
+    def lengths(self, start: Array, room: float) -> Array:
+        """Metres of way from a point, (dim,), to each cell of the grid, (cells,), with so much room; or infinite."""
+        first = int(np.ravel_multi_index(tuple(self._free(start, room)), self.shape))
+        return np.asarray(dijkstra(self._graph(room), directed=True, indices=np.array(first)))
 
     def _with(self, start: Array, end: Array, room: float, avoid: Array | None) -> Array | None:
         """A way with so much room, straight where that has it."""

@@ -5,27 +5,33 @@
 
 A configuration has all that must hold at its step: regions, formations, links, bodies apart.
 It is found by moving the one before it as little as the holds allow, from several first
-guesses: the team moved as it is, turned, or packed into slots of the region.
+guesses: the team moved as it is, turned, or packed into slots of the region. A team that is to get
+into a formation is put where there is room for all of it, and the longest way there is short. A file
+that stays one goes behind its leader.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
+from typing import TypeAlias
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
+from scipy.sparse.csgraph import connected_components
 from scipy.spatial.distance import cdist
 
-from missionc.backends.clot.cost_weights import Spare, Weights
+from missionc.backends.clot.cost_weights import Weights, spare
 from missionc.backends.clot.optimise.control_points import Splines
 from missionc.backends.clot.optimise.goal_terms import Demand
 from missionc.backends.clot.optimise.levenberg_marquardt import Polished, polish
 from missionc.backends.clot.optimise.motion_residuals import Costs
+from missionc.backends.clot.schedule.follow_leader import File, Place, files, led, parted
+from missionc.backends.clot.schedule.gather_team import can_be_gathered, gather_team
 from missionc.backends.clot.schedule.geodesics import Geodesics, along
 from missionc.backends.clot.schedule.schedule import Schedule, Scheduler
 from missionc.base.trace import Array, Flags
-from missionc.ir import Anywhere, Exactly, Inside, Mission, Proximity, Region
+from missionc.ir import Anywhere, Exactly, Inside, Mission, Predicate, Proximity, Region
 from missionc.kernel.nodes import At, Atom
 from missionc.world.sampling import points_in
 from missionc.world.signed_distance import signed_distance
@@ -39,6 +45,24 @@ JITTER = 0.02
 PITCHES = 0.95, 0.75
 """How far apart relays are put, of what their graph bridges."""
 
+MIDDLES = 400
+"""Places at which the middle of a team that gets into a formation is tried, about so many."""
+
+TURNS = 0.0, 90.0, 45.0, 135.0
+"""Degrees by which the formation is turned there, where it may be."""
+
+LACKING = 1e3
+"""What a metre of room that is lacking there costs against one that an agent goes."""
+
+ROOM = 0.1
+"""Metres of room asked there beyond what bodies need."""
+
+Routes: TypeAlias = dict[int, Array]
+"""The routes, (corners, dim) in metres, by which agents come from the key frame before, where that is decided."""
+
+Guess: TypeAlias = tuple[Array, Routes]
+"""The positions of all agents, (agents, dim), metres, and the routes by which they come there."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class KeyFrame:
@@ -51,6 +75,7 @@ class KeyFrame:
     position: Array
     shortfall: float
     worst: str
+    routes: Routes = field(default_factory=dict)
 
 
 def key_frames(
@@ -80,7 +105,7 @@ class _KeyFrames:
         go_on: Callable[[], bool],
     ) -> None:
         self.mission, self.schedule, self.scheduler, self.generator = mission, schedule, scheduler, generator
-        self.steps = mission.steps
+        self.steps, self.places = mission.steps, scheduler.places
         self.geodesics, self.go_on = geodesics, go_on
 
     def all(self) -> tuple[KeyFrame, ...]:
@@ -89,42 +114,48 @@ class _KeyFrames:
         if any(agent.finish is not None for agent in self.mission.agents):
             located = sorted({*located, self.steps})
         frames: dict[int, KeyFrame] = {}
-        before: Array | None = None
+        before: KeyFrame | None = None
         for step in located:
-            frames[step] = self._frame(step, self._guesses(step, before))
-            before = frames[step].position
+            frames[step] = before = self._frame(step, self._guesses(step, before))
         for step in sorted(others - set(located)):
             earlier = max(each for each in frames if each < step)
-            later = [each for each in frames if each > step]
-            guess = frames[earlier].position
-            if later:
-                share = (step - earlier) / (min(later) - earlier)
-                guess = guess * (1 - share) + frames[min(later)].position * share
-            frames[step] = self._frame(step, iter((guess,)))
+            later = min((each for each in frames if each > step), default=None)
+            guess, behind, ahead = frames[earlier].position, Routes(), Routes()
+            if later is not None:
+                share = (step - earlier) / (later - earlier)
+                guess = guess * (1 - share) + frames[later].position * share
+                for agent, route in frames[later].routes.items():
+                    behind[agent], ahead[agent] = parted(route, share)
+                    guess[agent] = behind[agent][-1]
+                frames[later] = replace(frames[later], routes=ahead)
+            frames[step] = self._frame(step, iter(((guess, behind),)))
         return tuple(frames[step] for step in sorted(frames))
 
-    def _frame(self, step: int, guesses: Iterator[Array]) -> KeyFrame:
+    def _frame(self, step: int, guesses: Iterator[Guess]) -> KeyFrame:
         """The first guess that can be made right, or the one that comes nearest."""
         demand = self._demand(step)
         pinned = self._pinned(step)
-        costs = Costs(self.mission, self._still(pinned), Weights(), Spare(), step)
-        best: Polished | None = None
-        for polished in self._tries(step, guesses, costs, demand):
-            if best is None or polished.shortfall < best.shortfall:
-                best = polished
-            if best.shortfall <= 0 or not self.go_on():
+        costs = Costs(self.mission, self._still(pinned), Weights(), spare(self.mission), step)
+        best: tuple[Polished, Routes] | None = None
+        for polished, routes in self._tries(step, guesses, costs, demand):
+            if best is None or polished.shortfall < best[0].shortfall:
+                best = polished, routes
+            if best[0].shortfall <= 0 or not self.go_on():
                 break
         assert best is not None
-        return KeyFrame(step, best.control[:, 0], best.shortfall, best.worst)
+        polished, routes = best
+        return KeyFrame(step, polished.control[:, 0], polished.shortfall, polished.worst, routes)
 
-    def _tries(self, step: int, guesses: Iterator[Array], costs: Costs, demand: Demand) -> Iterator[Polished]:
+    def _tries(
+        self, step: int, guesses: Iterator[Guess], costs: Costs, demand: Demand
+    ) -> Iterator[tuple[Polished, Routes]]:
         """What becomes of each guess; then of it, and of what it became, with relays along the links asked for."""
-        for guess in guesses:
+        for guess, routes in guesses:
             polished = self._polished(step, guess, costs, demand)
-            yield polished
+            yield polished, routes
             for each in (guess, polished.control[:, 0]):
                 for relayed in self._relayed(step, each, demand):
-                    yield self._polished(step, relayed, costs, demand)
+                    yield self._polished(step, relayed, costs, demand), {}
 
     def _polished(self, step: int, guess: Array, costs: Costs, demand: Demand) -> Polished:
         shaken = guess + JITTER * self.generator.uniform(-1, 1, guess.shape)
@@ -168,26 +199,189 @@ class _KeyFrames:
 
     # --------------------------------------------------------------- guesses
 
-    def _guesses(self, step: int, before: Array | None) -> Iterator[Array]:
+    def _guesses(self, step: int, before: KeyFrame | None) -> Iterator[Guess]:
         places = self._places(step)
         if before is None:
-            before = np.array([self.scheduler.starts[agent.index] for agent in self.mission.agents])
+            position = np.array([self.scheduler.starts[agent.index] for agent in self.mission.agents])
+            pitches = (1.0, 0.7, 0.5) if places else ()
+            yield from ((self._packed(position, places, pitch), {}) for pitch in pitches)
             if not places:
-                yield before
-                return
-            yield self._packed(before, places)
-            yield self._packed(before, places, 0.7)
-            yield self._packed(before, places, 0.5)
+                yield position, {}
             return
+        position, following = self._under_way(before, step, places), self._following(before, step, places)
+        if following is not None:
+            yield following
+        formed = gather_team(self._shapes(step, step), position)
+        if formed is not position:
+            yield self._formed(step, position, formed, places), {}
         if not places:
-            yield before
+            yield position, {}
             return
-        yield self._moved(before, places, 0.0)
-        yield from self._trailing(step, before, places)
+        yield self._moved(step, position, places, 0.0), {}
+        yield from ((guess, {}) for guess in self._trailing(step, position, places))
         for turn in (90.0, 45.0, 135.0):
-            yield self._moved(before, places, turn)
+            yield self._moved(step, position, places, turn), {}
         for pitch in (1.0, 0.7, 0.5):
-            yield self._packed(before, places, pitch)
+            yield self._packed(position, places, pitch), {}
+
+    def _under_way(self, before: KeyFrame, step: int, places: dict[Region, list[int]]) -> Array:
+        """Where everybody was; who is asked for nothing and tied to nobody is on the way to where to be next."""
+        position = before.position.copy()
+        tied = {agent for shape in self._shapes(before.step, step) for agent in shape.others}
+        free = set(range(len(position))) - tied - self._busy(step)
+        for appointment in sorted(self.schedule.appointments, key=lambda each: each.step):
+            for agent, region in appointment.visit.regions if appointment.step > step else ():
+                if agent not in free:
+                    continue
+                free.remove(agent)
+                radius = self.mission.agents[agent].radius
+                room = radius + self.mission.clearance
+                goal = self._nearest(region, position[agent], radius, room)
+                way = self.geodesics.way(position[agent], goal, room + ROOM, room)
+                if way is not None and np.asarray(signed_distance(np, region.shape, position[agent])) > 0:
+                    share = (step - before.step) / (appointment.step - before.step)
+                    position[agent] = along(way, np.array([share]))[0]
+        return position
+
+    def _shapes(self, low: int, high: int) -> Iterator[Predicate]:
+        """The formations and graphs that hold at some step from ``low`` to ``high``."""
+        for hold in self.schedule.holds:
+            if (
+                hold.low <= high
+                and hold.high >= low
+                and isinstance(hold.node, Atom)
+                and can_be_gathered(hold.node.predicate)
+            ):
+                yield hold.node.predicate
+
+    def _following(self, before: KeyFrame, step: int, places: dict[Region, list[int]]) -> Guess | None:
+        """The files that hold since the frame before, each behind its leader; None where none goes anywhere."""
+        routes: dict[int, Array] = {}
+        for file in files(self.schedule, before.step, step):
+            routes.update(self._led(file, before.position, places) or {})
+        if not routes:
+            return None
+        guess = before.position.copy()
+        for agent, route in routes.items():
+            guess[agent] = route[-1]
+        return guess, routes
+
+    def _led(self, file: File, position: Array, places: dict[Region, list[int]]) -> Routes | None:
+        """The routes of a file of whom some are to be in places where they are not."""
+        radius = max(self.mission.agents[agent].radius for agent in file.agents)
+        room = radius + self.mission.clearance + ROOM
+        found: Routes | None = None
+        for region, agents in places.items():
+            asked = [agent for agent in file.agents if agent in agents]
+            if not asked or (np.asarray(signed_distance(np, region.shape, position[asked])) <= 0).all():
+                continue
+            if found is not None:  # in two places at once
+                return None
+            found = led(file, position, asked, self._place(region, radius, room), self.geodesics, room)
+            if found is None:
+                return None
+        return found
+
+    def _place(self, region: Region, depth: float, room: float) -> Place:
+        """A region as files look for it, metres inside its border where it is so deep."""
+        cells = -np.asarray(signed_distance(np, region.shape, self.geodesics.points)).ravel()
+        deep = min(depth, 0.9 * float(cells.max()))
+
+        def holds(points: Array) -> Flags:
+            return np.asarray(signed_distance(np, region.shape, points)) <= -deep
+
+        def nearest(start: Array) -> Array:
+            return self._nearest(region, start, deep, room)
+
+        return Place(holds, nearest, cells >= deep)
+
+    def _nearest(self, region: Region, start: Array, depth: float, room: float) -> Array:
+        """The point of a region that has so much room and is so deep in it, metres, and is the shortest way off."""
+        points = self.geodesics.points.reshape(-1, len(start))
+        free = self.geodesics.room.ravel() >= room
+        deep = -np.asarray(signed_distance(np, region.shape, points))
+        inside = np.flatnonzero(free & (deep >= min(depth, float(deep.max(initial=-np.inf, where=free)))))
+        if not len(inside) or float(deep[inside[0]]) < 0:
+            return self._toward(region, start, depth)
+        far = self.geodesics.lengths(start, room)[inside]
+        nearest: Array = points[inside[int(far.argmin())]]
+        return nearest
+
+    def _formed(self, step: int, before: Array, formed: Array, places: dict[Region, list[int]]) -> Array:
+        """Each team in its formation, where it has room and is in its places, and the longest way there is short."""
+        guess = before.copy()
+        ties, _ = self._ties(step)
+        pinned = self._pinned(step)
+        turned = self._turned(step)
+        put: list[int] = []
+        for team in _teams(ties):
+            figure = formed[team] - formed[team].mean(axis=0)
+            if len(team) == 1 or pinned[team].any():
+                guess[team] = formed[team]
+                continue
+            angles = TURNS if turned.isdisjoint(team) else TURNS[:1]
+            guess[team] = self._put(team, figure, formed[team].mean(axis=0), angles, before, guess[put], places)
+            put.extend(team)
+        return guess
+
+    def _put(
+        self,
+        team: list[int],
+        figure: Array,
+        middle: Array,
+        angles: tuple[float, ...],
+        before: Array,
+        others: Array,
+        places: dict[Region, list[int]],
+    ) -> Array:
+        """A figure, (members, dim) round its middle, at the best of many places: (members, dim), metres."""
+        cells = self.geodesics.points.reshape(-1, before.shape[1])
+        middles = np.concatenate([middle[None], cells[:: max(1, len(cells) // MIDDLES)]])
+        radius = np.array([self.mission.agents[agent].radius for agent in team])
+        needed = radius + self.mission.clearance + ROOM
+        asked = [
+            (region, [number for number, agent in enumerate(team) if agent in agents])
+            for region, agents in places.items()
+        ]
+
+        def cost(points: Array) -> Array:
+            lacking = np.maximum(needed - self.geodesics.room_at(points), 0.0).max(axis=-1)
+            for region, members in asked:
+                if members:
+                    outside = np.asarray(signed_distance(np, region.shape, points[:, members])) + ROOM
+                    lacking = lacking + np.maximum(outside, 0.0).max(axis=-1)
+            if len(others):
+                apart = np.linalg.norm(points[:, :, None] - others, axis=-1).min(axis=(1, 2))
+                lacking = lacking + np.maximum(2 * radius.max() + self.mission.separation - apart, 0.0)
+            far = np.linalg.norm(points - before[team], axis=-1).max(axis=-1)
+            total: Array = LACKING * lacking + far
+            return total
+
+        best: tuple[float, Array] | None = None
+        for angle in angles:
+            around = _turned(figure, angle)
+            points = middles[:, None] + around
+            chosen = int(cost(points).argmin())
+            # From there as far back to where its agents have the shortest ways as there is room.
+            back = middles[chosen] + np.linspace(0.0, 1.0, 21)[:, None] * (middle - middles[chosen])
+            closer = back[:, None] + around
+            costs = cost(closer)
+            at = int(costs.argmin())
+            if best is None or costs[at] < best[0]:
+                best = float(costs[at]), closer[at]
+        assert best is not None
+        return best[1]
+
+    def _turned(self, step: int) -> set[int]:
+        """Agents of whose formation it is said which way it is turned."""
+        return {
+            agent
+            for shape in self._shapes(step, step)
+            if shape.formation
+            for edge in shape.formation.edges
+            if isinstance(edge.target, tuple)
+            for agent in (edge.first, edge.second)
+        }
 
     def _places(self, step: int) -> dict[Region, list[int]]:
         """The regions that agents are asked to be in at a step, by what is decided."""
@@ -195,7 +389,9 @@ class _KeyFrames:
         regions: dict[int, Region] = {}
         for appointment in self.schedule.appointments:
             if appointment.step <= step <= appointment.step + appointment.visit.lasts:
-                regions.update(dict(appointment.visit.regions))
+                for agent_index, region in appointment.visit.regions:
+                    before = regions.get(agent_index)
+                    regions[agent_index] = region if before is None else self.places.both(before, region)
         for agent in self.mission.agents:
             place = agent.start if step == 0 else agent.finish if step == self.steps else None
             if isinstance(place, Anywhere):
@@ -204,28 +400,24 @@ class _KeyFrames:
             places.setdefault(region, []).append(agent_index)
         return places
 
-    def _moved(self, before: Array, places: dict[Region, list[int]], turn: float) -> Array:
-        """Everybody as before, the agents of each region carried there together; the others go along by half."""
+    def _moved(self, step: int, before: Array, places: dict[Region, list[int]], turn: float) -> Array:
+        """Everybody as before, the agents of each region carried there together; who is tied to them goes along."""
         guess = before.copy()
-        angle = np.deg2rad(turn)
-        shifts = []
+        shift = np.zeros_like(before)
         carried: set[int] = set()
         for region, agents in places.items():
             middle = before[agents].mean(axis=0)
             around = before[agents] - middle
-            if turn:
-                x, y = around[:, 0].copy(), around[:, 1].copy()
-                around[:, 0], around[:, 1] = (
-                    np.cos(angle) * x - np.sin(angle) * y,
-                    np.sin(angle) * x + np.cos(angle) * y,
-                )
+            around = _turned(around, turn)
             target = self._toward(region, middle, float(np.linalg.norm(around, axis=1).max(initial=0.0)))
             guess[agents] = target + around
-            shifts.append(target - middle)
+            shift[agents] = target - middle
             carried |= set(agents)
-        rest = [agent for agent in range(len(guess)) if agent not in carried]
-        if rest and len(carried) > 1:
-            guess[rest] += np.mean(shifts, axis=0)
+        for team in _teams(self._ties(step)[0]):
+            led = [agent for agent in team if agent in carried]
+            if len(led) > 1:
+                along = [agent for agent in team if agent not in carried]
+                guess[along] += shift[led].mean(axis=0)
         return guess
 
     def _trailing(self, step: int, before: Array, places: dict[Region, list[int]]) -> Iterator[Array]:
@@ -307,7 +499,7 @@ class _KeyFrames:
 
     def _toward(self, region: Region, middle: Array, extent: float) -> Array:
         """Where in a region the middle of a team goes: no further in than it takes to have room around it."""
-        centre = self.scheduler.centre(region)
+        centre = self.places.centre(region)
         deepest = -float(signed_distance(np, region.shape, centre))
         wanted = min(extent + 0.1, deepest * 0.95)
         low, high = 0.0, 1.0
@@ -333,7 +525,7 @@ class _KeyFrames:
         """As many places in a region as agents, spread on a grid, nearest to its middle first."""
         widest = max(self.mission.agents[agent].radius for agent in agents)
         apart = 2 * widest + self.mission.separation + 0.3 * pitch
-        centre = self.scheduler.centre(region)
+        centre = self.places.centre(region)
         count = int(np.ceil(np.sqrt(len(agents)))) + 4
         line = (np.arange(2 * count + 1) - count) * apart
         grids = np.stack(np.meshgrid(line, line, indexing="ij"), axis=-1).reshape(-1, 2)
@@ -347,6 +539,21 @@ class _KeyFrames:
         spread, _ = points_in(region.shape, self.mission.world, 4 * len(agents), np.random.default_rng(0))
         padded: Array = np.concatenate([near, spread, np.tile(centre, (len(agents), 1))])[: len(agents)]
         return padded
+
+
+def _turned(points: Array, angle: float) -> Array:
+    """Points, (points, dim), turned by so many degrees round the origin, from the first axis to the second."""
+    cosine, sine = np.cos(np.deg2rad(angle)), np.sin(np.deg2rad(angle))
+    turned = points.copy()
+    turned[:, 0] = cosine * points[:, 0] - sine * points[:, 1]
+    turned[:, 1] = sine * points[:, 0] + cosine * points[:, 1]
+    return turned
+
+
+def _teams(ties: Flags) -> list[list[int]]:
+    """Who is tied together, by ties, (agents, agents), between any two of them."""
+    number, label = connected_components(ties, directed=False)
+    return [np.flatnonzero(label == team).tolist() for team in range(number)]
 
 
 def _depths(ties: Flags, first: int) -> Array:

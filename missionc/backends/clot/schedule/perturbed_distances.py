@@ -7,7 +7,6 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from missionc.backends.clot.schedule.tasks import Event
-from missionc.ir import Region
 from missionc.kernel.nodes import Node
 
 
@@ -15,19 +14,20 @@ from missionc.kernel.nodes import Node
 class PerturbedDistances:
     """Perturbed distances and delays for one schedule: the true ones where ``noise`` is 0.
 
-    ``stretch`` is how many times as long the way to each region is taken to be;
+    ``stretch`` is how many times as long the way to each event is taken to be;
     ``delay`` the share of the time it has by which each event without a region is put off.
     """
 
     noise: float
     generator: np.random.Generator
-    stretch: dict[Region, float] = field(default_factory=dict)
+    stretch: dict[tuple[Node, int, int], float] = field(default_factory=dict)
     delay: dict[tuple[Node, int, int], float] = field(default_factory=dict)
 
-    def factor(self, region: Region) -> float:
-        if self.noise and region not in self.stretch:
-            self.stretch[region] = float(np.exp(self.noise * self.generator.standard_normal()))
-        return self.stretch[region] if self.noise else 1.0
+    def factor(self, event: Event) -> float:
+        key = event.chooser, event.agent, event.step
+        if self.noise and key not in self.stretch:
+            self.stretch[key] = float(np.exp(self.noise * self.generator.standard_normal()))
+        return self.stretch[key] if self.noise else 1.0
 
     def put_off(self, event: Event) -> float:
         """From 0, as early as can be, which it is in one case of three, to 1, as late as can be."""

@@ -19,6 +19,12 @@ from missionc.ir import Box, Mission, Still
 from missionc.kernel.nodes import Atom
 from missionc.world.signed_distance import signed_distance
 
+SAME = 0.5
+"""Metres by which members of a team may be elsewhere in it at the end of a way than at the beginning, and go as one."""
+
+MORE = 0.3
+"""Metres of room that those who go as one look for beyond what they need."""
+
 BENDS = 24
 """Detours tried where the way is blocked by something that moves."""
 
@@ -48,6 +54,10 @@ def sketch(
             position[team, earlier.step + 1 : later.step + 1] = _together(
                 mission, team, earlier, later, share, geodesics, generator, generator.random() < detour
             )
+        for agent, route in later.routes.items():
+            position[agent, earlier.step + 1 : later.step + 1] = along(
+                np.concatenate([earlier.position[agent][None], route[1:-1], later.position[agent][None]]), share
+            )
     return position
 
 
@@ -66,7 +76,9 @@ def _together(
     middle, goal = start.mean(axis=0), end.mean(axis=0)
     radius = max(mission.agents[agent].radius for agent in team) + mission.clearance
     extent = max(float(np.linalg.norm(each - each.mean(axis=0), axis=1).max()) for each in (start, end))
-    way = geodesics.way(middle, goal, radius + 0.1 + extent, radius)
+    way = _of_figure(mission, start - middle, end - goal, middle, goal, radius) if len(team) > 1 else None
+    if way is None:
+        way = geodesics.way(middle, goal, radius + 0.1 + extent, radius)
     if way is not None and other_way:
         second = geodesics.way(middle, goal, radius + 0.1 + extent / 2, radius, along(way, np.linspace(0.1, 0.9, 60)))
         way = way if second is None else second
@@ -84,6 +96,20 @@ def _together(
     extra = np.linalg.norm(np.diff(bends, axis=1), axis=2).sum(axis=1)
     bent: Array = moved + bends[int(np.argmin(blocked + BEND_COST * extra))]
     return bent
+
+
+def _of_figure(
+    mission: Mission, before: Array, after: Array, middle: Array, goal: Array, radius: float
+) -> Array | None:
+    """The way of a team's middle, (corners, dim), on which nobody of it meets what stands, if all keep their places.
+
+    Args:
+        before, after: where its members are to the middle at either end, (members, dim), metres.
+    """
+    if float(np.linalg.norm(after - before, axis=1).max()) > SAME:
+        return None
+    figure = Geodesics(mission, (before + after) / 2)
+    return figure.way(middle, goal, radius + MORE, radius)
 
 
 def _bends(share: Array, length: float, dimension: int, generator: np.random.Generator) -> list[Array]:

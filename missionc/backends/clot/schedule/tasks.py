@@ -4,7 +4,8 @@
     out  Outline
 
 What must hold at fixed steps is a ``Hold``. What must hold at some step of a window is
-an ``Event``. Where one of several things will do, a ``Task`` has several ``Option``s.
+an ``Event``, and what must again and again is a chain of them. Where one of several
+things will do, a ``Task`` has several ``Option``s.
 What is chosen afresh at every step of a window stays one ``Hold`` and is left to the motion.
 
 Source:
@@ -21,11 +22,14 @@ from math import comb, prod
 import numpy as np
 
 from missionc.backends.clot.cost_graph.cost_graph import formulas_below
-from missionc.kernel.nodes import All, Any, At, AtLeast, Kernel, Node
+from missionc.kernel.nodes import All, Any, At, AtLeast, Kernel, Node, WindowNode
 from missionc.kernel.walk import children, window_of
 
 MOST_OPTIONS = 256
 """Options of one task. Where there are more, these are drawn from among them, the same ones each time."""
+
+MOST_AGAIN = 40
+"""Events of one recurrence. One of more is left to the motion."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,7 +62,8 @@ class Event:
     """All of ``holds`` and ``then`` from a step of the window ``low`` to ``high``; ``before`` at each step up to it.
 
     ``chooser`` at ``agent`` is the formula whose window this is, asked at ``step``, counted from the
-    event around it (or step 0); the window counts from there too. ``kind`` is what to call it.
+    event around it (or step 0); the window counts from there too. ``not_before`` counts from step 0.
+    ``again``: it is one of those that make a recurrence, and which of them each step awaits is left to the motion.
     """
 
     chooser: Node
@@ -70,6 +75,8 @@ class Event:
     before: tuple[Hold, ...] = ()
     decisions: tuple[Decision, ...] = ()
     then: tuple[Event, ...] = ()
+    not_before: int = 0
+    again: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -147,6 +154,8 @@ class _Reader:
                 return self._some(parts, count, agent, low)
             case _ if (node.every or low == high) and (window := window_of(node)):
                 return self._over_window(node, window, agent, low, high, branch)
+            case WindowNode() if not branch:
+                return self._again(node, agent, low, high)
             case _:
                 return (Option((self._hold(node, agent, low, high),)),)
 
@@ -156,12 +165,41 @@ class _Reader:
         *hold, end = children(node)
         first, last = window
         if not node.every:
-            before = tuple(self._hold(each, agent, low, low) for each in hold)
+            before = tuple(
+                self._hold(part, who, low, low) for each in hold for who, part in self.conjuncts(each, agent)
+            )
             bodies = self.options(end, agent, 0, 0, True)
             return tuple(self._event(node, agent, low, first, last, option, before) for option in bodies)
         until = self.steps if last is None else min(high + last, self.steps)
         options = self.options(end, agent, low + first, until, branch)
         return (*options, *self._freed(node, window, agent, low)) if hold and low == high else options
+
+    def _again(self, node: WindowNode, agent: int, low: int, high: int) -> tuple[Option, ...]:
+        """What some step of a window makes true, awaited at every step from ``low`` to ``high``: a chain of events.
+
+        The first of them is in the first of these windows, the last in the last of them, and no two that follow each
+        other are further apart than a window is wide and one step more. All of them are alike.
+        """
+        hold = self._hold(node, agent, low, high)
+        most = self.steps if node.high is None else node.high
+        first, last, apart = min(low + most, self.steps), high + node.low, most - node.low + 1
+        count = 1 + max(0, -((first - last) // apart))
+        if last - first > 0 and 2 * ((count - 1) * apart - (last - first)) < apart:
+            count += 1  # as few as can be would leave nothing to choose when each of them is
+        if count > MOST_AGAIN:
+            return (Option((hold,)),)
+        options: list[Option] = []
+        for body in self.options(node.body, agent, 0, 0, True):
+            if body.events:
+                return (Option((hold,)),)
+            chain: tuple[Event, ...] = ()
+            for number in range(count - 1, 0, -1):
+                soonest = last - (count - 1 - number) * apart
+                chain = (Event(node, agent, low, 1, apart, body.holds, then=chain, not_before=soonest, again=True),)
+            begin = max(low + node.low, last - (count - 1) * apart)
+            event = Event(node, agent, low, begin, first, body.holds, then=chain, again=True)
+            options.append(Option((hold,), (), (event,)))
+        return tuple(options)
 
     def _hold(self, node: Node, agent: int, low: int, high: int) -> Hold:
         return Hold(agent, node, low, high, self.timeless[node])

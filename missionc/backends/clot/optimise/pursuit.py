@@ -1,0 +1,56 @@
+"""Pursuit: motions of agents that turn slowly or cannot wait, as near as they can come to motions of agents that do.
+
+In every step the agent turns towards where it is to be next, as far as it may, and goes as
+far ahead as that is, as its speeds allow: it rounds corners, turns where it stands, and circles where it cannot
+stand. What obeys the dynamics stays as it is. Obstacles are not looked at.
+
+Source:
+    Coulter, "Implementation of the pure pursuit path tracking algorithm", 1992.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from missionc.base.trace import Array
+from missionc.ir import Dynamics, Mission
+from missionc.world.dynamics import can_wait, turn_in_step
+
+STILL = 1e-4
+"""A share of its longest step: who may wait, and is to move by less, stands."""
+
+
+def followed(mission: Mission, position: Array) -> Array:
+    """The same positions, (agents, steps + 1, dim), metres, but for agents that turn slowly or cannot wait."""
+    result = position.copy()
+    for agent in mission.agents:
+        if not can_wait(agent.dynamics) or math.isfinite(turn_in_step(agent.dynamics, mission.step)):
+            result[agent.index] = pursued(agent.dynamics, position[agent.index], mission.step)
+    return result
+
+
+def pursued(dynamics: Dynamics, ahead: Array, step: float) -> Array:
+    """A motion of first order after positions at the steps, (steps + 1, dim), metres, that obeys the dynamics."""
+    limit = turn_in_step(dynamics, step)
+    shortest, longest = dynamics.lowest_speed * step, dynamics.top_speed * step
+    position, facing = ahead.copy(), math.nan
+    for now in range(len(ahead) - 1):
+        way = ahead[now + 1] - position[now]
+        if math.hypot(way[0], way[1]) > STILL * longest:
+            wanted = math.atan2(way[1], way[0])
+            turn = 0.0 if math.isnan(facing) else (wanted - facing + math.pi) % (2 * math.pi) - math.pi
+            if abs(turn) <= limit and shortest <= np.linalg.norm(way) <= longest:
+                facing, position[now + 1] = wanted, ahead[now + 1]
+                continue
+            facing = wanted - turn + max(-limit, min(limit, turn))
+        direction = 0.0 if math.isnan(facing) else facing
+        along = way[0] * math.cos(direction) + way[1] * math.sin(direction)
+        far = max(shortest, min(longest, along if along > STILL * longest else 0.0))
+        move = np.array([far * math.cos(direction), far * math.sin(direction), *way[2:]])
+        if len(move) > 2:
+            climb = math.sqrt(max(0.0, longest**2 - far**2))
+            move[2] = max(-climb, min(climb, move[2]))
+        position[now + 1] = position[now] + move
+    return position

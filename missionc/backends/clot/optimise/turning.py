@@ -1,0 +1,71 @@
+"""Bounded turning as residuals: by how much agents that move where they face turn too fast.
+
+Who stands may turn further, by so much in each step. So what is bounded is the angle between any two
+steps in which an agent moves, by the number of steps from one to the other. The excess is an
+angle; it counts as the metres by which the steps lead aside, so that it is nothing for one who stands:
+standing is one way to turn. What is left of it in steps of next to nothing, ``pursuit`` takes out.
+
+Source:
+    [strel] Experiment Setup, the unicycle.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from missionc.backends.clot.optimise.control_points import Arguments, Splines
+from missionc.backends.clot.optimise.task_residuals import norm
+from missionc.ir import Mission
+from missionc.world.dynamics import turn_in_step
+
+STILL = 1e-6
+"""Metres: who moves by less within a step turns by nothing in it."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Turns:
+    """Pairs of steps of one agent between which it may turn so far.
+
+    Args:
+        pair: the velocities in both, (pairs,) each.
+        most: (pairs,), rad.
+    """
+
+    pair: tuple[Arguments, Arguments]
+    most: Tensor
+
+    def excess(self, one: Tensor, other: Tensor, share: float) -> Tensor:
+        """Metres by which movements, (pairs, dim), metres, turn beyond what is allowed, less a share of it."""
+        one, other = one[:, :2], other[:, :2]
+        first, second = norm(one), norm(other)
+        moving = ((first > STILL) & (second > STILL))[:, None]
+        ahead = torch.tensor([1.0, 0.0], dtype=one.dtype)
+        here, there = torch.where(moving, one, ahead), torch.where(moving, other, ahead)
+        dot = (here * there).sum(dim=1)
+        cross = here[:, 0] * there[:, 1] - here[:, 1] * there[:, 0]
+        angle = torch.atan2(torch.where(cross < 0, -cross, cross), dot)  # of a half turn too, the slope is not 0
+        return 2 * first * second / (first + second) * (angle - self.most * (1 - share))
+
+
+def turns(mission: Mission, made: Splines) -> Turns:
+    """What bounds the turns of a mission's agents."""
+    agents, earlier, apart, most = (list[int](), list[int](), list[int](), list[float]())
+    for agent in mission.agents:
+        limit = turn_in_step(agent.dynamics, made.step)
+        if math.isinf(limit):
+            continue
+        for steps in range(1, min(math.ceil(math.pi / limit), made.steps)):
+            count = made.steps - steps
+            agents += [agent.index] * count
+            earlier += range(count)
+            apart += [steps] * count
+            most += [steps * limit] * count
+    agent_of, step_of = np.array(agents, dtype=np.int64), np.array(earlier, dtype=np.int64)
+    later = step_of + np.array(apart, dtype=np.int64)
+    pair = made.velocity(agent_of, step_of), made.velocity(agent_of, later)
+    return Turns(pair, torch.tensor(most, dtype=torch.float64))

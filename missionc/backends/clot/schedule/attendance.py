@@ -1,0 +1,199 @@
+"""Attendance: who has to be where, and near whom, while something holds.
+
+    in   Hold
+    out  Attendance
+
+A formula without operators of time is taken apart: what one agent's place decides is a goal of that agent's, a greatest
+distance between two agents makes them meet, and where so many of several agents are asked for, who comes is open.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from missionc.backends.clot.schedule.tasks import Hold
+from missionc.base.trace import Array
+from missionc.ir import Mission, Predicate
+from missionc.kernel.nodes import (
+    All,
+    Any,
+    At,
+    AtLeast,
+    Atom,
+    NeighbourNode,
+    Node,
+    Not,
+    PathLength,
+    ReachNode,
+    RouteNode,
+)
+from missionc.kernel.walk import children
+from missionc.language.margins.predicate_margins import of_pair
+
+LENGTHS = 240
+"""Distances at which a comparison of two agents' places is looked at, from none to the world's diagonal."""
+
+
+@dataclass(frozen=True, slots=True)
+class Meeting:
+    """All of these agents are to be within ``reach``, metres, of each other."""
+
+    agents: tuple[int, ...]
+    reach: float
+
+
+@dataclass(frozen=True, slots=True)
+class Some:
+    """So many of these goals are to be reached, each an agent's."""
+
+    count: int
+    goals: tuple[tuple[int, tuple[Node, ...]], ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Attendance:
+    """``goals``: what each agent's own place has to make true. ``apart``: pairs and the least distance between them,
+    metres."""
+
+    goals: tuple[tuple[int, tuple[Node, ...]], ...] = ()
+    meetings: tuple[Meeting, ...] = ()
+    some: tuple[Some, ...] = ()
+    apart: tuple[tuple[int, int, float], ...] = ()
+
+    @property
+    def agents(self) -> set[int]:
+        """Who may have to get somewhere for it."""
+        named = {agent for agent, _ in self.goals} | {agent for each in self.meetings for agent in each.agents}
+        return named | {agent for each in self.some for agent, _ in each.goals}
+
+    def __bool__(self) -> bool:
+        return bool(self.goals or self.meetings or self.some)
+
+
+NOBODY = Attendance()
+
+
+def attendance(mission: Mission, holds: Iterable[Hold]) -> Attendance:
+    """Who has to be where for these to hold, as far as places decide that."""
+    goals: dict[int, list[Node]] = {}
+    pairs: dict[tuple[int, int], float] = {}
+    some: list[Some] = []
+    apart: list[tuple[int, int, float]] = []
+    for hold in holds:
+        for agent, node in _conjuncts(hold.agent, hold.node) if hold.timeless else ():
+            pair = _pair(mission, agent, node)
+            if pair is not None:
+                first, second, least, reach = pair
+                apart.append((first, second, least))
+                if reach < np.inf:
+                    pairs[first, second] = min(reach, pairs.get((first, second), np.inf))
+            elif (whom := _whom(agent, node)) is not None and len(whom) == 1:
+                goals.setdefault(whom.pop(), []).append(_bare(node))
+            elif isinstance(node, AtLeast | Any):
+                some.extend(_some(mission, agent, node))
+    fixed = tuple((agent, tuple(nodes)) for agent, nodes in goals.items())
+    return Attendance(fixed, tuple(_meetings(pairs)), tuple(some), tuple(apart))
+
+
+def _conjuncts(agent: int, node: Node) -> Iterator[tuple[int, Node]]:
+    stack = [(agent, node)]
+    while stack:
+        agent, node = stack.pop()
+        match node:
+            case All(parts):
+                stack.extend((agent, part) for part in reversed(parts))
+            case At(other, body):
+                stack.append((other, body))
+            case _:
+                yield agent, node
+
+
+def _whom(agent: int, node: Node) -> set[int] | None:
+    """The agents whose own places decide a formula; None where that is not all that does."""
+    whom: set[int] = set()
+    stack = [(agent, node)]
+    while stack:
+        agent, node = stack.pop()
+        match node:
+            case At(other, body):
+                stack.append((other, body))
+            case Atom(predicate):
+                if predicate.about_team or predicate.others or predicate.graph is not None:
+                    return None
+                whom.add(agent)
+            case NeighbourNode() | ReachNode() | RouteNode() | PathLength():
+                return None
+            case _:
+                stack.extend((agent, part) for part in children(node))
+    return whom
+
+
+def _bare(node: Node) -> Node:
+    """The formula at its agent: what is about one agent alone says so once."""
+    while isinstance(node, At):
+        node = node.body
+    return node
+
+
+def _some(mission: Mission, agent: int, node: AtLeast | Any) -> Iterator[Some]:
+    goals: list[tuple[int, tuple[Node, ...]]] = []
+    for part in node.parts:
+        come = attendance(mission, (Hold(agent, part, 0, 0, True),))
+        if come.meetings or come.some or len(come.goals) != 1:
+            return
+        goals.extend(come.goals)
+    count = node.count if isinstance(node, AtLeast) else 1
+    if len({whose for whose, _ in goals}) == len(goals):
+        yield Some(count, tuple(goals))
+
+
+def _pair(mission: Mission, agent: int, node: Node) -> tuple[int, int, float, float] | None:
+    """Two agents and the least and the greatest distance at which a formula about them holds; infinite for none."""
+    leaf = node.body if isinstance(node, Not) else node
+    if not isinstance(leaf, Atom) or leaf.predicate.formation or leaf.predicate.graph or leaf.predicate.reads_speed:
+        return None
+    pairs = {(min(pair), max(pair)) for pair in leaf.predicate.pairs_of(agent)}
+    if len(pairs) != 1:
+        return None
+    first, second = pairs.pop()
+    margin = _by_distance(mission, leaf.predicate, agent, first, second)
+    if margin is None:
+        return None
+    length, values = margin
+    holding = np.flatnonzero((values if node is leaf else -values) >= 0)
+    if not len(holding):
+        return None
+    least = float(length[holding[0]]) if holding[0] > 0 else 0.0
+    return first, second, least, float(length[holding[-1]]) if holding[-1] < len(length) - 1 else np.inf
+
+
+def _by_distance(
+    mission: Mission, predicate: Predicate, agent: int, first: int, second: int
+) -> tuple[Array, Array] | None:
+    """The margins of a predicate by the distance of two agents, both (lengths,), metres; None of another kind."""
+    low, high = np.array(mission.world.low), np.array(mission.world.high)
+    length = np.geomspace(1e-2, float(np.linalg.norm(high - low)), LENGTHS)
+    here = np.tile(low, (LENGTHS, 1))
+    there = here.copy()
+    there[:, 0] += length
+    asked, other = (second, first) if agent == second else (first, second)
+    try:
+        return length, np.asarray(of_pair(predicate, mission, asked, other, here, there))
+    except ValueError:
+        return None
+
+
+def _meetings(pairs: dict[tuple[int, int], float]) -> Iterator[Meeting]:
+    """Those who are bound to each other by pairs, all together, within the least reach of any."""
+    left = dict(pairs)
+    while left:
+        (first, second), reach = left.popitem()
+        group = {first, second}
+        while near := [pair for pair in left if not group.isdisjoint(pair)]:
+            for pair in near:
+                reach = min(reach, left.pop(pair))
+                group.update(pair)
+        yield Meeting(tuple(sorted(group)), reach)

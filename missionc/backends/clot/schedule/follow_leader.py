@@ -1,0 +1,212 @@
+"""Follow the leader: a file goes through the world along one route, each of its agents so many metres of it behind.
+
+in   Schedule, where the agents are, where some are to be
+out  the route of every agent
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from missionc.backends.clot.schedule.geodesics import Geodesics
+from missionc.backends.clot.schedule.schedule import Schedule
+from missionc.base.trace import Array, Flags
+from missionc.ir import FormationEdge
+from missionc.kernel.nodes import Atom
+
+TURNS = 0.5
+"""What a radian costs by which the leader turns where it goes on beyond its goal, against a metre too far or too near,
+each as a share of the way that it goes on."""
+
+SAMPLES = 200
+"""Points of the way from the last to the leader at which it is looked whether a place begins there."""
+
+
+@dataclass(frozen=True, slots=True)
+class File:
+    """Agents one behind the other, and how many metres each keeps from the one before it (the first: 0)."""
+
+    agents: tuple[int, ...]
+    gaps: tuple[float, ...]
+
+    @property
+    def behind(self) -> Array:
+        """Metres of route from the first agent to each, (agents,)."""
+        total: Array = np.cumsum(self.gaps)
+        return total
+
+    @property
+    def turned(self) -> File:
+        """The same with the last one first."""
+        return File(self.agents[::-1], (0.0, *self.gaps[:0:-1]))
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """Where some of a file are to be.
+
+    Args:
+        holds: whether points, (points, dim), are in it: (points,).
+        nearest: the point of it that is the shortest way off from one outside, (dim,).
+        cells: which cells of the geodesics' grid are in it, (cells,).
+    """
+
+    holds: Callable[[Array], Flags]
+    nearest: Callable[[Array], Array]
+    cells: Flags
+
+
+def files(schedule: Schedule, low: int, high: int) -> list[File]:
+    """The files that hold at every step from ``low`` to ``high``; no agent is in two."""
+    found: list[File] = []
+    for hold in schedule.holds:
+        node = hold.node
+        if isinstance(node, Atom) and node.predicate.formation and hold.low <= low and hold.high >= high:
+            file = as_file(node.predicate.formation.edges)
+            if file is not None and all(set(file.agents).isdisjoint(other.agents) for other in found):
+                found.append(file)
+    return found
+
+
+def as_file(edges: Sequence[FormationEdge]) -> File | None:
+    """Edges as a file: each agent keeps its distance from the next and from nobody else; None where they are none."""
+    beside: dict[int, dict[int, float]] = {}
+    for edge in edges:
+        if isinstance(edge.target, tuple):
+            return None
+        beside.setdefault(edge.first, {})[edge.second] = edge.target
+        beside.setdefault(edge.second, {})[edge.first] = edge.target
+    ends = [agent for agent, others in beside.items() if len(others) == 1]
+    if len(ends) != 2 or len(beside) != len(edges) + 1:
+        return None
+    agents, gaps = [ends[0]], [0.0]
+    while len(agents) < len(beside):
+        onward = [(other, gap) for other, gap in beside[agents[-1]].items() if other not in agents[-2:]]
+        if len(onward) != 1:
+            return None
+        agents.append(onward[0][0])
+        gaps.append(onward[0][1])
+    return File(tuple(agents), tuple(gaps))
+
+
+def led(
+    file: File,
+    position: Array,
+    asked: Sequence[int],
+    place: Place,
+    geodesics: Geodesics,
+    room: float,
+) -> dict[int, Array] | None:
+    """The route of each agent of a file, (corners, dim), metres, by which the last of those asked gets into a place.
+
+    The end that is there already leads, or the one from which that is shorter. Where it goes on beyond the way
+    there, for those behind it to get there, it turns as little as the room lets it.
+
+    Args:
+        position: of all agents, (agents, dim), metres.
+        room: metres from the route to what stands.
+    """
+    best: tuple[tuple[bool, float], File, Array] | None = None
+    for each in (file, file.turned):
+        route = _leaders(each, position, asked, place, geodesics, room)
+        if route is None:
+            continue
+        leader = position[each.agents[0]]
+        rank = not place.holds(leader[None])[0], length(route)
+        if best is None or rank < best[0]:
+            best = rank, each, route
+    if best is None:
+        return None
+    _, file, route = best
+    trail = np.concatenate([position[list(file.agents[::-1])], route[1:]])
+    along = _along(trail)
+    now = along[: len(file.agents)][::-1]
+    later = along[-1] - file.behind
+    return {
+        agent: _between(trail, along, begin, max(begin, end))
+        for agent, begin, end in zip(file.agents, now, later, strict=True)
+    }
+
+
+def length(route: Array) -> float:
+    """Metres, of a route, (corners, dim)."""
+    return float(np.linalg.norm(np.diff(route, axis=0), axis=1).sum())
+
+
+def parted(route: Array, share: float) -> tuple[Array, Array]:
+    """A route, (corners, dim), up to a share of its length and from there on."""
+    along = _along(route)
+    at = share * float(along[-1])
+    return _between(route, along, 0.0, at), _between(route, along, at, float(along[-1]))
+
+
+def _leaders(
+    file: File, position: Array, asked: Sequence[int], place: Place, geodesics: Geodesics, room: float
+) -> Array | None:
+    """The leader's route by which the last of those asked gets into a place, behind all others."""
+    behind = dict(zip(file.agents, file.behind.tolist(), strict=True))
+    last = max(asked, key=lambda agent: behind[agent])
+    ahead = position[list(file.agents[: file.agents.index(last) + 1])][::-1]
+    trail = _along(ahead)
+    samples = np.linspace(0.0, trail[-1], SAMPLES)
+    inside = np.flatnonzero(place.holds(_at(ahead, trail, samples)))
+    way = ahead[-2:]  # the file is under way there already
+    metres = float(samples[inside[0]]) if len(inside) else behind[last]
+    if not len(inside):
+        found = geodesics.way(ahead[-1], place.nearest(ahead[-1]), room, room)
+        if found is None:
+            return None
+        way = found
+    onward = _onward(way, metres, geodesics, room, place.cells if len(asked) > 1 else None) if metres else way[-1:]
+    if onward is None:
+        return None
+    return onward if len(inside) else np.concatenate([way, onward[1:]])
+
+
+def _onward(way: Array, metres: float, geodesics: Geodesics, room: float, within: Flags | None) -> Array | None:
+    """A way so long from the end of another, which it carries on."""
+    end = way[-1]
+    before = way[-2] if len(way) > 1 else end
+    heading = (end - before) / max(float(np.linalg.norm(end - before)), 1e-9)
+    points = geodesics.points.reshape(-1, len(end))
+    free = geodesics.room.ravel() >= room
+    if within is not None:
+        free &= within
+    far = np.linalg.norm(points - end, axis=1)
+    cosine = (points - end) @ heading / np.maximum(far, 1e-9)
+    cost = np.where(free, np.abs(far - metres) / metres + TURNS * np.arccos(np.clip(cosine, -1.0, 1.0)), np.inf)
+    target = int(cost.argmin())
+    if not np.isfinite(cost[target]):
+        return None
+    onward = geodesics.way(end, points[target], room, room)
+    if onward is None or length(onward) == 0:
+        return None
+    along = _along(onward)
+    if along[-1] < metres:  # straight on where it ends
+        direction = (onward[-1] - onward[-2]) / float(np.linalg.norm(onward[-1] - onward[-2]))
+        onward = np.concatenate([onward, (onward[-1] + direction * (metres - along[-1]))[None]])
+        along = np.r_[along, metres]
+    return _between(onward, along, 0.0, metres)
+
+
+def _along(route: Array) -> Array:
+    """Metres of a route, (corners, dim), up to each of its corners: (corners,)."""
+    total: Array = np.r_[0.0, np.cumsum(np.linalg.norm(np.diff(route, axis=0), axis=1))]
+    return total
+
+
+def _at(route: Array, along: Array, metres: Array) -> Array:
+    """The points at these lengths of a route, (points,) -> (points, dim)."""
+    points: Array = np.stack([np.interp(metres, along, route[:, axis]) for axis in range(route.shape[1])], axis=1)
+    return points
+
+
+def _between(route: Array, along: Array, begin: float, end: float) -> Array:
+    """The part of a route between two lengths of it, metres."""
+    inner = route[(along > begin) & (along < end)]
+    ends = _at(route, along, np.array([begin, end]))
+    part: Array = np.concatenate([ends[:1], inner, ends[1:]])
+    return part

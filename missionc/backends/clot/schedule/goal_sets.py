@@ -1,0 +1,324 @@
+"""Goal sets: the cells of a grid at which something holds of an agent, and the way there from every other cell.
+
+    in   Mission, a formula without operators of time
+    out  GoalSet
+
+Whatever one agent's place decides has a goal set: a region, a coordinate or a distance that is compared, and all
+that *and*, *or* and *not* make of these. Ways go round the obstacles that stand, and keep to where the agent has to be
+all the time.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from scipy import ndimage, sparse
+from scipy.sparse.csgraph import dijkstra
+
+from missionc.backends.clot.schedule.geodesics import Geodesics
+from missionc.base.trace import Array, Flags
+from missionc.ir import Mission, Predicate
+from missionc.kernel.evaluate import Domain, evaluate
+from missionc.kernel.nodes import NeighbourNode, Node, PathLength, ReachNode, RouteNode, UntilNode, WindowNode
+from missionc.language.margins.predicate_margins import of_states
+from missionc.world.dynamics import Indices
+
+INSIDE = 0.3
+"""Metres by which what is asked should hold where an agent goes for it, where there are such places."""
+
+FINER = 7
+"""Points along each side of a cell that are looked at where no cell's middle will do."""
+
+NEARER = 0.8
+"""Those who meet do so within this share of the distance that may be between them."""
+
+DETOUR = 0.1
+"""What a second on the way counts against one by which all are there later, where some meet."""
+
+BEYOND = 1.5
+"""How many times as long as the straight way one is taken to be where the grid has none."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class GoalSet:
+    """Args:
+    points: where to go for it, one for each of its cells, (cells, dim), metres.
+    nearest: for each cell of the grid the number of the nearest of these, (grid,).
+    length: metres of the way there, (grid,); infinite where there is none.
+    share: of the free cells, how many are in it.
+    open: whether it can hold where the agent may be at all.
+    """
+
+    cells: Indices
+    points: Array
+    nearest: Indices
+    length: Array
+    share: float
+    open: bool
+
+
+@dataclass(slots=True)
+class Roaming:
+    """Where agents of one size may be: ``cells``, (grid,), the ways between them, and the nearest of them, (grid,)."""
+
+    cells: Flags
+    moves: sparse.csr_matrix
+    nearest: Indices
+    lengths: dict[int, Array] = field(default_factory=dict)
+
+
+class GoalSets:
+    """The goal sets of a mission's formulas, each worked out once.
+
+    Args:
+        kept: for each agent what it has to keep to from the first step to the last.
+    """
+
+    def __init__(self, mission: Mission, geodesics: Geodesics, kept: Sequence[Iterable[Node]]) -> None:
+        self.mission, self.grid = mission, geodesics
+        self.kept = [tuple(each) for each in kept]
+        self._low: list[float] = geodesics.low.tolist()
+        self.places = geodesics.points.reshape(-1, mission.dimension)
+        self._roaming: dict[object, Roaming] = {}
+        self._sets: dict[object, GoalSet | None] = {}
+        self._met: dict[object, tuple[Array, Array]] = {}
+
+    def of(self, agent: int, nodes: Sequence[Node]) -> GoalSet | None:
+        """Where all of these hold of an agent; None where places do not decide it."""
+        key = frozenset(nodes), self._kind(agent)
+        if key not in self._sets:
+            self._sets[key] = self._made(agent, nodes)
+        return self._sets[key]
+
+    def way(self, goal: GoalSet, agent: int, here: Array) -> tuple[Array, float]:
+        """Where an agent that is here, (dim,), goes for a goal, (dim,), and how far that is: metres."""
+        roaming = self.roaming(agent)
+        cell = int(roaming.nearest[self._cell(here)])
+        there = goal.points[goal.nearest[cell]]
+        straight = math.dist(there, here)
+        if straight < self.grid.cell:
+            return there, straight
+        length = float(goal.length[cell])
+        return there, max(straight, length) if np.isfinite(length) else BEYOND * straight
+
+    def lengths(self, agent: int, here: Array) -> Array:
+        """How far it is from here, (dim,), to every cell: metres, (grid,); infinite where there is no way."""
+        roaming = self.roaming(agent)
+        cell = int(roaming.nearest[self._cell(here)])
+        if cell not in roaming.lengths:
+            roaming.lengths[cell] = dijkstra(roaming.moves, indices=np.array([cell]))[0]
+        return roaming.lengths[cell]
+
+    def meeting(
+        self,
+        agents: Sequence[int],
+        here: Array,
+        free: Array,
+        pace: Array,
+        reach: float,
+        goals: Sequence[GoalSet | None],
+        onward: Sequence[GoalSet | None],
+    ) -> tuple[Array, Array]:
+        """Where agents meet so that the last of them is there soonest, (members, dim), and each one's way in metres.
+
+        Args:
+            here: (members, dim), metres.
+            free: for how long after the first moment at which they may meet each is held up, (members,), seconds.
+            pace: of each, (members,), m/s.
+            reach: metres that may be between any two.
+            goals: where each has to be for it, beside.
+            onward: where each goes after it.
+        """
+        key = (
+            tuple(agents),
+            here.tobytes(),
+            tuple(np.round(free, 1).tolist()),
+            reach,
+            tuple(map(id, goals)),
+            tuple(map(id, onward)),
+        )
+        if key not in self._met:
+            self._met[key] = self._meeting(agents, here, free, pace, reach, goals, onward)
+        points, lengths = self._met[key]
+        return points, lengths
+
+    def _meeting(
+        self,
+        agents: Sequence[int],
+        here: Array,
+        free: Array,
+        pace: Array,
+        reach: float,
+        goals: Sequence[GoalSet | None],
+        onward: Sequence[GoalSet | None],
+    ) -> tuple[Array, Array]:
+        within = NEARER * reach / 2
+        near = self._ball(within)
+        ways, last, sum_of_ways = [], np.zeros(len(self.places)), np.zeros(len(self.places))
+        for number, (agent, goal) in enumerate(zip(agents, goals, strict=True)):
+            way = self.lengths(agent, here[number])
+            if goal is not None:
+                inside = np.full(len(way), np.inf)
+                inside[goal.cells] = way[goal.cells]
+                way = inside
+            ways.append(way)
+            low = ndimage.minimum_filter(way.reshape(self.grid.shape), footprint=near, mode="nearest").ravel()
+            last = np.maximum(last, free[number] + low / pace[number])
+            sum_of_ways += low / pace[number]
+            later = onward[number]
+            if later is not None:
+                sum_of_ways += np.where(np.isfinite(later.length), later.length, 0.0) / pace[number]
+        middle = self.places[int((last + DETOUR * sum_of_ways).argmin())]
+        close = np.flatnonzero(np.linalg.norm(self.places - middle, axis=1) <= max(within, self.grid.cell / 2))
+        points, lengths = here.copy(), np.zeros(len(agents))
+        for number, way in enumerate(ways):
+            cell = int(close[way[close].argmin()])
+            points[number] = self.places[cell]
+            straight = float(np.linalg.norm(points[number] - here[number]))
+            lengths[number] = way[cell] if np.isfinite(way[cell]) else BEYOND * straight
+        return self._parted(agents, points, here, within), lengths
+
+    def _parted(self, agents: Sequence[int], points: Array, here: Array, within: float) -> Array:
+        """The points where some meet, (members, dim), with those who would be in one point apart, as they come."""
+        middle = points.mean(axis=0)
+        radius = [self.mission.agents[agent].radius for agent in agents]
+        needed = max(radius) + self.mission.separation / 2
+        parted = points.copy()
+        for number, point in enumerate(points):
+            if (
+                np.linalg.norm(points - point, axis=1).min(initial=np.inf, where=np.arange(len(points)) != number)
+                < 2 * needed
+            ):
+                aside = here[number] - middle
+                length = float(np.linalg.norm(aside))
+                parted[number] = middle + aside / max(length, 1e-9) * min(max(needed, within / 2), max(length, needed))
+        return parted
+
+    def roaming(self, agent: int) -> Roaming:
+        """Where an agent may be, by its size and by what it has to keep to."""
+        key = self._kind(agent)
+        if key not in self._roaming:
+            room = self.mission.agents[agent].radius + self.mission.clearance
+            free = self.grid.room.ravel() >= room
+            kept = self.margin(agent, self.kept[agent], self.places)
+            cells = free if kept is None or not (free & (kept >= 0)).any() else free & (kept >= 0)
+            moves = self.grid._graph(room)
+            if not cells.all():
+                inside = sparse.diags(cells.astype(float))
+                moves = (inside @ moves @ inside).tocsr()
+                moves.eliminate_zeros()
+            if not cells.any():
+                cells = np.ones_like(free)
+            outside = ~cells.reshape(self.grid.shape)
+            nearest = ndimage.distance_transform_edt(outside, return_distances=False, return_indices=True)
+            flat = np.ravel_multi_index(tuple(nearest), self.grid.shape).ravel()
+            self._roaming[key] = Roaming(cells, moves, flat)
+        return self._roaming[key]
+
+    def margin(self, agent: int, nodes: Sequence[Node], points: Array) -> Array | None:
+        """The least margin of formulas of an agent at points, (points, dim) -> (points,), metres; None: unknown."""
+        values = evaluate(nodes, Margins(self.mission, agent, points))
+        known = [value for node in nodes if (value := values[node]) is not None]
+        return np.min(np.broadcast_arrays(*known), axis=0) if known else None
+
+    def _kind(self, agent: int) -> object:
+        """What agents have in common that may be in the same places."""
+        each = self.mission.agents[agent]
+        return each.radius, each.altitude, frozenset(self.kept[agent])
+
+    def _cell(self, point: Array) -> int:
+        number = 0
+        for low, count, here in zip(self._low, self.grid.shape, point.tolist(), strict=True):
+            number = number * count + min(max(int((here - low) // self.grid.cell), 0), count - 1)
+        return number
+
+    def _made(self, agent: int, nodes: Sequence[Node]) -> GoalSet | None:
+        margin = self.margin(agent, nodes, self.places)
+        if margin is None:
+            return None
+        roaming = self.roaming(agent)
+        margin = np.where(roaming.cells, np.broadcast_to(margin, len(self.places)), -np.inf)
+        best = float(margin.max())
+        cells = np.flatnonzero(margin >= min(INSIDE, 0.5 * best)) if best > 0 else np.array([int(margin.argmax())])
+        points = self.places[cells]
+        if best <= INSIDE:  # it is smaller than a cell, or not where there is room
+            points, best = self._finer(agent, [*nodes, *self.kept[agent]], points)
+        length, _, source = dijkstra(roaming.moves, indices=cells, min_only=True, return_predecessors=True)
+        number = np.zeros(len(self.places), dtype=np.int64)
+        number[cells] = np.arange(len(cells))
+        nearest = np.where(source >= 0, number[np.maximum(source, 0)], 0)
+        return GoalSet(cells, points, nearest, length, len(cells) / max(1, int(roaming.cells.sum())), best >= 0)
+
+    def _finer(self, agent: int, nodes: Sequence[Node], points: Array) -> tuple[Array, float]:
+        """Of the points round each of these, (cells, dim), the one at which the formulas hold best; and how well."""
+        dim = points.shape[1]
+        line = (np.arange(FINER) / (FINER - 1) - 0.5) * self.grid.cell * 2
+        around = np.stack(np.meshgrid(*[line] * dim, indexing="ij"), axis=-1).reshape(-1, dim)
+        every = points[:, None] + around
+        margin = self.margin(agent, nodes, every.reshape(-1, dim))
+        assert margin is not None
+        margins = np.broadcast_to(margin, every[..., 0].size).reshape(len(points), -1)
+        return every[np.arange(len(points)), margins.argmax(axis=1)], float(margins.max())
+
+    def _ball(self, radius: float) -> Flags:
+        """The cells no further from one than this."""
+        count = int(radius / self.grid.cell)
+        line = np.arange(-count, count + 1) * self.grid.cell
+        every = np.meshgrid(*[line] * self.mission.dimension, indexing="ij")
+        inside: Flags = np.sqrt(sum(each**2 for each in every)) <= max(radius, 0.0)
+        return inside
+
+
+class Margins(Domain["Array | None"]):
+    """The domain of margins of one agent at points, (points,), metres; None of what its place does not decide."""
+
+    def __init__(self, mission: Mission, agent: int, points: Array) -> None:
+        self.mission, self.agent, self.points = mission, agent, points
+
+    def atom(self, predicate: Predicate, holds: bool) -> Array | None:
+        if predicate.reads_speed or predicate.others or predicate.about_team or predicate.restricted is not None:
+            return None
+        value: Array = of_states(predicate, self.mission, self.agent, self.points, np.zeros_like(self.points))
+        return value if holds else 0.0 - value
+
+    def member(self, agents: frozenset[int], holds: bool) -> Array | None:
+        return np.full(len(self.points), np.inf if (self.agent in agents) == holds else -np.inf)
+
+    def meet(self, parts: Sequence[Array | None]) -> Array | None:
+        known = [part for part in parts if part is not None]
+        return np.min(np.stack(known), axis=0) if known else None
+
+    def join(self, parts: Sequence[Array | None]) -> Array | None:
+        known = [part for part in parts if part is not None]
+        return np.max(np.stack(known), axis=0) if known and len(known) == len(parts) else None
+
+    def at_least(self, count: int, parts: Sequence[Array | None]) -> Array | None:
+        known = [part for part in parts if part is not None]
+        if len(known) < len(parts):
+            return None
+        chosen: Array = np.sort(np.stack(known), axis=0)[-count]
+        return chosen
+
+    def window(self, node: WindowNode, body: Array | None) -> Array | None:
+        return None
+
+    def until(self, node: UntilNode, hold: Array | None, end: Array | None) -> Array | None:
+        return None
+
+    def at(self, agent: int, body: Array | None) -> Array | None:
+        return body if agent == self.agent else None
+
+    def neighbour(self, node: NeighbourNode, body: Array | None) -> Array | None:
+        return None
+
+    def reach(self, node: ReachNode, through: Array | None, end: Array | None) -> Array | None:
+        return None
+
+    def route(self, node: RouteNode, through: Array | None, end: Array | None) -> Array | None:
+        return None
+
+    def path_length(self, node: PathLength, holds: bool) -> Array | None:
+        return None

@@ -1,0 +1,122 @@
+"""Places: the part of the world in which what is asked of an agent holds, a region or a comparison alike.
+
+in   Mission, a formula without operators
+out  Region
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+import shapely
+
+from missionc.backends.clot.cost_graph.cost_graph import SignedPredicate, signed_predicate
+from missionc.base.trace import Array
+from missionc.ir import Ball, Beacon, Box, Compare, Disc, Intersection, Mission, Polygon, Prism, Region, Shape
+from missionc.ir.predicates.features import DistanceTo
+from missionc.kernel.nodes import Atom, Node, Not
+from missionc.world.sampling import points_in
+
+SAMPLES = 256
+"""Points of a place among which the deepest are looked for."""
+
+
+@dataclass(slots=True)
+class Places:
+    """The places of a mission's formulas, each worked out once."""
+
+    mission: Mission
+    made: dict[SignedPredicate | tuple[Region, Region], Region | None] = field(default_factory=dict)
+    deepest: dict[Region, Array] = field(default_factory=dict)
+
+    def of(self, node: Node) -> Region | None:
+        """Where an atom, or the negation of one, holds of an agent; None where that is no place.
+
+        A region; the side of a line or a plane; what is near a beacon or a region.
+        """
+        if not isinstance(node, Atom | Not) or (isinstance(node, Not) and not isinstance(node.body, Atom)):
+            return None
+        predicate, holds = asked = signed_predicate(node)
+        if asked not in self.made:
+            if isinstance(predicate, Compare):
+                self.made[asked] = self._compared(predicate if holds else _negated(predicate))
+            else:
+                self.made[asked] = predicate.region if holds else None
+        return self.made[asked]
+
+    def both(self, one: Region, other: Region) -> Region:
+        """What is in two places; the second where nothing is in both."""
+        if one is other:
+            return one
+        if (one, other) not in self.made:
+            shape = Intersection(one.shape, other.shape)
+            found = len(points_in(shape, self.mission.world, 1, np.random.default_rng(0))[0])
+            self.made[one, other] = replace(other, shape=shape) if found else other
+        made = self.made[one, other]
+        assert made is not None
+        return made
+
+    def centre(self, place: Region) -> Array:
+        """A point deep in a place, (dim,), metres."""
+        if place not in self.deepest:
+            world = self.mission.world
+            points, depth = points_in(place.shape, world, SAMPLES, np.random.default_rng(0))
+            middle = np.array(world.low) / 2 + np.array(world.high) / 2
+            best = depth >= depth.max(initial=0.0) * 0.98
+            self.deepest[place] = points[best].mean(axis=0) if len(points) else middle
+        return self.deepest[place]
+
+    def _compared(self, compare: Compare) -> Region | None:
+        shape: Shape | None = None
+        directions = [feature.direction(self.mission.dimension) for _, feature in compare.terms]
+        if compare.terms and all(directions) and any(any(direction or ()) for direction in directions):
+            weights = np.zeros(self.mission.dimension)
+            for (weight, _), direction in zip(compare.terms, directions, strict=True):
+                weights += weight * np.array(direction)
+            shape = self._half_space(weights, compare.constant)
+        elif len(compare.terms) == 1 and isinstance(near := compare.terms[0][1], DistanceTo):
+            weight = compare.terms[0][0]
+            radius = -compare.constant / weight
+            if weight < 0 and radius > 0:
+                shape = self._near(near, radius)
+        return None if shape is None else Region("comparison", shape, self.mission.world.span)
+
+    def _half_space(self, weights: Array, constant: float) -> Shape | None:
+        """The part of the world in which ``weights @ point + constant >= 0``; None where that is no shape."""
+        low, high = list(self.mission.world.low), list(self.mission.world.high)
+        axes = np.flatnonzero(weights)
+        if len(axes) == 1:
+            axis = int(axes[0])
+            border = -constant / float(weights[axis])
+            if weights[axis] > 0:
+                low[axis] = max(low[axis], border)
+            else:
+                high[axis] = min(high[axis], border)
+            return Box(tuple(low), tuple(high)) if low[axis] < high[axis] else None
+        if 2 in axes:
+            return None
+        normal = weights[:2] / float(weights[:2] @ weights[:2])
+        far = 4 * float(np.linalg.norm(np.array(high) - low) + np.abs([*low, *high]).max())
+        origin, inward = -constant * normal, far * normal / float(np.linalg.norm(normal))
+        beside = np.array([-inward[1], inward[0]])
+        side = shapely.Polygon([origin - beside, origin + beside, origin + beside + inward, origin - beside + inward])
+        part = shapely.intersection(side, shapely.box(low[0], low[1], high[0], high[1]))
+        if not isinstance(part, shapely.Polygon) or part.area == 0:
+            return None
+        corners = tuple((float(x), float(y)) for x, y in part.exterior.coords[:-1])
+        return Polygon(corners, Prism(low[2], high[2]) if len(low) == 3 else None)
+
+    def _near(self, feature: DistanceTo, radius: float) -> Shape | None:
+        """What is so near to a beacon; of what is so near to a region, the region."""
+        match feature.target:
+            case Beacon(position=position):
+                return Disc(position, radius) if len(position) == 2 else Ball(position, radius)
+            case Region(shape=shape):
+                return shape
+            case _:
+                return None
+
+
+def _negated(compare: Compare) -> Compare:
+    return Compare(tuple((-weight, each) for weight, each in compare.terms), -compare.constant, not compare.strict)

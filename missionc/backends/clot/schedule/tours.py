@@ -1,0 +1,152 @@
+"""Tours: a first joint motion of agents whom nothing ties together, each on the way from one of its places to the next.
+
+    in   Schedule
+    out  the positions of all agents at every step, and key frames read off them
+
+Ways go round what stands, at an even pace between leaving one place and being at the next. Who comes to the
+same place at the same time stands beside the others there. Who has no place to go to, and has to stay
+near somebody all the time, goes along.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+
+from missionc.backends.clot.schedule.attendance import Attendance
+from missionc.backends.clot.schedule.geodesics import Geodesics, along
+from missionc.backends.clot.schedule.goal_sets import GoalSet, GoalSets
+from missionc.backends.clot.schedule.key_frames import KeyFrame
+from missionc.backends.clot.schedule.schedule import Schedule
+from missionc.base.trace import Array
+from missionc.ir import Anywhere, Exactly, Inside, Mission, Region
+from missionc.kernel.nodes import Atom
+
+ROOM = 0.3
+"""Metres beside what bodies need, from a way to obstacles and between those who stand in one place."""
+
+SHAKEN = 0.1
+"""By what share of a body and of the separation each tour is moved aside."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Stop:
+    """A stay of an agent at a point, (dim,), metres, from one step to another, both included."""
+
+    begin: int
+    end: int
+    point: Array
+
+
+def tours(
+    mission: Mission, schedule: Schedule, goals: GoalSets, geodesics: Geodesics, generator: np.random.Generator
+) -> tuple[tuple[KeyFrame, ...], Array]:
+    """The key frames of the tours, and the positions of all, (agents, steps + 1, dim), metres."""
+    stops = _stops(mission, schedule, goals)
+    position = np.zeros((len(mission.agents), mission.steps + 1, mission.dimension))
+    for agent in mission.agents:
+        position[agent.index] = _tour(mission, agent.index, stops[agent.index], geodesics)
+    _go_along(position, schedule.company, stops)
+    _shaken(mission, position, generator)
+    at = sorted({0, *(each.step for each in schedule.appointments), mission.steps})
+    return tuple(KeyFrame(step, position[:, step], 0.0, "") for step in at), position
+
+
+def _stops(mission: Mission, schedule: Schedule, goals: GoalSets) -> list[list[Stop]]:
+    """Where each agent stays, in the order of time; the first is where it starts, and at the last it stays."""
+    wanted: list[list[tuple[Stop, GoalSet | None]]] = []
+    for each in mission.agents:
+        match each.start:
+            case Exactly(point):
+                wanted.append([(Stop(0, 0, np.array(point)), None)])
+            case Anywhere(region):
+                goal = goals.of(each.index, (_inside(region),))
+                assert goal is not None
+                wanted.append([(Stop(0, 0, goal.points.mean(axis=0)), goal)])
+    for appointment in sorted(schedule.appointments, key=lambda each: each.step):
+        begin, end = appointment.step, min(appointment.step + appointment.visit.lasts, mission.steps)
+        for place in appointment.places:
+            wanted[place.agent].append((Stop(begin, end, place.point), place.goal))
+    last = mission.steps
+    for each in mission.agents:
+        own = wanted[each.index]
+        match each.finish:
+            case Exactly(point):
+                own.append((Stop(last, last, np.array(point)), None))
+            case Anywhere(region):
+                goal = goals.of(each.index, (_inside(region),))
+                assert goal is not None
+                own.append((Stop(last, last, goals.way(goal, each.index, own[-1][0].point)[0]), goal))
+            case None:
+                own[-1] = replace(own[-1][0], end=last), own[-1][1]
+    stops: list[list[Stop]] = [[] for _ in mission.agents]
+    radius = np.array([each.radius for each in mission.agents])
+    apart = radius[:, None] + radius + mission.separation
+    for first, second, least in schedule.company.apart:
+        apart[first, second] = apart[second, first] = max(least, apart[first, second])
+    order = [(stop.begin, agent, stop, goal) for agent, own in enumerate(wanted) for stop, goal in own]
+    for _, agent, stop, goal in sorted(order, key=lambda each: each[:2]):
+        stops[agent].append(stop if goal is None else _beside(agent, stop, goal, stops, apart))
+    return stops
+
+
+def _shaken(mission: Mission, position: Array, generator: np.random.Generator) -> None:
+    """Moves whole tours aside a little: of two on top of each other neither has a direction to give way in."""
+    for agent in mission.agents:
+        aside = generator.uniform(-1, 1, mission.dimension) * SHAKEN * (agent.radius + mission.separation)
+        begin, end = (int(isinstance(place, Exactly)) for place in (agent.start, agent.finish))
+        position[agent.index, begin : mission.steps + 1 - end] += aside
+
+
+def _inside(region: Region) -> Atom:
+    return Atom(Inside(region, False))
+
+
+def _beside(agent: int, stop: Stop, goal: GoalSet, stops: list[list[Stop]], apart: Array) -> Stop:
+    """The stay moved to where in its goal nobody else stands meanwhile, as near as that is.
+
+    Args:
+        apart: how far two agents have to be from each other, (agents, agents), metres.
+    """
+    others, gaps = [], []
+    for other, taken in enumerate(stops):
+        for each in taken:
+            if other != agent and each.begin <= stop.end and stop.begin <= each.end:
+                others.append(each.point)
+                gaps.append(apart[agent, other] + ROOM)
+    if not others:
+        return stop
+    points = np.concatenate([stop.point[None], goal.points])
+    lacking = np.zeros(len(points))
+    for point, gap in zip(others, gaps, strict=True):
+        lacking += np.maximum(gap - np.linalg.norm(points - point, axis=1), 0.0)
+    away = np.linalg.norm(points - stop.point, axis=1)
+    best = int(np.lexsort((away, lacking))[0])
+    return Stop(stop.begin, stop.end, points[best])
+
+
+def _tour(mission: Mission, agent: int, stops: list[Stop], geodesics: Geodesics) -> Array:
+    """The positions of one agent at every step, (steps + 1, dim), metres."""
+    radius = mission.agents[agent].radius + mission.clearance
+    position = np.zeros((mission.steps + 1, mission.dimension))
+    position[:] = stops[0].point
+    for here, there in pairwise(sorted(stops, key=lambda each: (each.begin, each.end))):
+        begin, end = min(here.end, there.begin), there.begin
+        way = geodesics.way(here.point, there.point, radius + ROOM, radius)
+        if way is None:
+            way = np.stack([here.point, there.point])
+        share = np.arange(end - begin + 1) / max(1, end - begin)
+        position[begin : end + 1] = along(way, share)
+        position[end:] = there.point
+    return position
+
+
+def _go_along(position: Array, company: Attendance, stops: list[list[Stop]]) -> None:
+    """Moves who has nowhere to go with whom it has to stay near, in the place beside that it starts from."""
+    for meeting in company.meetings:
+        first = max(meeting.agents, key=lambda agent: (len(stops[agent]), -agent))
+        for agent in meeting.agents:
+            if len(stops[agent]) == 1 and len(stops[first]) > 1:
+                position[agent] = position[first] + (position[agent, 0] - position[first, 0])
