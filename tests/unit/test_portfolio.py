@@ -139,7 +139,7 @@ def test_the_first_plan_ends_the_others_and_says_whose_it_is() -> None:
 
 def test_a_refusal_of_roadmaps_ends_nothing() -> None:
     log: list[str] = []
-    found = asked(Scripted("smt", [0.1], REFUSED, log), Scripted("clot", [1.0] * 5, PLAN, log))
+    found = asked(Scripted("smt", [0.1], REFUSED, log), Scripted("clot", [1.0] * 3, PLAN, log))
     assert isinstance(found, Planned)
     assert found.report.engine == "clot"
 
