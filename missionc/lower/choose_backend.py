@@ -230,11 +230,10 @@ def _explain(mission: Mission, forced: str | None, chosen: tuple[str, ...], requ
 
 def _not_taken(name: str, required: tuple[Need, ...], chosen: tuple[str, ...], *, by_need: bool) -> Iterator[str]:
     missing = _missing(name, required)
-    repeated = OFFERS[name].repeats
     if not missing:
-        yield f"not {name}: it could; " + (
-            f"{repeated} can too" if repeated in chosen and by_need else f"{chosen[0]} is asked for"
-        )
+        repeated = OFFERS[name].repeats
+        why = f"{repeated} can too" if by_need and repeated in chosen else f"{chosen[0]} is asked for"
+        yield f"not {name}: it could; {why}"
         return
     yield f"not {name}: it cannot express"
     for need in missing:
