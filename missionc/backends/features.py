@@ -45,7 +45,7 @@ class Offer:
         home: the module that has it, as ``BACKEND``.
         package: what has to be installed to load it; empty for nothing.
         extra: the extra of this package that installs that.
-        halves: the backends that it is made of; where they all take turns in a portfolio, it does not.
+        repeats: the backend whose attempts it makes as well; where that takes turns in a portfolio, it does not.
         leads: features with which it takes the first turn in a portfolio, whatever the order of the table.
     """
 
@@ -56,5 +56,5 @@ class Offer:
     home: str
     package: str = ""
     extra: str = ""
-    halves: tuple[str, ...] = ()
+    repeats: str = ""
     leads: frozenset[Feature] = frozenset()

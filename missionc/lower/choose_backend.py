@@ -64,8 +64,8 @@ def choose_backend(mission: Mission, forced: str | None) -> tuple[Choice | None,
 def _in_order(able: list[str], required: tuple[Need, ...]) -> tuple[str, ...]:
     """Who takes the first turn, and who the next: those first that a feature is best given to."""
     asked = {need.feature for need in required}
-    whole = [name for name in able if not OFFERS[name].halves or not set(able).issuperset(OFFERS[name].halves)]
-    return tuple(sorted(whole, key=lambda name: OFFERS[name].leads.isdisjoint(asked)))
+    own = [name for name in able if OFFERS[name].repeats not in able]
+    return tuple(sorted(own, key=lambda name: OFFERS[name].leads.isdisjoint(asked)))
 
 
 def needs(mission: Mission) -> tuple[Need, ...]:
@@ -218,23 +218,22 @@ def _explain(mission: Mission, forced: str | None, chosen: tuple[str, ...], requ
     elif len(chosen) > 1:
         why = "each of them offers all the mission needs: they take turns, and the first plan counts"
     else:
-        why = f"it alone of {', '.join(OFFERS)} offers all the mission needs"
+        why = "it offers all the mission needs"
     lines = [f"backend{'s' if len(chosen) > 1 else ''}: {', '.join(chosen)}", f"because {why}"]
     for name in OFFERS:
         if name not in chosen:
-            lines.extend(_not_taken(name, required, chosen))
+            lines.extend(_not_taken(name, required, chosen, by_need=by_need))
     lines.append("the mission needs:" if required else "the mission needs nothing special")
     lines.extend(f"  {need.feature.value}{_where(need.span)}" for need in required)
     return "\n".join(lines) + "\n"
 
 
-def _not_taken(name: str, required: tuple[Need, ...], chosen: tuple[str, ...]) -> Iterator[str]:
+def _not_taken(name: str, required: tuple[Need, ...], chosen: tuple[str, ...], *, by_need: bool) -> Iterator[str]:
     missing = _missing(name, required)
-    if not missing and len(chosen) > 1:
-        yield f"not {name}: it could; it is made of {' and '.join(OFFERS[name].halves)}, which take turns"
-        return
     if not missing:
-        yield f"not {name}: it could; {chosen[0]} is asked for"
+        repeated = OFFERS[name].repeats
+        why = f"{repeated} can too" if by_need and repeated in chosen else f"{chosen[0]} is asked for"
+        yield f"not {name}: it could; {why}"
         return
     yield f"not {name}: it cannot express"
     for need in missing:

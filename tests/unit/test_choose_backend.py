@@ -39,7 +39,7 @@ def test_auto_takes_the_first_backend_that_offers_all() -> None:
 def test_the_words_that_rule_a_backend_out_are_in_the_explanation() -> None:
     assert choice(text(HOPS, TOTAL)).explanation == (
         "backend: hybrid\n"
-        "because it alone of smt, clot, hybrid offers all the mission needs\n"
+        "because it offers all the mission needs\n"
         "not smt: it cannot express\n"
         "  a formation with a total tolerance (line 12: `tight`)\n"
         "not clot: it cannot express\n"
@@ -56,15 +56,15 @@ def test_all_that_can_express_the_mission_take_turns() -> None:
     assert near.explanation.startswith("backends: smt, clot\nbecause each of them offers all the mission needs")
 
 
-def test_hybrid_takes_turns_where_one_of_its_halves_cannot() -> None:
+def test_hybrid_takes_turns_where_transport_cannot() -> None:
     assert choice(text(HOPS)).engines == ("smt", "hybrid")
     near = choice(text("require near: every drone: eventually[0, 20 s] goal"))
-    assert "not hybrid: it could; it is made of smt and clot, which take turns\n" in near.explanation
+    assert "not hybrid: it could; clot can too\n" in near.explanation
 
 
 def test_a_formation_is_given_to_transport_first() -> None:
     assert choice(text(ROW)).engines == ("clot", "smt")
-    assert choice(text(TOTAL)).engines == ("clot", "hybrid")
+    assert choice(text(TOTAL)).engines == ("clot",)
 
 
 def test_a_backend_that_is_not_asked_for_is_said_to_have_been_able() -> None:

@@ -24,7 +24,7 @@ from missionc.backends.api import (
     Turns,
 )
 from missionc.backends.options import Options
-from missionc.backends.portfolio.backend import AFTER_REFUSAL, FIRST, Engine, PortfolioBackend
+from missionc.backends.portfolio.backend import ATTEMPTS, FIRST, TIMES, Engine, PortfolioBackend
 from missionc.backends.work import driven
 from missionc.base.source import Source
 from missionc.base.trace import Trace
@@ -139,7 +139,7 @@ def test_the_first_plan_ends_the_others_and_says_whose_it_is() -> None:
 
 def test_a_refusal_of_roadmaps_ends_nothing() -> None:
     log: list[str] = []
-    found = asked(Scripted("smt", [0.1], REFUSED, log), Scripted("clot", [1.0] * 5, PLAN, log))
+    found = asked(Scripted("smt", [0.1], REFUSED, log), Scripted("clot", [1.0] * 2, PLAN, log))
     assert isinstance(found, Planned)
     assert found.report.engine == "clot"
 
@@ -150,8 +150,16 @@ def test_a_refusal_is_the_answer_once_the_others_had_their_attempts() -> None:
     assert isinstance(found, Impossible)
     assert found.conflict == ("visit",)
     assert found.report.engine == "smt"
-    assert found.statement == f"{REFUSED.statement}; clot found none in {AFTER_REFUSAL} attempts"
-    assert log.count("clot") == AFTER_REFUSAL
+    assert found.statement == f"{REFUSED.statement}; clot found none in {ATTEMPTS} attempts"
+    assert log.count("clot") == ATTEMPTS
+
+
+def test_a_refusal_that_took_long_gives_the_others_as_much_again_and_more() -> None:
+    log: list[str] = []
+    refused = Impossible(("visit",), "", Report(work=20.0))
+    found = asked(Scripted("smt", [20.0], refused, log), Scripted("clot", [1.0] * 99, PLAN, log))
+    assert isinstance(found, Impossible)
+    assert log.count("clot") == TIMES * 20.0
 
 
 def test_a_refusal_is_no_answer_where_time_ended_the_others() -> None:

@@ -14,5 +14,5 @@ HYBRID = Offer(
     home="missionc.backends.hybrid.backend",
     package=CLOT.package,
     extra=CLOT.extra,
-    halves=(SMT.name, CLOT.name),
+    repeats=CLOT.name,
 )

@@ -37,8 +37,8 @@ from missionc.kernel.nodes import Kernel
 FIRST, LONGER = 4.0, 2.0
 """The units of ``work`` that each engine may have done after its first turn; so many times as many after the next."""
 
-AFTER_REFUSAL = 4
-"""So many attempts an engine has where roadmaps hold no plan, however often it was asked before."""
+ATTEMPTS, TIMES = 3, 2.0
+"""Where roadmaps hold no plan, each other engine has so many attempts and so many times the work of the refusal."""
 
 WORST = (Reason.TIME, Reason.MEMORY, Reason.SIZE, Reason.SOLVER, Reason.NO_ROADMAP)
 """Reasons for no answer: that of the portfolio is the first of these that an engine gave."""
@@ -107,13 +107,17 @@ class Run:
     def name(self) -> str:
         return self.engine.name
 
-    def turn(self, most: float, attempts: float = math.inf) -> None:
-        """Until that much work is done, or so many attempts are made, or it says something."""
+    def turn(self, most: float, refused: float = math.inf) -> None:
+        """Until that much work is done, or it says something; or it had its chance, where roadmaps were refused.
+
+        Args:
+            refused: the units of work that the refusal took; infinite where there is none.
+        """
         begin = time.perf_counter()
         self.count += 1
         try:
             search = self.search or self.begun()
-            while self.work < most and self.attempts < attempts:
+            while self.work < most and not self.had_chance(refused):
                 self.work = search.send(most)
                 self.attempts += 1
         except StopIteration as ended:
@@ -123,6 +127,10 @@ class Run:
             self.said = NotFound(Reason.MEMORY, str(error) or Reason.MEMORY.value, Report(work=self.work))
         finally:
             self.seconds += time.perf_counter() - begin
+
+    def had_chance(self, refused: float) -> bool:
+        """Whether it has tried long enough, where roadmaps were refused with so many units of work."""
+        return self.attempts >= ATTEMPTS and self.work >= TIMES * refused
 
     def begun(self) -> Turns:
         """Its search, before its first turn."""
@@ -183,7 +191,7 @@ def in_turns(runs: list[Run]) -> Turns:
             most *= LONGER
             continue
         run, done = ready[0], sum(each.work for each in runs)
-        run.turn(run.work + granted - done if len(waiting) == 1 else most, _attempts(runs))
+        run.turn(run.work + granted - done if len(waiting) == 1 else most, _refused(runs))
         if isinstance(run.said, Planned):
             return _with_accounts(run.named(run.said), runs)
         if run.failed is not None and run.failed.reason is Reason.TIME:
@@ -195,14 +203,15 @@ def in_turns(runs: list[Run]) -> Turns:
     return _with_accounts(_together(runs), runs)
 
 
-def _attempts(runs: list[Run]) -> float:
-    """How many attempts each may make."""
-    return AFTER_REFUSAL if any(run.refusal for run in runs) else math.inf
+def _refused(runs: list[Run]) -> float:
+    """The units of work after which roadmaps were refused; infinite where they were not."""
+    return min((run.work for run in runs if run.refusal is not None), default=math.inf)
 
 
 def _waiting(runs: list[Run]) -> list[Run]:
     """Those that have turns left, in their order."""
-    return [run for run in runs if run.said is None and run.attempts < _attempts(runs)]
+    refused = _refused(runs)
+    return [run for run in runs if run.said is None and not run.had_chance(refused)]
 
 
 def _together(runs: list[Run]) -> Impossible | NotFound:
@@ -215,9 +224,10 @@ def _together(runs: list[Run]) -> Impossible | NotFound:
             refused = replace(run.refusal, statement="; ".join([run.refusal.statement, *others]))
             return replace(refused, report=replace(refused.report, engine=run.name))
     nearest, said = min(failed, key=lambda each: math.inf if each[1].best is None else each[1].best.wrong)
-    statement = "; ".join(f"{run.name}: {run.says}" for run in runs if run.count)
+    reason = min(reasons, key=WORST.index)
+    more = [f"{run.name}: {run.says}" for run in runs if run.count and run.says != reason.value]
     report = replace(said.report, engine=nearest.name)
-    return replace(said, reason=min(reasons, key=WORST.index), statement=statement, report=report)
+    return replace(said, reason=reason, statement="; ".join(more) or reason.value, report=report)
 
 
 def _with_accounts(outcome: Outcome, runs: list[Run]) -> Outcome:
