@@ -16,6 +16,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
+from missionc.backends.clot.optimise.carved_boxes import carved
 from missionc.backends.clot.optimise.stacked_shapes import Lists, Stacked, lists
 from missionc.base.trace import Array
 from missionc.ir import Mission, Obstacle, Path, Still
@@ -76,6 +77,7 @@ class Obstacles:
         device: torch.device | None = None,
     ) -> None:
         self.mission = mission
+        every = [piece for obstacle in every for piece in carved(obstacle)]
         dim = mission.dimension
         self.stacked = Stacked([obstacle.shape for obstacle in every], dim, dtype, device)
         boxes = np.array([box_around(obstacle.shape, dim) for obstacle in every]).reshape(-1, 2, dim)

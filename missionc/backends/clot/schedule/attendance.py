@@ -14,6 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from missionc.backends.clot.schedule.mutex_literals import Literal, literals
 from missionc.backends.clot.schedule.tasks import Hold
 from missionc.base.trace import Array
 from missionc.ir import Mission, Predicate
@@ -96,6 +97,23 @@ def attendance(mission: Mission, holds: Iterable[Hold]) -> Attendance:
                 some.extend(_some(mission, agent, node))
     fixed = tuple((agent, tuple(nodes)) for agent, nodes in goals.items())
     return Attendance(fixed, tuple(_meetings(pairs)), tuple(some), tuple(apart))
+
+
+def implied(holds: Iterable[Hold], always: Iterable[Hold]) -> Iterator[Hold]:
+    """What else must hold with these, for of what always holds one part alone is left by them (unit propagation)."""
+    sure = {literal for hold in holds if hold.timeless for literal in literals(hold.agent, hold.node)}
+    for hold in always if sure else ():
+        for agent, node in _conjuncts(hold.agent, hold.node):
+            if isinstance(node, Any):
+                left = [part for part in node.parts if not _denied(agent, part, sure)]
+                if len(left) == 1:
+                    yield Hold(agent, left[0], 0, 0, True)
+
+
+def _denied(agent: int, node: Node, sure: set[Literal]) -> bool:
+    if isinstance(node, Any):
+        return all(_denied(agent, part, sure) for part in node.parts)
+    return any((who, what, not holds) in sure for who, what, holds in literals(agent, node))
 
 
 def _conjuncts(agent: int, node: Node) -> Iterator[tuple[int, Node]]:

@@ -156,7 +156,7 @@ class GoalSets:
         onward: Sequence[GoalSet | None],
     ) -> tuple[Array, Array]:
         within = NEARER * reach / 2
-        near = self._ball(within)
+        side = 1 + 2 * int(within / self.grid.cell / math.sqrt(self.mission.dimension))
         ways, last, sum_of_ways = [], np.zeros(len(self.places)), np.zeros(len(self.places))
         for number, (agent, goal) in enumerate(zip(agents, goals, strict=True)):
             way = self.lengths(agent, here[number])
@@ -165,7 +165,7 @@ class GoalSets:
                 inside[goal.cells] = way[goal.cells]
                 way = inside
             ways.append(way)
-            low = ndimage.minimum_filter(way.reshape(self.grid.shape), footprint=near, mode="nearest").ravel()
+            low = ndimage.minimum_filter(way.reshape(self.grid.shape), side, mode="nearest").ravel()
             last = np.maximum(last, free[number] + low / pace[number])
             sum_of_ways += low / pace[number]
             later = onward[number]
@@ -262,14 +262,6 @@ class GoalSets:
         assert margin is not None
         margins = np.broadcast_to(margin, every[..., 0].size).reshape(len(points), -1)
         return every[np.arange(len(points)), margins.argmax(axis=1)], float(margins.max())
-
-    def _ball(self, radius: float) -> Flags:
-        """The cells no further from one than this."""
-        count = int(radius / self.grid.cell)
-        line = np.arange(-count, count + 1) * self.grid.cell
-        every = np.meshgrid(*[line] * self.mission.dimension, indexing="ij")
-        inside: Flags = np.sqrt(sum(each**2 for each in every)) <= max(radius, 0.0)
-        return inside
 
 
 class Margins(Domain["Array | None"]):

@@ -43,7 +43,7 @@ def mutex_literals(outline: Outline) -> frozenset[Literal]:
         event = events.pop()
         holds.extend((*event.holds, *event.before))
         events.extend(event.then)
-    everything = {literal for hold in holds for literal in _literals(hold.agent, hold.node)}
+    everything = {literal for hold in holds for literal in literals(hold.agent, hold.node)}
     return frozenset(literal for literal in everything if (literal[0], literal[1], not literal[2]) in everything)
 
 
@@ -51,9 +51,9 @@ def timed_literals(holds: Iterable[Hold], among: frozenset[Literal], step: float
     """The literals of holds, as far as they are among these; ``step`` is seconds, and so are the results' times."""
     timed: list[TimedLiterals] = []
     for hold in holds if among else ():
-        literals = among.intersection(_literals(hold.agent, hold.node))
-        if literals:
-            timed.append(TimedLiterals(literals, hold.low * step, hold.high * step))
+        said = among.intersection(literals(hold.agent, hold.node))
+        if said:
+            timed.append(TimedLiterals(said, hold.low * step, hold.high * step))
     return tuple(timed)
 
 
@@ -77,7 +77,8 @@ def mutex_seconds(one: TimedLiterals, others: Iterable[TimedLiterals], step: flo
     return sum(each + step for each in denied if each is not None)
 
 
-def _literals(agent: int, node: Node) -> Iterator[Literal]:
+def literals(agent: int, node: Node) -> Iterator[Literal]:
+    """The literals that a formula asked of an agent requires, each by itself."""
     stack = [(agent, node)]
     while stack:
         agent, node = stack.pop()

@@ -21,7 +21,7 @@ from math import ceil
 import numpy as np
 
 from missionc.backends.clot.optimise.active_set import Choices
-from missionc.backends.clot.schedule.attendance import NOBODY, Attendance, attendance
+from missionc.backends.clot.schedule.attendance import NOBODY, Attendance, attendance, implied
 from missionc.backends.clot.schedule.gather_team import can_be_gathered, gather_team
 from missionc.backends.clot.schedule.geodesics import Geodesics
 from missionc.backends.clot.schedule.goal_sets import GoalSet, GoalSets
@@ -164,7 +164,8 @@ class Scheduler:
         )
         self.starts = np.array([self._place(agent.start) for agent in mission.agents])
         self.finishes = [None if agent.finish is None else self._place(agent.finish) for agent in mission.agents]
-        self.company = attendance(mission, [hold for hold in outline.holds if self._whole(hold)])
+        self.always = [hold for hold in outline.holds if self._whole(hold)]
+        self.company = attendance(mission, self.always)
         self.goals = GoalSets(mission, geodesics, self._kept())
         self.numbers = [number for number, task in enumerate(outline.tasks) if self._scheduled(task)]
         self.mutex = mutex_literals(replace(outline, tasks=tuple(outline.tasks[number] for number in self.numbers)))
@@ -249,7 +250,7 @@ class Scheduler:
         while stack:
             each, after = stack.pop()
             regions = tuple(self._regions(each.holds).items())
-            come = attendance(self.mission, each.holds)
+            come = attendance(self.mission, (*each.holds, *implied(each.holds, self.always)))
             until = (hold for later in each.then for hold in later.before if hold.low == 0)
             shapes = tuple(_shapes((*each.holds, *until)))
             lasts = min(max((hold.high for hold in each.holds), default=0), self.mission.steps)
@@ -314,6 +315,8 @@ class Scheduler:
                 stretch = perturbed.factor(visit.event) if visit.come.goals else 1.0
                 seconds = self._travel(agent, length) * stretch
                 begin = max(begin, free[agent] + seconds)
+                if place.goal is not None and not place.goal.open:
+                    run.late += self.mission.horizon
                 stays = 0.0 if since[agent] < 0 else free[agent] - run.times[since[agent]]
                 legs.append((since[agent], stays + seconds, stays + length / self.speed[agent]))
                 way += length
