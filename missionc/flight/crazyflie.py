@@ -319,11 +319,12 @@ def _within_limits(
     """Fitted again with more cuts, added to those known, while a flight of the group exceeds a limit; the gentlest."""
     knots = course.times[course.knot]
     durations = np.diff(knots)
-    best, least = None, math.inf
+    best, least, most = None, math.inf, None
     for _ in range(CUTTING):
-        fitted = _fit(mission, course, shared, planes, group, known_cuts)
+        fitted = _fit(mission, course, shared, planes, group, known_cuts, most)
         if isinstance(fitted, NoFit):
             return best or fitted
+        most = fitted.kept
         flown = rounded(fitted.points, durations)
         peaks_by_agent = [peaks(limits[index], Curves(knots, flown[[place]])) for place, index in enumerate(group)]
         worst = max((peak.stretch for own in peaks_by_agent for peak in own), default=0.0)
@@ -337,7 +338,13 @@ def _within_limits(
 
 
 def _fit(
-    mission: Mission, course: Course, shared: Splines, planes: list[Plane], group: list[int], known_cuts: list[Cut]
+    mission: Mission,
+    course: Course,
+    shared: Splines,
+    planes: list[Plane],
+    group: list[int],
+    known_cuts: list[Cut],
+    most: int | None,
 ) -> Fitted | NoFit:
     place = {index: position for position, index in enumerate(group)}
     start, end, radius = course.start[group], course.end[group], course.radius[group]
@@ -346,7 +353,7 @@ def _fit(
         replace(plane, first=place[plane.first], second=place[plane.second]) for plane in planes if plane.first in place
     ]
     cut = [replace(each, agent=place[each.agent]) for each in known_cuts if each.agent in place]
-    return fit(own, held, *room(mission, own, group), cut, shared)
+    return fit(own, held, *room(mission, own, group), cut, shared, most)
 
 
 def _texts(mission: Mission, coefficients: Array, yaw: Array, durations: Array) -> dict[str, str]:

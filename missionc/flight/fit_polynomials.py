@@ -104,10 +104,17 @@ class Cut:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Fitted:
-    """Each piece's control points (agents, pieces, dim, 8) in metres; by how much a leg exceeds a bound: (legs,)."""
+    """Control points of an agent's pieces, and what they keep to.
+
+    Args:
+        points: (agents, pieces, dim, 8), metres.
+        excess: (legs,): by how much a leg exceeds a bound.
+        kept: how many are kept of tubes, planes and cuts, in this order.
+    """
 
     points: Array
     excess: Array
+    kept: int
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -148,6 +155,7 @@ def fit(
     high: Array,
     cuts: Sequence[Cut] = (),
     shared: Splines | None = None,
+    most: int | None = None,
 ) -> Fitted | NoFit:
     """The least effort within all bounds; where there is none, what exceeds the cuts least, then the planes, the tubes.
 
@@ -155,6 +163,7 @@ def fit(
         planes: agents by their index in ``course``; ``cuts`` likewise.
         low, high: (dim,) or (agents, legs, dim): the room that holds every control point.
         shared: the course's ``splines``, if they are made already.
+        most: how many are kept of tubes, planes and cuts where there were fewer of them: with more, no more are.
     """
     agents, legs, dim = course.start.shape
     points = np.arange(agents * dim * legs * (DEGREE + 1)).reshape(agents, dim, legs, DEGREE + 1)
@@ -183,16 +192,15 @@ def fit(
         held.over(along.matrix, along.resting),
         cut_rows.over(whole.matrix, whole.resting),
     )
-    solved = Program(quadratic, linear, along.matrix[pins], target, bounds).within(legs)
+    solved = Program(quadratic, linear, along.matrix[pins], target, bounds).within(legs, most)
     if isinstance(solved, NoFit):
         return solved
-    numbers, excess = solved
-    spread: Array = whole.matrix @ numbers + whole.resting
+    spread: Array = whole.matrix @ solved.numbers + whole.resting
     control_points = spread.reshape(agents, dim, -1, DEGREE + 1).transpose(0, 2, 1, 3) + origin[:, None, :, None]
     pinned, joint = course.pinned[course.knot], course.joint[:, course.knot]
     control_points[..., 0][:, pinned[:-1]] = joint[:, :-1][:, pinned[:-1]]
     control_points[..., DEGREE][:, pinned[1:]] = joint[:, 1:][:, pinned[1:]]
-    return Fitted(control_points, excess)
+    return Fitted(control_points, solved.excess, solved.kept)
 
 
 class _Spread:
