@@ -30,18 +30,20 @@ import numpy as np
 from missionc.base.trace import Array, Trace
 from missionc.curves.crazyflie_csv import Pieces, written
 from missionc.curves.piecewise_polynomials import Curves, Indices, motion, refined, values
-from missionc.curves.smooth_splines import rounded
+from missionc.curves.smooth_splines import DEGREE, rounded
 from missionc.diagnostics.model import Diagnostic
-from missionc.flight.fit_polynomials import Course, Cut, Fitted, Plane, fit
+from missionc.flight.fit_polynomials import Course, Cut, Fitted, Plane, Splines, fit, splines
 from missionc.flight.quadratic_program import NoFit
 from missionc.flight.refusals import not_flyable, too_fast
 from missionc.flight.separating_planes import Held, Near, conflicts, groups, held_apart, narrowed
 from missionc.flight.vehicle_limits import Limit, Peak, cuts, limits_of, peaks, room
 from missionc.flight.yaw import pointing
-from missionc.ir import AlongPath, Mission
+from missionc.ir import Agent, AlongPath, Mission
 from missionc.kernel.nodes import Kernel
 from missionc.lower.tighten import with_vehicle_room
 from missionc.verify.certificate import Certificate, Check
+from missionc.verify.flight.continuity_and_fidelity import check_flight, tube
+from missionc.verify.flight.prove_claim import prove
 from missionc.verify.flight.vehicle_claims import PIECE_BYTES
 from missionc.verify.flight.verify_polynomials import verify_polynomials
 from missionc.verify.tolerances import TUBE, WAYPOINT
@@ -191,6 +193,7 @@ def _attempt(
     Agents are held apart as ``apart`` has it, the mission with the room that its vehicles want.
     """
     course = _course(mission, trace, legs, count)
+    shared = splines(course)
     step_of = np.repeat(np.arange(legs.size), legs)
     knots = course.times[course.knot]
     coefficients = np.zeros((len(mission.agents), knots.size - 1, mission.dimension, 8))
@@ -203,11 +206,16 @@ def _attempt(
     for _ in range(ROUNDS):
         planes = [plane for each in held.values() for plane in each]
         for group in groups(planes, stale):
-            fitted = _within_limits(mission, course, planes, group, limits, known_cuts)
+            fitted = _within_limits(mission, course, shared, planes, group, limits, known_cuts)
             if isinstance(fitted, NoFit):
                 return _Stuck(None, ())
             coefficients[group] = rounded(fitted.points, np.diff(knots))
             excess[group] = fitted.excess
+            if count and not planes and excess[group].max() > EXCESS:
+                # More bounds do not bring it nearer to the plan.
+                far = [_far(mission, trace, mission.agents[index], coefficients[index], knots) for index in group]
+                if any(far):
+                    return _Stuck(next(filter(None, far)), ())
         beyond = [
             (mission.agents[index].name, peak)
             for index in sorted(stale)
@@ -221,8 +229,9 @@ def _attempt(
         more = held_apart(apart, course, held, near_misses, level)
         if more == held and np.array_equal(radius, course.radius):
             break
+        stale = {agent for near, planes in more.items() if planes is not held.get(near) for agent in near.agents}
+        stale.update(np.flatnonzero((radius != course.radius).any(axis=1)).tolist())
         held, course = more, replace(course, radius=radius)
-        stale = {agent for near in near_misses for agent in near.agents}
     steps = {*step_of[excess.max(axis=0) > EXCESS].tolist(), *(int(step_of[near.leg]) for near in near_misses)}
     yaw = [
         pointing(each.yaw, each.vehicle.yaw_rate, Curves(knots, coefficients[[each.index]])) for each in mission.agents
@@ -289,9 +298,19 @@ def _bulge(mission: Mission, planned: Curves) -> Array:
     return np.where(bulge > NEGLIGIBLE, bulge, 0.0)
 
 
+def _far(mission: Mission, trace: Trace, agent: Agent, coefficients: Array, knots: Array) -> Check | None:
+    """How a flight is too far from the plan, if it is: what the verifier will say of its waypoints and its tube."""
+    durations, planned = np.diff(knots), motion(mission, trace)
+    own = Pieces(durations, _rows(mission, agent, coefficients, np.zeros((durations.size, DEGREE + 1))))
+    checks = [check for check in check_flight(mission, agent, own, planned) if check.name == "waypoints"]
+    checks.append(prove(mission, tube(mission, agent, own, planned))[0])
+    return min((check for check in checks if not check.passed), key=lambda check: check.margin, default=None)
+
+
 def _within_limits(
     mission: Mission,
     course: Course,
+    shared: Splines,
     planes: list[Plane],
     group: list[int],
     limits: dict[int, list[Limit]],
@@ -300,11 +319,12 @@ def _within_limits(
     """Fitted again with more cuts, added to those known, while a flight of the group exceeds a limit; the gentlest."""
     knots = course.times[course.knot]
     durations = np.diff(knots)
-    best, least = None, math.inf
+    best, least, most = None, math.inf, None
     for _ in range(CUTTING):
-        fitted = _fit(mission, course, planes, group, known_cuts)
+        fitted = _fit(mission, course, shared, planes, group, known_cuts, most)
         if isinstance(fitted, NoFit):
             return best or fitted
+        most = fitted.kept
         flown = rounded(fitted.points, durations)
         peaks_by_agent = [peaks(limits[index], Curves(knots, flown[[place]])) for place, index in enumerate(group)]
         worst = max((peak.stretch for own in peaks_by_agent for peak in own), default=0.0)
@@ -318,7 +338,13 @@ def _within_limits(
 
 
 def _fit(
-    mission: Mission, course: Course, planes: list[Plane], group: list[int], known_cuts: list[Cut]
+    mission: Mission,
+    course: Course,
+    shared: Splines,
+    planes: list[Plane],
+    group: list[int],
+    known_cuts: list[Cut],
+    most: int | None,
 ) -> Fitted | NoFit:
     place = {index: position for position, index in enumerate(group)}
     start, end, radius = course.start[group], course.end[group], course.radius[group]
@@ -327,16 +353,21 @@ def _fit(
         replace(plane, first=place[plane.first], second=place[plane.second]) for plane in planes if plane.first in place
     ]
     cut = [replace(each, agent=place[each.agent]) for each in known_cuts if each.agent in place]
-    return fit(own, held, *room(mission, own, group), cut)
+    return fit(own, held, *room(mission, own, group), cut, shared, most)
 
 
 def _texts(mission: Mission, coefficients: Array, yaw: Array, durations: Array) -> dict[str, str]:
-    files = {}
-    for agent in mission.agents:
-        rows = np.zeros((durations.size, 4, 8))
-        rows[:, : mission.dimension] = coefficients[agent.index]
-        rows[:, 3] = yaw[agent.index]
-        if mission.dimension == 2:
-            rows[:, 2, 0] = np.float32(agent.altitude)
-        files[agent.name] = written(Pieces(durations, rows))
-    return files
+    return {
+        agent.name: written(Pieces(durations, _rows(mission, agent, coefficients[agent.index], yaw[agent.index])))
+        for agent in mission.agents
+    }
+
+
+def _rows(mission: Mission, agent: Agent, coefficients: Array, yaw: Array) -> Array:
+    """(pieces, 4, 8): x, y, z and yaw, where a mission in a plane has its agents' altitudes."""
+    rows = np.zeros((len(coefficients), 4, DEGREE + 1))
+    rows[:, : mission.dimension] = coefficients
+    rows[:, 3] = yaw
+    if mission.dimension == 2:
+        rows[:, 2, 0] = np.float32(agent.altitude)
+    return rows

@@ -104,32 +104,75 @@ class Cut:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Fitted:
-    """Each piece's control points (agents, pieces, dim, 8) in metres; by how much a leg exceeds a bound: (legs,)."""
+    """Control points of an agent's pieces, and what they keep to.
+
+    Args:
+        points: (agents, pieces, dim, 8), metres.
+        excess: (legs,): by how much a leg exceeds a bound.
+        kept: how many are kept of tubes, planes and cuts, in this order.
+    """
 
     points: Array
     excess: Array
+    kept: int
 
 
-def fit(course: Course, planes: list[Plane], low: Array, high: Array, cuts: Sequence[Cut] = ()) -> Fitted | NoFit:
+@dataclass(frozen=True, slots=True, eq=False)
+class Splines:
+    """What all coordinates of all agents of a course have in common, as matrices over a spline's coefficients.
+
+    Args:
+        whole: (pieces * 8, coefficients): to the control points of every piece.
+        along: (legs * 8, coefficients): to those of every leg.
+        cost: (coefficients, coefficients): the effort, as a form.
+    """
+
+    whole: csr_array
+    along: csr_array
+    cost: csr_array
+
+
+def splines(course: Course) -> Splines:
+    """Of the course's joints: whoever fits several agents, or one again, makes them once."""
+    times = _in_steps(course)
+    curve = control_points_of(times[course.knot])
+    lasting = np.diff(times[course.knot])
+    form = effort(2, lasting) + ROUNDING_OFF * effort(3, lasting)
+    return Splines(
+        curve, csr_array(_legs(course) @ curve), csr_array(curve.T @ block_diag(list(form), format="csr") @ curve)
+    )
+
+
+def _in_steps(course: Course) -> Array:
+    """(legs + 1,): times near one, in steps."""
+    return np.asarray(course.times * ((int(course.fixed.sum()) - 1) / course.times[-1]))
+
+
+def fit(
+    course: Course,
+    planes: list[Plane],
+    low: Array,
+    high: Array,
+    cuts: Sequence[Cut] = (),
+    shared: Splines | None = None,
+    most: int | None = None,
+) -> Fitted | NoFit:
     """The least effort within all bounds; where there is none, what exceeds the cuts least, then the planes, the tubes.
 
     Args:
         planes: agents by their index in ``course``; ``cuts`` likewise.
         low, high: (dim,) or (agents, legs, dim): the room that holds every control point.
+        shared: the course's ``splines``, if they are made already.
+        most: how many are kept of tubes, planes and cuts where there were fewer of them: with more, no more are.
     """
     agents, legs, dim = course.start.shape
     points = np.arange(agents * dim * legs * (DEGREE + 1)).reshape(agents, dim, legs, DEGREE + 1)
     index = points.transpose(0, 2, 1, 3)
     # Numbers near one: coordinates are counted from each agent's first position, and times in steps.
     origin = course.joint[:, 0]
-    times = course.times * ((int(course.fixed.sum()) - 1) / course.times[-1])
-    curve = control_points_of(times[course.knot])
+    shared = shared or splines(course)
     many, last = csr_array(eye_array(agents * dim)), (course.joint[:, -1] - origin).ravel()
-    whole = _Spread(curve, many, last)
-    along = _Spread(csr_array(_legs(course) @ curve), many, last)
-    lasting = np.diff(times[course.knot])
-    form = effort(2, lasting) + ROUNDING_OFF * effort(3, lasting)
-    cost = csr_array(curve.T @ block_diag(list(form)) @ curve)
+    whole, along, cost = _Spread(shared.whole, many, last), _Spread(shared.along, many, last), shared.cost
     free, rest = whole.free, whole.rest
     quadratic = csr_array(kron(many, cost[free, free]))
     linear: Array = np.outer(last, cost[free, rest].sum(axis=1)).ravel()
@@ -149,16 +192,15 @@ def fit(course: Course, planes: list[Plane], low: Array, high: Array, cuts: Sequ
         held.over(along.matrix, along.resting),
         cut_rows.over(whole.matrix, whole.resting),
     )
-    solved = Program(quadratic, linear, along.matrix[pins], target, bounds).within(legs)
+    solved = Program(quadratic, linear, along.matrix[pins], target, bounds).within(legs, most)
     if isinstance(solved, NoFit):
         return solved
-    numbers, excess = solved
-    spread: Array = whole.matrix @ numbers + whole.resting
+    spread: Array = whole.matrix @ solved.numbers + whole.resting
     control_points = spread.reshape(agents, dim, -1, DEGREE + 1).transpose(0, 2, 1, 3) + origin[:, None, :, None]
     pinned, joint = course.pinned[course.knot], course.joint[:, course.knot]
     control_points[..., 0][:, pinned[:-1]] = joint[:, :-1][:, pinned[:-1]]
     control_points[..., DEGREE][:, pinned[1:]] = joint[:, 1:][:, pinned[1:]]
-    return Fitted(control_points, excess)
+    return Fitted(control_points, solved.excess, solved.kept)
 
 
 class _Spread:

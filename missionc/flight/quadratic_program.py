@@ -79,6 +79,15 @@ class Bounds:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class Solution:
+    """The numbers; by how much they exceed bounds: (legs,); and how many groups of bounds all are kept."""
+
+    numbers: Array
+    excess: Array
+    kept: int
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Program:
     """``numbers @ quadratic @ numbers / 2 + linear @ numbers``, to be least where ``pins @ numbers == target``.
 
@@ -91,16 +100,16 @@ class Program:
     target: Array
     bounds: tuple[Bounds, ...]
 
-    def within(self, legs: int) -> tuple[Array, Array] | NoFit:
-        """The solution, and by how much it exceeds its bounds: (legs,)."""
+    def within(self, legs: int, most: int | None = None) -> Solution | NoFit:
+        """The least, with as many groups of bounds kept as can be: at ``most`` so many, if more are known to fail."""
         none = NoFit("")
-        for strict in range(len(self.bounds), -1, -1):
+        for strict in range(len(self.bounds) if most is None else most, -1, -1):
             loose = self.bounds[strict:]
             if loose and not loose[0].low.size:
                 continue
             solved = self._solved(list(self.bounds[:strict]), list(reversed(loose)), legs)
             if not isinstance(solved, NoFit):
-                return solved
+                return Solution(*solved, strict)
             none = solved
         return none
 

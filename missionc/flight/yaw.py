@@ -67,7 +67,7 @@ def _along(most: float, flight: Curves) -> Array:
     count = linear.size
     solved = Program(quadratic, linear, csr_array((0, count)), np.zeros(0), (_rates(most, durations, curve),)).within(1)
     # Whoever never turns stays within every rate.
-    numbers = np.full(count, target[0]) if isinstance(solved, NoFit) else solved[0]
+    numbers = np.full(count, target[0]) if isinstance(solved, NoFit) else solved.numbers
     points = np.asarray(curve @ numbers).reshape(-1, 1, DEGREE + 1)
     return rounded(points, durations)[:, 0]
 

@@ -1,0 +1,100 @@
+"""What follows the search, mission by mission: polynomials, their proof, and the files; in this tree and in another.
+
+    python bench/emit_time.py [--against TREE] [--only NAME …] [--limit SECONDS]
+
+Each tree plans in a process of its own, one after the other; seconds are the
+processor's, of the stage ``emit`` and of the whole. *Peaks* are the largest
+speed and acceleration of the polynomials. *Same* says whether both trees wrote
+the same bytes: if not, they may have had different plans.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+
+CASES = {
+    "phi1, N = 10, T = 60": ("strel_deliver", {"N": "10", "T": "60 s"}),
+    "phi1, N = 10, T = 100": ("strel_deliver", {"N": "10", "T": "100 s"}),
+    "phi1, N = 30, T = 100": ("strel_deliver", {"N": "30", "T": "100 s"}),
+    "visit30": ("clot_visit", {"N": "30"}),
+    "split": ("clot_split", {}),
+    "split100": ("clot_split100", {}),
+    "crazyflie_corridor": ("crazyflie_corridor", {}),
+    "crazyflie_corridor_flight": ("crazyflie_corridor_flight", {}),
+    "wildfire_flight": ("wildfire_flight", {}),
+    "figures20": ("field/figures20", {}),
+    "hospital_couriers": ("field/hospital_couriers", {}),
+    "museum_night": ("field/museum_night", {}),
+}
+"""Name of the row: mission, parameters."""
+
+CHILD = """
+import hashlib, json, sys, time
+import missionc
+from missionc.output import output_files
+spent = 0.0
+def emit(*given):
+    global spent
+    begin = time.process_time()
+    value = original(*given)
+    spent += time.process_time() - begin
+    return value
+original, output_files.emit = output_files.emit, emit
+file, overrides, limit = json.loads(sys.argv[1])
+begin = time.process_time()
+outcome = missionc.compile(file, overrides=overrides, time_limit=limit).outcome
+whole = time.process_time() - begin
+certificate = getattr(outcome, "certificate", None)
+peaks = {figure.name: figure.value for figure in certificate.figures} if certificate else {}
+files = sorted(content for name, content in getattr(outcome, "files", ()) if name.endswith(".csv"))
+digest = hashlib.sha256(b"".join(files)).hexdigest() if files else ""
+print(json.dumps([type(outcome).__name__, spent, whole, peaks, digest]))
+"""
+
+
+def measured(tree: Path, name: str, limit: float) -> tuple[str, float, float, dict[str, float], str]:
+    """The outcome, seconds of ``emit`` and of all, the peaks, and a digest of the files."""
+    file, overrides = CASES[name]
+    given = json.dumps([str(ROOT / "missions" / f"{file}.mission"), overrides, limit])
+    environment = {**os.environ, "PYTHONPATH": str(tree)}
+    ran = subprocess.run(
+        [sys.executable, "-P", "-c", CHILD, given], env=environment, cwd=tree, capture_output=True, text=True
+    )
+    if ran.returncode:
+        raise SystemExit(ran.stderr)
+    outcome, emit, whole, peaks, digest = json.loads(ran.stdout.splitlines()[-1])
+    return outcome, emit, whole, peaks, digest
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--against", type=Path, help="another tree, with the same missions")
+    parser.add_argument("--only", nargs="*", choices=list(CASES), default=list(CASES))
+    parser.add_argument("--limit", type=float, default=120.0, help="seconds for a mission, on the wall")
+    arguments = parser.parse_args()
+    print("| mission | emit before s | emit s | ratio | whole s | peaks before | peaks m/s, m/s² | same |")
+    print("|---|---|---|---|---|---|---|---|", flush=True)
+    for name in arguments.only:
+        outcome, emit, whole, peaks, digest = measured(ROOT, name, arguments.limit)
+        if outcome != "Verified":
+            print(f"| {name} | {outcome} | | | | | | |", flush=True)
+            continue
+        shown = ", ".join(f"{value:.2f}" for value in peaks.values())
+        before, ratio, others, same = "–", "–", "–", "–"
+        if arguments.against:
+            was, emit_before, _, peaks_before, digest_before = measured(arguments.against, name, arguments.limit)
+            before, others = (f"{emit_before:.2f}", ", ".join(f"{value:.2f}" for value in peaks_before.values()))
+            ratio = f"{emit_before / emit:.1f}" if was == "Verified" else was
+            same = "yes" if digest == digest_before else "no"
+        print(f"| {name} | {before} | {emit:.2f} | {ratio} | {whole:.2f} | {others} | {shown} | {same} |", flush=True)
+
+
+if __name__ == "__main__":
+    main()
