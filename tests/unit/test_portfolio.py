@@ -25,6 +25,7 @@ from missionc.backends.api import (
 )
 from missionc.backends.options import Options
 from missionc.backends.portfolio.backend import ATTEMPTS, FIRST, TIMES, Engine, PortfolioBackend
+from missionc.backends.smt import backend as smt
 from missionc.backends.work import driven
 from missionc.base.source import Source
 from missionc.base.trace import Trace
@@ -238,6 +239,41 @@ def test_a_flag_leaves_those_that_hear_of_it() -> None:
     nobody = load.load_engines(("smt",), Options(preset="search"))
     assert isinstance(nobody, Diagnostic)
     assert nobody.code is NOT_ITS_FLAG
+
+
+def turned(backend: Backend, grant: float) -> tuple[Outcome, int]:
+    """The outcome of turns of so many units each, and how many there were."""
+    checked = check(Source("small.mission", f"{SMALL}\nminimize distance\n"))
+    assert checked.mission is not None
+    assert checked.kernel is not None
+    turns = backend.turns(checked.mission, checked.kernel, Options(), Budget(time.monotonic() + 60))
+    granted, count = next(turns), 0
+    while True:
+        granted, count = granted + grant, count + 1
+        try:
+            turns.send(granted)
+        except StopIteration as ended:
+            return ended.value, count
+
+
+def test_roadmaps_wait_for_the_work_that_their_clauses_take(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(smt, "LEAST_CLAUSES", 50)
+    backend = load.load("smt")
+    assert not isinstance(backend, Diagnostic)
+    whole, short = turned(backend, 100.0), turned(backend, 0.002)
+    assert (whole[1], short[1] > 3) == (1, True)
+    assert isinstance(whole[0], Planned)
+    assert isinstance(short[0], Planned)
+    np.testing.assert_array_equal(whole[0].trace.position, short[0].trace.position)
+
+
+def test_a_search_agrees_with_itself_whatever_its_turns() -> None:
+    backend = load.load("clot")
+    assert not isinstance(backend, Diagnostic)
+    whole, short = (turned(backend, grant)[0] for grant in (100.0, 0.01))
+    assert isinstance(whole, Planned)
+    assert isinstance(short, Planned)
+    np.testing.assert_array_equal(whole.trace.position, short.trace.position)
 
 
 def test_what_roadmaps_do_not_hold_is_planned_all_the_same() -> None:

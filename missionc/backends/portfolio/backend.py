@@ -122,7 +122,7 @@ class Run:
                 self.attempts += 1
         except StopIteration as ended:
             self.said = ended.value
-            self.work = max(self.work, ended.value.report.work)
+            self.work = ended.value.report.work or self.work
         except MemoryError as error:
             self.said = NotFound(Reason.MEMORY, str(error) or Reason.MEMORY.value, Report(work=self.work))
         finally:

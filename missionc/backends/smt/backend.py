@@ -170,14 +170,14 @@ class Run:
         conflict = tuple(goal.name for goal in self.kernel.requirements if goal.name in self.conflicting)
         return Impossible(conflict, self.refusal(conflict), self.account.report())
 
-    def pause(self) -> Pausing[None]:
-        """Until there is work left to do, if there is none.
+    def pause(self, needed: float = 0.0) -> Pausing[None]:
+        """Until more than so many units of work are left to do, if there are fewer.
 
         Raises:
             TimeOver: there is no time left to do it in.
         """
-        while self.account.work >= self.granted:
-            self.granted = yield self.account.work
+        while self.account.work + needed >= self.granted:
+            self.granted = yield max(self.account.work, self.granted)
         if is_over(self.budget.deadline):
             raise TimeOver
 
@@ -187,17 +187,17 @@ class Run:
         Raises:
             TooLarge: the clauses would pass their limit, whatever the work.
         """
-        most = self.budget.limits.clauses
+        most, needed = self.budget.limits.clauses, 0.0
         while True:
-            yield from self.pause()
+            yield from self.pause(needed)
             afforded = min(most, max(LEAST_CLAUSES, (self.granted - self.account.work) / CLAUSE))
             try:
                 return attempt(Setting(self.mission, self.budget, self.account, int(afforded)))
-            except TooLarge:
+            except TooLarge as error:
                 if afforded >= most:
                     raise
-                self.account.work += CLAUSE * afforded
-                self.account.work = max(self.account.work, self.granted)
+                self.account.work += CLAUSE * error.made
+                needed = CLAUSE * min(most, max(error.clauses, 2 * afforded))
 
     def on_roadmaps(self, roadmaps: tuple[Roadmap, ...], solvers: Solvers) -> Pausing[Outcome | NoPlan]:
         self.account.sizes["nodes"] = self.tried[-1]

@@ -31,9 +31,9 @@ _END = np.iinfo(np.int32).min
 class TooLarge(Exception):
     """The next clauses would pass the limit on how many there may be."""
 
-    def __init__(self, clauses: int) -> None:
+    def __init__(self, clauses: int, made: int) -> None:
         super().__init__(f"at least {clauses} clauses")
-        self.clauses = clauses
+        self.clauses, self.made = clauses, made
 
 
 class Clauses:
@@ -61,7 +61,7 @@ class Clauses:
             TooLarge: there would be too many.
         """
         if self.count + count > self.limit:
-            raise TooLarge(self.count + count)
+            raise TooLarge(self.count + count, self.count)
 
     # --------------------------------------------------------------- clauses
 
