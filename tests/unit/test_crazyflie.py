@@ -6,6 +6,7 @@ from dataclasses import replace
 from functools import cache
 from itertools import pairwise
 from math import comb
+from typing import Any
 
 import numpy as np
 import pytest
@@ -19,7 +20,8 @@ from missionc.curves.smooth_splines import rounded
 from missionc.diagnostics.code import NOT_FLYABLE
 from missionc.diagnostics.model import Diagnostic
 from missionc.flight.crazyflie import Flyable, crazyflie
-from missionc.flight.fit_polynomials import Course, Fitted, Plane, fit
+from missionc.flight.fit_polynomials import Course, Fitted, Plane, fit, splines
+from missionc.flight.quadratic_program import NoFit
 from missionc.verify.tolerances import WAYPOINT
 from missionc.verify.verify_plan import Certificate, verify, verify_polynomials
 from tests.support.legal_plans import NOTHING, mission_of, moving, pushed, still, straight, wandering
@@ -298,6 +300,37 @@ def test_more_pieces_than_the_memory_holds_are_warned_of() -> None:
     assert short.certificate.warnings == ()
 
 
+def test_few_pieces_are_given_up_with_the_first_flight_that_is_too_far_from_the_plan(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    fits: list[int] = []
+
+    def counted(where: Course, *given: Any) -> Fitted | NoFit:
+        fits.append(int(where.knot.sum()) - 1)
+        return fit(where, *given)
+
+    monkeypatch.setattr("missionc.flight.crazyflie.fit", counted)
+    zigzag = [[[1.0 + 0.02 * step, y + 0.5 * (step % 2)] for step in range(121)] for y in (1.0, 3.0, 5.0)]
+    found = flown(mission_of([path[0] for path in zigzag], 120), straight(zigzag))
+    assert len(rows(found.files["drone[0]"])) == 121
+    assert fits == [31, 120, 120, 120]
+
+
+def test_agents_whose_bounds_stay_as_they_are_are_not_fitted_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    teams: list[int] = []
+
+    def counted(where: Course, *given: Any) -> Fitted | NoFit:
+        teams.append(len(where.start))
+        return fit(where, *given)
+
+    monkeypatch.setattr("missionc.flight.crazyflie.fit", counted)
+    _, trace = crossing()
+    path = np.concatenate([trace.position, [[[1.0 + step, 1.0] for step in range(5)]]])
+    flown(mission_of(path[:, 0].tolist(), 4), straight(path))
+    assert teams[:3] == [1, 1, 1]
+    assert set(teams[3:]) == {2}
+
+
 @pytest.mark.parametrize(("steps", "pieces"), [(15, 30), (16, 18), (29, 31), (30, 30)])
 def test_steps_get_two_pieces_where_the_memory_holds_them(steps: int, pieces: int) -> None:
     path = np.linspace([1.0, 1.0], [4.0, 1.0], steps + 1)[None]
@@ -403,6 +436,24 @@ def test_a_file_that_reads_back_holds_the_numbers_it_was_written_with() -> None:
 
 
 # ------------------------------------------------------------------- the fit
+
+
+def test_what_a_course_has_in_common_is_made_once_and_changes_nothing() -> None:
+    where, room = course(SQUARE, pieces=2), (np.array([0.0, 0.0]), np.array([10.0, 10.0]))
+    shared = fit(where, [], *room, (), splines(where))
+    assert isinstance(shared, Fitted)
+    assert np.array_equal(shared.points, fitted(where).points)
+    assert shared.kept == 3
+
+
+def test_bounds_that_are_known_not_to_be_kept_are_not_asked_for_in_full_again() -> None:
+    where, room = course(SQUARE), (np.array([0.0, 0.0]), np.array([10.0, 10.0]))
+    plane = Plane(1, (0.0, 1.0), 0, 0, np.array([0.0, 1.0]), np.full(8, 2.9))
+    found = fitted(where, plane)
+    again = fit(where, [plane], *room, most=found.kept)
+    assert found.kept == 1
+    assert isinstance(again, Fitted)
+    assert np.array_equal(again.points, found.points)
 
 
 def course(joint: list[list[float]], radius: float = 0.1, pieces: int = 1) -> Course:
