@@ -18,11 +18,11 @@ import numpy as np
 import torch
 from torch import Tensor
 
+from missionc.backends.acceptance import attempt
 from missionc.backends.clot.cost_graph.cost_graph import build, formulas_below
 from missionc.backends.clot.cost_graph.leaf_margins import UNLIMITED
 from missionc.backends.clot.cost_graph.motion_batch import States, team, velocities
 from missionc.backends.clot.cost_graph.robustness import Robustness
-from missionc.backends.clot.optimise.accept import attempt
 from missionc.base.trace import Array, Trace
 from missionc.ir import Mission
 from missionc.kernel.nodes import Kernel, WindowNode

@@ -11,10 +11,10 @@ import pytest
 
 pytest.importorskip("torch")
 
+from missionc.backends.acceptance import attempt
 from missionc.backends.api import Budget, Planned, Report
 from missionc.backends.clot.backend import BACKEND
 from missionc.backends.clot.cost_weights import Spare, Weights
-from missionc.backends.clot.optimise.accept import attempt
 from missionc.backends.clot.optimise.candidate import System
 from missionc.backends.clot.optimise.control_points import splines, trace
 from missionc.backends.clot.optimise.convex_descent import _Program, descend

@@ -10,9 +10,9 @@ import pytest
 
 pytest.importorskip("torch")
 
+from missionc.backends.acceptance import attempt
 from missionc.backends.api import Budget, NotFound, Planned, Progress, Reason, Report
 from missionc.backends.clot import backend as transport
-from missionc.backends.clot.optimise.accept import attempt
 from missionc.backends.options import Options
 from missionc.base.source import Source
 from missionc.base.trace import Trace

@@ -12,9 +12,9 @@ from missionc.kernel.nodes import Atom
 
 pytest.importorskip("torch")
 
+from missionc.backends.acceptance import attempt
 from missionc.backends.clot.cost_graph.cost_graph import build
 from missionc.backends.clot.cost_weights import Spare, Weights
-from missionc.backends.clot.optimise.accept import attempt
 from missionc.backends.clot.optimise.control_points import splines, trace
 from missionc.backends.clot.optimise.goal_terms import Demand
 from missionc.backends.clot.optimise.levenberg_marquardt import polish

@@ -9,8 +9,8 @@ import pytest
 
 pytest.importorskip("torch")
 
+from missionc.backends.acceptance import attempt
 from missionc.backends.clot.cost_weights import Spare, Weights, spare
-from missionc.backends.clot.optimise.accept import attempt
 from missionc.backends.clot.optimise.control_points import splines, trace
 from missionc.backends.clot.optimise.motion_residuals import Costs
 from missionc.backends.clot.optimise.pursuit import followed, pursued

@@ -24,6 +24,7 @@ from functools import partial
 import numpy as np
 import torch
 
+from missionc.backends.acceptance import attempt
 from missionc.backends.api import (
     Attempt,
     Budget,
@@ -39,7 +40,6 @@ from missionc.backends.api import (
 )
 from missionc.backends.clot.cost_graph.cost_graph import build, formulas_below
 from missionc.backends.clot.cost_weights import Weights, spare
-from missionc.backends.clot.optimise.accept import attempt
 from missionc.backends.clot.optimise.active_set import Choices
 from missionc.backends.clot.optimise.control_points import splines, trace
 from missionc.backends.clot.optimise.goal_terms import Demand
