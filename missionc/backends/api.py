@@ -244,6 +244,10 @@ class NotFound:
 Outcome: TypeAlias = Planned | Impossible | NotFound
 
 
+Straighten: TypeAlias = Callable[[Mission, Kernel, Planned, Budget], Planned]
+"""A plan as it is, or a straighter one of the same mission; still to be judged by ``verify``."""
+
+
 class Backend(Protocol):
     """One way to plan. What it offers is in ``offers.OFFERS``, a table that loads no solver.
 
