@@ -288,6 +288,10 @@ What it does next is never cut into less than it can be, so that a turn may be l
 """
 
 
+Straighten: TypeAlias = Callable[[Mission, Kernel, Planned, Budget], Planned]
+"""A plan as it is, or a straighter one of the same mission; still to be judged by ``verify``."""
+
+
 class Backend(Protocol):
     """One way to plan. What it offers is in ``offers.OFFERS``, a table that loads no solver.
 

@@ -7,11 +7,13 @@ from functools import partial
 from importlib import import_module
 from importlib.util import find_spec
 
-from missionc.backends.api import Backend
+from missionc.backends.api import Backend, Straighten
+from missionc.backends.clot.offer import CLOT
 from missionc.backends.features import Offer
 from missionc.backends.offers import OFFERS
 from missionc.backends.options import DESCRIBED, Options
 from missionc.backends.portfolio.backend import Engine, PortfolioBackend
+from missionc.backends.smt.offer import SMT
 from missionc.diagnostics.code import EXTRA_MISSING, NOT_ITS_FLAG
 from missionc.diagnostics.model import Diagnostic
 
@@ -69,6 +71,14 @@ def _would_help(absent: list[Offer]) -> tuple[str, ...]:
 def _loaded(offer: Offer) -> Backend:
     backend: Backend = import_module(offer.home).BACKEND
     return backend
+
+
+def load_straighten(engine: str) -> Straighten | None:
+    """What makes plans of an engine straighter that come from a roadmap, where what it needs is installed."""
+    if engine != SMT.name or find_spec(CLOT.package) is None:
+        return None
+    straighten: Straighten = import_module("missionc.backends.clot.straighten").straighten
+    return straighten
 
 
 def _not_its_flag(offer: Offer, options: Options, checkpoint: bool) -> Diagnostic | None:

@@ -11,6 +11,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 from missionc.backends.api import Backend, Budget, CutShort, NotFound, Outcome, Planned, Reason, forget
+from missionc.backends.load import load_straighten
 from missionc.backends.options import Options
 from missionc.base.units import Metres
 from missionc.checks.check_world import check_world
@@ -52,14 +53,22 @@ def plan_with_margin(backend: Backend, mission: Mission, kernel: Kernel, options
             break
         now = time.monotonic()
         short = replace(budget, deadline=now + SHARE * (budget.deadline - now), work=WORK, keep=forget, resume=None)
-        outcome = backend.plan(*tightened(slow, kernel, Metres(part * margin)), options, short)
+        outcome = _planned(backend, *tightened(slow, kernel, Metres(part * margin)), options, short)
         if isinstance(outcome, Planned):
             return _after(outcome if part == 1.0 or margin <= 0 else _noted(outcome, margin, part), late)
         late = late or (isinstance(outcome, NotFound) and outcome.reason is Reason.TIME)
-    outcome = backend.plan(wanted, kernel, options, budget)
+    outcome = _planned(backend, wanted, kernel, options, budget)
     if not isinstance(outcome, Planned):
         return outcome
     return _after(_noted(outcome, margin, 0.0) if margin > 0 else outcome, late)
+
+
+def _planned(backend: Backend, mission: Mission, kernel: Kernel, options: Options, budget: Budget) -> Outcome:
+    """What a backend says; a plan from a roadmap is straightened."""
+    outcome = backend.plan(mission, kernel, options, budget)
+    if not isinstance(outcome, Planned) or (straighten := load_straighten(outcome.report.engine or backend.name)) is None:
+        return outcome
+    return straighten(mission, kernel, outcome, budget)
 
 
 def further_attempts(mission: Mission, options: Options, budget: Budget) -> Iterator[tuple[Options, Budget]]:

@@ -30,6 +30,7 @@ class Told:
 
     answers: list[Outcome]
     asked: list[float] = field(default_factory=list)
+    name: str = "told"
 
     def plan(self, mission: Mission, kernel: Kernel, options: Options, budget: Budget) -> Outcome:
         self.asked.append(budget.deadline)

@@ -57,6 +57,12 @@ require back: b[0]: eventually[2 s, 3 s] west
 """
 
 
+@pytest.fixture(autouse=True)
+def on_the_roadmap(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Plans as the solver leaves them."""
+    monkeypatch.setattr("missionc.pipeline.plan_with_margin.load_straighten", lambda engine: None)
+
+
 def meant(text: str) -> tuple[Mission, Kernel]:
     checked = missionc.check(Source("calm.mission", text))
     assert checked.mission is not None

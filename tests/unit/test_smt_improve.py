@@ -28,6 +28,12 @@ CORNER = "region corner = box (0.2, 2.2) to (1.8, 3.8)\n"
 EITHER = ONE.replace("every drone: eventually[0, 6 s] goal", "drone[0]: eventually[0, 6 s] (goal or base)") + CORNER
 
 
+@pytest.fixture(autouse=True)
+def on_the_roadmap(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Plans as the solver leaves them."""
+    monkeypatch.setattr("missionc.pipeline.plan_with_margin.load_straighten", lambda engine: None)
+
+
 def planned(text: str, **options: object) -> tuple[Trace, Report]:
     outcome = missionc.compile(Source("improve.mission", text), **options).outcome  # type: ignore[arg-type]
     assert isinstance(outcome, Verified), outcome

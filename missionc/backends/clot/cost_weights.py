@@ -11,6 +11,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from typing import ClassVar
 
+import numpy as np
+
 from missionc.ir import Mission, Objective
 
 
@@ -47,6 +49,9 @@ class Spare:
     )
 
 
+ROOM = 0.005
+"""The share of the world's narrower side that is asked for where there is room."""
+
 SHARE = 0.02
 """The share of the longest step of the fastest agent that is asked for at least."""
 
@@ -55,6 +60,15 @@ def spare(mission: Mission) -> Spare:
     """What margins of a mission are asked to have to spare."""
     standard, least = Spare(), SHARE * longest_step(mission)
     return replace(standard, task=max(standard.task, least), bodies=max(standard.bodies, least))
+
+
+def with_room(mission: Mission) -> Spare:
+    """What they are asked for where there is room: more in a larger world, and of larger bodies."""
+    least = spare(mission)
+    low, high = np.array(mission.world.low), np.array(mission.world.high)
+    extent = float((high - low)[:2].min())
+    room = ROOM * extent
+    return replace(least, task=max(least.task, room), bodies=max(least.bodies, room))
 
 
 def longest_step(mission: Mission) -> float:
@@ -86,6 +100,9 @@ class Aim:
 
 
 AIMS = {Objective.DISTANCE: Aim(1.0, 0.05, 40, 1e-3), Objective.ENERGY: Aim(0.0, 1.0, 40, 1e-3)}
+
+STRAIGHT = Aim(1.0, 1.0, 60, 2e-3)
+"""For plans from a roadmap, which are far from straight."""
 
 TIDY = Aim(0.2, 1.0, 2, 1e-2)
 """Where nothing is asked to be least: most of the detours go in the first steps."""

@@ -136,6 +136,16 @@ class Splines:
         first_order = np.concatenate([velocity[..., :-1, :], velocity[..., -2:-1, :]], axis=-2)
         return position, np.where(smooth, velocity, first_order)
 
+    def joined(self, position: Array, velocity: Array) -> Array:
+        """Control points of motions that have these states: (agents, steps + 1, dim) twice -> (agents, points, dim).
+
+        Those of second order have constant accelerations between their states.
+        """
+        control = self.through(position)
+        half = velocity * (self.step / 2)
+        spline = np.concatenate([position - half, *[position[:, -1:] + half[:, -1:]] * (SPARE - 1)], axis=1)
+        return np.where(self.smooth[:, None, None], spline, control)
+
     def through(self, position: Array) -> Array:
         """Control points of motions near the positions: (..., agents, steps + 1, dim) -> (..., agents, points, dim).
 

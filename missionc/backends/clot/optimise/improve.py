@@ -77,7 +77,7 @@ def improve(
 
         def as_good(tried: Array) -> Trace | None:
             motion = accept(tried)
-            return motion if motion is not None and _as_many(mission, kernel, made, motion) else None
+            return motion if motion is not None and as_many(mission, kernel, made, motion) else None
 
         shorter = shorten(control, made, full_demand, costs, as_good, go_on)
         control, made, costs = shorter.control, shorter.trace, shorter.costs
@@ -90,7 +90,7 @@ def improve(
         return Improved(control, made, tuple(notes))
     motion = accept(tried)
     measure = MEASURES.get(mission.objective)
-    better = motion is not None and _as_many(mission, kernel, made, motion)
+    better = motion is not None and as_many(mission, kernel, made, motion)
     if motion is not None and better and (measure is None or measure(motion) < measure(made)):
         if measure is not None:
             unit = "m" if mission.objective is Objective.DISTANCE else "m^2/s^3"
@@ -116,7 +116,7 @@ def _kept(name: str, mission: Mission, kernel: Kernel, made: Trace) -> bool:
     return any(each.name == name and each.satisfied for each in monitor(mission, kernel, made).preferences)
 
 
-def _as_many(mission: Mission, kernel: Kernel, before: Trace, after: Trace) -> bool:
+def as_many(mission: Mission, kernel: Kernel, before: Trace, after: Trace) -> bool:
     """Whether every preference kept before is kept after."""
     return all(
         _kept(goal.name, mission, kernel, after) or not _kept(goal.name, mission, kernel, before)

@@ -21,6 +21,7 @@ from missionc.backends.clot.optimise.stacked_shapes import Lists, Stacked, lists
 from missionc.base.trace import Array
 from missionc.ir import Mission, Obstacle, Path, Still
 from missionc.world.clearance import offset
+from missionc.world.outline import outlined
 from missionc.world.sampling import box_around
 from missionc.world.signed_distance import signed_distance
 
@@ -79,11 +80,14 @@ class Obstacles:
         self.mission = mission
         every = [piece for obstacle in every for piece in carved(obstacle)]
         dim = mission.dimension
-        self.stacked = Stacked([obstacle.shape for obstacle in every], dim, dtype, device)
+        shapes = [outlined(obstacle.shape) for obstacle in every]
+        self.stacked = Stacked(shapes, dim, dtype, device)
         boxes = np.array([box_around(obstacle.shape, dim) for obstacle in every]).reshape(-1, 2, dim)
         boxes.sort(axis=1)  # of an intersection of what is apart, the corners are the wrong way round
         self.low, self.high = (torch.from_numpy(boxes[:, side]).to(device, dtype) for side in (0, 1))
-        self.standing = [obstacle.shape for obstacle in every if isinstance(obstacle.motion, Still)]
+        self.standing = [
+            shape for shape, obstacle in zip(shapes, every, strict=True) if isinstance(obstacle.motion, Still)
+        ]
         still = [isinstance(obstacle.motion, Still) for obstacle in every]
         self.still = torch.tensor([number for number, stands in enumerate(still) if stands], dtype=torch.int64).to(
             device

@@ -1,0 +1,159 @@
+"""Straightening: a plan from a roadmap becomes one of continuous space that is shorter, calmer and has more room.
+
+    in   Mission, its kernel and a plan's trace
+    out  a trace that is a plan too, keeps what that keeps and is no longer; the same where none was found
+
+What makes each requirement hold in the plan, which part of it, at which step and over which link, is kept
+(``goal_terms.Demand.witness``). Under that the plan is descended to less length and bend, polished for more room where
+there is some, and descended again. Who breaks something then goes as before, all others as they go now.
+How much is done is counted in steps, so that a plan follows from what is given.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from missionc.backends.api import Attempt, Budget, Planned
+from missionc.backends.clot.cost_graph.cost_graph import build
+from missionc.backends.clot.cost_weights import STRAIGHT, Spare, Weights, spare, with_room
+from missionc.backends.acceptance import attempt
+from missionc.backends.clot.optimise.control_points import splines, trace
+from missionc.backends.clot.optimise.convex_descent import descend
+from missionc.backends.clot.optimise.goal_terms import Demand
+from missionc.backends.clot.optimise.improve import as_many, travelled
+from missionc.backends.clot.optimise.levenberg_marquardt import polish
+from missionc.backends.clot.optimise.minimize_duration import duration
+from missionc.backends.clot.optimise.motion_residuals import Costs
+from missionc.backends.clot.torch_device import enough_memory, one_thread
+from missionc.backends.run_account import Account
+from missionc.base.signals import asked
+from missionc.base.trace import Array, Flags, Trace
+from missionc.ir import Mission, Objective
+from missionc.kernel.nodes import Kernel
+from missionc.monitoring.monitor import monitor
+from missionc.world.dynamics import can_wait
+
+WORK = 200_000
+"""Numbers in the control points of a plan, times steps of descent or polish."""
+
+POLISH = 40
+"""Steps of a polish for more room, at most."""
+
+LONGER = 0.02
+"""A share by which a plan may be longer than one with less room."""
+
+STILL = 1e-3
+"""A share of its longest step: who may wait, and would move by less, stands."""
+
+TRIES = 3
+"""How often those who break something are put back, before all are."""
+
+
+def straighten(mission: Mission, kernel: Kernel, planned: Planned, budget: Budget) -> Planned:
+    """A plan from a roadmap, straighter where that is a plan too; while it is made the plan is there as it was."""
+    if mission.steps < 2 or planned.report.cut_short:
+        return planned
+    budget.found(planned)
+    account = Account()
+    with account.stage("straighten"), one_thread(), enough_memory():
+        straight = straightened(
+            mission, kernel, planned.trace, lambda: time.monotonic() < budget.deadline and not asked()
+        )
+    if straight is planned.trace:
+        return planned
+    report, before, after = planned.report, travelled(planned.trace), travelled(straight)
+    notes = (*report.notes, f"{after:.6g} m in all after it was straightened, {before:.6g} m on the roadmap")
+    return Planned(straight, replace(report, seconds=(*report.seconds, *account.report().seconds), notes=notes))
+
+
+def straightened(mission: Mission, kernel: Kernel, plan: Trace, go_on: Callable[[], bool] = lambda: True) -> Trace:
+    """The plan, or a straighter one: a plan that keeps as much and whose agents travel no further."""
+    return _Straightened(mission, kernel, plan, go_on).best
+
+
+class _Straightened:
+    def __init__(self, mission: Mission, kernel: Kernel, plan: Trace, go_on: Callable[[], bool]) -> None:
+        self.mission, self.kernel, self.go_on = mission, kernel, go_on
+        made = splines(mission)
+        if mission.objective is Objective.DURATION:
+            made = replace(made, rest=duration(plan))
+        self.made, self.plan, self.best = made, plan, plan
+        start = made.at_rest(made.joined(plan.position, plan.velocity))
+        self.control = start
+        graph = build(kernel)
+        kept = {each.name for each in monitor(mission, kernel, plan).preferences if each.satisfied}
+        roots = [each.formula for each in graph.requirements]
+        roots += [each.formula for each in graph.preferences if each.name in kept]
+        demand = Demand.of(mission, tuple(roots), {}, mission.steps)
+        choices = demand.witness(*made.states(start))
+        self.demand = Demand.of(mission, tuple(roots), choices, mission.steps)
+        least, more = spare(mission), with_room(mission)
+        if not self.consider(self.descended(start, least)):
+            self.consider(self.descended(self.widened(least), least))
+        self.consider(self.descended(self.widened(more), more))
+
+    @property
+    def steps(self) -> int:
+        """Steps of descent, at most."""
+        return min(STRAIGHT.steps, WORK // max(1, self.control.size))
+
+    def costs(self, room: Spare) -> Costs:
+        weights = replace(Weights(), length=STRAIGHT.length, bend=STRAIGHT.bend)
+        return Costs(self.mission, self.made, weights, room)
+
+    def descended(self, start: Array, room: Spare) -> Array:
+        """Less length and bend, with no less room than there is."""
+        return descend(start, self.costs(room), self.demand, self.steps, STRAIGHT.gain, self.go_on)
+
+    def widened(self, room: Spare) -> Array:
+        """More room where there is some."""
+        return polish(self.control, self.costs(room), self.demand, min(POLISH, self.steps), self.go_on).control
+
+    def consider(self, tried: Array) -> bool:
+        """Takes a candidate over, without those who break something; whether all of it could be."""
+        whole = True
+        for _ in range(TRIES):
+            tried = self.calmed(tried)
+            if not (tried != self.control).any():
+                break
+            motion = trace(self.mission, self.made, tried)
+            come_to = attempt(self.mission, self.kernel, motion)
+            if come_to.is_plan:
+                if self.no_worse(motion):
+                    self.control, self.best = tried, motion
+                return whole
+            whole = False
+            tried = np.where(self.who(come_to)[:, None, None], self.control, tried)
+        return False
+
+    def calmed(self, control: Array) -> Array:
+        """The same, where whoever may wait stands rather than move by next to nothing."""
+        calm = control.copy()
+        for agent in self.mission.agents:
+            if agent.dynamics.has_momentum or not can_wait(agent.dynamics):
+                continue
+            least = STILL * agent.dynamics.top_speed * self.mission.step
+            fixed, points = self.made.fixed[agent.index], calm[agent.index]
+            for step in range(1, self.mission.steps + 1):
+                if not fixed[step] and np.linalg.norm(points[step] - points[step - 1]) < least:
+                    points[step] = points[step - 1]
+        return calm
+
+    def no_worse(self, motion: Trace) -> bool:
+        """Whether a plan keeps what the best one keeps and is no longer in any sense that counts."""
+        before = self.best
+        return (
+            travelled(motion) <= min(travelled(self.plan), travelled(before) * (1 + LONGER))
+            and (self.mission.objective is not Objective.DURATION or duration(motion) <= duration(before))
+            and as_many(self.mission, self.kernel, before, motion)
+        )
+
+    def who(self, come_to: Attempt) -> Flags:
+        """Who breaks something, (agents,)."""
+        names = {name for fault in come_to.faults for name in fault.agents}
+        names |= {name for judged in come_to.violated for name in judged.agents}
+        return np.array([agent.name in names for agent in self.mission.agents])
