@@ -83,6 +83,7 @@ def navigation() -> tuple[Page | Section, ...]:
                     Page("Architecture", "docs/architecture.md"),
                     Page("The roadmap backend", "docs/roadmaps.md"),
                     Page("The transport backend", "docs/transport.md"),
+                    Page("The task layer", "docs/tasks.md"),
                     Page("Performance", "docs/performance.md"),
                     Section(
                         "Decisions",

@@ -93,16 +93,18 @@ class GoalSets:
             self._sets[key] = self._made(agent, nodes)
         return self._sets[key]
 
-    def way(self, goal: GoalSet, agent: int, here: Array) -> tuple[Array, float]:
-        """Where an agent that is here, (dim,), goes for a goal, (dim,), and how far that is: metres."""
+    def way(self, goal: GoalSet, agent: int, here: Array) -> tuple[Array, float, bool]:
+        """Where an agent that is here, (dim,), goes for a goal, (dim,), how far that is, metres, and whether it can."""
         roaming = self.roaming(agent)
         cell = int(roaming.nearest[self._cell(here)])
         there = goal.points[goal.nearest[cell]]
         straight = math.dist(there, here)
         if straight < self.grid.cell:
-            return there, straight
+            return there, straight, goal.open
         length = float(goal.length[cell])
-        return there, max(straight, length) if np.isfinite(length) else BEYOND * straight
+        if not math.isfinite(length):
+            return there, BEYOND * straight, False
+        return there, max(straight, length), goal.open
 
     def lengths(self, agent: int, here: Array) -> Array:
         """How far it is from here, (dim,), to every cell: metres, (grid,); infinite where there is no way."""

@@ -94,11 +94,15 @@ class Visit:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Place:
-    """Where an agent goes, (dim,), metres; ``goal``: where else would do, where that is known."""
+    """Where an agent goes, (dim,), metres.
+
+    ``goal``: where else would do, where that is known. ``sure``: a way there is known.
+    """
 
     agent: int
     point: Array
     goal: GoalSet | None = None
+    sure: bool = True
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -166,7 +170,7 @@ class Scheduler:
         self.finishes = [None if agent.finish is None else self._place(agent.finish) for agent in mission.agents]
         self.always = [hold for hold in outline.holds if self._whole(hold)]
         self.company = attendance(mission, self.always)
-        self.goals = GoalSets(mission, geodesics, self._kept())
+        self.goals = GoalSets(mission, geodesics, self._kept(geodesics))
         self.numbers = [number for number, task in enumerate(outline.tasks) if self._scheduled(task)]
         self.mutex = mutex_literals(replace(outline, tasks=tuple(outline.tasks[number] for number in self.numbers)))
         self.standing = () if self.tied else self._visits(-1, (), self._passing(outline.holds))
@@ -315,7 +319,7 @@ class Scheduler:
                 stretch = perturbed.factor(visit.event) if visit.come.goals else 1.0
                 seconds = self._travel(agent, length) * stretch
                 begin = max(begin, free[agent] + seconds)
-                if place.goal is not None and not place.goal.open:
+                if not place.sure:
                     run.late += self.mission.horizon
                 stays = 0.0 if since[agent] < 0 else free[agent] - run.times[since[agent]]
                 legs.append((since[agent], stays + seconds, stays + length / self.speed[agent]))
@@ -388,8 +392,8 @@ class Scheduler:
         for agent, nodes in own.items():
             goal = None if agent in met else self.goals.of(agent, nodes)
             if goal is not None:
-                there, length = self.goals.way(goal, agent, where[agent])
-                yield Place(agent, there, goal), length
+                there, length, sure = self.goals.way(goal, agent, where[agent])
+                yield Place(agent, there, goal, sure), length
 
     def _onward(self, agent: int, later: Sequence[Visit]) -> GoalSet | None:
         """Where an agent goes next, if the next that asks for it is a place of its own."""
@@ -412,8 +416,8 @@ class Scheduler:
         for agent, nodes in goals:
             goal = self.goals.of(agent, nodes)
             if goal is not None and agent not in taken:
-                length = self.goals.way(goal, agent, where[agent])[1]
-                soonest.append((not goal.open, free[agent] + self._travel(agent, length), agent, nodes))
+                _, length, sure = self.goals.way(goal, agent, where[agent])
+                soonest.append((not sure, free[agent] + self._travel(agent, length), agent, nodes))
         chosen = sorted(soonest, key=lambda each: each[:3])[:count]
         return {agent: nodes for *_, agent, nodes in chosen}
 
@@ -514,12 +518,18 @@ class Scheduler:
 
     # ------------------------------------------------------------------ places
 
-    def _kept(self) -> list[list[Node]]:
+    def _kept(self, geodesics: Geodesics) -> list[list[Node]]:
         """For each agent what its place has to make true all the time."""
         kept: list[list[Node]] = [[] for _ in self.mission.agents]
         for agent, nodes in self.company.goals:
             kept[agent].extend(nodes)
         for some in sorted(self.company.some, key=lambda each: each.count):
+            sets = GoalSets(self.mission, geodesics, kept)
+            if any(goal is None or goal.share > VAST for goal in (sets.of(*each) for each in some.goals)):
+                continue  # so many may be nearly anywhere: that binds nobody
+            sets = GoalSets(self.mission, geodesics, kept)
+            if any(goal is None or goal.share > VAST for goal in (sets.of(*each) for each in some.goals)):
+                continue  # so many may be nearly anywhere: that binds nobody
             bound = sorted(some.goals, key=lambda each: (not kept[each[0]], each[0]))
             for agent, nodes in bound[: some.count]:
                 kept[agent].extend(nodes)

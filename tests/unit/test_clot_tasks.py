@@ -1,0 +1,222 @@
+"""The task layer of the transport backend: who goes where, when, and what comes of it."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+pytest.importorskip("torch")
+
+from missionc.backends.clot.cost_graph.cost_graph import build
+from missionc.backends.clot.optimise.carved_boxes import carved
+from missionc.backends.clot.schedule.geodesics import Geodesics
+from missionc.backends.clot.schedule.schedule import Appointment, Schedule, Scheduler
+from missionc.backends.clot.schedule.tasks import outline
+from missionc.backends.clot.schedule.tours import tours
+from missionc.backends.hybrid.resample import first_order
+from missionc.ir import Box, DoubleIntegrator, Mission, SingleIntegrator, Unicycle
+from missionc.world.signed_distance import signed_distance
+from tests.support.transport_missions import checked, planned
+
+YARD = """\
+mission yard
+time step 1 s, horizon 100 s
+world (0, 0) to (40, 20)
+region north = box (2, 14) to (8, 18)
+region south = box (2, 2) to (8, 6)
+region east = box (32, 8) to (38, 12)
+beacon mast = (35, 3)
+team rover[3] { radius 0.3 m  dynamics single_integrator(speed <= 1 m/s)  start at (5, 10), (20, 10), (36, 18) }
+separation 0.2 m
+"""
+
+
+def scheduled(text: str) -> tuple[Mission, Scheduler, Schedule]:
+    mission, kernel = checked(text)
+    asked, geodesics = outline(build(kernel), mission.steps), Geodesics(mission)
+    scheduler = Scheduler(mission, asked, geodesics, np.random.default_rng(0))
+    return mission, scheduler, scheduler.schedule(0.0)
+
+
+def named(scheduler: Scheduler, schedule: Schedule, name: str) -> list[Appointment]:
+    """The appointments of a requirement, in time."""
+    tasks = scheduler.outline.tasks
+    own = [each for each in schedule.appointments if each.visit.key[0] >= 0]
+    return sorted((each for each in own if tasks[each.visit.key[0]].name == name), key=lambda each: each.step)
+
+
+def test_three_meet_one_after_the_other_where_nobody_says() -> None:
+    meetings = "".join(
+        f"require meet{one}: eventually[{low} s, {high} s] distance(rover[{one}], rover[{one + 1}]) <= 2\n"
+        for one, low, high in ((0, 0, 40), (1, 20, 70))
+    )
+    mission, scheduler, schedule = scheduled(YARD + meetings)
+    assert schedule.late == 0
+    for one in range(2):
+        (meeting,) = named(scheduler, schedule, f"meet{one}")
+        places = {place.agent: place.point for place in meeting.places}
+        assert set(places) == {one, one + 1}
+        assert 0.8 <= np.linalg.norm(places[one] - places[one + 1]) <= 2
+        way = np.linalg.norm(places[one] - scheduler.starts[one])
+        assert meeting.step * mission.step >= way - 2
+    planned(YARD + meetings)
+
+
+def test_a_comparison_is_a_place_and_a_conjunction_is_where_both_hold() -> None:
+    goals = "require far: rover[0]: eventually[0, end] (x >= 30 m and y <= 8 m)\n"
+    _, scheduler, schedule = scheduled(YARD + goals)
+    (visit,) = named(scheduler, schedule, "far")
+    (place,) = visit.places
+    assert place.point[0] >= 30
+    assert place.point[1] <= 8
+    assert visit.step >= 25
+
+
+@pytest.mark.parametrize(
+    "goal", ["distance(mast) <= 2 m", "distance(east) <= 1 m", "not (x <= 30 m)", "(x >= 38 m or south)"]
+)
+def test_a_goal_holds_where_somebody_goes_for_it(goal: str) -> None:
+    mission, kernel = checked(YARD + f"require there: rover[1]: eventually[0, end] {goal}\n")
+    scheduler = Scheduler(mission, outline(build(kernel), mission.steps), Geodesics(mission), np.random.default_rng(0))
+    (appointment,) = scheduler.schedule(0.0).appointments
+    (place,) = appointment.places
+    ((agent, nodes),) = appointment.visit.come.goals
+    margin = scheduler.goals.margin(agent, nodes, place.point[None])
+    assert margin is not None
+    assert margin[0] >= 0
+
+
+def test_ways_keep_to_where_an_agent_has_to_be_all_the_time() -> None:
+    lane = "region lane = box (0, 8) to (40, 12) + box (30, 0) to (40, 20)\n"
+    asked = (
+        "require kept: rover[0]: always[0, end] lane\nrequire go: rover[0]: eventually[0, end] distance(mast) <= 1 m\n"
+    )
+    _, scheduler, schedule = scheduled(YARD + lane + asked)
+    (visit,) = named(scheduler, schedule, "go")
+    straight = np.hypot(30, 7) - 1
+    assert visit.step >= 1.05 * straight
+
+
+def test_so_many_come_as_are_asked_for_and_others_than_those_who_stay() -> None:
+    fleet = YARD.replace("rover[3]", "rover[8]").replace(
+        "start at (5, 10), (20, 10), (36, 18)", "start grid (10, 6) to (26, 14)"
+    )
+    asked = """\
+region home = box (8, 4) to (28, 16)
+require stay:  always[0, end] at least 2 rover: home
+require share: eventually[0, 80 s] always[0, 5 s] ((at least 3 rover: north) and (at least 3 rover: east))
+"""
+    mission, scheduler, schedule = scheduled(fleet + asked)
+    (share,) = named(scheduler, schedule, "share")
+    assert len({place.agent for place in share.places}) == 6
+    _, motion = tours(mission, schedule, scheduler.goals, Geodesics(mission), np.random.default_rng(0))
+    there = motion[:, share.step]
+    apart = np.linalg.norm(there[:, None] - there[None], axis=-1) + np.eye(8) * 9
+    assert apart.min() > 0.6
+    planned(fleet + asked)
+
+
+def test_a_recurrence_is_a_chain_in_which_no_two_are_too_far_apart() -> None:
+    watch = "require watch: always[0, 70 s] eventually[0, 30 s] some rover: north\n"
+    _, scheduler, schedule = scheduled(YARD + watch)
+    steps = [each.step for each in named(scheduler, schedule, "watch")]
+    assert steps[0] <= 30
+    assert steps[-1] >= 70
+    assert max(later - earlier for earlier, later in pairwise(steps)) <= 31
+    planned(YARD + watch)
+
+
+def test_what_nearly_every_place_satisfies_again_and_again_leads_nobody_anywhere() -> None:
+    _, _, schedule = scheduled(YARD + "require move: every rover: always[0, 80 s] eventually[0, 10 s] not north\n")
+    assert schedule.appointments == ()
+
+
+def test_what_holds_from_some_time_on_is_gone_to_in_time() -> None:
+    asked = "require late: rover[0]: always[80 s, end] east\nrequire look: rover[0]: eventually[0, 40 s] south\n"
+    mission, scheduler, schedule = scheduled(YARD + asked)
+    (fixed,) = [each for each in schedule.appointments if each.visit.fixed]
+    assert (fixed.step, fixed.visit.lasts) == (80, 20)
+    _, motion = tours(mission, schedule, scheduler.goals, Geodesics(mission), np.random.default_rng(0))
+    assert np.linalg.norm(np.diff(motion[0], axis=0), axis=1).max() <= 1
+
+
+def test_two_tasks_that_compete_for_one_agent_go_to_two() -> None:
+    asked = "".join(
+        f"require {name}: some rover: eventually[10 s, 12 s] always[0, 3 s] {name}\n"
+        for name in ("north", "south", "east")
+    )
+    _, scheduler, schedule = scheduled(YARD.replace("(20, 10)", "(6, 10)") + asked)
+    assert schedule.late == 0
+    assert len({named(scheduler, schedule, name)[0].places[0].agent for name in ("north", "south", "east")}) == 3
+
+
+def test_the_option_that_is_nearer_and_cannot_be_reached_is_not_taken() -> None:
+    wall = "obstacle wall = box (0, 7) to (40, 8)\n"
+    _, scheduler, schedule = scheduled(YARD + wall + "require go: rover[0]: eventually[0, 90 s] (south or east)\n")
+    (visit,) = named(scheduler, schedule, "go")
+    assert visit.places[0].point[1] > 8
+
+
+def test_a_conditional_requirement_brings_who_has_to_be_there() -> None:
+    asked = """\
+require look: rover[0]: eventually[0, 60 s] always[0, 5 s] south
+require near: always[0, end] ((rover[0]: south) implies distance(rover[0], rover[1]) <= 3 m)
+"""
+    _, scheduler, schedule = scheduled(YARD + asked)
+    (look,) = named(scheduler, schedule, "look")
+    assert {place.agent for place in look.places} == {0, 1}
+    planned(YARD + asked)
+
+
+PATROL = """\
+mission patrol
+time step 1 s, horizon 60 s
+world (0, 0, 0) to (20, 12, 8)
+region low = box (1, 1) to (4, 4) height 1 m..2 m
+region high = box (15, 7) to (19, 11) height 5 m..7 m
+obstacle shelf = box (8, 0) to (9, 9) height 0 m..4 m
+team drone[2] {
+  radius 0.2 m  dynamics double_integrator(speed <= 2 m/s, acceleration <= 1 m/s^2)  start at (5, 6, 2), (12, 6, 2)
+}
+separation 0.3 m
+require l: always[0, 40 s] eventually[0, 20 s] some drone: low
+require h: always[0, 40 s] eventually[0, 20 s] some drone: high
+"""
+
+
+def test_a_patrol_in_a_volume_with_momentum_is_planned() -> None:
+    planned(PATROL)
+
+
+def test_a_door_cut_out_of_a_wall_is_as_wide_as_it_is() -> None:
+    text = YARD + "obstacle wall = box (0, 7) to (40, 7.4) - box (10, 6.9) to (11.2, 7.5)\n"
+    mission, _ = checked(text + "require go: rover[0]: eventually[0, 90 s] south\n")
+    pieces = carved(mission.obstacles[0])
+    assert len(pieces) == 2
+    middle = np.array([10.6, 7.2])
+    assert min(float(signed_distance(np, piece.shape, middle)) for piece in pieces) == pytest.approx(0.6)
+
+
+def test_boxes_that_are_left_are_what_the_difference_is() -> None:
+    text = "region r = box (0, 0) to (9, 9) - box (2, 3) to (4, 12) - (box (5, 5) to (6, 6) + box (8, 8) to (20, 20))\n"
+    text = text.replace("region r", "obstacle r")
+    far = YARD.replace("start at (5, 10), (20, 10), (36, 18)", "start at (25, 10), (28, 10), (36, 18)")
+    mission, _ = checked(far + text + "require go: rover[0]: eventually[0, 90 s] east\n")
+    obstacle = mission.obstacles[0]
+    pieces = carved(obstacle)
+    assert all(isinstance(piece.shape, Box) for piece in pieces)
+    points = np.random.default_rng(0).uniform(-1, 11, (2000, 2))
+    whole = np.asarray(signed_distance(np, obstacle.shape, points)) < 0
+    left = np.min([np.asarray(signed_distance(np, piece.shape, points)) for piece in pieces], axis=0) < 0
+    assert (whole == left).all()
+
+
+@pytest.mark.parametrize(("step", "pace"), [(0.5, 0.75), (10.0, 4 - 16 / 60)])
+def test_an_agent_without_momentum_goes_at_the_mean_speed_from_rest_to_rest(step: float, pace: float) -> None:
+    assert first_order(DoubleIntegrator(4.0, 2.0), step) == SingleIntegrator(pytest.approx(pace))
+
+
+def test_an_agent_without_heading_goes_as_fast_as_before() -> None:
+    assert first_order(Unicycle(0.0, 2.0, 1.0), 1.0) == SingleIntegrator(2.0)
