@@ -273,3 +273,21 @@ require then:  eventually[25 s, 40 s] every cart: east
     formed = frames[1].step
     assert [frame.step for frame in frames][:3] == [0, formed, formed + 3]
     assert first[:, formed + 3] == pytest.approx(first[:, formed], abs=0.1)
+
+
+def test_who_is_released_from_a_formation_goes_on_at_once() -> None:
+    _, schedule, frames, first = framed(
+        HEAD
+        + """
+region dock = box (50, 2) to (58, 28)
+team cart[3] { radius 0.5 m  dynamics single_integrator(speed <= 3 m/s)  start at (4, 6), (10, 20), (4, 26) }
+separation 0.5 m
+formation ring = circle of cart radius 3 m tolerance 0.3 m
+require first: eventually[0, 15 s] always[0, 3 s] ring
+require then0: cart[0]: eventually[20 s, 28 s] dock
+require then1: cart[1]: eventually[20 s, 34 s] dock
+"""
+    )
+    last = max(each.step for each in schedule.appointments)
+    assert all(frame.shortfall <= 0 for frame in frames)
+    assert np.linalg.norm(np.diff(first[:, : last + 1], axis=1), axis=-1).max() < 4.0

@@ -233,7 +233,7 @@ class _KeyFrames:
     def _under_way(self, before: KeyFrame, step: int, places: dict[Region, list[int]]) -> Array:
         """Where everybody was; who is asked for nothing and tied to nobody is on the way to where to be next."""
         position = before.position.copy()
-        tied = {agent for shape in self._shapes(before.step, step) for agent in shape.others}
+        tied = {agent for shape in self._shapes(before.step + 1, step) for agent in shape.others}
         free = set(range(len(position))) - tied - self._busy(step)
         for appointment in sorted(self.schedule.appointments, key=lambda each: each.step):
             for agent, region in appointment.visit.regions if appointment.step > step else ():
