@@ -9,6 +9,7 @@ from missionc.backends.clot.cost_graph.cost_graph import build, formulas_below
 from missionc.backends.clot.schedule.follow_leader import File, as_file, parted
 from missionc.backends.clot.schedule.gather_team import gather_team
 from missionc.backends.clot.schedule.geodesics import Geodesics
+from missionc.backends.clot.schedule.give_way import give_way
 from missionc.backends.clot.schedule.key_frames import KeyFrame, key_frames
 from missionc.backends.clot.schedule.places import Places
 from missionc.backends.clot.schedule.schedule import Schedule, Scheduler
@@ -69,16 +70,8 @@ agent scout {{ radius 0.5 m  dynamics single_integrator(speed <= 3 m/s)  start a
 require there: scout: eventually[0, 20 s] {formula}
 """
     )
-    (leaf,) = (
-        each
-        for each in formulas_below(build(kernel))
-        if isinstance(each, Not) or (isinstance(each, Atom) and not _under_not(each, formulas_below(build(kernel))))
-    )
-    return Places(mission).of(leaf)
-
-
-def _under_not(leaf: Atom, nodes: list[object]) -> bool:
-    return any(isinstance(each, Not) and each.body is leaf for each in nodes)
+    leaves = [each for each in formulas_below(build(kernel)) if isinstance(each, Atom | Not)]
+    return Places(mission).of(leaves[-1])  # a negation comes after what it negates
 
 
 # ------------------------------------------------------------------ places
@@ -231,3 +224,72 @@ def test_a_rigid_team_goes_where_all_of_it_has_room() -> None:
     assert all(frame.shortfall <= 0 for frame in frames)
     assert Geodesics(mission).room_at(first).min() > 0.4
     planned(HEAD + ECHELON)
+
+
+# ---------------------------------------------------------------- give way
+
+SWAP = """
+obstacle low  = box (28, 0) to (32, 13)
+obstacle high = box (28, 17) to (32, 30)
+team cart[6] { radius 0.5 m  dynamics single_integrator(speed <= 3 m/s)
+  start at (10, 5), (10, 15), (10, 25), (50, 5), (50, 15), (50, 25)
+  finish at (50, 25), (50, 15), (50, 5), (10, 25), (10, 15), (10, 5) }
+separation 0.5 m
+"""
+
+
+def test_who_would_meet_in_a_gate_give_way() -> None:
+    mission, _, _, first = framed(HEAD + SWAP)
+    geodesics = Geodesics(mission)
+    apart = give_way(mission, first, 0, range(6), geodesics)
+
+    def nearest(position: Array) -> float:
+        between = np.linalg.norm(position[:, None] - position[None], axis=-1)
+        return float(between[~np.eye(6, dtype=np.bool_)].min())
+
+    assert nearest(first) < 0.5
+    assert nearest(apart) > 1.2
+    assert np.array_equal(apart[:, [0, -1]], first[:, [0, -1]])
+    assert np.linalg.norm(np.diff(apart, axis=1), axis=-1).max() <= 3.0
+    assert geodesics.room_at(apart).min() > 0.2
+
+
+def test_who_meets_nobody_keeps_its_motion() -> None:
+    mission, _, _, first = framed(HEAD + SWAP)
+    assert np.array_equal(give_way(mission, first, 0, [0, 2], Geodesics(mission))[[1, 3, 4, 5]], first[[1, 3, 4, 5]])
+    assert np.array_equal(give_way(mission, first, 0, [1], Geodesics(mission)), first)
+
+
+def test_a_team_stays_where_it_came_together_as_long_as_it_has_to() -> None:
+    _, _, frames, first = framed(
+        HEAD
+        + """
+region east = box (40, 2) to (58, 28)
+team cart[4] { radius 0.5 m  dynamics single_integrator(speed <= 3 m/s)  start line (4, 6) to (4, 24) }
+separation 0.5 m
+formation block = grid of cart spacing 3 m tolerance 0.3 m
+require first: eventually[0, 15 s] always[0, 3 s] block
+require then:  eventually[25 s, 40 s] every cart: east
+"""
+    )
+    formed = frames[1].step
+    assert [frame.step for frame in frames][:3] == [0, formed, formed + 3]
+    assert first[:, formed + 3] == pytest.approx(first[:, formed], abs=0.1)
+
+
+def test_who_is_released_from_a_formation_goes_on_at_once() -> None:
+    _, schedule, frames, first = framed(
+        HEAD
+        + """
+region dock = box (50, 2) to (58, 28)
+team cart[3] { radius 0.5 m  dynamics single_integrator(speed <= 3 m/s)  start at (4, 6), (10, 20), (4, 26) }
+separation 0.5 m
+formation ring = circle of cart radius 3 m tolerance 0.3 m
+require first: eventually[0, 15 s] always[0, 3 s] ring
+require then0: cart[0]: eventually[20 s, 28 s] dock
+require then1: cart[1]: eventually[20 s, 34 s] dock
+"""
+    )
+    last = max(each.step for each in schedule.appointments)
+    assert all(frame.shortfall <= 0 for frame in frames)
+    assert np.linalg.norm(np.diff(first[:, : last + 1], axis=1), axis=-1).max() < 4.0

@@ -109,7 +109,7 @@ class _KeyFrames:
         self.geodesics, self.go_on = geodesics, go_on
 
     def all(self) -> tuple[KeyFrame, ...]:
-        located = sorted({0, *(each.step for each in self.schedule.appointments)})
+        located = sorted({0, *(each.step for each in self.schedule.appointments), *self._released()})
         others = {hold.low for hold in self.schedule.holds if hold.timeless} | {self.steps}
         if any(agent.finish is not None for agent in self.mission.agents):
             located = sorted({*located, self.steps})
@@ -130,6 +130,12 @@ class _KeyFrames:
                 frames[later] = replace(frames[later], routes=ahead)
             frames[step] = self._frame(step, iter(((guess, behind),)))
         return tuple(frames[step] for step in sorted(frames))
+
+    def _released(self) -> Iterator[int]:
+        """The steps up to which teams stay in a formation, or linked, that they came together for."""
+        for each in self.schedule.appointments:
+            if each.visit.shapes and each.visit.lasts:
+                yield min(each.step + each.visit.lasts, self.steps)
 
     def _frame(self, step: int, guesses: Iterator[Guess]) -> KeyFrame:
         """The first guess that can be made right, or the one that comes nearest."""
@@ -227,7 +233,7 @@ class _KeyFrames:
     def _under_way(self, before: KeyFrame, step: int, places: dict[Region, list[int]]) -> Array:
         """Where everybody was; who is asked for nothing and tied to nobody is on the way to where to be next."""
         position = before.position.copy()
-        tied = {agent for shape in self._shapes(before.step, step) for agent in shape.others}
+        tied = {agent for shape in self._shapes(before.step + 1, step) for agent in shape.others}
         free = set(range(len(position))) - tied - self._busy(step)
         for appointment in sorted(self.schedule.appointments, key=lambda each: each.step):
             for agent, region in appointment.visit.regions if appointment.step > step else ():

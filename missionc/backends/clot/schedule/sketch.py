@@ -12,6 +12,7 @@ from scipy.sparse.csgraph import connected_components
 
 from missionc.backends.clot.optimise.obstacle_index import Obstacles
 from missionc.backends.clot.schedule.geodesics import Geodesics, along
+from missionc.backends.clot.schedule.give_way import give_way
 from missionc.backends.clot.schedule.key_frames import KeyFrame
 from missionc.backends.clot.schedule.schedule import Schedule
 from missionc.base.trace import Array
@@ -50,7 +51,8 @@ def sketch(
     for earlier, later in pairwise(frames):
         span = later.step - earlier.step
         share = np.arange(1, span + 1) / span
-        for team in _teams(mission, schedule, earlier.step, later.step):
+        teams = _teams(mission, schedule, earlier.step, later.step)
+        for team in teams:
             position[team, earlier.step + 1 : later.step + 1] = _together(
                 mission, team, earlier, later, share, geodesics, generator, generator.random() < detour
             )
@@ -58,6 +60,10 @@ def sketch(
             position[agent, earlier.step + 1 : later.step + 1] = along(
                 np.concatenate([earlier.position[agent][None], route[1:-1], later.position[agent][None]]), share
             )
+        if detour:
+            alone = [team[0] for team in teams if len(team) == 1 and team[0] not in later.routes]
+            both = slice(earlier.step, later.step + 1)
+            position[:, both] = give_way(mission, position[:, both], earlier.step, alone, geodesics)
     return position
 
 

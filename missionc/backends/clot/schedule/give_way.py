@@ -1,0 +1,222 @@
+"""Prioritized planning in space and time: agents who would meet on their ways go round each other, or wait.
+
+    in   a joint motion between two steps
+    out  the same with fewer who meet
+
+Time goes in layers in which nobody gets further than bodies are to be apart, space in cells half as
+wide. One agent after the other, the longest way first, is given the motion of least effort among
+those who have theirs, by dynamic programming; then those who still meet others are given another
+one among all, for a few rounds. What remains is left to the polish.
+
+Source:
+    Erdmann and Lozano-Pérez, "On multiple moving objects", 1987.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+from numpy.typing import NDArray
+
+from missionc.backends.clot.schedule.geodesics import Geodesics
+from missionc.base.trace import Array, Flags
+from missionc.ir import Mission, Still
+from missionc.world.displacement import displaced
+from missionc.world.signed_distance import signed_distance
+
+CELLS = 20_000
+"""The grid has at most about so many cells; where they are too wide for that, nothing is done."""
+
+ROUNDS = 3
+"""How often those who meet others are given another motion, after the first."""
+
+MEETING = 60.0
+"""What it costs to be where another is, for a layer; in squares of cells moved."""
+
+ROOM = 0.05
+"""Metres of room beyond what bodies need."""
+
+Indices = NDArray[np.int64]
+
+
+def give_way(mission: Mission, position: Array, begin: int, alone: Sequence[int], geodesics: Geodesics) -> Array:
+    """The motion with those who go alone out of each other's way: (agents, steps + 1, dim), metres.
+
+    Args:
+        position: from a step of the mission, ``begin``, on; where all are at the first and last of these steps stays.
+        alone: agents who may be given another motion.
+    """
+    span = position.shape[1] - 1
+    if span < 2 or len(alone) < 2:
+        return position
+    layers = _Layers.of(mission, position, alone)
+    if layers is None:
+        return position
+    return _GiveWay(mission, position, begin, alone, geodesics, layers).moved()
+
+
+@dataclass(frozen=True, slots=True)
+class _Layers:
+    """Args:
+    apart: metres that the centres of bodies are to be apart.
+    share: of the time between the two steps, of each layer, (layers,).
+    low: the middle of the first cell, (dim,), metres.
+    """
+
+    apart: float
+    share: Array
+    cell: float
+    low: Array
+    shape: tuple[int, ...]
+
+    @staticmethod
+    def of(mission: Mission, position: Array, alone: Sequence[int]) -> _Layers | None:
+        agents = [mission.agents[agent] for agent in alone]
+        apart = 2 * max(agent.radius for agent in agents) + mission.separation + ROOM
+        speed = max(float(agent.dynamics.top_speed) for agent in agents)
+        count = max(2, int(np.ceil((position.shape[1] - 1) * mission.step * speed / apart)))
+        around = position[list(alone)]
+        low = np.maximum(around.min(axis=(0, 1)) - 3 * apart, mission.world.low)
+        high = np.minimum(around.max(axis=(0, 1)) + 3 * apart, mission.world.high)
+        cell = apart / 2
+        shape = tuple(int(each) + 1 for each in np.floor((high - low) / cell))
+        if np.prod(shape) > CELLS:
+            return None
+        return _Layers(apart, np.linspace(0.0, 1.0, count + 1), cell, low, shape)
+
+
+class _GiveWay:
+    def __init__(
+        self,
+        mission: Mission,
+        position: Array,
+        begin: int,
+        alone: Sequence[int],
+        geodesics: Geodesics,
+        layers: _Layers,
+    ) -> None:
+        self.mission, self.position, self.alone, self.layers = mission, position, list(alone), layers
+        steps = np.linspace(0.0, 1.0, position.shape[1])
+        share = layers.share
+        self.steps = steps
+        self.way = np.stack(
+            [
+                np.stack([np.interp(share, steps, one[:, axis]) for axis in range(position.shape[2])], axis=1)
+                for one in position
+            ]
+        )  # (agents, layers, dim)
+        axes = [low + np.arange(count) * layers.cell for low, count in zip(layers.low, layers.shape, strict=True)]
+        self.points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
+        self.room = geodesics.room_at(self.points)
+        duration = (position.shape[1] - 1) * mission.step
+        self.seconds = duration / (len(share) - 1)
+        reach = int(np.ceil(layers.apart / layers.cell)) + 1
+        self.near = np.array(list(product(range(-reach, reach + 1), repeat=position.shape[2])))
+        self.taken = self._of_movers(begin * mission.step + share * duration)
+
+    def moved(self) -> Array:
+        meeting = self._meeting()
+        if not meeting:
+            return self.position
+        for agent in range(len(self.way)):
+            if agent not in meeting:
+                self._take(agent, 1.0)
+        lengths = np.linalg.norm(np.diff(self.way, axis=1), axis=2).sum(axis=1)
+        for agent in sorted(meeting, key=lambda each: (-lengths[each], each)):
+            self._replan(agent)
+            self._take(agent, 1.0)
+        for _ in range(ROUNDS):
+            still = self._meeting()
+            if not still:
+                break
+            for agent in sorted(still, key=lambda each: (-lengths[each], each)):
+                self._take(agent, -1.0)
+                self._replan(agent)
+                self._take(agent, 1.0)
+        made = self.position.copy()
+        for agent in sorted(meeting):
+            way = self.way[agent]
+            for axis in range(way.shape[1]):
+                made[agent, 1:-1, axis] = np.interp(self.steps[1:-1], self.layers.share, way[:, axis])
+        return made
+
+    def _meeting(self) -> list[int]:
+        """Those who go alone and come too near to others."""
+        found: set[int] = set()
+        for layer in range(1, self.way.shape[1] - 1):
+            points = self.way[:, layer]
+            apart = np.linalg.norm(points[:, None] - points[None], axis=-1)
+            np.fill_diagonal(apart, np.inf)
+            found.update(np.flatnonzero((apart < self.layers.apart - 2 * ROOM).any(axis=1)).tolist())
+        return [agent for agent in self.alone if agent in found]
+
+    def _take(self, agent: int, sign: float) -> None:
+        """Marks cells as taken by an agent at each layer, the more the nearer, or as free again."""
+        way, cell = self.way[agent], self.layers.cell
+        index = np.round((way - self.layers.low) / cell).astype(np.int64)[:, None] + self.near
+        inside = ((index >= 0) & (index < np.array(self.layers.shape))).all(axis=2)
+        apart = np.linalg.norm(self.layers.low + index * cell - way[:, None], axis=2)
+        much = np.where(inside, np.maximum(0.0, 1.0 - apart / self.layers.apart), 0.0)
+        layer, which = np.nonzero(much)
+        np.add.at(self.taken, (layer, *index[layer, which].T), sign * much[layer, which])
+
+    def _of_movers(self, times: Array) -> Array:
+        """How much of each cell is taken by obstacles that move, (layers, *cells)."""
+        taken = np.zeros((len(times), *self.layers.shape))
+        radius = max(self.mission.agents[agent].radius for agent in self.alone) + self.mission.clearance + ROOM
+        for obstacle in self.mission.obstacles:
+            if isinstance(obstacle.motion, Still):
+                continue
+            for layer, time in enumerate(times):
+                moved = self.points - displaced(obstacle, float(time), self.points.shape[-1])
+                gap = np.asarray(signed_distance(np, obstacle.shape, moved))
+                taken[layer] += np.maximum(0.0, radius - gap) / radius
+        return taken
+
+    def _replan(self, agent: int) -> None:
+        """The motion of least effort of an agent among those who have theirs."""
+        one, layers = self.mission.agents[agent], self.layers
+        free: Flags = self.room >= one.radius + self.mission.clearance
+        first, last = (self._cell(self.way[agent, end], free) for end in (0, -1))
+        reach = float(one.dynamics.top_speed) * self.seconds / layers.cell
+        span = int(reach)
+        moves = [
+            move
+            for move in product(range(-span, span + 1), repeat=len(layers.shape))
+            if np.linalg.norm(move) <= reach + 1e-9
+        ]
+        moves.sort(key=lambda move: float(np.linalg.norm(move)))
+        wall = np.where(free, 0.0, np.inf)
+        cost = np.full(layers.shape, np.inf)
+        cost[last] = 0.0
+        chosen = np.zeros((len(layers.share), *layers.shape), dtype=np.int16)
+        for layer in range(len(layers.share) - 2, -1, -1):
+            padded = np.pad(cost, span, constant_values=np.inf)
+            best = np.full(layers.shape, np.inf)
+            for number, move in enumerate(moves):
+                ahead = padded[
+                    tuple(slice(span + by, span + by + count) for by, count in zip(move, layers.shape, strict=True))
+                ]
+                ahead = ahead + float(np.dot(move, move))
+                better = ahead < best
+                best[better] = ahead[better]
+                chosen[layer][better] = number
+            cost = best + wall + (MEETING * self.taken[layer] if layer else 0.0)
+        if not np.isfinite(cost[first]):
+            return
+        index = np.array(first)
+        way = [index]
+        for layer in range(len(layers.share) - 1):
+            index = index + np.array(moves[int(chosen[(layer, *index)])])
+            way.append(index)
+        points = layers.low + np.array(way) * layers.cell
+        points[0], points[-1] = self.way[agent, 0], self.way[agent, -1]
+        self.way[agent] = points
+
+    def _cell(self, point: Array, free: Flags) -> tuple[int, ...]:
+        """The nearest free cell."""
+        far = np.where(free, np.linalg.norm(self.points - point, axis=-1), np.inf)
+        return tuple(int(each) for each in np.unravel_index(int(far.argmin()), far.shape))
