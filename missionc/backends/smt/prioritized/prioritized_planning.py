@@ -22,7 +22,7 @@ import numpy as np
 
 from missionc.backends.api import Planned, Progress
 from missionc.backends.smt.encode.clauses import Clauses
-from missionc.backends.smt.encode.lower_motion import all_ways, lower_motion
+from missionc.backends.smt.encode.lower_motion import Ways, lower_motion
 from missionc.backends.smt.lift import lift
 from missionc.backends.smt.prioritized.planning_order import PlanningOrder
 from missionc.backends.smt.prioritized.requirement_parts import (
@@ -84,8 +84,8 @@ class PrioritizedPlanner:
     named: dict[Node, Agents] = field(init=False)
     order: PlanningOrder = field(init=False)
     reservations: Reservations = field(init=False)
-    single_agent: SingleAgentSearch | None = None
-    """The single-agent search; it may be older than the last who were settled."""
+    ways: Ways = field(init=False)
+    single_agent: SingleAgentSearch = field(init=False)
     infeasible_alone: set[int] = field(default_factory=set)
     """Agents whose single-agent relaxation is infeasible as long as nobody is settled."""
     guaranteed: set[Part] = field(default_factory=set)
@@ -102,9 +102,11 @@ class PrioritizedPlanner:
             labels = Labels(mission, self.roadmaps)
             self.requirements = split_requirements(self.kernel, labels)
             self.named = named_agents(part.formula for part in self.requirements.parts)
-            ways = all_ways(self.roadmaps, self.requirements.never)
-            self.order = PlanningOrder(labels, ways)
-            self.reservations = Reservations(lower_motion(self.roadmaps, ways, NOBODY, Clauses(1)), mission)
+            self.ways = Ways(self.roadmaps, self.requirements.never)
+            self.order = PlanningOrder(labels)
+            self.reservations = Reservations(lower_motion(self.roadmaps, self.ways, NOBODY, Clauses(1)), mission)
+            limit = self.setting.budget.limits.clauses
+            self.single_agent = SingleAgentSearch(labels, self.requirements.never, self.reservations, limit)
 
     @property
     def everyone(self) -> Agents:
@@ -124,7 +126,7 @@ class PrioritizedPlanner:
             if not self.plan_groups(waiting):
                 return None
             with self.setting.account.stage("bystanders"):
-                whole = self.reservations.with_bystanders(self.order.ways)
+                whole = self.with_bystanders()
                 trace = None if isinstance(whole, int) else lift(whole.states, whole.motion, self.setting.mission)
                 failing = [] if trace is None else self.failing(trace)
             if not isinstance(whole, int) and failing is None:
@@ -136,7 +138,6 @@ class PrioritizedPlanner:
             if not waiting:
                 return None
             self.release(agent for group in waiting for agent in group if agent not in free)
-            self.single_agent = None
         return None
 
     def with_shorter_paths(self, whole: Reservations) -> Trace:
@@ -148,12 +149,24 @@ class PrioritizedPlanner:
             self.setting.budget.found(Planned(lift(whole.states, motion, mission), self.setting.account.report()))
             return lift(shorten_paths(whole.states, chosen, goals, motion, mission), motion, mission)
 
+    def with_bystanders(self) -> Reservations | int:
+        """All agents: who is not settled takes the shortest way; or the first agent that finds none."""
+        everyone = self.reservations.copy()
+        for agent in sorted(self.everyone.difference(everyone.agents)):
+            way = self.single_agent.way(agent, (), everyone)
+            if way is None:
+                return agent
+            everyone.reserve((agent,), np.broadcast_to(way, everyone.states.shape))
+        return everyone
+
     def failing_alone(self) -> list[Part]:
         """The parts that do not hold where each takes the shortest way that there is for it alone."""
         with self.setting.account.stage("bystanders"):
-            states = self.reservations.each_alone(self.order.ways)
-            if states is None:
+            nobody = Reservations(self.reservations.motion, self.setting.mission)
+            ways = [self.single_agent.way(agent, (), nobody) for agent in sorted(self.everyone)]
+            if any(way is None for way in ways):
                 return list(self.requirements.parts)
+            states = np.stack([way for way in ways if way is not None])
             return self.failing(lift(states, self.reservations.motion, self.setting.mission)) or []
 
     def failing(self, trace: Trace) -> list[Part] | None:
@@ -208,23 +221,11 @@ class PrioritizedPlanner:
         formulas, reservations, setting = list(parts.values()), self.reservations, self.setting
         with setting.account.stage("alone"):
             only = frozenset((agent,))
-            if not reservations.agents and self.infeasible(formulas, self.order.ways, only):
+            if not reservations.agents and self.infeasible(formulas, self.ways, only):
                 self.infeasible_alone.add(agent)
                 return None
-            way = None
-            if self.single_agent is not None and all(part.monotone for part in parts):
-                way = self.single_agent.way(agent, formulas, reservations)
-            if way is None and (self.single_agent is None or self.single_agent.agents != reservations.agents):
-                self.single_agent = SingleAgentSearch(
-                    reservations, self.order.ways, setting.mission, setting.budget.limits.clauses
-                )
-                way = self.single_agent.way(agent, formulas, reservations)
-            moved: list[int] = []
-            if (
-                way is None
-                and self.single_agent is not None
-                and reservations.moved.sum() < PUSHES * reservations.motion.agents
-            ):
+            way, moved = self.single_agent.way(agent, formulas, reservations), list[int]()
+            if way is None and reservations.alone and reservations.moved.sum() < PUSHES * reservations.motion.agents:
                 way = self.single_agent.way(agent, formulas, reservations, pushing=True)
                 moved = [] if way is None else reservations.in_the_way(agent, way)
             if way is None:
@@ -265,8 +266,11 @@ class PrioritizedPlanner:
         setting.budget.listen(Progress("lower", self.taken + 1, f"{len(before)} + {len(batch)} agents"))
         with setting.account.stage("lower"):
             roadmaps = reservations.open_roadmaps()
-            ways = reservations.fixed(all_ways(roadmaps, self.requirements.never))
-            ways = tuple(way if agent in before | batch else self.order.ways[agent] for agent, way in enumerate(ways))
+            open_ways = Ways(roadmaps, self.requirements.never)
+            standing = [reservations.motion.roadmap(agent).standing for agent in sorted(self.everyone)]
+            ways = reservations.fixed(
+                [open_ways[agent] if agent in batch else way for agent, way in enumerate(standing)]
+            )
             if self.infeasible(list(parts.values()), ways, before | batch):
                 return False
         goal = Goal("all parts", All(tuple(parts.values())), setting.mission.span)
@@ -277,7 +281,7 @@ class PrioritizedPlanner:
         if not isinstance(result, JointMotion):
             return False
         if reservations is not self.reservations:
-            self.reservations, self.guaranteed, self.single_agent = reservations, guaranteed, None
+            self.reservations, self.guaranteed = reservations, guaranteed
         with setting.account.stage("bystanders"):
             self.reserve(batch, result.states, parts, alone=False)
         self.taken += 1
@@ -286,7 +290,7 @@ class PrioritizedPlanner:
             self.largest = problem
         return True
 
-    def infeasible(self, formulas: Sequence[Node], ways: tuple[Flags, ...], present: Agents) -> bool:
+    def infeasible(self, formulas: Sequence[Node], ways: Sequence[Flags], present: Agents) -> bool:
         """Whether these hold in no joint motion of those who are there, each within its ways. False says nothing.
 
         Args:
