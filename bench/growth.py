@@ -43,7 +43,7 @@ def mission(agents: int, seed: int = 0) -> str:
     rows = math.ceil(agents / side)
     lines = [
         f"mission growth{agents}",
-        "time  step 1 s, horizon 60 s",
+        "time  step 1 s, horizon 90 s",
         f"world (0, 0) to ({SQUARE * side + 2}, {SQUARE * rows + 2})",
     ]
     for number, (across, up) in enumerate(squares):
@@ -56,8 +56,8 @@ def mission(agents: int, seed: int = 0) -> str:
     lines.append(f"team bot[{agents}] {{ radius 0.3 m  dynamics unicycle(speed 0..2 m/s)  start at {starts} }}")
     lines.append("separation 0.2 m")
     for number, (across, up) in enumerate(squares):
-        job = f"shelf{shelf_of[number]} and eventually[0, 30 s] dock{across // 2}_{up // 2}"
-        lines.append(f"require job{number}: bot[{number}]: eventually[0, 30 s] ({job})")
+        job = f"shelf{shelf_of[number]} and eventually[0, 40 s] dock{across // 2}_{up // 2}"
+        lines.append(f"require job{number}: bot[{number}]: eventually[0, 50 s] ({job})")
     return "\n".join(lines) + "\n"
 
 

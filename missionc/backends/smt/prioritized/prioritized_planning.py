@@ -224,12 +224,12 @@ class PrioritizedPlanner:
             if not reservations.agents and self.infeasible(formulas, self.ways, only):
                 self.infeasible_alone.add(agent)
                 return None
-            way, moved = self.single_agent.way(agent, formulas, reservations), list[int]()
-            if way is None and reservations.alone and reservations.moved.sum() < PUSHES * reservations.motion.agents:
-                way = self.single_agent.way(agent, formulas, reservations, pushing=True)
-                moved = [] if way is None else reservations.in_the_way(agent, way)
+            may_push = reservations.alone and reservations.moved.sum() < PUSHES * reservations.motion.agents
+            kinds = (False, True) if may_push else (False,)
+            way = next(self.single_agent.ways(agent, formulas, reservations, kinds), None)
             if way is None:
                 return None
+            moved = reservations.in_the_way(agent, way)
             reservations.moved[moved] += 1
             self.release(moved)
             self.reserve(frozenset((agent,)), np.broadcast_to(way, reservations.states.shape), parts, alone=True)

@@ -14,7 +14,7 @@ Source:
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -53,8 +53,14 @@ PUSH = 10.0
 RESTLESS = 1e-6
 """Metres that a step in motion counts more than it is long, or up to twice as many: of equal ways that over soonest."""
 
-SLACK, WIDER = 0.1, 4.0
-"""A way is looked for that is longer than it must be by this share at most, then by so many times as much."""
+HASTE = 0.25
+"""Each step counts as so much of the longest move, as long as there is somewhere to go: who waits, waits where it is done."""
+
+SLACK, WIDER = 0.05, 4.0
+"""A way is looked for that costs more than it must by this share at most, then by so many times as much."""
+
+FAR = 1e-9
+"""Metres to go that are some."""
 
 BOUNDS = 3
 """After so many bounds there is none."""
@@ -138,7 +144,7 @@ class SingleAgentSearch:
     def __init__(self, labels: Labels, never: dict[int, Flags], reservations: Reservations, limit: int) -> None:
         self._labels, self._never, self._limit = labels, never, limit
         self._to_go = [
-            DistanceToGo(table.roadmap.moves, table.length, len(table.roadmap.position))
+            DistanceToGo(table.roadmap.moves, table.length + HASTE * table.longest, len(table.roadmap.position))
             for table in reservations.tables
         ]
         self._own: set[Node] = set()
@@ -154,11 +160,24 @@ class SingleAgentSearch:
 
         None where there is none, or where the formulas ask for more than this can look for.
         """
+        return next(self.ways(agent, formulas, reservations, (pushing,)), None)
+
+    def ways(
+        self, agent: int, formulas: Sequence[Node], reservations: Reservations, pushing: Sequence[bool]
+    ) -> Iterator[Indices]:
+        """The ways found with one after the other of these.
+
+        One that is followed by another is not looked for where it is further round than what a push costs.
+        """
         try:
             with deep():
-                return self._shortest(self._task(agent, formulas, reservations), agent, reservations, pushing=pushing)
+                task = self._task(agent, formulas, reservations)
+                for number, push in enumerate(pushing):
+                    way = self._shortest(task, agent, reservations, pushing=push, last=number == len(pushing) - 1)
+                    if way is not None:
+                        yield way
         except TooComplex:
-            return None
+            return
 
     # ------------------------------------------------------------------- task
 
@@ -263,7 +282,9 @@ class SingleAgentSearch:
 
     # ----------------------------------------------------------------- search
 
-    def _shortest(self, task: Task, agent: int, reservations: Reservations, *, pushing: bool) -> Indices | None:
+    def _shortest(
+        self, task: Task, agent: int, reservations: Reservations, *, pushing: bool, last: bool
+    ) -> Indices | None:
         table = reservations.tables[self._labels.roadmap_of[agent]]
         roadmap, may = table.roadmap, self._may(agent, reservations)
         member = roadmap.agents.index(agent)
@@ -274,10 +295,12 @@ class SingleAgentSearch:
         if not np.isfinite(least):
             return None
         sweep = Sweep(task, table, may, starts, finish, pushing=pushing)
-        excess = max(SLACK * least, 2 * table.longest)
-        for bound in (*(least + excess * WIDER**attempt for attempt in range(BOUNDS)), np.inf):
-            way = sweep.within(bound)
-            if way is not None or sweep.work > WORK:
+        excess = max(SLACK * least, table.longest)
+        most = np.inf if last else PUSH * table.longest
+        for attempt in range(BOUNDS + 1):
+            more = min(most, excess * WIDER**attempt if attempt < BOUNDS else np.inf)
+            way = sweep.within(least + more)
+            if way is not None or sweep.work > WORK or more == most:
                 break
         self.work += sweep.work
         return way
@@ -310,6 +333,7 @@ class Sweep:
         done = task.number(True)
         key = task.number(task.begin) * states + self.starts
         cost = np.zeros(len(key))
+        goes = task.to_go(key // states, self.starts) > FAR
         trail: list[tuple[Indices, Indices]] = []
         for step in range(steps):
             residual, state = np.divmod(key, states)
@@ -335,13 +359,16 @@ class Sweep:
             row, move, left = row[alive], move[alive], left[alive]
             there = target[move]
             after = cost[row] + table.length[move] + RESTLESS * (1 + step / (1 + steps)) * table.leads_on[move]
+            after += HASTE * table.longest * goes[row]
             if self.pushing:
                 after += PUSH * table.longest * table.weight(step, move)
-            near = np.flatnonzero(after + task.to_go(left, there) <= bound)
-            key, cost, parent = left[near] * states + there[near], after[near], row[near]
+            to_go = task.to_go(left, there)
+            near = np.flatnonzero(after + to_go <= bound)
+            key, cost = left[near] * states + there[near], after[near]
             order = np.lexsort((cost, key))
             order = order[np.diff(key[order], prepend=-1) > 0]
-            key, cost, parent = key[order], cost[order], parent[order]
+            key, cost, near = key[order], cost[order], near[order]
+            parent, goes = row[near], to_go[near] > FAR
             if not key.size:
                 return None
             trail.append((key % states, parent))
