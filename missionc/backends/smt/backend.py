@@ -11,7 +11,6 @@ Source:
 
 from __future__ import annotations
 
-import time
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -45,9 +44,6 @@ NODES, NEIGHBOURS = 110, 6
 
 FINER, ROADMAPS = 1.7, 3
 """A roadmap after one without a plan has so many times its nodes; so many roadmaps are tried."""
-
-PRIORITIZED_SHARE = 0.5
-"""The share of the time left that may go into prioritized planning, should its other limits not end it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -165,17 +161,12 @@ class Run:
         mission, kernel = self.mission, self.kernel
         if kernel.preferences or mission.objective is not Objective.NONE or mission.steps == 0:
             return None
-        now = time.monotonic()
-        planner = PrioritizedPlanner(
-            self.setting, kernel, roadmaps, solvers, now + PRIORITIZED_SHARE * (self.budget.deadline - now)
-        )
+        planner = PrioritizedPlanner(self.setting, kernel, roadmaps, solvers)
         trace = planner.plan()
         if trace is not None:
             self.account.sizes["turns"] = planner.taken
             self.record(planner.largest, planner.rounds, solvers)
             return Planned(trace, self.account.report())
-        if not solvers.alive:
-            self.account.notes.append("a plan for few agents at a time was not found in its share of the time")
         return None
 
     def with_everyone(

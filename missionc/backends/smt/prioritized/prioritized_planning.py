@@ -13,7 +13,6 @@ That no plan is found in this way says nothing.
 
 from __future__ import annotations
 
-import time
 from collections import deque
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
@@ -60,6 +59,9 @@ PUSHES = 3
 REPAIRS = 6
 """So often those of whom something does not hold at the end may be planned again."""
 
+ENOUGH, ENOUGH_EACH = 100_000_000, 3_000_000
+"""After so much work of single-agent searches, and so much more for each agent, none is begun any more."""
+
 FAILURES = 12
 """After so many turns that found nothing all agents are planned at once."""
 
@@ -69,17 +71,12 @@ EFFORT = Effort(conflicts=1_000, rounds=50)
 
 @dataclass(slots=True, eq=False)
 class PrioritizedPlanner:
-    """Prioritized planning: a joint motion as it grows.
-
-    ``until``, on the clock of ``time.monotonic``, is for missions on which the
-    counts above are too generous.
-    """
+    """Prioritized planning: a joint motion as it grows."""
 
     setting: Setting
     kernel: Kernel
     roadmaps: tuple[Roadmap, ...]
     solvers: Solvers
-    until: float
     requirements: RequirementParts = field(init=False)
     named: dict[Node, Agents] = field(init=False)
     order: PlanningOrder = field(init=False)
@@ -107,6 +104,11 @@ class PrioritizedPlanner:
             self.reservations = Reservations(lower_motion(self.roadmaps, self.ways, NOBODY, Clauses(1)), mission)
             limit = self.setting.budget.limits.clauses
             self.single_agent = SingleAgentSearch(labels, self.requirements.never, self.reservations, limit)
+
+    @property
+    def enough(self) -> int:
+        """The work of single-agent searches after which none is begun."""
+        return ENOUGH + ENOUGH_EACH * len(self.everyone)
 
     @property
     def everyone(self) -> Agents:
@@ -198,7 +200,7 @@ class PrioritizedPlanner:
     def plan_single_agents(self, waiting: list[tuple[int, ...]]) -> list[tuple[int, ...]]:
         """Settles those for whom there is a way by themselves; who is left."""
         queue, left, failures = deque(waiting), list[tuple[int, ...]](), 0
-        while queue and failures < IN_VAIN and time.monotonic() < self.until:
+        while queue and failures < IN_VAIN and self.single_agent.work < self.enough:
             group = queue.popleft()
             moved = self.plan_single_agent(group[0]) if len(group) == 1 else None
             if moved is None:
@@ -277,7 +279,7 @@ class PrioritizedPlanner:
         problem = setting.problem((goal,), roadmaps, ways, batch, before, LINKS, self.solvers)
         if problem.lowered.infeasible:
             return False
-        result = problem.search.find(problem.lowered.goals, self.until, EFFORT)
+        result = problem.search.find(problem.lowered.goals, effort=EFFORT)
         if not isinstance(result, JointMotion):
             return False
         if reservations is not self.reservations:

@@ -68,6 +68,9 @@ BOUNDS = 3
 RESIDUALS = 3_000
 """More residuals than this are not looked at."""
 
+STEP_WORK = 1_000
+"""What a step takes by itself, in moves."""
+
 WORK = 20_000_000
 """Moves looked at, after which a search gives up."""
 
@@ -340,7 +343,7 @@ class Sweep:
             sizes = table.begins[state + 1] - table.begins[state]
             row = np.repeat(np.arange(len(key)), sizes)
             move = np.arange(len(row)) + np.repeat(table.begins[state] - np.cumsum(sizes) + sizes, sizes)
-            self.work += len(move)
+            self.work += STEP_WORK + len(move)
             if self.work > WORK:
                 return None
             free = self.may[step + 1, target[move]] & table.free(step, move, pushing=self.pushing)
