@@ -78,7 +78,9 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--agents", type=int, nargs="+", default=list(SIZES), help="teams of so many")
     parser.add_argument("--limit", type=float, default=600.0, help="seconds on the wall for each")
-    parser.add_argument("--print", action="store_true", help="print the mission with the first of these numbers, and stop")
+    parser.add_argument(
+        "--print", action="store_true", help="print the mission with the first of these numbers, and stop"
+    )
     arguments = parser.parse_args()
     if arguments.print:
         print(mission(arguments.agents[0]), end="")

@@ -34,7 +34,9 @@ def mission(vehicles: int, seconds: int, seed: int = 0) -> str:
     for number in range(vehicles):
         late = seconds - 20
         lines.append(f"require order{number}: amr[{number}]: (not pack) until[0, {late} s] pick{number}")
-        lines.append(f"require pick{number}_s: amr[{number}]: eventually[0, {late} s] (pick{number} and next pick{number})")
+        lines.append(
+            f"require pick{number}_s: amr[{number}]: eventually[0, {late} s] (pick{number} and next pick{number})"
+        )
     lines.append(f"require deliver: every amr: eventually[0, {seconds - 4} s] always[0, 4 s] pack")
     lines.append("minimize distance")
     return "\n".join(lines) + "\n"
@@ -44,7 +46,9 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--vehicles", type=int, nargs="+", choices=SIZES, default=list(SIZES), help="so many of them")
     parser.add_argument("--limit", type=float, default=300.0, help="seconds on the wall for each")
-    parser.add_argument("--print", action="store_true", help="print the mission with the first of these numbers, and stop")
+    parser.add_argument(
+        "--print", action="store_true", help="print the mission with the first of these numbers, and stop"
+    )
     arguments = parser.parse_args()
     if arguments.print:
         print(mission(arguments.vehicles[0], SIZES[arguments.vehicles[0]]), end="")

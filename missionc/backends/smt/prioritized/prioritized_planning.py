@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Iterable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -24,18 +25,20 @@ from missionc.backends.smt.encode.clauses import Clauses
 from missionc.backends.smt.encode.lower_motion import Ways, lower_motion
 from missionc.backends.smt.lift import lift
 from missionc.backends.smt.prioritized.planning_order import PlanningOrder
+from missionc.backends.smt.prioritized.progression import TooComplex
 from missionc.backends.smt.prioritized.requirement_parts import (
     NOBODY,
     Agents,
     Part,
     RequirementParts,
     named_agents,
+    own_formulas,
     restricted_to,
     split_requirements,
 )
 from missionc.backends.smt.prioritized.reservations import Reservations
 from missionc.backends.smt.prioritized.single_agent_relaxation import SingleAgentRelaxation
-from missionc.backends.smt.prioritized.single_agent_search import SingleAgentSearch
+from missionc.backends.smt.prioritized.single_agent_search import HASTE, SingleAgentSearch
 from missionc.backends.smt.refine.lazy_constraints import Effort, JointMotion
 from missionc.backends.smt.refine.problem import LINKS, Problem, Setting
 from missionc.backends.smt.roadmap.labels import Labels
@@ -49,6 +52,9 @@ from missionc.monitoring.logic import TRUTH
 
 TOGETHER = 8
 """So many agents are planned in one turn, unless more belong together."""
+
+ROUNDS, GAIN = 2, 1e-6
+"""So often who was planned alone is planned again by metres; a way shorter by no more than this is not taken."""
 
 IN_VAIN = 3
 """After so many agents one after the other that found no way by themselves, some are planned together."""
@@ -87,6 +93,10 @@ class PrioritizedPlanner:
     """Agents whose single-agent relaxation is infeasible as long as nobody is settled."""
     guaranteed: set[Part] = field(default_factory=set)
     """Parts that hold of the settled, whoever joins them."""
+    able: set[int] = field(default_factory=set)
+    """Agents that can do alone what is asked of them alone."""
+    refused: tuple[str, ...] | None = None
+    """Requirements in conflict, where it was found out that these roadmaps hold no plan."""
     largest: Problem | None = None
     """The largest problem that had an answer."""
     rounds: int = 0
@@ -102,8 +112,7 @@ class PrioritizedPlanner:
             self.ways = Ways(self.roadmaps, self.requirements.never)
             self.order = PlanningOrder(labels)
             self.reservations = Reservations(lower_motion(self.roadmaps, self.ways, NOBODY, Clauses(1)), mission)
-            limit = self.setting.budget.limits.clauses
-            self.single_agent = SingleAgentSearch(labels, self.requirements.never, self.reservations, limit)
+            self.single_agent = self.search()
 
     @property
     def enough(self) -> int:
@@ -114,8 +123,8 @@ class PrioritizedPlanner:
     def everyone(self) -> Agents:
         return frozenset(range(len(self.setting.mission.agents)))
 
-    def plan(self) -> Trace | None:
-        """A joint motion in which every requirement holds and nobody comes too near another, if it is found.
+    def plan(self) -> Indices | None:
+        """A joint motion, (agents, steps + 1), in which every requirement holds, clear of each other, if it is found.
 
         Raises:
             TooLarge: the clauses would pass their limit.
@@ -142,14 +151,91 @@ class PrioritizedPlanner:
             self.release(agent for group in waiting for agent in group if agent not in free)
         return None
 
-    def with_shorter_paths(self, whole: Reservations) -> Trace:
-        """The trace after a local search for shorter paths; agents planned alone have the shortest already."""
+    def with_shorter_paths(self, whole: Reservations) -> Indices:
+        """The motion after a local search for shorter paths; agents planned alone have the shortest already."""
         mission, motion = self.setting.mission, whole.motion
         with self.setting.account.stage("calm"):
             chosen = frozenset(self.reservations.agents) - self.reservations.alone
             goals = [goal.formula for goal in self.kernel.requirements]
-            self.setting.budget.found(Planned(lift(whole.states, motion, mission), self.setting.account.report()))
-            return lift(shorten_paths(whole.states, chosen, goals, motion, mission), motion, mission)
+            self.setting.budget.found(Planned(self.trace(whole.states), self.setting.account.report()))
+            return shorten_paths(whole.states, chosen, goals, motion, mission)
+
+    def trace(self, states: Indices) -> Trace:
+        """A joint motion, (agents, steps + 1), as it is flown."""
+        return lift(states, self.reservations.motion, self.setting.mission)
+
+    def shorter(self, states: Indices) -> Indices:
+        """The motion after who was planned alone has been planned again, one by one, by metres alone."""
+        reservations = Reservations(self.reservations.motion, self.setting.mission)
+        everyone = sorted(self.everyone)
+        reservations.reserve(everyone, states)
+        search = self.search(haste=0.0)
+        for agent in (agent for _ in range(ROUNDS) for agent in everyone):
+            named = [part for part in self.requirements.parts if agent in part.named]
+            if any(len(part.named) > 1 for part in named) or search.work > self.enough:
+                continue
+            reservations.release((agent,))
+            way = search.way(agent, self.own_parts(agent), reservations)
+            changed = reservations.states.copy()
+            if way is not None and search.metres(agent, way) < search.metres(agent, changed[agent]) - GAIN:
+                changed[agent] = way
+            reservations.reserve((agent,), changed)
+        better = reservations.states
+        return better if self.failing(self.trace(better)) is None else states
+
+    def metres_alone(self) -> float | None:
+        """The least that all agents have to travel together, each as if it were the only one, if that is known."""
+        metres = 0.0
+        search = self.search(haste=0.0)
+        for agent in sorted(self.everyone):
+            try:
+                way = search.alone(agent, self.own_parts(agent))
+            except TooComplex:
+                return None
+            if way is None:
+                return None
+            metres += search.metres(agent, way)
+        return metres
+
+    def metres(self, states: Indices) -> float:
+        """The metres of a joint motion, (agents, steps + 1)."""
+        return sum(self.single_agent.metres(agent, way) for agent, way in enumerate(states))
+
+    def all_able(self) -> bool:
+        """Whether there may be a way for each agent by itself."""
+        for agent in sorted(self.everyone):
+            with suppress(TooComplex):
+                if self.single_agent.alone(agent, self.own_parts(agent)) is None:
+                    return False
+        return True
+
+    def own_parts(self, agent: int) -> list[Node]:
+        """What the requirements ask of this agent by itself."""
+        return [part.formula for part in self.requirements.parts if part.named == frozenset((agent,))]
+
+    def search(self, haste: float = HASTE) -> SingleAgentSearch:
+        limit = self.setting.budget.limits.clauses
+        return SingleAgentSearch(self.order.labels, self.requirements.never, self.reservations, limit, haste)
+
+    def refusing(self, agent: int) -> tuple[str, ...] | None:
+        """The requirements that the agent's roadmap holds no way for, if it is for certain that it holds none."""
+        if agent in self.able:
+            return None
+        search = self.search()
+        try:
+            if search.alone(agent, self.own_parts(agent)) is not None:
+                self.able.add(agent)
+                return None
+            search = SingleAgentSearch(self.order.labels, {}, self.reservations, 1)
+            own = {goal.name: own_formulas(goal.formula, agent) for goal in self.kernel.requirements}
+            for name in list(own):
+                less = [formula for other, asked in own.items() if other != name for formula in asked]
+                if own[name] and search.alone(agent, less) is not None:
+                    continue
+                del own[name]
+            return tuple(own)
+        except TooComplex:
+            return None
 
     def with_bystanders(self) -> Reservations | int:
         """All agents: who is not settled takes the shortest way; or the first agent that finds none."""
@@ -184,6 +270,8 @@ class PrioritizedPlanner:
         """Settles all of these groups, by themselves or as many at once as a turn takes; whether that came off."""
         size = 1
         while waiting := self.plan_single_agents(waiting):
+            if self.refused is not None:
+                return False
             count = sum(map(len, waiting))
             size = max(size, -(-count // -(-count // TOGETHER)))  # turns of equal size
             batch: list[int] = []
@@ -200,7 +288,7 @@ class PrioritizedPlanner:
     def plan_single_agents(self, waiting: list[tuple[int, ...]]) -> list[tuple[int, ...]]:
         """Settles those for whom there is a way by themselves; who is left."""
         queue, left, failures = deque(waiting), list[tuple[int, ...]](), 0
-        while queue and failures < IN_VAIN and self.single_agent.work < self.enough:
+        while queue and failures < IN_VAIN and self.single_agent.work < self.enough and self.refused is None:
             group = queue.popleft()
             moved = self.plan_single_agent(group[0]) if len(group) == 1 else None
             if moved is None:
@@ -230,6 +318,7 @@ class PrioritizedPlanner:
             kinds = (False, True) if may_push else (False,)
             way = next(self.single_agent.ways(agent, formulas, reservations, kinds), None)
             if way is None:
+                self.refused = self.refusing(agent)
                 return None
             moved = reservations.in_the_way(agent, way)
             reservations.moved[moved] += 1

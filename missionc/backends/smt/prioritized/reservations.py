@@ -164,6 +164,12 @@ class ReservationTable:
         """What those weigh whom each move comes too near, (rows,)."""
         return self._weight[step, move]
 
+    def metres(self, way: Indices) -> float:
+        """How long a way is, (steps + 1,)."""
+        states = len(self.begins) - 1
+        keys = self.roadmap.moves[:, 0] * states + self.roadmap.moves[:, 1]
+        return float(self.length[np.searchsorted(keys, way[:-1] * states + way[1:])].sum())
+
     def open_roadmap(self) -> Roadmap:
         return replace(self.roadmap, allowed=self.roadmap.allowed & (self._weight == 0) & (self._fixed == 0))
 

@@ -15,6 +15,7 @@ Source:
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -54,7 +55,7 @@ RESTLESS = 1e-6
 """Metres that a step in motion counts more than it is long, or up to twice as many: of equal ways that over soonest."""
 
 HASTE = 0.25
-"""Each step counts as so much of the longest move, as long as there is somewhere to go: who waits, waits where it is done."""
+"""A step counts as so much of the longest move while there is somewhere to go: who waits, waits where it is done."""
 
 SLACK, WIDER = 0.05, 4.0
 """A way is looked for that costs more than it must by this share at most, then by so many times as much."""
@@ -142,12 +143,21 @@ class SingleAgentSearch:
     Args:
         never: for some agents, where they may not be, (steps + 1, states).
         limit: of clauses.
+        haste: what a step counts for, of the longest move; 0 where metres alone count.
     """
 
-    def __init__(self, labels: Labels, never: dict[int, Flags], reservations: Reservations, limit: int) -> None:
-        self._labels, self._never, self._limit = labels, never, limit
+    def __init__(
+        self,
+        labels: Labels,
+        never: dict[int, Flags],
+        reservations: Reservations,
+        limit: int,
+        haste: float = HASTE,
+    ) -> None:
+        self._labels, self._never, self._limit, self._haste = labels, never, limit, haste
+        self._nobody = Reservations(reservations.motion, labels.mission)
         self._to_go = [
-            DistanceToGo(table.roadmap.moves, table.length + HASTE * table.longest, len(table.roadmap.position))
+            DistanceToGo(table.roadmap.moves, table.length + haste * table.longest, len(table.roadmap.position))
             for table in reservations.tables
         ]
         self._own: set[Node] = set()
@@ -172,19 +182,41 @@ class SingleAgentSearch:
 
         One that is followed by another is not looked for where it is further round than what a push costs.
         """
-        try:
-            with deep():
-                task = self._task(agent, formulas, reservations)
-                for number, push in enumerate(pushing):
-                    way = self._shortest(task, agent, reservations, pushing=push, last=number == len(pushing) - 1)
-                    if way is not None:
-                        yield way
-        except TooComplex:
-            return
+        task: Task | None = None
+        for number, push in enumerate(pushing):
+            last = number == len(pushing) - 1
+            with deep(), suppress(TooComplex):
+                task = task or self.task(agent, formulas, reservations)
+                way = self._shortest(task, agent, reservations, pushing=push, last=last)
+                if way is not None:
+                    yield way
+
+    def alone(self, agent: int, formulas: Sequence[Node]) -> Indices | None:
+        """The shortest way, (steps + 1,), as if it were the only agent; None where its roadmap has none for certain.
+
+        Raises:
+            TooComplex: the formulas are about others, or it takes too much work.
+        """
+        with deep():
+            task = self.task(agent, formulas, self._nobody, alone=True)
+            return self._shortest(task, agent, self._nobody, pushing=False, last=True)
+
+    def metres(self, agent: int, way: Indices) -> float:
+        """How long a way of the agent is, (steps + 1,)."""
+        table = self._nobody.tables[self._labels.roadmap_of[agent]]
+        return table.metres(way)
 
     # ------------------------------------------------------------------- task
 
-    def _task(self, agent: int, formulas: Sequence[Node], reservations: Reservations) -> Task:
+    def task(self, agent: int, formulas: Sequence[Node], reservations: Reservations, *, alone: bool = False) -> Task:
+        """What the formulas ask of the agent.
+
+        Args:
+            alone: nothing is known of others.
+
+        Raises:
+            TooComplex: they ask for more than can be looked for.
+        """
         order = postorder(formulas)
         new = [node for node in order if node not in self._seen]
         self._seen.update(new)
@@ -211,6 +243,8 @@ class SingleAgentSearch:
                 isinstance(node, At) and node.agent == agent
             ):
                 waiting.extend(children(node))
+            elif alone:
+                raise TooComplex
             else:
                 of_step[node] = self._beside(node, agent, reservations)
         rank = {node: index for index, node in enumerate((*of_state, *of_step, *of_move))}
@@ -297,15 +331,17 @@ class SingleAgentSearch:
         least = float(task.bound(task.begin)[starts].min(initial=np.inf))
         if not np.isfinite(least):
             return None
-        sweep = Sweep(task, table, may, starts, finish, pushing=pushing)
+        sweep = Sweep(task, table, may, starts, finish, self._haste * table.longest, pushing=pushing)
         excess = max(SLACK * least, table.longest)
         most = np.inf if last else PUSH * table.longest
-        for attempt in range(BOUNDS + 1):
-            more = min(most, excess * WIDER**attempt if attempt < BOUNDS else np.inf)
-            way = sweep.within(least + more)
-            if way is not None or sweep.work > WORK or more == most:
-                break
-        self.work += sweep.work
+        try:
+            for attempt in range(BOUNDS + 1):
+                more = min(most, excess * WIDER**attempt if attempt < BOUNDS else np.inf)
+                way = sweep.within(least + more)
+                if way is not None or more == most:
+                    break
+        finally:
+            self.work += sweep.work
         return way
 
 
@@ -317,6 +353,7 @@ class Sweep:
         may: (steps + 1, states), where it may lead.
         starts: (starts,), states.
         finish: (states,), where it may end.
+        step_cost: metres that a step counts for while there is somewhere to go.
         pushing: moves that come too near some who can be moved are dear, not forbidden.
     """
 
@@ -325,11 +362,16 @@ class Sweep:
     may: Flags
     starts: Indices
     finish: Flags
+    step_cost: float
     pushing: bool
     work: int = 0
 
     def within(self, bound: float) -> Indices | None:
-        """The cheapest way, (steps + 1,), of those that may cost no more than the bound."""
+        """The cheapest way, (steps + 1,), of those that may cost no more than the bound.
+
+        Raises:
+            TooComplex: it takes too much work.
+        """
         task, table = self.task, self.table
         states, steps = len(self.finish), len(table.roadmap.allowed)
         target = table.roadmap.moves[:, 1]
@@ -345,7 +387,7 @@ class Sweep:
             move = np.arange(len(row)) + np.repeat(table.begins[state] - np.cumsum(sizes) + sizes, sizes)
             self.work += STEP_WORK + len(move)
             if self.work > WORK:
-                return None
+                raise TooComplex
             free = self.may[step + 1, target[move]] & table.free(step, move, pushing=self.pushing)
             row, move = row[free], move[free]
             place = task.place(step, state)
@@ -362,7 +404,7 @@ class Sweep:
             row, move, left = row[alive], move[alive], left[alive]
             there = target[move]
             after = cost[row] + table.length[move] + RESTLESS * (1 + step / (1 + steps)) * table.leads_on[move]
-            after += HASTE * table.longest * goes[row]
+            after += self.step_cost * goes[row]
             if self.pushing:
                 after += PUSH * table.longest * table.weight(step, move)
             to_go = task.to_go(left, there)
