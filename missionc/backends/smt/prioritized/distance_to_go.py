@@ -21,7 +21,7 @@ from scipy.sparse.csgraph import dijkstra
 
 from missionc.backends.smt.prioritized.progression import Letter, Relaxation, Residual
 from missionc.backends.smt.roadmap.roadmap import Indices
-from missionc.base.trace import Array
+from missionc.base.trace import Array, Flags
 
 KEPT = 200
 """So many bounds are remembered."""
@@ -55,31 +55,41 @@ class DistanceToGo:
         kind: Indices,
         letters: list[Letter],
         signature: Callable[[Residual], object],
+        finish: Flags,
     ) -> Array:
         """Metres to go from each state, (states,); infinite where there is no way.
 
         Args:
             kind: (states,), indices into ``letters``: what holds there.
             signature: equal for residuals that are about the same states.
+            finish: (states,), where the way may end.
         """
-        if isinstance(residual, bool):
-            return self._nothing if residual else self._everything
-        if (known := self._recall(signature(residual))) is not None:
+        place = b"" if finish.all() else finish.tobytes()
+        if residual is False:
+            return self._everything
+        if residual is True and not place:
+            return self._nothing
+        if (known := self._recall((signature(residual), place))) is not None:
             return known
         phases: dict[Residual, int] = {residual: 0}
-        waiting, after = [residual], dict[Residual, list[Residual]]()
+        waiting, after, beyond = [residual], dict[Residual, list[Residual]](), dict[Residual, Array]()
         while waiting:
             phase = waiting.pop()
             after[phase] = [relaxation.after(phase, letter) for letter in letters]
             for more in after[phase]:
-                if more not in phases and not isinstance(more, bool) and self._recall(signature(more)) is None:
+                if more is False or more in phases or more in beyond:
+                    continue
+                known = self._nothing if more is True and not place else self._recall((signature(more), place))
+                if known is None:
                     phases[more] = len(phases)
                     waiting.append(more)
+                else:
+                    beyond[more] = known
             if len(phases) > PHASES:
                 return self._nothing
-        found = self._solve(phases, after, relaxation, kind, letters, signature)
+        found = self._solve(phases, after, beyond, relaxation, kind, letters, finish)
         for phase, number in phases.items():
-            self._known[signature(phase)] = found[number]
+            self._known[signature(phase), place] = found[number]
         while len(self._known) > KEPT:
             self._known.popitem(last=False)
         return found[0]
@@ -93,12 +103,17 @@ class DistanceToGo:
         self,
         phases: dict[Residual, int],
         after: dict[Residual, list[Residual]],
+        beyond: dict[Residual, Array],
         relaxation: Relaxation,
         kind: Indices,
         letters: list[Letter],
-        signature: Callable[[Residual], object],
+        finish: Flags,
     ) -> Array:
-        """Metres to go, (phases, states), by Dijkstra from what lies behind the last state of each way."""
+        """Metres to go, (phases, states), by Dijkstra from what lies behind the last state of each way.
+
+        Args:
+            beyond: of residuals that are known, metres to go, (states,).
+        """
         count = self._states
         end = len(phases) * count
         tails, heads, weights = [], [], []
@@ -106,7 +121,7 @@ class DistanceToGo:
         for phase, number in phases.items():
             ends = np.array([relaxation.ends(phase, letter) for letter in letters])
             row = least[number * count : (number + 1) * count]
-            row[ends[kind]] = NO_WAY
+            row[ends[kind] & finish] = NO_WAY
             for letter, more in enumerate(after[phase]):
                 moves = np.flatnonzero(kind[self._source] == letter)
                 if more is False or not moves.size:
@@ -116,9 +131,7 @@ class DistanceToGo:
                     heads.append(number * count + self._source[moves])
                     weights.append(self._length[moves])
                     continue
-                known = None if more is True else self._recall(signature(more))
-                beyond = np.zeros(count) if known is None else known
-                np.minimum.at(row, self._source[moves], self._length[moves] + beyond[self._target[moves]])
+                np.minimum.at(row, self._source[moves], self._length[moves] + beyond[more][self._target[moves]])
         begins = np.flatnonzero(np.isfinite(least))
         tails.append(np.full(begins.size, end))
         heads.append(begins)

@@ -83,6 +83,8 @@ class Task:
     Args:
         places: (states,) or (steps + 1, states), indices into ``place_letters``: what holds where, when.
         moves: (moves,), indices into ``move_letters``: what holds of a move as it begins; ``ends``: as it ends.
+        finish: (states,), where its way may end.
+        bound: metres that a residual leaves to go at least, from each state, (states,).
     """
 
     progression: Progression
@@ -92,6 +94,7 @@ class Task:
     moves: Indices
     ends: Indices
     move_letters: list[Letter]
+    finish: Flags
     bound: Callable[[Residual], Array]
     residuals: list[Residual] = field(default_factory=list)
     numbers: dict[Residual, int] = field(default_factory=dict)
@@ -261,13 +264,15 @@ class SingleAgentSearch:
         relaxation = Relaxation(agent, lambda node: rank[node] if node in of_state else None, steps - 1)
         signature = _Signature({node: row.tobytes() for node, row in of_state.items()}).of
         to_go = self._to_go[number]
+        finish = np.zeros(states, dtype=np.bool_)
+        finish[table.roadmap.finishes[table.roadmap.agents.index(agent)]] = True
 
         def bound(residual: Residual) -> Array:
-            return to_go.of(relaxation.of(residual), relaxation, own_places, own_letters, signature)
+            return to_go.of(relaxation.of(residual), relaxation, own_places, own_letters, signature, finish)
 
         half = len(table.roadmap.moves)
         begin = progression.begin(formulas)
-        return Task(progression, begin, places, place_letters, moves[:half], moves[half:], move_letters, bound)
+        return Task(progression, begin, places, place_letters, moves[:half], moves[half:], move_letters, finish, bound)
 
     def _beside(self, node: Node, agent: int, reservations: Reservations) -> Flags:
         """At which steps in which states something about others holds for certain: (steps + 1, states)."""
@@ -326,12 +331,10 @@ class SingleAgentSearch:
         roadmap, may = table.roadmap, self._may(agent, reservations)
         member = roadmap.agents.index(agent)
         starts = roadmap.starts[member][may[0, roadmap.starts[member]]]
-        finish = np.zeros(len(roadmap.position), dtype=np.bool_)
-        finish[roadmap.finishes[member]] = True
         least = float(task.bound(task.begin)[starts].min(initial=np.inf))
         if not np.isfinite(least):
             return None
-        sweep = Sweep(task, table, may, starts, finish, self._haste * table.longest, pushing=pushing)
+        sweep = Sweep(task, table, may, starts, self._haste * table.longest, pushing=pushing)
         excess = max(SLACK * least, table.longest)
         most = np.inf if last else PUSH * table.longest
         try:
@@ -352,7 +355,6 @@ class Sweep:
     Args:
         may: (steps + 1, states), where it may lead.
         starts: (starts,), states.
-        finish: (states,), where it may end.
         step_cost: metres that a step counts for while there is somewhere to go.
         pushing: moves that come too near some who can be moved are dear, not forbidden.
     """
@@ -361,7 +363,6 @@ class Sweep:
     table: ReservationTable
     may: Flags
     starts: Indices
-    finish: Flags
     step_cost: float
     pushing: bool
     work: int = 0
@@ -373,7 +374,7 @@ class Sweep:
             TooComplex: it takes too much work.
         """
         task, table = self.task, self.table
-        states, steps = len(self.finish), len(table.roadmap.allowed)
+        states, steps = len(task.finish), len(table.roadmap.allowed)
         target = table.roadmap.moves[:, 1]
         done = task.number(True)
         key = task.number(task.begin) * states + self.starts
@@ -396,7 +397,7 @@ class Sweep:
             else:
                 left = task.after(step, residual[row], place[row], task.moves[move])
             if step == steps - 1:
-                alive = (left >= 0) & self.finish[target[move]]
+                alive = (left >= 0) & task.finish[target[move]]
                 row, move, left = row[alive], move[alive], left[alive]
                 left = task.after(steps, left, task.place(steps, target[move]), task.ends[move])
                 left[left != done] = -1
