@@ -13,7 +13,7 @@ That no plan is found in this way says nothing.
 
 from __future__ import annotations
 
-from collections import deque
+from collections import Counter, deque
 from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
@@ -24,6 +24,7 @@ from missionc.backends.api import Planned, Progress
 from missionc.backends.smt.encode.clauses import Clauses
 from missionc.backends.smt.encode.lower_motion import Ways, lower_motion
 from missionc.backends.smt.lift import lift
+from missionc.backends.smt.prioritized.joint_search import JointSearch
 from missionc.backends.smt.prioritized.planning_order import PlanningOrder
 from missionc.backends.smt.prioritized.progression import TooComplex
 from missionc.backends.smt.prioritized.requirement_parts import (
@@ -39,6 +40,7 @@ from missionc.backends.smt.prioritized.requirement_parts import (
 from missionc.backends.smt.prioritized.reservations import Reservations
 from missionc.backends.smt.prioritized.single_agent_relaxation import SingleAgentRelaxation
 from missionc.backends.smt.prioritized.single_agent_search import HASTE, SingleAgentSearch
+from missionc.backends.smt.refine.collisions import needed
 from missionc.backends.smt.refine.lazy_constraints import Effort, JointMotion
 from missionc.backends.smt.refine.problem import LINKS, Problem, Setting
 from missionc.backends.smt.roadmap.labels import Labels
@@ -61,6 +63,9 @@ IN_VAIN = 3
 
 PUSHES = 3
 """So many times the number of agents may have to make way for another."""
+
+BACK_AND_FORTH = 2
+"""After two have so often taken each other's place they are planned together."""
 
 REPAIRS = 6
 """So often those of whom something does not hold at the end may be planned again."""
@@ -93,6 +98,8 @@ class PrioritizedPlanner:
     """Agents whose single-agent relaxation is infeasible as long as nobody is settled."""
     guaranteed: set[Part] = field(default_factory=set)
     """Parts that hold of the settled, whoever joins them."""
+    pushed: Counter[tuple[int, int]] = field(default_factory=Counter)
+    """How often the first has taken the place of the second."""
     able: set[int] = field(default_factory=set)
     """Agents that can do alone what is asked of them alone."""
     refused: tuple[str, ...] | None = None
@@ -297,6 +304,12 @@ class PrioritizedPlanner:
             else:
                 queue.extend((agent,) for agent in moved)
                 failures = 0
+                for other in moved:
+                    self.pushed[group[0], other] += 1
+                    if min(self.pushed[group[0], other], self.pushed[other, group[0]]) == BACK_AND_FORTH:
+                        if self.plan_jointly((group[0], other)):
+                            queue.remove((other,))
+                        break
         return left + list(queue)
 
     def plan_single_agent(self, agent: int) -> list[int] | None:
@@ -325,6 +338,34 @@ class PrioritizedPlanner:
             self.release(moved)
             self.reserve(frozenset((agent,)), np.broadcast_to(way, reservations.states.shape), parts, alone=True)
             return moved
+
+    def plan_jointly(self, agents: tuple[int, ...]) -> bool:
+        """Settles agents, the first of whom is settled, on the best joint motion, if that comes off; or refuses."""
+        setting, formulas = self.setting, [self.own_parts(agent) for agent in agents]
+        apart = np.stack([needed(np.full(len(agents), one), np.array(agents), setting.mission) for one in agents])
+        with setting.account.stage("alone"), suppress(TooComplex):
+            for asked, names in ((((),) * len(agents), ()), (formulas, self.names_about(agents))):
+                movers = [self.single_agent.mover(*each, None) for each in zip(agents, asked, strict=True)]
+                if JointSearch(movers, apart, setting.mission.step).refused:
+                    self.refused = names
+                    return False
+            rest = self.reservations.copy()
+            rest.release(set(agents).intersection(rest.agents))
+            movers = [self.single_agent.mover(*each, rest) for each in zip(agents, formulas, strict=True)]
+            found = JointSearch(movers, apart, setting.mission.step).find()
+            if found is not None:
+                states = rest.states.copy()
+                states[list(agents)] = found
+                self.release(set(agents).intersection(self.reservations.agents))
+                parts = self.applicable_parts(self.guaranteed, frozenset((*agents, *self.reservations.agents)))
+                self.reserve(frozenset(agents), states, parts, alone=True)
+                return True
+        return False
+
+    def names_about(self, agents: Iterable[int]) -> tuple[str, ...]:
+        """The requirements that ask something of these agents by themselves."""
+        goals = self.kernel.requirements
+        return tuple(goal.name for goal in goals if any(own_formulas(goal.formula, agent) for agent in agents))
 
     def plan_with_helpers(self, batch: Agents, waiting: list[tuple[int, ...]]) -> Agents:
         """Settles the batch, and as many more as it takes; gives who took part, nobody where that fails."""

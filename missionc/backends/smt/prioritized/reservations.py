@@ -111,8 +111,8 @@ class ReservationTable:
         self.moves = motion_of(dynamics, states.take(source), states.take(target), mission.step)
         self.length = travelled(self.moves, mission.step)
         self.longest = float(self.length.max(initial=0.0))
-        self._middle, self._reach = _disc(*self.moves, mission.step)
-        self._tree = cKDTree(self._middle)
+        self.middle, self.reach = _disc(*self.moves, mission.step)
+        self._tree = cKDTree(self.middle)
         self._weight = np.zeros(roadmap.allowed.shape, dtype=np.int32)
         """What those weigh who can be moved and whom each move comes too near, (steps, moves)."""
         self._fixed = np.zeros(roadmap.allowed.shape, dtype=np.int16)
@@ -134,10 +134,10 @@ class ReservationTable:
         """
         least = float(needed(np.array([self.roadmap.agents[0]]), np.array([agent]), self.mission)[0])
         middle, reach = _disc(*track, self.mission.step)
-        around = self._tree.query_ball_point(middle, reach + self._reach.max(initial=0.0) + least)
+        around = self._tree.query_ball_point(middle, reach + self.reach.max(initial=0.0) + least)
         step = np.repeat(np.arange(len(middle)), [len(moves) for moves in around])
         move = np.concatenate([np.array(moves, dtype=np.int64) for moves in around])
-        near = np.linalg.norm(self._middle[move] - middle[step], axis=-1) < self._reach[move] + reach[step] + least
+        near = np.linalg.norm(self.middle[move] - middle[step], axis=-1) < self.reach[move] + reach[step] + least
         step, move = step[near], move[near]
         nearest = closest_approach(
             *(part[move] for part in self.moves), *(part[step] for part in track), self.mission.step

@@ -48,7 +48,7 @@ from missionc.kernel.nodes import All, Any, At, AtLeast, Atom, Node, Not, UntilN
 from missionc.kernel.walk import children, postorder, window_of
 from missionc.language.margins.predicate_margins import holds, of_pair
 
-PUSH = 10.0
+PUSH = 3.0
 """To come too near one who can be moved counts as so many of the longest moves."""
 
 RESTLESS = 1e-6
@@ -84,6 +84,7 @@ class Task:
         places: (states,) or (steps + 1, states), indices into ``place_letters``: what holds where, when.
         moves: (moves,), indices into ``move_letters``: what holds of a move as it begins; ``ends``: as it ends.
         finish: (states,), where its way may end.
+        own_places: (states,), indices into ``own_letters``: what holds where, of what the place alone decides.
         bound: metres that a residual leaves to go at least, from each state, (states,).
     """
 
@@ -95,6 +96,9 @@ class Task:
     ends: Indices
     move_letters: list[Letter]
     finish: Flags
+    own_places: Indices
+    own_letters: list[Letter]
+    relaxation: Relaxation
     bound: Callable[[Residual], Array]
     residuals: list[Residual] = field(default_factory=list)
     numbers: dict[Residual, int] = field(default_factory=dict)
@@ -138,6 +142,21 @@ class Task:
 
     def place(self, step: int, states: Indices) -> Indices:
         return self.places[states] if self.places.ndim == 1 else self.places[step, states]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Mover:
+    """An agent, what is asked of it and where it may go.
+
+    Args:
+        may: (steps + 1, states), where its way may lead.
+        starts: (starts,), states.
+    """
+
+    task: Task
+    table: ReservationTable
+    may: Flags
+    starts: Indices
 
 
 class SingleAgentSearch:
@@ -272,7 +291,20 @@ class SingleAgentSearch:
 
         half = len(table.roadmap.moves)
         begin = progression.begin(formulas)
-        return Task(progression, begin, places, place_letters, moves[:half], moves[half:], move_letters, finish, bound)
+        return Task(
+            progression,
+            begin,
+            places,
+            place_letters,
+            moves[:half],
+            moves[half:],
+            move_letters,
+            finish,
+            own_places,
+            own_letters,
+            relaxation,
+            bound,
+        )
 
     def _beside(self, node: Node, agent: int, reservations: Reservations) -> Flags:
         """At which steps in which states something about others holds for certain: (steps + 1, states)."""
@@ -322,15 +354,30 @@ class SingleAgentSearch:
         standing = reservations.tables[self._labels.roadmap_of[agent]].roadmap.standing
         return standing & ~self._never[agent] if agent in self._never else standing
 
+    def starts(self, agent: int, reservations: Reservations) -> Indices:
+        """Where the agent may start, (starts,), states."""
+        roadmap = reservations.tables[self._labels.roadmap_of[agent]].roadmap
+        starts = roadmap.starts[roadmap.agents.index(agent)]
+        return starts[self._may(agent, reservations)[0, starts]]
+
+    def mover(self, agent: int, formulas: Sequence[Node], reservations: Reservations | None) -> Mover:
+        """The agent as one of several that are searched for together; without reservations as if they were alone.
+
+        Raises:
+            TooComplex: the formulas ask for more than can be looked for.
+        """
+        around = reservations or self._nobody
+        task = self.task(agent, formulas, around, alone=reservations is None)
+        table = around.tables[self._labels.roadmap_of[agent]]
+        return Mover(task, table, self._may(agent, around), self.starts(agent, around))
+
     # ----------------------------------------------------------------- search
 
     def _shortest(
         self, task: Task, agent: int, reservations: Reservations, *, pushing: bool, last: bool
     ) -> Indices | None:
         table = reservations.tables[self._labels.roadmap_of[agent]]
-        roadmap, may = table.roadmap, self._may(agent, reservations)
-        member = roadmap.agents.index(agent)
-        starts = roadmap.starts[member][may[0, roadmap.starts[member]]]
+        may, starts = self._may(agent, reservations), self.starts(agent, reservations)
         least = float(task.bound(task.begin)[starts].min(initial=np.inf))
         if not np.isfinite(least):
             return None
