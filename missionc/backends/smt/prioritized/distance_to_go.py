@@ -72,7 +72,8 @@ class DistanceToGo:
         if (known := self._recall((signature(residual), place))) is not None:
             return known
         phases: dict[Residual, int] = {residual: 0}
-        waiting, after, beyond = [residual], dict[Residual, list[Residual]](), dict[Residual, Array]()
+        waiting: list[Residual] = [residual]
+        after, beyond = dict[Residual, list[Residual]](), dict[Residual, Array]()
         while waiting:
             phase = waiting.pop()
             after[phase] = [relaxation.after(phase, letter) for letter in letters]
@@ -89,10 +90,10 @@ class DistanceToGo:
                 return self._nothing
         found = self._solve(phases, after, beyond, relaxation, kind, letters, finish)
         for phase, number in phases.items():
-            self._known[signature(phase), place] = found[number]
+            self._known[signature(phase), place] = np.asarray(found[number])
         while len(self._known) > KEPT:
             self._known.popitem(last=False)
-        return found[0]
+        return np.asarray(found[0])
 
     def _recall(self, key: object) -> Array | None:
         if key in self._known:
@@ -138,5 +139,5 @@ class DistanceToGo:
         weights.append(least[begins])
         edges = np.concatenate(weights), (np.concatenate(tails), np.concatenate(heads))
         graph = coo_array(edges, shape=(end + 1, end + 1)).tocsr()
-        metres = np.asarray(dijkstra(graph, indices=end))[:end]
+        metres = np.asarray(dijkstra(graph, indices=[end]))[0, :end]
         return metres.reshape(len(phases), count)

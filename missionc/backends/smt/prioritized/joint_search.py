@@ -33,7 +33,7 @@ from missionc.world.relative_motion import closest_approach
 EDGES = 12_000_000
 """Joint moves of the untimed product, of which there may be no more."""
 
-WORK = 20_000_000
+WORK = 1_000_000
 """Joint moves looked at in the timed one, after which the search gives up."""
 
 PHASES = 12
@@ -156,7 +156,7 @@ class JointSearch:
         edges = np.concatenate([head, np.full(last.size, count)]), np.concatenate([tail, last])
         # Of parallel edges, which a sparse array would add up, there are none: a spot and its move name the next.
         graph = coo_array((weights, edges), shape=(count + 1, count + 1)).tocsr()
-        return np.asarray(dijkstra(graph, indices=count))[:count]
+        return np.asarray(dijkstra(graph, indices=[count]))[0, :count]
 
     def _joint(self, spots: Sequence[Indices]) -> Indices:
         """One number for the spots of all agents, (rows,) each."""

@@ -61,7 +61,7 @@ ROUNDS, GAIN = 2, 1e-6
 IN_VAIN = 3
 """After so many agents one after the other that found no way by themselves, some are planned together."""
 
-PUSHES = 3
+PUSHES = 6
 """So many times the number of agents may have to make way for another."""
 
 BACK_AND_FORTH = 2
@@ -344,8 +344,10 @@ class PrioritizedPlanner:
         setting, formulas = self.setting, [self.own_parts(agent) for agent in agents]
         apart = np.stack([needed(np.full(len(agents), one), np.array(agents), setting.mission) for one in agents])
         with setting.account.stage("alone"), suppress(TooComplex):
-            for asked, names in ((((),) * len(agents), ()), (formulas, self.names_about(agents))):
-                movers = [self.single_agent.mover(*each, None) for each in zip(agents, asked, strict=True)]
+            free = SingleAgentSearch(self.order.labels, {}, self.reservations, 1)
+            nothing: list[list[Node]] = [[]] * len(agents)
+            for search, asked, names in ((free, nothing, ()), (self.single_agent, formulas, self.names_about(agents))):
+                movers = [search.mover(*each, None) for each in zip(agents, asked, strict=True)]
                 if JointSearch(movers, apart, setting.mission.step).refused:
                     self.refused = names
                     return False

@@ -285,6 +285,7 @@ class SingleAgentSearch:
         to_go = self._to_go[number]
         finish = np.zeros(states, dtype=np.bool_)
         finish[table.roadmap.finishes[table.roadmap.agents.index(agent)]] = True
+        finish &= self._may(agent, reservations)[-1]
 
         def bound(residual: Residual) -> Array:
             return to_go.of(relaxation.of(residual), relaxation, own_places, own_letters, signature, finish)
