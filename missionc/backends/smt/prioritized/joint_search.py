@@ -70,7 +70,8 @@ class Untimed:
         phases: dict[Residual, int] = {begin: 0}
         waiting = [begin]
         source, target = mover.table.roadmap.moves.T
-        ever = mover.table.roadmap.allowed.any(axis=0) & mover.may.any(axis=0)[source] & mover.may.any(axis=0)[target]
+        open_ = np.asarray(mover.may.any(axis=0))
+        ever = mover.table.roadmap.allowed.any(axis=0) & open_[source] & open_[target]
         tails, heads, moves, ends = [], [], [], list[Flags]()
         while waiting:
             phase = waiting.pop(0)
@@ -91,8 +92,8 @@ class Untimed:
                 heads.append(phases[after] * states + target[of_kind])
                 moves.append(of_kind)
         nothing = np.zeros(0, dtype=np.int64)
-        joined = (np.concatenate([nothing, *parts]) for parts in (tails, heads, moves))
-        return cls(phases, *joined, np.concatenate(ends))
+        tail, head, move = (np.concatenate([nothing, *parts]) for parts in (tails, heads, moves))
+        return cls(phases, tail, head, move, np.concatenate(ends))
 
 
 class JointSearch:
@@ -123,8 +124,9 @@ class JointSearch:
         near = cKDTree(other.middle).query_ball_point(one.middle, one.reach + other.reach.max(initial=0.0) + least)
         first = np.repeat(np.arange(len(near)), [len(moves) for moves in near])
         second = np.concatenate([np.array(moves, dtype=np.int64) for moves in near])
+        (here, going, turning), (there, coming, bending) = one.moves, other.moves
         nearest = closest_approach(
-            *(part[first] for part in one.moves), *(part[second] for part in other.moves), self._step
+            here[first], going[first], turning[first], there[second], coming[second], bending[second], self._step
         )
         clear[first[nearest < least], second[nearest < least]] = False
         return clear

@@ -70,7 +70,8 @@ class Reservations:
         theirs = kinematics(self.states[others], others, self.motion, self.mission)
         nearest = closest_approach(*self._track(agent, way), *theirs, self.mission.step)
         least = needed(np.full_like(others, agent), others, self.mission)
-        return others[(nearest < least[:, None]).any(axis=1)].tolist()
+        met: list[int] = others[(nearest < least[:, None]).any(axis=1)].tolist()
+        return met
 
     def _track(self, agent: int, way: Indices) -> tuple[Array, Array, Array]:
         position, velocity, acceleration = kinematics(way[None], np.array([agent]), self.motion, self.mission)
@@ -139,8 +140,9 @@ class ReservationTable:
         move = np.concatenate([np.array(moves, dtype=np.int64) for moves in around])
         near = np.linalg.norm(self.middle[move] - middle[step], axis=-1) < self.reach[move] + reach[step] + least
         step, move = step[near], move[near]
+        (here, going, turning), (there, coming, bending) = self.moves, track
         nearest = closest_approach(
-            *(part[move] for part in self.moves), *(part[step] for part in track), self.mission.step
+            here[move], going[move], turning[move], there[step], coming[step], bending[step], self.mission.step
         )
         cells = np.sort((step * len(self.leads_on) + move)[nearest < least])
         self._near[agent] = cells, weight
@@ -162,7 +164,7 @@ class ReservationTable:
 
     def weight(self, step: int, move: Indices) -> Indices:
         """What those weigh whom each move comes too near, (rows,)."""
-        return self._weight[step, move]
+        return np.asarray(self._weight[step, move])
 
     def metres(self, way: Indices) -> float:
         """How long a way is, (steps + 1,)."""

@@ -359,7 +359,7 @@ class SingleAgentSearch:
         """Where the agent may start, (starts,), states."""
         roadmap = reservations.tables[self._labels.roadmap_of[agent]].roadmap
         starts = roadmap.starts[roadmap.agents.index(agent)]
-        return starts[self._may(agent, reservations)[0, starts]]
+        return np.asarray(starts[self._may(agent, reservations)[0, starts]])
 
     def mover(self, agent: int, formulas: Sequence[Node], reservations: Reservations | None) -> Mover:
         """The agent as one of several that are searched for together; without reservations as if they were alone.
