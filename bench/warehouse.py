@@ -48,6 +48,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--vehicles", type=int, nargs="+", choices=SIZES, default=list(SIZES), help="so many of them")
     parser.add_argument("--limit", type=float, default=300.0, help="seconds on the wall for each")
+    parser.add_argument("--nodes", type=int, default=0, help="nodes of the roadmap, where not as usual")
     parser.add_argument("--print", action="store_true", help="print the first of these missions, and stop")
     arguments = parser.parse_args()
     if arguments.print:

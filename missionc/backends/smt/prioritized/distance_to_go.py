@@ -23,8 +23,8 @@ from missionc.backends.smt.prioritized.progression import Letter, Relaxation, Re
 from missionc.backends.smt.roadmap.roadmap import Indices
 from missionc.base.trace import Array, Flags
 
-KEPT = 200
-"""So many bounds are remembered."""
+KEPT = 1 << 28
+"""Bytes of bounds that are remembered."""
 
 PHASES = 40
 """More relaxed residuals than this one task may leave are not gone through: then nothing is bounded."""
@@ -91,7 +91,7 @@ class DistanceToGo:
         found = self._solve(phases, after, beyond, relaxation, kind, letters, finish)
         for phase, number in phases.items():
             self._known[signature(phase), place] = np.asarray(found[number])
-        while len(self._known) > KEPT:
+        while len(self._known) * self._nothing.nbytes > KEPT:
             self._known.popitem(last=False)
         return np.asarray(found[0])
 
