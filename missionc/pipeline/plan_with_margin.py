@@ -66,9 +66,10 @@ def plan_with_margin(backend: Backend, mission: Mission, kernel: Kernel, options
 def _planned(backend: Backend, mission: Mission, kernel: Kernel, options: Options, budget: Budget) -> Outcome:
     """What a backend says; a plan from a roadmap is straightened."""
     outcome = backend.plan(mission, kernel, options, budget)
-    if not isinstance(outcome, Planned) or (straighten := load_straighten(outcome.report.engine or backend.name)) is None:
+    if not isinstance(outcome, Planned):
         return outcome
-    return straighten(mission, kernel, outcome, budget)
+    straighten = load_straighten(outcome.report.engine or backend.name)
+    return outcome if straighten is None else straighten(mission, kernel, outcome, budget)
 
 
 def further_attempts(mission: Mission, options: Options, budget: Budget) -> Iterator[tuple[Options, Budget]]:

@@ -123,10 +123,14 @@ def clear_of(obstacles: tuple[Solid, ...], start: Array, end: Array, margin: Arr
         (segments,)
     """
     clear = np.ones(len(start), dtype=bool)
-    least, most = np.minimum(start, end), np.maximum(start, end)
+    if not len(start):
+        return clear
+    least, most, reach = np.minimum(start, end), np.maximum(start, end), margin[:, None]
+    lowest, highest = np.min(least - reach, axis=0), np.max(most + reach, axis=0)
     for solid in obstacles:
         low, high = _bounds(solid, start.shape[1])
-        reach = margin[:, None]
+        if (low > highest).any() or (high < lowest).any():
+            continue
         near = np.flatnonzero(clear & np.all((least <= high + reach) & (most >= low - reach), axis=1))
         for begin in range(0, len(near), BLOCK):
             block = near[begin : begin + BLOCK]

@@ -9,8 +9,8 @@ import pytest
 
 pytest.importorskip("torch")
 
-from missionc.backends.api import Planned, Report
 from missionc.backends.acceptance import attempt
+from missionc.backends.api import Planned, Report
 from missionc.backends.clot.optimise.control_points import splines, trace
 from missionc.backends.clot.optimise.improve import travelled
 from missionc.backends.clot.optimise.minimize_duration import duration

@@ -17,10 +17,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from missionc.backends.acceptance import attempt
 from missionc.backends.api import Attempt, Budget, Planned
 from missionc.backends.clot.cost_graph.cost_graph import build
 from missionc.backends.clot.cost_weights import STRAIGHT, Spare, Weights, spare, with_room
-from missionc.backends.acceptance import attempt
 from missionc.backends.clot.optimise.control_points import splines, trace
 from missionc.backends.clot.optimise.convex_descent import descend
 from missionc.backends.clot.optimise.goal_terms import Demand

@@ -25,7 +25,7 @@ from missionc.backends.smt.encode.clauses import Clauses, TooLarge
 from missionc.backends.smt.encode.dimacs import dimacs, smt2
 from missionc.backends.smt.encode.lower_motion import all_ways
 from missionc.backends.smt.lift import lift
-from missionc.backends.smt.prioritized.prioritized_planning import PrioritizedPlanner
+from missionc.backends.smt.prioritized.prioritized_plan import PrioritizedPlan
 from missionc.backends.smt.refine.lazy_constraints import Effort, JointMotion, LazyConstraints
 from missionc.backends.smt.refine.problem import LINKS, Problem, Setting
 from missionc.backends.smt.refine.unsat_core import minimise
@@ -46,6 +46,9 @@ from missionc.kernel.nodes import Kernel
 
 NODES, NEIGHBOURS = 110, 6
 """What ``solve with smt { nodes = …, neighbors = … }`` are unless said. [strel] Table 2."""
+
+WHOLE = 100_000
+"""Moves of all agents at all steps: where there are fewer, what is best is asked of everybody at once."""
 
 FINER, ROADMAPS = 1.7, 3
 """A roadmap after one without a plan has so many times its nodes; so many roadmaps are tried."""
@@ -216,18 +219,22 @@ class Run:
         assert not isinstance(result, TooFewLinks)
         return result
 
-    def prioritized(self, roadmaps: tuple[Roadmap, ...], solvers: Solvers, setting: Setting) -> Planned | None:
+    def prioritized(self, roadmaps: tuple[Roadmap, ...], solvers: Solvers, setting: Setting) -> Planned | NoPlan | None:
         """A plan made for few agents at a time, if there is one."""
         mission, kernel = self.mission, self.kernel
-        if kernel.preferences or mission.objective is not Objective.NONE or mission.steps == 0:
+        better = bool(kernel.preferences) or mission.objective is not Objective.NONE
+        if mission.steps == 0 or (better and whole_moves(roadmaps) < WHOLE):
             return None
-        planner = PrioritizedPlanner(setting, kernel, roadmaps, solvers, self.account.work + PRIORITIZED)
-        trace = planner.plan()
-        if trace is not None:
-            self.account.sizes["turns"] = planner.taken
-            self.record(planner.largest, planner.rounds, solvers)
+        plan = PrioritizedPlan(setting, kernel, roadmaps, solvers, self.account.work + PRIORITIZED)
+        trace = plan.find()
+        if trace is not None and plan.planner is not None:
+            self.account.sizes["turns"] = plan.planner.taken
+            self.record(plan.planner.largest, plan.planner.rounds, solvers)
             return Planned(trace, self.account.report())
-        if not planner.affordable:
+        if plan.refused is not None and not self.options.certify and not self.options.captures:
+            self.record(None, 0, solvers)
+            return NoPlan(plan.refused, Clauses(1), ())
+        if not plan.affordable:
             self.account.notes.append("a plan for few agents at a time was not found in its share of the work")
         return None
 
@@ -325,6 +332,11 @@ class Run:
 
     def nodes_tried(self) -> str:
         return _listed([str(nodes) for nodes in self.tried])
+
+
+def whole_moves(roadmaps: tuple[Roadmap, ...]) -> int:
+    """The moves of all agents at all steps."""
+    return sum(len(roadmap.agents) * roadmap.allowed.size for roadmap in roadmaps)
 
 
 def _listed(words: list[str]) -> str:

@@ -13,8 +13,10 @@ Source:
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
+from typing import overload
 
 import numpy as np
 
@@ -50,7 +52,7 @@ class Motion:
     roadmaps: tuple[Roadmap, ...]
     roadmap_of: Indices
     first_place: Indices
-    ways: tuple[Flags, ...]
+    ways: Sequence[Flags]
     states: tuple[Literals, ...]
 
     @property
@@ -81,7 +83,7 @@ class Motion:
 
 
 def lower_motion(
-    roadmaps: tuple[Roadmap, ...], ways: tuple[Flags, ...], cast: frozenset[int], clauses: Clauses
+    roadmaps: tuple[Roadmap, ...], ways: Sequence[Flags], cast: frozenset[int], clauses: Clauses
 ) -> Motion:
     """Adds that each agent is in exactly one state at each step, and moves along its roadmap.
 
@@ -92,10 +94,12 @@ def lower_motion(
     Raises:
         TooLarge: the clauses would pass their limit.
     """
-    states = [np.full(way.shape, FALSE, dtype=np.int32) for way in ways]
+    states: list[Literals] = [np.zeros((0, 0), dtype=np.int32)] * len(ways)
     roadmap_of = np.zeros(len(ways), dtype=np.int64)
     for number, roadmap in enumerate(roadmaps):
         roadmap_of[list(roadmap.agents)] = number
+        for agent in roadmap.agents:  # one number in memory, whatever the shape
+            states[agent] = np.broadcast_to(np.int32(FALSE), roadmap.standing.shape)
         templates: dict[bytes, tuple[Clauses, Literals]] = {}
         for agent in sorted(cast.intersection(roadmap.agents)):
             kind = ways[agent].tobytes()
@@ -110,22 +114,50 @@ def lower_motion(
     return Motion(roadmaps, roadmap_of, first_place, ways, tuple(states))
 
 
-def all_ways(roadmaps: tuple[Roadmap, ...], never: dict[int, Flags]) -> tuple[Flags, ...]:
-    """For each agent, by its number, where it can be: (steps + 1, states).
+class Ways(Sequence[Flags]):
+    """For each agent, by its number, where it can be, (steps + 1, states), worked out when it is first asked for.
 
     Args:
         never: where else some agents may not be, (steps + 1, states).
     """
-    ways: dict[int, Flags] = {}
-    known: dict[tuple[int, bytes, bytes, bytes], Flags] = {}
-    for number, roadmap in enumerate(roadmaps):
-        for agent, start, finish in zip(roadmap.agents, roadmap.starts, roadmap.finishes, strict=True):
-            standing = roadmap.standing & ~never[agent] if agent in never else roadmap.standing
-            kind = (number, start.tobytes(), finish.tobytes(), standing.tobytes())
-            if kind not in known:
-                known[kind] = _ways(roadmap, standing, start, finish)
-            ways[agent] = known[kind]
-    return tuple(ways[agent] for agent in sorted(ways))
+
+    def __init__(self, roadmaps: tuple[Roadmap, ...], never: dict[int, Flags]) -> None:
+        self._roadmaps, self._never = roadmaps, never
+        self._place = {
+            agent: (number, member)
+            for number, roadmap in enumerate(roadmaps)
+            for member, agent in enumerate(roadmap.agents)
+        }
+        self._of_kind: dict[tuple[int, bytes, bytes, bytes], Flags] = {}
+        self._of_agent: dict[int, Flags] = {}
+
+    def __len__(self) -> int:
+        return len(self._place)
+
+    @overload
+    def __getitem__(self, agent: int) -> Flags: ...
+    @overload
+    def __getitem__(self, agent: slice) -> tuple[Flags, ...]: ...
+    def __getitem__(self, agent: int | slice) -> Flags | tuple[Flags, ...]:
+        if isinstance(agent, slice):
+            return tuple(self[each] for each in range(*agent.indices(len(self))))
+        if agent not in self._of_agent:
+            if not 0 <= agent < len(self):
+                raise IndexError(agent)
+            number, member = self._place[agent]
+            roadmap, never = self._roadmaps[number], self._never.get(agent)
+            start, finish = roadmap.starts[member], roadmap.finishes[member]
+            kind = (number, start.tobytes(), finish.tobytes(), b"" if never is None else never.tobytes())
+            if kind not in self._of_kind:
+                standing = roadmap.standing if never is None else roadmap.standing & ~never
+                self._of_kind[kind] = _ways(roadmap, standing, start, finish)
+            self._of_agent[agent] = self._of_kind[kind]
+        return self._of_agent[agent]
+
+
+def all_ways(roadmaps: tuple[Roadmap, ...], never: dict[int, Flags]) -> tuple[Flags, ...]:
+    """``Ways`` of all agents, each worked out."""
+    return tuple(Ways(roadmaps, never))
 
 
 def _ways(roadmap: Roadmap, standing: Flags, start: Indices, finish: Indices) -> Flags:

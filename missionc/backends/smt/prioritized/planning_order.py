@@ -6,14 +6,16 @@ All of it is read off the mission and its roadmaps: who has furthest to go comes
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import dijkstra
 
 from missionc.backends.smt.prioritized.requirement_parts import NOBODY, Agents, Part, agents_named_by
 from missionc.backends.smt.roadmap.labels import Labels
 from missionc.backends.smt.roadmap.own_state import own_states, states_of
-from missionc.base.trace import Flags
+from missionc.base.trace import Array
 from missionc.kernel.nodes import Any, At, AtLeast, Atom, Is, Node, Not, ReachNode
 from missionc.kernel.walk import awaited, children, postorder
 
@@ -28,13 +30,10 @@ class Need:
 
 @dataclass(slots=True, eq=False)
 class PlanningOrder:
-    """The order in which groups of agents are planned.
-
-    ``ways``: for each agent where it can be, (steps + 1, states).
-    """
+    """The order in which groups of agents are planned."""
 
     labels: Labels
-    ways: tuple[Flags, ...]
+    _moves_to: dict[tuple[int, bytes], Array] = field(default_factory=dict)
 
     def groups(self, parts: Iterable[Part]) -> list[tuple[int, ...]]:
         """Agents with whom these parts can be true, each group to be planned in one problem, in order.
@@ -83,13 +82,27 @@ class PlanningOrder:
     def steps_to(self, agent: int, body: Node) -> int:
         """The first step at which the agent can have been wherever it has to be at some time."""
         latest, order = 0, postorder((body,))
+        never = len(self.labels.roadmaps[self.labels.roadmap_of[agent]].standing)
         own = own_states(order, self.labels)
         for event in filter(None, map(awaited, order)):
             if event.node in own:
-                there = self.ways[agent] & states_of(event.node, agent, self.labels)
-                met = np.flatnonzero(there.any(axis=1))
-                latest = max(latest, int(met[0]) if met.size else len(there))
+                there = self._moves(agent)[states_of(event.node, agent, self.labels)]
+                latest = max(latest, int(min(there.min(initial=np.inf), never)))
         return latest
+
+    def _moves(self, agent: int) -> Array:
+        """In how many moves the agent can be in each state, (states,); infinite where that is not in time."""
+        number = self.labels.roadmap_of[agent]
+        roadmap = self.labels.roadmaps[number]
+        starts = roadmap.starts[roadmap.agents.index(agent)]
+        key = number, starts.tobytes()
+        if key not in self._moves_to:
+            self._moves_to.clear()  # who starts elsewhere has an array of its own
+            count = len(roadmap.position)
+            graph = coo_array((np.ones(len(roadmap.moves)), tuple(roadmap.moves.T)), shape=(count, count)).tocsr()
+            steps = len(roadmap.allowed)
+            self._moves_to[key] = dijkstra(graph, indices=starts, unweighted=True, limit=steps, min_only=True)
+        return self._moves_to[key]
 
 
 def _together(needs: list[Need]) -> Need:

@@ -13,29 +13,34 @@ That no plan is found in this way says nothing.
 
 from __future__ import annotations
 
-from collections import deque
+from collections import Counter, deque
 from collections.abc import Iterable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from missionc.backends.api import Planned, Progress
 from missionc.backends.smt.encode.clauses import Clauses
-from missionc.backends.smt.encode.lower_motion import all_ways, lower_motion
+from missionc.backends.smt.encode.lower_motion import Ways, lower_motion
 from missionc.backends.smt.lift import lift
+from missionc.backends.smt.prioritized.joint_search import JointSearch
 from missionc.backends.smt.prioritized.planning_order import PlanningOrder
+from missionc.backends.smt.prioritized.progression import TooComplex
 from missionc.backends.smt.prioritized.requirement_parts import (
     NOBODY,
     Agents,
     Part,
     RequirementParts,
     named_agents,
+    own_formulas,
     restricted_to,
     split_requirements,
 )
 from missionc.backends.smt.prioritized.reservations import Reservations
 from missionc.backends.smt.prioritized.single_agent_relaxation import SingleAgentRelaxation
-from missionc.backends.smt.prioritized.single_agent_search import SingleAgentSearch
+from missionc.backends.smt.prioritized.single_agent_search import HASTE, SingleAgentSearch
+from missionc.backends.smt.refine.collisions import needed
 from missionc.backends.smt.refine.lazy_constraints import Effort, JointMotion
 from missionc.backends.smt.refine.problem import LINKS, Problem, Setting
 from missionc.backends.smt.roadmap.labels import Labels
@@ -52,14 +57,23 @@ from missionc.monitoring.logic import TRUTH
 TOGETHER = 8
 """So many agents are planned in one turn, unless more belong together."""
 
+ROUNDS, GAIN = 2, 1e-6
+"""So often who was planned alone is planned again by metres; a way shorter by no more than this is not taken."""
+
 IN_VAIN = 3
 """After so many agents one after the other that found no way by themselves, some are planned together."""
 
-PUSHES = 3
+PUSHES = 6
 """So many times the number of agents may have to make way for another."""
+
+BACK_AND_FORTH = 2
+"""After two have so often taken each other's place they are planned together."""
 
 REPAIRS = 6
 """So often those of whom something does not hold at the end may be planned again."""
+
+ENOUGH, ENOUGH_EACH = 100_000_000, 3_000_000
+"""After so much work of single-agent searches, and so much more for each agent, none is begun any more."""
 
 FAILURES = 12
 """After so many turns that found nothing all agents are planned at once."""
@@ -85,12 +99,18 @@ class PrioritizedPlanner:
     named: dict[Node, Agents] = field(init=False)
     order: PlanningOrder = field(init=False)
     reservations: Reservations = field(init=False)
-    single_agent: SingleAgentSearch | None = None
-    """The single-agent search; it may be older than the last who were settled."""
+    ways: Ways = field(init=False)
+    single_agent: SingleAgentSearch = field(init=False)
     infeasible_alone: set[int] = field(default_factory=set)
     """Agents whose single-agent relaxation is infeasible as long as nobody is settled."""
     guaranteed: set[Part] = field(default_factory=set)
     """Parts that hold of the settled, whoever joins them."""
+    pushed: Counter[tuple[int, int]] = field(default_factory=Counter)
+    """How often the first has taken the place of the second."""
+    able: set[int] = field(default_factory=set)
+    """Agents that can do alone what is asked of them alone."""
+    refused: tuple[str, ...] | None = None
+    """Requirements in conflict, where it was found out that these roadmaps hold no plan."""
     largest: Problem | None = None
     """The largest problem that had an answer."""
     rounds: int = 0
@@ -103,21 +123,28 @@ class PrioritizedPlanner:
             labels = Labels(mission, self.roadmaps)
             self.requirements = split_requirements(self.kernel, labels)
             self.named = named_agents(part.formula for part in self.requirements.parts)
-            ways = all_ways(self.roadmaps, self.requirements.never)
-            self.order = PlanningOrder(labels, ways)
-            self.reservations = Reservations(lower_motion(self.roadmaps, ways, NOBODY, Clauses(1)), mission)
+            self.ways = Ways(self.roadmaps, self.requirements.never)
+            self.order = PlanningOrder(labels)
+            self.reservations = Reservations(lower_motion(self.roadmaps, self.ways, NOBODY, Clauses(1)), mission)
+            self.single_agent = self.search()
+
+    @property
+    def enough(self) -> int:
+        """The work of single-agent searches after which none is begun."""
+        return ENOUGH + ENOUGH_EACH * len(self.everyone)
 
     @property
     def affordable(self) -> bool:
         """Whether there is work left to do it with, and time."""
-        return self.setting.account.work < self.most and not is_over(self.setting.budget.deadline)
+        enough = self.single_agent.work >= self.enough or self.setting.account.work >= self.most
+        return not enough and not is_over(self.setting.budget.deadline)
 
     @property
     def everyone(self) -> Agents:
         return frozenset(range(len(self.setting.mission.agents)))
 
-    def plan(self) -> Trace | None:
-        """A joint motion in which every requirement holds and nobody comes too near another, if it is found.
+    def plan(self) -> Indices | None:
+        """A joint motion, (agents, steps + 1), in which every requirement holds, clear of each other, if it is found.
 
         Raises:
             TooLarge: the clauses would pass their limit.
@@ -130,7 +157,7 @@ class PrioritizedPlanner:
             if not self.plan_groups(waiting):
                 return None
             with self.setting.account.stage("bystanders"):
-                whole = self.reservations.with_bystanders(self.order.ways)
+                whole = self.with_bystanders()
                 trace = None if isinstance(whole, int) else lift(whole.states, whole.motion, self.setting.mission)
                 failing = [] if trace is None else self.failing(trace)
             if not isinstance(whole, int) and failing is None:
@@ -142,24 +169,112 @@ class PrioritizedPlanner:
             if not waiting:
                 return None
             self.release(agent for group in waiting for agent in group if agent not in free)
-            self.single_agent = None
         return None
 
-    def with_shorter_paths(self, whole: Reservations) -> Trace:
-        """The trace after a local search for shorter paths; agents planned alone have the shortest already."""
+    def with_shorter_paths(self, whole: Reservations) -> Indices:
+        """The motion after a local search for shorter paths; agents planned alone have the shortest already."""
         mission, motion = self.setting.mission, whole.motion
         with self.setting.account.stage("calm"):
             chosen = frozenset(self.reservations.agents) - self.reservations.alone
             goals = [goal.formula for goal in self.kernel.requirements]
-            self.setting.budget.found(Planned(lift(whole.states, motion, mission), self.setting.account.report()))
-            return lift(shorten_paths(whole.states, chosen, goals, motion, mission), motion, mission)
+            self.setting.budget.found(Planned(self.trace(whole.states), self.setting.account.report()))
+            return shorten_paths(whole.states, chosen, goals, motion, mission)
+
+    def trace(self, states: Indices) -> Trace:
+        """A joint motion, (agents, steps + 1), as it is flown."""
+        return lift(states, self.reservations.motion, self.setting.mission)
+
+    def shorter(self, states: Indices) -> Indices:
+        """The motion after who was planned alone has been planned again, one by one, by metres alone."""
+        reservations = Reservations(self.reservations.motion, self.setting.mission)
+        everyone = sorted(self.everyone)
+        reservations.reserve(everyone, states)
+        search = self.search(haste=0.0)
+        for agent in (agent for _ in range(ROUNDS) for agent in everyone):
+            named = [part for part in self.requirements.parts if agent in part.named]
+            if any(len(part.named) > 1 for part in named) or search.work > self.enough:
+                continue
+            reservations.release((agent,))
+            way = search.way(agent, self.own_parts(agent), reservations)
+            changed = reservations.states.copy()
+            if way is not None and search.metres(agent, way) < search.metres(agent, changed[agent]) - GAIN:
+                changed[agent] = way
+            reservations.reserve((agent,), changed)
+        better = reservations.states
+        return better if self.failing(self.trace(better)) is None else states
+
+    def metres_alone(self) -> float | None:
+        """The least that all agents have to travel together, each as if it were the only one, if that is known."""
+        metres = 0.0
+        search = self.search(haste=0.0)
+        for agent in sorted(self.everyone):
+            try:
+                way = search.alone(agent, self.own_parts(agent))
+            except TooComplex:
+                return None
+            if way is None:
+                return None
+            metres += search.metres(agent, way)
+        return metres
+
+    def metres(self, states: Indices) -> float:
+        """The metres of a joint motion, (agents, steps + 1)."""
+        return sum(self.single_agent.metres(agent, way) for agent, way in enumerate(states))
+
+    def all_able(self) -> bool:
+        """Whether there may be a way for each agent by itself."""
+        for agent in sorted(self.everyone):
+            with suppress(TooComplex):
+                if self.single_agent.alone(agent, self.own_parts(agent)) is None:
+                    return False
+        return True
+
+    def own_parts(self, agent: int) -> list[Node]:
+        """What the requirements ask of this agent by itself."""
+        return [part.formula for part in self.requirements.parts if part.named == frozenset((agent,))]
+
+    def search(self, haste: float = HASTE) -> SingleAgentSearch:
+        limit = self.setting.budget.limits.clauses
+        return SingleAgentSearch(self.order.labels, self.requirements.never, self.reservations, limit, haste)
+
+    def refusing(self, agent: int) -> tuple[str, ...] | None:
+        """The requirements that the agent's roadmap holds no way for, if it is for certain that it holds none."""
+        if agent in self.able:
+            return None
+        search = self.search()
+        try:
+            if search.alone(agent, self.own_parts(agent)) is not None:
+                self.able.add(agent)
+                return None
+            search = SingleAgentSearch(self.order.labels, {}, self.reservations, 1)
+            own = {goal.name: own_formulas(goal.formula, agent) for goal in self.kernel.requirements}
+            for name in list(own):
+                less = [formula for other, asked in own.items() if other != name for formula in asked]
+                if own[name] and search.alone(agent, less) is not None:
+                    continue
+                del own[name]
+            return tuple(own)
+        except TooComplex:
+            return None
+
+    def with_bystanders(self) -> Reservations | int:
+        """All agents: who is not settled takes the shortest way; or the first agent that finds none."""
+        everyone = self.reservations.copy()
+        for agent in sorted(self.everyone.difference(everyone.agents)):
+            way = self.single_agent.way(agent, (), everyone)
+            if way is None:
+                return agent
+            everyone.reserve((agent,), np.broadcast_to(way, everyone.states.shape))
+        return everyone
 
     def failing_alone(self) -> list[Part]:
         """The parts that do not hold where each takes the shortest way that there is for it alone."""
         with self.setting.account.stage("bystanders"):
-            states = self.reservations.each_alone(self.order.ways)
-            if states is None:
+            nobody = Reservations(self.reservations.motion, self.setting.mission)
+            ways = [self.single_agent.way(agent, (), nobody) for agent in sorted(self.everyone)]
+            if any(way is None for way in ways):
                 return list(self.requirements.parts)
+            states = np.stack([way for way in ways if way is not None])
             return self.failing(lift(states, self.reservations.motion, self.setting.mission)) or []
 
     def failing(self, trace: Trace) -> list[Part] | None:
@@ -175,6 +290,8 @@ class PrioritizedPlanner:
         """Settles all of these groups, by themselves or as many at once as a turn takes; whether that came off."""
         size = 1
         while waiting := self.plan_single_agents(waiting):
+            if self.refused is not None:
+                return False
             count = sum(map(len, waiting))
             size = max(size, -(-count // -(-count // TOGETHER)))  # turns of equal size
             batch: list[int] = []
@@ -191,7 +308,7 @@ class PrioritizedPlanner:
     def plan_single_agents(self, waiting: list[tuple[int, ...]]) -> list[tuple[int, ...]]:
         """Settles those for whom there is a way by themselves; who is left."""
         queue, left, failures = deque(waiting), list[tuple[int, ...]](), 0
-        while queue and failures < IN_VAIN and self.affordable:
+        while queue and failures < IN_VAIN and self.affordable and self.refused is None:
             group = queue.popleft()
             moved = self.plan_single_agent(group[0]) if len(group) == 1 else None
             if moved is None:
@@ -200,6 +317,12 @@ class PrioritizedPlanner:
             else:
                 queue.extend((agent,) for agent in moved)
                 failures = 0
+                for other in moved:
+                    self.pushed[group[0], other] += 1
+                    if min(self.pushed[group[0], other], self.pushed[other, group[0]]) == BACK_AND_FORTH:
+                        if self.plan_jointly((group[0], other)):
+                            queue.remove((other,))
+                        break
         return left + list(queue)
 
     def plan_single_agent(self, agent: int) -> list[int] | None:
@@ -212,34 +335,54 @@ class PrioritizedPlanner:
         """
         parts = self.applicable_parts(self.guaranteed, frozenset((agent, *self.reservations.agents)))
         formulas, reservations, setting = list(parts.values()), self.reservations, self.setting
-        setting.account.work += MOVE_STEP * reservations.states.shape[1] * len(reservations.motion.roadmap(agent).moves)
         with setting.account.stage("alone"):
             only = frozenset((agent,))
-            if not reservations.agents and self.infeasible(formulas, self.order.ways, only):
+            if not reservations.agents and self.infeasible(formulas, self.ways, only):
                 self.infeasible_alone.add(agent)
                 return None
-            way = None
-            if self.single_agent is not None and all(part.monotone for part in parts):
-                way = self.single_agent.way(agent, formulas, reservations)
-            if way is None and (self.single_agent is None or self.single_agent.agents != reservations.agents):
-                self.single_agent = SingleAgentSearch(
-                    reservations, self.order.ways, setting.mission, setting.budget.limits.clauses
-                )
-                way = self.single_agent.way(agent, formulas, reservations)
-            moved: list[int] = []
-            if (
-                way is None
-                and self.single_agent is not None
-                and reservations.moved.sum() < PUSHES * reservations.motion.agents
-            ):
-                way = self.single_agent.way(agent, formulas, reservations, pushing=True)
-                moved = [] if way is None else reservations.in_the_way(agent, way)
+            may_push = reservations.alone and reservations.moved.sum() < PUSHES * reservations.motion.agents
+            kinds = (False, True) if may_push else (False,)
+            before = self.single_agent.work
+            way = next(self.single_agent.ways(agent, formulas, reservations, kinds), None)
+            setting.account.work += MOVE_STEP * (self.single_agent.work - before)
             if way is None:
+                self.refused = self.refusing(agent)
                 return None
+            moved = reservations.in_the_way(agent, way)
             reservations.moved[moved] += 1
             self.release(moved)
             self.reserve(frozenset((agent,)), np.broadcast_to(way, reservations.states.shape), parts, alone=True)
             return moved
+
+    def plan_jointly(self, agents: tuple[int, ...]) -> bool:
+        """Settles agents, the first of whom is settled, on the best joint motion, if that comes off; or refuses."""
+        setting, formulas = self.setting, [self.own_parts(agent) for agent in agents]
+        apart = np.stack([needed(np.full(len(agents), one), np.array(agents), setting.mission) for one in agents])
+        with setting.account.stage("alone"), suppress(TooComplex):
+            free = SingleAgentSearch(self.order.labels, {}, self.reservations, 1)
+            nothing: list[list[Node]] = [[]] * len(agents)
+            for search, asked, names in ((free, nothing, ()), (self.single_agent, formulas, self.names_about(agents))):
+                movers = [search.mover(*each, None) for each in zip(agents, asked, strict=True)]
+                if JointSearch(movers, apart, setting.mission.step).refused:
+                    self.refused = names
+                    return False
+            rest = self.reservations.copy()
+            rest.release(set(agents).intersection(rest.agents))
+            movers = [self.single_agent.mover(*each, rest) for each in zip(agents, formulas, strict=True)]
+            found = JointSearch(movers, apart, setting.mission.step).find()
+            if found is not None:
+                states = rest.states.copy()
+                states[list(agents)] = found
+                self.release(set(agents).intersection(self.reservations.agents))
+                parts = self.applicable_parts(self.guaranteed, frozenset((*agents, *self.reservations.agents)))
+                self.reserve(frozenset(agents), states, parts, alone=True)
+                return True
+        return False
+
+    def names_about(self, agents: Iterable[int]) -> tuple[str, ...]:
+        """The requirements that ask something of these agents by themselves."""
+        goals = self.kernel.requirements
+        return tuple(goal.name for goal in goals if any(own_formulas(goal.formula, agent) for agent in agents))
 
     def plan_with_helpers(self, batch: Agents, waiting: list[tuple[int, ...]]) -> Agents:
         """Settles the batch, and as many more as it takes; gives who took part, nobody where that fails."""
@@ -272,8 +415,11 @@ class PrioritizedPlanner:
         setting.budget.listen(Progress("lower", self.taken + 1, f"{len(before)} + {len(batch)} agents"))
         with setting.account.stage("lower"):
             roadmaps = reservations.open_roadmaps()
-            ways = reservations.fixed(all_ways(roadmaps, self.requirements.never))
-            ways = tuple(way if agent in before | batch else self.order.ways[agent] for agent, way in enumerate(ways))
+            open_ways = Ways(roadmaps, self.requirements.never)
+            standing = [reservations.motion.roadmap(agent).standing for agent in sorted(self.everyone)]
+            ways = reservations.fixed(
+                [open_ways[agent] if agent in batch else way for agent, way in enumerate(standing)]
+            )
             if self.infeasible(list(parts.values()), ways, before | batch):
                 return False
         goal = Goal("all parts", All(tuple(parts.values())), setting.mission.span)
@@ -284,7 +430,7 @@ class PrioritizedPlanner:
         if not isinstance(result, JointMotion):
             return False
         if reservations is not self.reservations:
-            self.reservations, self.guaranteed, self.single_agent = reservations, guaranteed, None
+            self.reservations, self.guaranteed = reservations, guaranteed
         with setting.account.stage("bystanders"):
             self.reserve(batch, result.states, parts, alone=False)
         self.taken += 1
@@ -293,7 +439,7 @@ class PrioritizedPlanner:
             self.largest = problem
         return True
 
-    def infeasible(self, formulas: Sequence[Node], ways: tuple[Flags, ...], present: Agents) -> bool:
+    def infeasible(self, formulas: Sequence[Node], ways: Sequence[Flags], present: Agents) -> bool:
         """Whether these hold in no joint motion of those who are there, each within its ways. False says nothing.
 
         Args:

@@ -64,13 +64,24 @@ def split_requirements(kernel: Kernel, labels: Labels) -> RequirementParts:
             never.setdefault(agent, np.zeros(standing.shape, dtype=np.bool_))[conjunct.steps] |= fails
             continue
         if (windows, node) not in bodies:
-            body = node
-            for window in reversed(windows):
-                body = Always(body, window.low, window.high, window.span)
-            bodies[windows, node] = body
+            bodies[windows, node] = throughout(windows, node)
         formulas.append(bodies[windows, node] if agent is None else At(agent, bodies[windows, node], node.span))
     named, monotone = named_agents(formulas), helped_by_more(formulas)
     return RequirementParts(tuple(Part(formula, named[formula], monotone[formula]) for formula in formulas), never)
+
+
+def throughout(windows: Iterable[Always], node: Node) -> Node:
+    """The formula throughout these windows, the outermost first."""
+    for window in reversed(tuple(windows)):
+        node = Always(node, window.low, window.high, window.span)
+    return node
+
+
+def own_formulas(formula: Node, agent: int) -> list[Node]:
+    """What a requirement asks of this agent by name, to be asked of it at step 0."""
+    return [
+        throughout(conjunct.windows, conjunct.formula) for conjunct in conjuncts((formula,)) if conjunct.agent == agent
+    ]
 
 
 def named_agents(roots: Iterable[Node]) -> dict[Node, Agents]:

@@ -41,7 +41,7 @@ class SingleAgentRelaxation(Domain[May]):
         taking_part: whom others may be linked to.
     """
 
-    def __init__(self, labels: Labels, ways: tuple[Flags, ...], taking_part: frozenset[int]) -> None:
+    def __init__(self, labels: Labels, ways: Sequence[Flags], taking_part: frozenset[int]) -> None:
         self.labels, self.ways, self.taking_part = labels, ways, taking_part
         self._swept = 0
 

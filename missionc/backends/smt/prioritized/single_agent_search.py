@@ -1,13 +1,22 @@
 """Single-agent search: the shortest path on which all holds that is asked of one agent, around the reservations.
 
-For what is asked at once, throughout a window or at some time in it, of the place
-where the agent is: then each place at each step is open to it or not, and no solver
-is needed.
+    in   formulas about one agent, the reservations of those settled before it
+    out  the shortest way on its time-expanded roadmap that keeps them, or nothing
+
+It goes through the product of the time-expanded roadmap and the automaton of what
+remains of the formulas (``progression``), step by step, and only as far as the way may still be shorter than a bound
+(``distance_to_go``), which grows until there is a way. What is found is the
+shortest. What a formula says of others who are settled is known.
+
+Source:
+    Hart, Nilsson and Raphael, 1968: f = g + h; here all nodes of a step are expanded at once.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -15,64 +24,484 @@ from missionc.backends.smt.encode.clauses import TRUE, Clauses
 from missionc.backends.smt.encode.lower import Formulas, deep
 from missionc.backends.smt.encode.lower_motion import lower_motion
 from missionc.backends.smt.encode.occupancy import Occupancy
-from missionc.backends.smt.prioritized.reservations import Reservations
+from missionc.backends.smt.prioritized.distance_to_go import DistanceToGo
+from missionc.backends.smt.prioritized.progression import (
+    Asked,
+    Each,
+    Ever,
+    Joined,
+    Letter,
+    Progression,
+    Relaxation,
+    Residual,
+    Some,
+    TooComplex,
+)
+from missionc.backends.smt.prioritized.reservations import Reservations, ReservationTable
 from missionc.backends.smt.refine.problem import LINKS
+from missionc.backends.smt.roadmap.labels import Labels, Unexpressible
+from missionc.backends.smt.roadmap.own_state import own_states, states_of
 from missionc.backends.smt.roadmap.roadmap import Indices
-from missionc.base.trace import Flags
-from missionc.ir import Mission
-from missionc.kernel.analysis import conjuncts
-from missionc.kernel.nodes import Node
-from missionc.kernel.walk import awaited, children
+from missionc.backends.smt.roadmap.unique_rows import distinct
+from missionc.base.trace import Array, Flags
+from missionc.kernel.nodes import All, Any, At, AtLeast, Atom, Node, Not, UntilNode, WindowNode
+from missionc.kernel.walk import children, postorder, window_of
+from missionc.language.margins.predicate_margins import holds, of_pair
 
-ERRANDS = 3
-"""So many places to visit at most; the work doubles with each."""
+PUSH = 3.0
+"""To come too near one who can be moved counts as so many of the longest moves."""
+
+RESTLESS = 1e-6
+"""Metres that a step in motion counts more than it is long, or up to twice as many: of equal ways that over soonest."""
+
+HASTE = 0.25
+"""A step counts as so much of the longest move while there is somewhere to go: who waits, waits where it is done."""
+
+SLACK, WIDER = 0.05, 4.0
+"""A way is looked for that costs more than it must by this share at most, then by so many times as much."""
+
+FAR = 1e-9
+"""Metres to go that are some."""
+
+BOUNDS = 3
+"""After so many bounds there is none."""
+
+RESIDUALS = 3_000
+"""More residuals than this are not looked at."""
+
+STEP_WORK = 1_000
+"""What a step takes by itself, in moves."""
+
+WORK = 20_000_000
+"""Moves looked at, after which a search gives up."""
+
+
+@dataclass(slots=True, eq=False)
+class Task:
+    """What is asked of one agent, on its roadmap.
+
+    Args:
+        places: (states,) or (steps + 1, states), indices into ``place_letters``: what holds where, when.
+        moves: (moves,), indices into ``move_letters``: what holds of a move as it begins; ``ends``: as it ends.
+        finish: (states,), where its way may end.
+        own_places: (states,), indices into ``own_letters``: what holds where, of what the place alone decides.
+        bound: metres that a residual leaves to go at least, from each state, (states,).
+    """
+
+    progression: Progression
+    begin: Residual
+    places: Indices
+    place_letters: list[Letter]
+    moves: Indices
+    ends: Indices
+    move_letters: list[Letter]
+    finish: Flags
+    own_places: Indices
+    own_letters: list[Letter]
+    relaxation: Relaxation
+    bound: Callable[[Residual], Array]
+    residuals: list[Residual] = field(default_factory=list)
+    numbers: dict[Residual, int] = field(default_factory=dict)
+    bounds: list[int] = field(default_factory=list)
+    """For each residual the row of ``metres`` that bounds what it leaves to go."""
+    metres: list[Array] = field(default_factory=list)
+    _rows: dict[int, int] = field(default_factory=dict)
+
+    def number(self, residual: Residual) -> int:
+        if residual not in self.numbers:
+            if len(self.residuals) >= RESIDUALS:
+                raise TooComplex
+            self.numbers[residual] = len(self.residuals)
+            self.residuals.append(residual)
+            bound = self.bound(residual)
+            if id(bound) not in self._rows:
+                self._rows[id(bound)] = len(self.metres)
+                self.metres.append(bound)
+            self.bounds.append(self._rows[id(bound)])
+        return self.numbers[residual]
+
+    def after(self, step: int, residual: Indices, place: Indices, move: Indices) -> Indices:
+        """The numbers of what is left, (rows,), after a step with these letters; -1 where it is broken."""
+        width, depth = len(self.place_letters), len(self.move_letters)
+        kinds, row = np.unique((residual * width + place) * depth + move, return_inverse=True)
+        after = np.empty(len(kinds), dtype=np.int64)
+        for index, kind in enumerate(kinds.tolist()):
+            before, letter = divmod(kind, width * depth)
+            at, along = divmod(letter, depth)
+            letters = self.place_letters[at] + self.move_letters[along]
+            left = self.progression.after(self.residuals[before], step, letters)
+            after[index] = -1 if left is False else self.number(left)
+        return after[row]
+
+    def to_go(self, residual: Indices, states: Indices) -> Array:
+        """At least so many metres are left, (rows,)."""
+        rows, found = np.array(self.bounds)[residual], np.empty(len(states))
+        for row in np.unique(rows).tolist():
+            found[rows == row] = self.metres[row][states[rows == row]]
+        return found
+
+    def place(self, step: int, states: Indices) -> Indices:
+        return self.places[states] if self.places.ndim == 1 else self.places[step, states]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Mover:
+    """An agent, what is asked of it and where it may go.
+
+    Args:
+        may: (steps + 1, states), where its way may lead.
+        starts: (starts,), states.
+    """
+
+    task: Task
+    table: ReservationTable
+    may: Flags
+    starts: Indices
 
 
 class SingleAgentSearch:
-    """Shortest paths of single agents among others, who are where ``reservations`` says: ``agents``.
+    """Shortest paths of single agents among others, who are where ``reservations`` says.
 
-    What those who are settled later do for others is not seen.
+    Args:
+        never: for some agents, where they may not be, (steps + 1, states).
+        limit: of clauses.
+        haste: what a step counts for, of the longest move; 0 where metres alone count.
     """
 
-    def __init__(self, reservations: Reservations, ways: tuple[Flags, ...], mission: Mission, limit: int) -> None:
-        motion = reservations.motion
-        clauses = Clauses(limit)  # what is known needs none
-        known = lower_motion(motion.roadmaps, reservations.fixed(ways), frozenset(reservations.agents), clauses)
-        self.agents = list(reservations.agents)
-        self._ways, self._motion = ways, motion
-        self._formulas = Formulas(mission, known, clauses, Occupancy(known, clauses), LINKS)
+    def __init__(
+        self,
+        labels: Labels,
+        never: dict[int, Flags],
+        reservations: Reservations,
+        limit: int,
+        haste: float = HASTE,
+    ) -> None:
+        self._labels, self._never, self._limit, self._haste = labels, never, limit, haste
+        self._nobody = Reservations(reservations.motion, labels.mission)
+        self._to_go = [
+            DistanceToGo(table.roadmap.moves, table.length + haste * table.longest, len(table.roadmap.position))
+            for table in reservations.tables
+        ]
+        self._own: set[Node] = set()
+        self._seen: set[Node] = set()
+        self._known: tuple[list[int], Formulas] | None = None
+        self.work = 0
+        """Moves looked at so far."""
 
     def way(
         self, agent: int, formulas: Sequence[Node], reservations: Reservations, *, pushing: bool = False
     ) -> Indices | None:
-        """The shortest way, (steps + 1,), clear of all who are settled by now, or ``pushing`` few of them.
+        """The shortest way, (steps + 1,), clear of all who are settled, or ``pushing`` few of them.
 
         None where there is none, or where the formulas ask for more than this can look for.
         """
-        ways, errands = self._ways[agent].copy(), []
-        for conjunct in conjuncts(formulas):
-            node, steps, event = conjunct.formula, conjunct.steps, awaited(conjunct.formula)
-            if conjunct.agent != agent or steps is None:
-                return None
-            if event and not conjunct.windows and children(node) == (event.node,) and self._decides(event.node):
-                errand = np.zeros_like(ways)
-                errand[event.steps] = self._holds(event.node, agent)[event.steps]
-                errands.append(errand)
-            elif self._decides(node):
-                ways[steps] &= self._holds(node, agent)[steps]
-            else:
-                return None
-        return reservations.shortest(agent, ways, errands, pushing=pushing) if len(errands) <= ERRANDS else None
+        return next(self.ways(agent, formulas, reservations, (pushing,)), None)
 
-    def _decides(self, body: Node) -> bool:
-        return self._formulas.places.decides(body)
+    def ways(
+        self, agent: int, formulas: Sequence[Node], reservations: Reservations, pushing: Sequence[bool]
+    ) -> Iterator[Indices]:
+        """The ways found with one after the other of these.
 
-    def _holds(self, body: Node, agent: int) -> Flags:
-        """The steps and states at which it holds of the agent for certain, (steps + 1, states)."""
-        able = self._ways[agent]
-        step, state = np.nonzero(able)
-        holds = np.zeros_like(able)
+        One that is followed by another is not looked for where it is further round than what a push costs.
+        """
+        task: Task | None = None
+        for number, push in enumerate(pushing):
+            last = number == len(pushing) - 1
+            with deep(), suppress(TooComplex):
+                task = task or self.task(agent, formulas, reservations)
+                way = self._shortest(task, agent, reservations, pushing=push, last=last)
+                if way is not None:
+                    yield way
+
+    def alone(self, agent: int, formulas: Sequence[Node]) -> Indices | None:
+        """The shortest way, (steps + 1,), as if it were the only agent; None where its roadmap has none for certain.
+
+        Raises:
+            TooComplex: the formulas are about others, or it takes too much work.
+        """
         with deep():
-            place = state + self._motion.places_of(agent).start
-            holds[step, state] = self._formulas.places.standing(body, agent, step, place) == TRUE
-        return holds
+            task = self.task(agent, formulas, self._nobody, alone=True)
+            return self._shortest(task, agent, self._nobody, pushing=False, last=True)
+
+    def metres(self, agent: int, way: Indices) -> float:
+        """How long a way of the agent is, (steps + 1,)."""
+        table = self._nobody.tables[self._labels.roadmap_of[agent]]
+        return table.metres(way)
+
+    # ------------------------------------------------------------------- task
+
+    def task(self, agent: int, formulas: Sequence[Node], reservations: Reservations, *, alone: bool = False) -> Task:
+        """What the formulas ask of the agent.
+
+        Args:
+            alone: nothing is known of others.
+
+        Raises:
+            TooComplex: they ask for more than can be looked for.
+        """
+        order = postorder(formulas)
+        new = [node for node in order if node not in self._seen]
+        self._seen.update(new)
+        self._own |= own_states(order, self._labels) if new else set()
+        number = self._labels.roadmap_of[agent]
+        table = reservations.tables[number]
+        of_state: dict[Node, Flags] = {}
+        of_step: dict[Node, Flags] = {}
+        of_move: dict[Node, tuple[Flags, Flags]] = {}
+        waiting = list(formulas)
+        met: set[Node] = set()
+        while waiting:
+            node = waiting.pop()
+            if node in met:
+                continue
+            met.add(node)
+            leaf = node.body if isinstance(node, Not) else node
+            if node in self._own:
+                of_state[node] = states_of(node, agent, self._labels)
+            elif isinstance(leaf, Atom) and not leaf.predicate.others and self._labels.of_moves(leaf.predicate, number):
+                begins, ends = (self._labels.moves(leaf.predicate, number, at_end=at_end) for at_end in (False, True))
+                of_move[node] = (begins, ends) if leaf is node else (~begins, ~ends)
+            elif isinstance(node, All | Any | AtLeast | WindowNode | UntilNode) or (
+                isinstance(node, At) and node.agent == agent
+            ):
+                waiting.extend(children(node))
+            elif alone:
+                raise TooComplex
+            else:
+                of_step[node] = self._beside(node, agent, reservations)
+        rank = {node: index for index, node in enumerate((*of_state, *of_step, *of_move))}
+        steps, states = len(table.roadmap.standing), len(table.roadmap.position)
+        places, place_letters = _letters(list(of_state.values()), states)
+        own_places, own_letters = places, place_letters
+        if of_step:
+            rows = [np.broadcast_to(row, (steps, states)).ravel() for row in (*of_state.values(), *of_step.values())]
+            flat, place_letters = _letters(rows, steps * states)
+            places = flat.reshape(steps, states)
+        both = [np.concatenate(pair) for pair in of_move.values()]
+        moves, move_letters = _letters(both, 2 * len(table.roadmap.moves))
+        progression = Progression(agent, rank.get, steps - 1)
+        relaxation = Relaxation(agent, lambda node: rank[node] if node in of_state else None, steps - 1)
+        signature = _Signature({node: row.tobytes() for node, row in of_state.items()}).of
+        to_go = self._to_go[number]
+        finish = np.zeros(states, dtype=np.bool_)
+        finish[table.roadmap.finishes[table.roadmap.agents.index(agent)]] = True
+        finish &= self._may(agent, reservations)[-1]
+
+        def bound(residual: Residual) -> Array:
+            return to_go.of(relaxation.of(residual), relaxation, own_places, own_letters, signature, finish)
+
+        half = len(table.roadmap.moves)
+        begin = progression.begin(formulas)
+        return Task(
+            progression,
+            begin,
+            places,
+            place_letters,
+            moves[:half],
+            moves[half:],
+            move_letters,
+            finish,
+            own_places,
+            own_letters,
+            relaxation,
+            bound,
+        )
+
+    def _beside(self, node: Node, agent: int, reservations: Reservations) -> Flags:
+        """At which steps in which states something about others holds for certain: (steps + 1, states)."""
+        leaf = node.body if isinstance(node, Not) else node
+        labels, motion = self._labels, reservations.motion
+        shape = reservations.tables[labels.roadmap_of[agent]].roadmap.standing.shape
+        if isinstance(leaf, Atom) and leaf.predicate.others:
+            others = sorted(leaf.predicate.others - {agent})
+            if len(others) != 1 or others[0] not in reservations.agents:
+                raise TooComplex
+            theirs = motion.roadmap(others[0]).position[reservations.states[others[0]]]
+            try:
+                margins = of_pair(
+                    leaf.predicate,
+                    labels.mission,
+                    agent,
+                    others[0],
+                    motion.roadmap(agent).position[None],
+                    theirs[:, None],
+                )
+            except ValueError as error:
+                raise TooComplex from error
+            return np.broadcast_to(np.asarray(holds(leaf.predicate, np.asarray(margins))) == (leaf is node), shape)
+        known = self._formulas(reservations)
+        if not known.places.decides(node):
+            raise TooComplex
+        step, state = np.nonzero(self._may(agent, reservations))
+        found = np.zeros(shape, dtype=np.bool_)
+        try:
+            place = state + motion.places_of(agent).start
+            found[step, state] = known.places.standing(node, agent, step, place) == TRUE
+        except Unexpressible as error:
+            raise TooComplex from error
+        return found
+
+    def _formulas(self, reservations: Reservations) -> Formulas:
+        if self._known is None or self._known[0] != reservations.agents:
+            motion, clauses = reservations.motion, Clauses(self._limit)  # what is known needs none
+            ways = reservations.fixed(motion.ways)
+            known = lower_motion(motion.roadmaps, ways, frozenset(reservations.agents), clauses)
+            formulas = Formulas(self._labels.mission, known, clauses, Occupancy(known, clauses), LINKS)
+            self._known = list(reservations.agents), formulas
+        return self._known[1]
+
+    def _may(self, agent: int, reservations: Reservations) -> Flags:
+        """Where the agent may be, (steps + 1, states), for all that is said of others."""
+        standing = reservations.tables[self._labels.roadmap_of[agent]].roadmap.standing
+        return standing & ~self._never[agent] if agent in self._never else standing
+
+    def starts(self, agent: int, reservations: Reservations) -> Indices:
+        """Where the agent may start, (starts,), states."""
+        roadmap = reservations.tables[self._labels.roadmap_of[agent]].roadmap
+        starts = roadmap.starts[roadmap.agents.index(agent)]
+        return np.asarray(starts[self._may(agent, reservations)[0, starts]])
+
+    def mover(self, agent: int, formulas: Sequence[Node], reservations: Reservations | None) -> Mover:
+        """The agent as one of several that are searched for together; without reservations as if they were alone.
+
+        Raises:
+            TooComplex: the formulas ask for more than can be looked for.
+        """
+        around = reservations or self._nobody
+        task = self.task(agent, formulas, around, alone=reservations is None)
+        table = around.tables[self._labels.roadmap_of[agent]]
+        return Mover(task, table, self._may(agent, around), self.starts(agent, around))
+
+    # ----------------------------------------------------------------- search
+
+    def _shortest(
+        self, task: Task, agent: int, reservations: Reservations, *, pushing: bool, last: bool
+    ) -> Indices | None:
+        table = reservations.tables[self._labels.roadmap_of[agent]]
+        may, starts = self._may(agent, reservations), self.starts(agent, reservations)
+        least = float(task.bound(task.begin)[starts].min(initial=np.inf))
+        if not np.isfinite(least):
+            return None
+        sweep = Sweep(task, table, may, starts, self._haste * table.longest, pushing=pushing)
+        excess = max(SLACK * least, table.longest)
+        most = np.inf if last else PUSH * table.longest
+        try:
+            for attempt in range(BOUNDS + 1):
+                more = min(most, excess * WIDER**attempt if attempt < BOUNDS else np.inf)
+                way = sweep.within(least + more)
+                if way is not None or more == most:
+                    break
+        finally:
+            self.work += sweep.work
+        return way
+
+
+@dataclass(slots=True, eq=False)
+class Sweep:
+    """The search for one way, from step to step.
+
+    Args:
+        may: (steps + 1, states), where it may lead.
+        starts: (starts,), states.
+        step_cost: metres that a step counts for while there is somewhere to go.
+        pushing: moves that come too near some who can be moved are dear, not forbidden.
+    """
+
+    task: Task
+    table: ReservationTable
+    may: Flags
+    starts: Indices
+    step_cost: float
+    pushing: bool
+    work: int = 0
+
+    def within(self, bound: float) -> Indices | None:
+        """The cheapest way, (steps + 1,), of those that may cost no more than the bound.
+
+        Raises:
+            TooComplex: it takes too much work.
+        """
+        task, table = self.task, self.table
+        states, steps = len(task.finish), len(table.roadmap.allowed)
+        target = table.roadmap.moves[:, 1]
+        done = task.number(True)
+        key = task.number(task.begin) * states + self.starts
+        cost = np.zeros(len(key))
+        goes = task.to_go(key // states, self.starts) > FAR
+        trail: list[tuple[Indices, Indices]] = []
+        for step in range(steps):
+            residual, state = np.divmod(key, states)
+            sizes = table.begins[state + 1] - table.begins[state]
+            row = np.repeat(np.arange(len(key)), sizes)
+            move = np.arange(len(row)) + np.repeat(table.begins[state] - np.cumsum(sizes) + sizes, sizes)
+            self.work += STEP_WORK + len(move)
+            if self.work > WORK:
+                raise TooComplex
+            free = self.may[step + 1, target[move]] & table.free(step, move, pushing=self.pushing)
+            row, move = row[free], move[free]
+            place = task.place(step, state)
+            if len(task.move_letters) == 1:
+                left = task.after(step, residual, place, np.zeros_like(place))[row]
+            else:
+                left = task.after(step, residual[row], place[row], task.moves[move])
+            if step == steps - 1:
+                alive = (left >= 0) & task.finish[target[move]]
+                row, move, left = row[alive], move[alive], left[alive]
+                left = task.after(steps, left, task.place(steps, target[move]), task.ends[move])
+                left[left != done] = -1
+            alive = left >= 0
+            row, move, left = row[alive], move[alive], left[alive]
+            there = target[move]
+            after = cost[row] + table.length[move] + RESTLESS * (1 + step / (1 + steps)) * table.leads_on[move]
+            after += self.step_cost * goes[row]
+            if self.pushing:
+                after += PUSH * table.longest * table.weight(step, move)
+            to_go = task.to_go(left, there)
+            near = np.flatnonzero(after + to_go <= bound)
+            key, cost = left[near] * states + there[near], after[near]
+            order = np.lexsort((cost, key))
+            order = order[np.diff(key[order], prepend=-1) > 0]
+            key, cost, near = key[order], cost[order], near[order]
+            parent, goes = row[near], to_go[near] > FAR
+            if not key.size:
+                return None
+            trail.append((key % states, parent))
+        way = np.empty(steps + 1, dtype=np.int64)
+        best = int(np.argmin(cost))
+        for step in range(steps, 0, -1):
+            reached, parent = trail[step - 1]
+            way[step], best = reached[best], int(parent[best])
+        way[0] = self.starts[best]
+        return way
+
+
+def _letters(rows: Sequence[Flags], size: int) -> tuple[Indices, list[Letter]]:
+    """Of which kind each column is, (size,), and what each kind holds, where a row says what of one proposition."""
+    if not rows:
+        return np.zeros(size, dtype=np.int64), [()]
+    columns = np.stack(rows, axis=1)
+    first, kind = distinct(np.packbits(columns, axis=1))
+    return kind, [tuple(column) for column in columns[first].tolist()]
+
+
+class _Signature:
+    """What a residual asks for, told by the states that its propositions hold in."""
+
+    def __init__(self, leaves: dict[Node, bytes]) -> None:
+        self._known: dict[Node, object] = dict(leaves)
+
+    def of(self, residual: Residual) -> object:
+        match residual:
+            case Joined(count, parts):
+                return count, frozenset(map(self.of, parts))
+            case Asked(node) | Some(node) | Each(node) | Ever(node):
+                return type(residual), self._of(node)
+            case _:
+                return residual
+
+    def _of(self, node: Node) -> object:
+        if node not in self._known:
+            below = tuple(map(self._of, children(node)))
+            count = node.count if isinstance(node, AtLeast) else 0
+            self._known[node] = type(node), window_of(node), count, below
+        return self._known[node]

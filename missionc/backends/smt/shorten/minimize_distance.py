@@ -147,8 +147,13 @@ def move_lengths(mission: Mission, motion: Motion, number: int) -> Array:
     states = States(roadmap.position, roadmap.velocity)
     source, target = roadmap.moves.T
     dynamics = mission.agents[roadmap.agents[0]].dynamics
-    position, velocity, acceleration = motion_of(dynamics, states.take(source), states.take(target), mission.step)
-    moment = np.linspace(0.0, mission.step, CHORDS + 1)[:, None, None]
+    return travelled(motion_of(dynamics, states.take(source), states.take(target), mission.step), mission.step)
+
+
+def travelled(motions: tuple[Array, Array, Array], step: float) -> Array:
+    """The length of motions of one step, metres: position, velocity and acceleration, (motions, dim) -> (motions,)."""
+    position, velocity, acceleration = motions
+    moment = np.linspace(0.0, step, CHORDS + 1)[:, None, None]
     points = position + velocity * moment + acceleration * (0.5 * moment**2)
     return np.asarray(np.linalg.norm(np.diff(points, axis=0), axis=-1).sum(axis=0))
 

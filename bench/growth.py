@@ -1,0 +1,130 @@
+"""Teams of 10 to 1000 robots with tasks of their own, in a world that grows with them: how time and memory grow.
+
+    python bench/growth.py [--agents N ...] [--limit SECONDS] [--nodes N] [--print]
+
+A square of 10 m with a rack for each robot. Each fetches from a shelf of its own
+that is up to three squares away and brings it to a dock that four squares share;
+no requirement is about two robots. Prints seconds of the processor and bytes,
+children included, of a whole compilation; of that, seconds on the wall for the files of the flight; what it is for each
+robot; and the exponent of the seconds of the processor in the number of robots from each size to the next.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import os
+import random
+import subprocess
+import sys
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+
+SIZES = (10, 30, 100, 300, 1000)
+
+SQUARE = 10
+"""Metres."""
+
+BLOCK = 3
+"""Shelves are dealt out among the robots of so many by so many squares."""
+
+
+def mission(agents: int, nodes: int = 0, seed: int = 0) -> str:
+    """The mission with so many robots, and where they are said so many nodes for each."""
+    side = math.ceil(math.sqrt(agents))
+    squares = [(number % side, number // side) for number in range(agents)]
+    blocks: dict[tuple[int, int], list[int]] = {}
+    for number, (across, up) in enumerate(squares):
+        blocks.setdefault((across // BLOCK, up // BLOCK), []).append(number)
+    shelf_of: dict[int, int] = {}
+    generator = random.Random(seed)
+    for members in blocks.values():
+        shelf_of |= dict(zip(members, generator.sample(members, len(members)), strict=True))
+    rows = math.ceil(agents / side)
+    lines = [
+        f"mission growth{agents}",
+        "time  step 1 s, horizon 90 s",
+        f"world (0, 0) to ({SQUARE * side + 2}, {SQUARE * rows + 2})",
+    ]
+    for number, (across, up) in enumerate(squares):
+        x, y = SQUARE * across, SQUARE * up
+        lines.append(f"obstacle rack{number} = box ({x + 3}, {y + 6}) to ({x + 9}, {y + 7.5})")
+        lines.append(f"region shelf{number} = box ({x + 4}, {y + 4.4}) to ({x + 8}, {y + 5.6})")
+        if across % 2 == up % 2 == 0:
+            lines.append(f"region dock{across // 2}_{up // 2} = box ({x + 9.2}, {y + 8}) to ({x + 12}, {y + 11.5})")
+    starts = ", ".join(f"({SQUARE * across + 1.5}, {SQUARE * up + 2})" for across, up in squares)
+    lines.append(f"team bot[{agents}] {{ radius 0.3 m  dynamics unicycle(speed 0..2 m/s)  start at {starts} }}")
+    lines.append("separation 0.2 m")
+    for number, (across, up) in enumerate(squares):
+        job = f"shelf{shelf_of[number]} and eventually[0, 40 s] dock{across // 2}_{up // 2}"
+        lines.append(f"require job{number}: bot[{number}]: eventually[0, 50 s] ({job})")
+    if nodes:
+        lines.append(f"solve with smt {{ nodes = {nodes * agents} }}")
+    return "\n".join(lines) + "\n"
+
+
+COMPILE = """
+import sys, missionc
+compiled = missionc.compile(sys.argv[1], time_limit=float(sys.argv[2]))
+print(type(compiled.outcome).__name__, dict(compiled.seconds).get("emit", 0.0))
+"""
+
+
+@dataclass(frozen=True, slots=True)
+class Run:
+    """A mission compiled in a process of its own.
+
+    Args:
+        outcome: its kind, in a word.
+        seconds: of the processor, children included.
+        writing: seconds on the wall that went into the files of the flight.
+        peak: bytes.
+    """
+
+    outcome: str
+    seconds: float
+    writing: float
+    peak: int
+
+
+def measured(text: str, limit: float) -> Run:
+    """A mission compiled within so many seconds on the wall."""
+    with tempfile.TemporaryDirectory() as folder, tempfile.TemporaryFile() as said:
+        file = Path(folder) / "case.mission"
+        file.write_text(text, encoding="utf-8")
+        process = subprocess.Popen([sys.executable, "-c", COMPILE, str(file), str(limit)], stdout=said)
+        _, status, used = os.wait4(process.pid, 0)
+        process.returncode = os.waitstatus_to_exitcode(status)
+        said.seek(0)
+        outcome, writing = said.read().decode().split() if process.returncode == 0 else ("failed", "0")
+    return Run(outcome, used.ru_utime + used.ru_stime, float(writing), used.ru_maxrss * 1024)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--agents", type=int, nargs="+", default=list(SIZES), help="teams of so many")
+    parser.add_argument("--limit", type=float, default=600.0, help="seconds on the wall for each")
+    parser.add_argument("--nodes", type=int, default=0, help="nodes of the roadmap for each robot, where not as usual")
+    parser.add_argument("--print", action="store_true", help="print the first of these missions, and stop")
+    arguments = parser.parse_args()
+    if arguments.print:
+        print(mission(arguments.agents[0], arguments.nodes), end="")
+        return
+    print(
+        f"{'robots':>6} {'outcome':>9} {'CPU s':>8} {'files s':>8} {'s each':>8} {'MB':>7} {'MB each':>8} exponent",
+        flush=True,
+    )
+    before: tuple[int, float] | None = None
+    for agents in arguments.agents:
+        run = measured(mission(agents, arguments.nodes), arguments.limit)
+        row = f"{agents:>6} {run.outcome:>9} {run.seconds:>8.1f} {run.writing:>8.1f} {run.seconds / agents:>8.3f}"
+        row += f" {run.peak / 2**20:>7.0f} {run.peak / 2**20 / agents:>8.2f}"
+        if before is not None:
+            row += f" {math.log(run.seconds / before[1]) / math.log(agents / before[0]):>8.2f}"
+        print(row, flush=True)
+        before = agents, run.seconds
+
+
+if __name__ == "__main__":
+    main()

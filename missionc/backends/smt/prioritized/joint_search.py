@@ -1,0 +1,277 @@
+"""Joint search: the motion of two or three agents at once, exact, where one has no way around the other.
+
+    in   what is asked of each, the reservations of all others
+    out  a joint motion clear of each other; or the proof that their roadmaps hold none, whatever the others do
+
+The untimed product of their roadmaps, with what is relaxed left of their tasks (``progression``), says
+how far every joint state is from the end; one that is not connected to it has no joint motion at all. On that
+bound the joint time-expanded roadmap is gone through, as ``single_agent_search`` does for one.
+
+Source:
+    Standley, "Finding optimal solutions to cooperative pathfinding problems", 2010: one agent after the other
+    within a step, and only those who cannot be planned apart.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import reduce
+
+import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import dijkstra
+from scipy.spatial import cKDTree
+
+from missionc.backends.smt.prioritized.progression import Residual, TooComplex
+from missionc.backends.smt.prioritized.reservations import ReservationTable
+from missionc.backends.smt.prioritized.single_agent_search import FAR, HASTE, Mover
+from missionc.backends.smt.roadmap.roadmap import Indices
+from missionc.base.trace import Array, Flags
+from missionc.world.relative_motion import closest_approach
+
+EDGES = 12_000_000
+"""Joint moves of the untimed product, of which there may be no more."""
+
+WORK = 1_000_000
+"""Joint moves looked at in the timed one, after which the search gives up."""
+
+PHASES = 12
+"""More relaxed residuals than this of one agent are not gone through."""
+
+WIDER, BOUNDS = 4.0, 4
+"""A motion is looked for that is longer than it must be by a longest move, then by so many times more, so often."""
+
+NO_WAY = 1e-12
+"""Metres of a move that leads nowhere: a sparse graph has no edges of length 0."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Untimed:
+    """What one agent may do at some time or other. A *spot* is a relaxed residual and a state.
+
+    Args:
+        phases: the number of each residual.
+        tail: (edges,), spots; ``head`` likewise.
+        move: (edges,), the move of its roadmap.
+        ends: (spots,), where it may end.
+    """
+
+    phases: dict[Residual, int]
+    tail: Indices
+    head: Indices
+    move: Indices
+    ends: Flags
+
+    @classmethod
+    def of(cls, mover: Mover) -> Untimed:
+        task, states = mover.task, len(mover.task.finish)
+        begin = task.relaxation.of(task.begin)
+        phases: dict[Residual, int] = {begin: 0}
+        waiting = [begin]
+        source, target = mover.table.roadmap.moves.T
+        open_ = np.asarray(mover.may.any(axis=0))
+        ever = mover.table.roadmap.allowed.any(axis=0) & open_[source] & open_[target]
+        tails, heads, moves, ends = [], [], [], list[Flags]()
+        while waiting:
+            phase = waiting.pop(0)
+            number = phases[phase]
+            over = np.array([task.relaxation.ends(phase, letter) for letter in task.own_letters])
+            ends.append(over[task.own_places] & task.finish)
+            for kind, letter in enumerate(task.own_letters):
+                after = task.relaxation.after(phase, letter)
+                if after is False:
+                    continue
+                if after not in phases:
+                    phases[after] = len(phases)
+                    waiting.append(after)
+                if len(phases) > PHASES:
+                    raise TooComplex
+                of_kind = np.flatnonzero(ever & (task.own_places[source] == kind))
+                tails.append(number * states + source[of_kind])
+                heads.append(phases[after] * states + target[of_kind])
+                moves.append(of_kind)
+        nothing = np.zeros(0, dtype=np.int64)
+        tail, head, move = (np.concatenate([nothing, *parts]) for parts in (tails, heads, moves))
+        return cls(phases, tail, head, move, np.concatenate(ends))
+
+
+class JointSearch:
+    """The search for one joint motion.
+
+    Args:
+        apart: (agents, agents), metres that the centres of each two must keep.
+    """
+
+    def __init__(self, movers: Sequence[Mover], apart: Array, step: float) -> None:
+        self.movers, self._step = movers, step
+        self._haste = HASTE * max(mover.table.longest for mover in movers)
+        self._pairs = [(one, other) for other in range(len(movers)) for one in range(other)]
+        self._clear = {
+            (one, other): self._clear_moves(movers[one].table, movers[other].table, float(apart[one, other]))
+            for one, other in self._pairs
+        }
+        self._untimed = [Untimed.of(mover) for mover in movers]
+        self._spots = [len(each.ends) for each in self._untimed]
+        self._to_go = self._distances()
+        """Metres that all have to go at least, by their spots, (joint spots,); infinite where there is no way."""
+
+    def _clear_moves(self, one: ReservationTable, other: ReservationTable, least: float) -> Flags:
+        """Which moves of the one are clear of which of the other, (moves, moves)."""
+        if len(one.length) * len(other.length) > EDGES:
+            raise TooComplex
+        clear = np.ones((len(one.length), len(other.length)), dtype=np.bool_)
+        near = cKDTree(other.middle).query_ball_point(one.middle, one.reach + other.reach.max(initial=0.0) + least)
+        first = np.repeat(np.arange(len(near)), [len(moves) for moves in near])
+        second = np.concatenate([np.array(moves, dtype=np.int64) for moves in near])
+        (here, going, turning), (there, coming, bending) = one.moves, other.moves
+        nearest = closest_approach(
+            here[first], going[first], turning[first], there[second], coming[second], bending[second], self._step
+        )
+        clear[first[nearest < least], second[nearest < least]] = False
+        return clear
+
+    def _distances(self) -> Array:
+        untimed = self._untimed
+        if np.prod([len(each.tail) for each in untimed], dtype=float) > EDGES:
+            raise TooComplex
+        rows: list[Indices] = [np.arange(len(untimed[0].tail))]
+        for agent in range(1, len(untimed)):
+            size = len(untimed[agent].tail)
+            before = len(rows[0])
+            rows = [np.repeat(row, size) for row in rows] + [np.tile(np.arange(size), before)]
+            clear = [
+                self._clear[one, agent][untimed[one].move[rows[one]], untimed[agent].move[rows[agent]]]
+                for one in range(agent)
+            ]
+            kept = np.flatnonzero(reduce(np.logical_and, clear))
+            rows = [row[kept] for row in rows]
+        tail = self._joint([each.tail[row] for each, row in zip(untimed, rows, strict=True)])
+        head = self._joint([each.head[row] for each, row in zip(untimed, rows, strict=True)])
+        length = sum(
+            mover.table.length[each.move[row]] for mover, each, row in zip(self.movers, untimed, rows, strict=True)
+        )
+        ends = reduce(np.logical_and.outer, [each.ends for each in untimed]).reshape(-1)
+        count = len(ends)
+        last = np.flatnonzero(ends)
+        weights = np.concatenate([length + self._haste, np.full(last.size, NO_WAY)])
+        edges = np.concatenate([head, np.full(last.size, count)]), np.concatenate([tail, last])
+        # Of parallel edges, which a sparse array would add up, there are none: a spot and its move name the next.
+        graph = coo_array((weights, edges), shape=(count + 1, count + 1)).tocsr()
+        return np.asarray(dijkstra(graph, indices=[count]))[0, :count]
+
+    def _joint(self, spots: Sequence[Indices]) -> Indices:
+        """One number for the spots of all agents, (rows,) each."""
+        joint = spots[0]
+        for each, count in zip(spots[1:], self._spots[1:], strict=True):
+            joint = joint * count + each
+        return joint
+
+    @property
+    def refused(self) -> bool:
+        """Whether there is no joint motion, whatever the time and whoever else is there."""
+        grid = np.meshgrid(*(mover.starts for mover in self.movers), indexing="ij")  # the first phase is 0
+        return not np.isfinite(self._to_go[self._joint([each.ravel() for each in grid])]).any()
+
+    def find(self) -> Indices | None:
+        """A joint motion of few metres, (agents, steps + 1), if there is one in time.
+
+        Raises:
+            TooComplex: it takes too much work.
+        """
+        work = [0]
+        longest = max(mover.table.longest for mover in self.movers)
+        for attempt in range(BOUNDS + 1):
+            more = longest * WIDER**attempt if attempt < BOUNDS else np.inf
+            found = self._within(more, work)
+            if found is not None:
+                return found
+        return None
+
+    def _within(self, more: float, work: list[int]) -> Indices | None:
+        """The shortest that is longer by so much at most than the untimed one."""
+        movers = self.movers
+        steps = len(movers[0].table.roadmap.allowed)
+        grid = np.meshgrid(*(mover.starts for mover in movers), indexing="ij")
+        states = [each.ravel() for each in grid]
+        left = [np.full(states[0].shape, mover.task.number(mover.task.begin)) for mover in movers]
+        cost = np.zeros(len(states[0]))
+        to_go = self._left(left, states)
+        bound, goes = float(to_go.min(initial=np.inf)) + more, to_go > FAR
+        if not np.isfinite(to_go).any():
+            return None
+        trail: list[tuple[list[Indices], Indices]] = [(states, np.arange(len(cost)))]
+        for step in range(steps):
+            row = np.arange(len(cost))
+            moves: list[Indices] = []
+            after: list[Indices] = []
+            for agent, mover in enumerate(movers):
+                table, task = mover.table, mover.task
+                state = states[agent][row]
+                sizes = table.begins[state + 1] - table.begins[state]
+                again = np.repeat(np.arange(len(row)), sizes)
+                move = np.arange(len(again)) + np.repeat(table.begins[state] - np.cumsum(sizes) + sizes, sizes)
+                work[0] += len(move)
+                if work[0] > WORK:
+                    raise TooComplex
+                there = table.roadmap.moves[move, 1]
+                free = mover.may[step + 1, there] & table.free(step, move, pushing=False)
+                for one in range(agent):
+                    free &= self._clear[one, agent][moves[one][again], move]
+                again, move = again[free], move[free]
+                now = row[again]
+                places = task.place(step, states[agent][now])
+                residual = task.after(step, left[agent][now], places, task.moves[move])
+                if step == steps - 1:
+                    target = table.roadmap.moves[move, 1]
+                    alive = np.flatnonzero((residual >= 0) & task.finish[target])
+                    over = np.full(len(residual), -1)
+                    over[alive] = task.after(
+                        steps, residual[alive], task.place(steps, target[alive]), task.ends[move[alive]]
+                    )
+                    residual = np.where(over == task.number(True), over, -1)
+                alive = np.flatnonzero(residual >= 0)
+                again, move, residual = again[alive], move[alive], residual[alive]
+                row = row[again]
+                moves = [*(each[again] for each in moves), move]
+                after = [*(each[again] for each in after), residual]
+            if not len(row):
+                return None
+            heads = [mover.table.roadmap.moves[move, 1] for mover, move in zip(movers, moves, strict=True)]
+            whole = cost[row] + sum(mover.table.length[move] for mover, move in zip(movers, moves, strict=True))
+            whole += self._haste * goes[row]
+            to_go = self._left(after, heads)
+            near = np.flatnonzero(whole + to_go <= bound)
+            order = near[np.lexsort((whole[near], *(each[near] for each in (*after, *heads))))]
+            changes = np.zeros(len(order), dtype=np.bool_)
+            changes[:1] = True
+            for each in (*after, *heads):
+                changes[1:] |= np.diff(each[order]) != 0
+            order = order[changes]
+            if not len(order):
+                return None
+            goes = to_go[order] > FAR
+            states, left, cost = [each[order] for each in heads], [each[order] for each in after], whole[order]
+            trail.append((states, row[order]))
+        best = int(np.argmin(cost))
+        way = np.empty((len(movers), steps + 1), dtype=np.int64)
+        for step in range(steps, -1, -1):
+            reached, parent = trail[step]
+            way[:, step] = [each[best] for each in reached]
+            best = int(parent[best])
+        return way
+
+    def _left(self, residuals: Sequence[Indices], states: Sequence[Indices]) -> Array:
+        """At least so many metres are left, (rows,)."""
+        spots, known = [], np.ones(len(states[0]), dtype=np.bool_)
+        for mover, untimed, residual, state in zip(self.movers, self._untimed, residuals, states, strict=True):
+            kinds, row = np.unique(residual, return_inverse=True)
+            relaxed = [mover.task.relaxation.of(mover.task.residuals[kind]) for kind in kinds.tolist()]
+            phase = np.array([untimed.phases.get(each, -1) for each in relaxed], dtype=np.int64)[row]
+            known &= phase >= 0
+            spots.append(np.maximum(phase, 0) * len(mover.task.finish) + state)
+        apart = sum(
+            mover.task.to_go(residual, state)
+            for mover, residual, state in zip(self.movers, residuals, states, strict=True)
+        )
+        return np.where(known, self._to_go[self._joint(spots)], apart)

@@ -1,0 +1,310 @@
+"""Formula progression: what is still to be kept of one agent's formulas after each step of its motion.
+
+    in   formulas about one agent; which of their propositions hold at each step
+    out  what remains of them, true or false at the last step
+
+A *residual* is a conjunction or disjunction of operators of time that are still open, with the steps at
+which their windows begin and end. Equal residuals are one object, so that they are the states of an automaton that
+is made as it is gone through. ``Relaxed`` is the same without windows: whatever a residual allows, its relaxation
+does too, and it has so few states that distances to go can be worked out for each.
+
+Source:
+    Bacchus and Kabanza, "Planning for temporally extended goals", 1998.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field
+from typing import TypeAlias
+
+from missionc.kernel.nodes import All, Any, At, AtLeast, Node, UntilNode, WindowNode
+from missionc.kernel.walk import window_of
+
+
+class TooComplex(ValueError):
+    """What is asked is about others too, or leaves more residuals than are looked at."""
+
+
+@dataclass(frozen=True, slots=True)
+class Open:
+    """An operator of time whose window is these steps; ``first`` is 0 as soon as it has begun."""
+
+    node: Node
+    first: int
+    last: int
+
+
+@dataclass(frozen=True, slots=True)
+class Asked:
+    """A formula that is asked at the next step."""
+
+    node: Node
+
+
+@dataclass(frozen=True, slots=True)
+class Some:
+    """A formula at some step from the next on."""
+
+    node: Node
+
+
+@dataclass(frozen=True, slots=True)
+class Each:
+    """A formula at each step from the next on."""
+
+    node: Node
+
+
+@dataclass(frozen=True, slots=True)
+class Ever:
+    """An ``until`` whose end may be at any step from the next on."""
+
+    node: UntilNode
+
+
+@dataclass(frozen=True, slots=True)
+class Joined:
+    """All of the parts, or ``count`` of them."""
+
+    count: int
+    parts: frozenset[Residual]
+
+
+Residual: TypeAlias = "bool | Open | Joined | Asked | Some | Each | Ever"
+"""``Open`` is of a progression, ``Some``, ``Each`` and ``Ever`` are of a relaxation."""
+
+Letter: TypeAlias = "tuple[bool, ...]"
+"""Whether each proposition holds at a step."""
+
+
+def joined(count: int, parts: Iterable[Residual]) -> Residual:
+    """So many of the parts or more, without what makes no difference."""
+    left: set[Residual] = set()
+    for part in parts:
+        if part is True:
+            count -= 1
+        elif part is not False:
+            left.add(part)
+    if count <= 0:
+        return True
+    if len(left) < count:
+        return False
+    return next(iter(left)) if len(left) == 1 else Joined(count, frozenset(left))
+
+
+def meet(parts: Iterable[Residual]) -> Residual:
+    """All of the parts."""
+    left: set[Residual] = set()
+    for part in parts:
+        if part is False:
+            return False
+        if isinstance(part, Joined) and part.count == len(part.parts):
+            left |= part.parts
+        elif part is not True:
+            left.add(part)
+    strongest = _extreme(left, every=True)
+    return joined(len(strongest), strongest)
+
+
+def join(parts: Iterable[Residual]) -> Residual:
+    """Some of the parts."""
+    left: set[Residual] = set()
+    for part in parts:
+        if part is True:
+            return True
+        if isinstance(part, Joined) and part.count == 1:
+            left |= part.parts
+        elif part is not False:
+            left.add(part)
+    weakest = _extreme(left, every=False)
+    absorbed = {part for part in weakest if _conjuncts(part) & weakest - {part}}
+    return joined(1, weakest - absorbed)
+
+
+def _conjuncts(residual: Residual) -> frozenset[Residual]:
+    alike = isinstance(residual, Joined) and residual.count == len(residual.parts)
+    return residual.parts if alike and isinstance(residual, Joined) else frozenset()
+
+
+def _extreme(parts: set[Residual], *, every: bool) -> set[Residual]:
+    """Of windows on one formula that begin together only the one that says most, or where not ``every`` least."""
+    if len(parts) < 2:
+        return parts
+    kept: dict[object, Residual] = {}
+    for part in parts:
+        key: object = part
+        if isinstance(part, Open) and isinstance(part.node, WindowNode):
+            key = part.node.body, part.node.every, part.first
+            other = kept.get(key)
+            if isinstance(other, Open):
+                longest = part.node.every == every  # a longer always says more, a longer eventually less
+                if (other.last > part.last) == longest or other.last == part.last:
+                    continue
+        kept[key] = part
+    return set(kept.values())
+
+
+@dataclass(slots=True, eq=False)
+class Progression:
+    """The progression of formulas about one agent.
+
+    Args:
+        agent: mission index.
+        proposition: the number of what a node asks of a single step, None where it is more than that.
+        last: the mission's last step.
+    """
+
+    agent: int
+    proposition: Callable[[Node], int | None]
+    last: int
+    _known: dict[tuple[Residual, int, Letter], Residual] = field(default_factory=dict)
+
+    def begin(self, formulas: Sequence[Node]) -> Residual:
+        """What is to be kept before the first step."""
+        return meet(map(Asked, formulas))
+
+    def after(self, residual: Residual, step: int, letter: Letter) -> Residual:
+        """What is left of it after a step. After the last it is True or False."""
+        key = residual, step, letter
+        if key not in self._known:
+            self._known[key] = self._after(residual, step, letter)
+        return self._known[key]
+
+    def _after(self, residual: Residual, step: int, letter: Letter) -> Residual:
+        match residual:
+            case bool():
+                return residual
+            case Joined(count, parts):
+                return _combined(count, [self.after(part, step, letter) for part in parts])
+            case Asked(node):
+                return self._asked(node, step, letter)
+            case Open(node, first, last):
+                return self._open(node, first, last, step, letter)
+            case _:
+                raise AssertionError(residual)
+
+    def _asked(self, node: Node, step: int, letter: Letter) -> Residual:
+        """What a formula leaves that is asked at this step."""
+        number = self.proposition(node)
+        if number is not None:
+            return letter[number]
+        window = window_of(node)
+        if window is not None:
+            first, last = step + window[0], self.last if window[1] is None else step + window[1]
+            # Past the last step nothing holds.
+            return last <= self.last and first <= self.last and self._open(node, first, last, step, letter)
+        match node:
+            case At(agent, body) if agent == self.agent:
+                return self._asked(body, step, letter)
+            case All(parts) | Any(parts) | AtLeast(_, parts):
+                count = node.count if isinstance(node, AtLeast) else len(parts) if node.every else 1
+                return _combined(count, [self._asked(part, step, letter) for part in parts])
+            case _:
+                raise TooComplex
+
+    def _open(self, node: Node, first: int, last: int, step: int, letter: Letter) -> Residual:
+        """What an operator of time leaves whose window has not ended before this step."""
+        later: Residual = node.every if step >= last else Open(node, 0 if first <= step + 1 else first, last)
+        match node:
+            case WindowNode(body):
+                now: Residual = self._asked(body, step, letter) if step >= first else node.every
+                return (meet if node.every else join)((now, later))
+            case UntilNode(hold, end):
+                now = self._asked(end, step, letter) if step >= first else node.every
+                if later is node.every:
+                    return now
+                held = self._asked(hold, step, letter)
+                if node.every:
+                    return meet((now, join((held, later))))
+                return join((now, meet((held, later))))
+            case _:
+                raise TooComplex
+
+
+def _combined(count: int, parts: Sequence[Residual]) -> Residual:
+    if count == len(parts):
+        return meet(parts)
+    return join(parts) if count == 1 else joined(count, parts)
+
+
+@dataclass(slots=True, eq=False)
+class Relaxation:
+    """The progression of formulas without their windows: a residual can be kept only if its relaxation can.
+
+    Args:
+        agent: mission index.
+        proposition: as of ``Progression``, None also where which of them hold is not known.
+        last: the mission's last step.
+    """
+
+    agent: int
+    proposition: Callable[[Node], int | None]
+    last: int
+    _known: dict[tuple[Residual, Letter], Residual] = field(default_factory=dict)
+
+    def of(self, residual: Residual) -> Residual:
+        """What a residual asks for, whenever that may be."""
+        match residual:
+            case Joined(count, parts):
+                return _combined(count, [self.of(part) for part in parts])
+            case Open(WindowNode(body) as node, first, last):
+                if not node.every or first:
+                    return Some(body)
+                return Each(body) if last == self.last else Asked(body)
+            case Open(UntilNode() as node):
+                return True if node.every else Ever(node)
+            case _:
+                return residual
+
+    def after(self, residual: Residual, letter: Letter) -> Residual:
+        """What is left of it after a step."""
+        key = residual, letter
+        if key not in self._known:
+            self._known[key] = self._after(residual, letter, last=False)
+        return self._known[key]
+
+    def ends(self, residual: Residual, letter: Letter) -> bool:
+        """Whether it may be true where the step is the last."""
+        return self._after(residual, letter, last=True) is not False
+
+    def _after(self, residual: Residual, letter: Letter, *, last: bool) -> Residual:
+        match residual:
+            case Joined(count, parts):
+                return _combined(count, [self._after(part, letter, last=last) for part in parts])
+            case Asked(node):
+                return self._asked(node, letter, last=last)
+            case Some(node):
+                return join((self._asked(node, letter, last=last), not last and residual))
+            case Each(node):
+                return meet((self._asked(node, letter, last=last), last or residual))
+            case Ever(node):
+                return self._until(node, letter, last=last)
+            case _:
+                return residual
+
+    def _asked(self, node: Node, letter: Letter, *, last: bool) -> Residual:
+        number = self.proposition(node)
+        if number is not None:
+            return letter[number]
+        match node:
+            case At(_, body):
+                return self._asked(body, letter, last=last)
+            case All(parts) | Any(parts) | AtLeast(_, parts):
+                count = node.count if isinstance(node, AtLeast) else len(parts) if node.every else 1
+                return _combined(count, [self._asked(part, letter, last=last) for part in parts])
+            case WindowNode(body, low, high) if low == 0 or last:
+                now = self._asked(body, letter, last=last)
+                if node.every:
+                    return meet((now, Each(body))) if high is None and not last else now
+                return join((now, not last and Some(body)))
+            case WindowNode(body):
+                return Some(body)
+            case UntilNode() if not node.every:
+                return self._until(node, letter, last=last)
+            case _:
+                return True
+
+    def _until(self, node: UntilNode, letter: Letter, *, last: bool) -> Residual:
+        now = self._asked(node.end, letter, last=last)
+        return now if last else join((now, meet((self._asked(node.hold, letter, last=last), Ever(node)))))
