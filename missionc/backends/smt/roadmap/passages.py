@@ -60,7 +60,8 @@ def passage_nodes(ground: Ground, spacing: float, most: int, taken: Array, gener
         float(np.min(np.linalg.norm(others[: len(taken) + before] - point, axis=1), initial=math.inf))
         for before, point in enumerate(chosen)
     ]
-    return np.asarray(chosen[np.array(apart) >= width])
+    wide: Array = chosen[np.array(apart) >= width]
+    return wide
 
 
 def _shares(ground: Ground) -> list[tuple[Solid, int]]:
