@@ -28,8 +28,8 @@ import numpy as np
 import missionc
 from missionc.backends.api import Report
 from missionc.backends.options import Options
-from missionc.backends.smt.backend import NEIGHBOURS
 from missionc.backends.smt.roadmap.roadmap import NoRoadmap, build_roadmaps
+from missionc.backends.smt.roadmap.sequence import NEIGHBOURS
 from missionc.ir import Mission
 from missionc.pipeline.results import Compiled, Verified
 

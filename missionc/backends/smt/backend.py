@@ -11,12 +11,11 @@ Source:
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Generator
 from dataclasses import dataclass, field
 from functools import partial
 from typing import TypeAlias, TypeVar
-
-import numpy as np
 
 from missionc.backends.api import Budget, Impossible, NotFound, Outcome, Planned, Progress, Reason, Turns
 from missionc.backends.options import Options
@@ -30,7 +29,8 @@ from missionc.backends.smt.refine.lazy_constraints import Effort, JointMotion, L
 from missionc.backends.smt.refine.problem import LINKS, Problem, Setting
 from missionc.backends.smt.refine.unsat_core import minimise
 from missionc.backends.smt.roadmap.labels import Unexpressible
-from missionc.backends.smt.roadmap.roadmap import NoRoadmap, Roadmap, build_roadmaps
+from missionc.backends.smt.roadmap.roadmap import NoRoadmap, Roadmap
+from missionc.backends.smt.roadmap.sequence import ROADMAPS, roadmaps_to_try
 from missionc.backends.smt.sat.installed_solvers import solver_missing
 from missionc.backends.smt.sat.proof import CNF, DRAT, Proof, Unproved, prove
 from missionc.backends.smt.sat.solve import Solvers, Stopped, Unsatisfiable
@@ -44,14 +44,11 @@ from missionc.diagnostics.model import Diagnostic
 from missionc.ir import Mission, Objective
 from missionc.kernel.nodes import Kernel
 
-NODES, NEIGHBOURS = 110, 6
-"""What ``solve with smt { nodes = …, neighbors = … }`` are unless said. [strel] Table 2."""
-
 WHOLE = 100_000
 """Moves of all agents at all steps: where there are fewer, what is best is asked of everybody at once."""
 
-FINER, ROADMAPS = 1.7, 3
-"""A roadmap after one without a plan has so many times its nodes; so many roadmaps are tried."""
+GEODESIC = 20.0
+"""The units of work that one roadmap of shortest ways may take before sampled ones are asked."""
 
 PRIORITIZED = 30.0
 """The units of work that may go into prioritized planning on one roadmap, should its other limits not end it."""
@@ -88,6 +85,11 @@ class TimeOver(Exception):
 @dataclass(frozen=True, slots=True)
 class TooFewLinks:
     """No plan was found, with routes shorter than the mission allows."""
+
+
+@dataclass(frozen=True, slots=True)
+class Unsettled:
+    """Neither a plan nor a refusal, in the work that these roadmaps may take."""
 
 
 @dataclass(slots=True)
@@ -138,32 +140,38 @@ class Run:
     """The nodes of each roadmap that was shown to hold no plan."""
     conflicting: set[str] = field(default_factory=set)
     """Requirements that one or the other of these refusals rests on: on each of the roadmaps they conflict."""
+    most: float = math.inf
+    """The units of work after which the roadmap at hand is left for the next."""
     granted: float = 0.0
     """The units of work up to which this turn goes."""
 
     def turns(self) -> Turns:
         yield from self.pause()
-        solve = self.mission.solve
         refused: NoPlan | None = None
         missing = ""
-        for attempt in range(1 if self.options.brief else ROADMAPS):
-            nodes = round(solve.option("nodes", NODES) * FINER**attempt)
+        attempts = roadmaps_to_try(self.mission, self.kernel, self.budget.seed, 1 if self.options.brief else ROADMAPS)
+        for attempt in attempts:
+            self.most = math.inf if attempt.sampled else self.account.work + GEODESIC
             with self.solvers() as solvers:
-                self.budget.listen(Progress("roadmap", attempt + 1, f"{nodes} nodes"))
+                self.budget.listen(Progress("roadmap", attempt.number, f"{attempt.nodes} nodes"))
                 with self.account.stage("roadmap"):
-                    generator = np.random.default_rng([self.budget.seed, attempt])
-                    neighbours = round(solve.option("neighbors", NEIGHBOURS))
-                    roadmaps = build_roadmaps(self.mission, nodes, neighbours, generator)
+                    roadmaps = attempt.build()
                 if isinstance(roadmaps, NoRoadmap):  # on these samples: a finer one may have what is missing
                     missing = roadmaps.statement
                     continue
-                self.tried.append(nodes)
+                if attempt.sampled:
+                    self.tried.append(attempt.nodes)
+                    self.account.sizes["nodes"] = attempt.nodes
                 missing = ""
                 result = yield from self.on_roadmaps(roadmaps, solvers)
-            if not isinstance(result, NoPlan):
+            if not isinstance(result, NoPlan | Unsettled):
                 return result
+            if not attempt.sampled or isinstance(
+                result, Unsettled
+            ):  # samples have more, and tell why they have no plan
+                continue
             refused = result
-            self.refused.append(nodes)
+            self.refused.append(attempt.nodes)
             self.conflicting.update(refused.conflict)
         if missing or refused is None:
             return self.not_found(Reason.NO_ROADMAP, missing)
@@ -202,8 +210,7 @@ class Run:
                 self.account.work += CLAUSE * error.made
                 needed = CLAUSE * min(most, max(error.clauses, 2 * afforded))
 
-    def on_roadmaps(self, roadmaps: tuple[Roadmap, ...], solvers: Solvers) -> Pausing[Outcome | NoPlan]:
-        self.account.sizes["nodes"] = self.tried[-1]
+    def on_roadmaps(self, roadmaps: tuple[Roadmap, ...], solvers: Solvers) -> Pausing[Outcome | NoPlan | Unsettled]:
         self.account.sizes["states"] = sum(len(roadmap.position) for roadmap in roadmaps)
         outcome = yield from self.within_clauses(partial(self.prioritized, roadmaps, solvers))
         if outcome is not None:
@@ -240,7 +247,7 @@ class Run:
 
     def with_everyone(
         self, roadmaps: tuple[Roadmap, ...], ways: tuple[Flags, ...], most_links: int, solvers: Solvers
-    ) -> Pausing[Outcome | NoPlan | TooFewLinks]:
+    ) -> Pausing[Outcome | NoPlan | Unsettled | TooFewLinks]:
         """A plan from one problem with all agents.
 
         Args:
@@ -248,7 +255,7 @@ class Run:
         """
         kernel, account = self.kernel, self.account
         everyone = frozenset(range(len(self.mission.agents)))
-        self.budget.listen(Progress("lower", len(self.tried), f"{len(everyone)} agents"))
+        self.budget.listen(Progress("lower", max(len(self.tried), 1), f"{len(everyone)} agents"))
         goals = kernel.requirements + kernel.preferences
 
         def build(setting: Setting) -> Problem:
@@ -261,6 +268,9 @@ class Run:
         self.budget.listen(Progress("solve"))
         result = search.find(required, self.effort(search))
         while isinstance(result, Stopped) and result.paused:
+            if self.account.work >= self.most:
+                self.record(problem, search.rounds, solvers)
+                return Unsettled()
             yield from self.pause()
             solvers.relieve()
             result = search.find(required, self.effort(search))
@@ -289,7 +299,7 @@ class Run:
 
     def effort(self, search: LazyConstraints) -> Effort | None:
         """What a question may take in this turn, of the portfolio or of the solver; None for as much as it needs."""
-        work = self.granted - self.account.work
+        work = min(self.granted, self.most) - self.account.work
         if search.solvers.takes_turns:
             work = min(work, max(FIRST, search.work))
         conflicts = conflicts_of(work, search.clauses.count)

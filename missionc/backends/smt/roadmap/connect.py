@@ -69,12 +69,12 @@ def connect(ground: Ground, nodes: States, mirror: Indices, neighbours: int) -> 
     if len(nodes) < 2:
         return NONE
     forward = [part for side in _sides(ground) for part in _search(ground, nodes, neighbours, side)]
-    edges = _both_ways(forward, mirror)
+    edges = both_ways(forward, mirror)
     for _ in range(ROUNDS):
         joints = _join(ground, nodes, edges)
         if len(joints) == 0:
             break
-        edges = _both_ways([edges, joints], mirror)
+        edges = both_ways([edges, joints], mirror)
     return edges
 
 
@@ -156,7 +156,7 @@ def _steered(ground: Ground, nodes: States, source: Indices, target: Indices, si
     )
 
 
-def _both_ways(forward: list[Edges], mirror: Indices) -> Edges:
+def both_ways(forward: list[Edges], mirror: Indices) -> Edges:
     """All edges found and the ways back, each once: a way back takes the same steps and bends to the other side."""
     back = [Edges(mirror[edges.target], mirror[edges.source], edges.count, -edges.bend) for edges in forward]
     both = joined([*forward, *back])

@@ -6,23 +6,28 @@ Source:
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import assert_never
 
 import numpy as np
 from numpy.typing import NDArray
 
+from missionc.backends.smt.roadmap.edges import Edges
+from missionc.backends.smt.roadmap.geodesic_roadmap import geodesic_roadmap
 from missionc.backends.smt.roadmap.grow import grow
-from missionc.backends.smt.roadmap.sample_nodes import Ground, NoRoadmap, free_ground, sample_nodes
+from missionc.backends.smt.roadmap.passages import passage_nodes
+from missionc.backends.smt.roadmap.sample_nodes import Ground, NoRoadmap, free_ground, sample_nodes, spacing
 from missionc.backends.smt.roadmap.unroll import Unrolled, unroll
 from missionc.base.memory import reserve
 from missionc.base.trace import Array, Flags
 from missionc.ir import Agent, Anywhere, Exactly, Mission, Place
+from missionc.kernel.nodes import Kernel
 from missionc.world.clearance import Motions, clear_of_movers, clear_places
 from missionc.world.dynamics import States, motion_of
 from missionc.world.signed_distance import signed_distance
 
-__all__ = ["NoRoadmap", "Roadmap", "build_roadmaps"]
+__all__ = ["NoRoadmap", "Roadmap", "build_geodesic_roadmaps", "build_roadmaps"]
 
 Indices = NDArray[np.int64]
 
@@ -60,7 +65,7 @@ class Roadmap:
 
 
 def build_roadmaps(
-    mission: Mission, nodes: int, neighbours: int, generator: np.random.Generator
+    mission: Mission, nodes: int, neighbours: int, generator: np.random.Generator, *, passages: bool = False
 ) -> tuple[Roadmap, ...] | NoRoadmap:
     """One roadmap for each kind of agent: equal dynamics, radius and altitude.
 
@@ -70,28 +75,52 @@ def build_roadmaps(
             and one for each heading where turning is bounded.
         neighbours: how many each node looks for.
         generator: the same seed gives the same arrays.
+        passages: narrow passages get nodes beside those, as many again at most.
 
     Returns:
         in the order in which the mission names the kinds.
     """
+    return _of_each_kind(mission, lambda ground: _sampled(ground, nodes, neighbours, generator, passages))
+
+
+def build_geodesic_roadmaps(
+    mission: Mission, kernel: Kernel, generator: np.random.Generator
+) -> tuple[Roadmap, ...] | NoRoadmap:
+    """The same of the shortest ways between the places that a mission names."""
+    return _of_each_kind(mission, lambda ground: geodesic_roadmap(ground, kernel, generator))
+
+
+def _of_each_kind(
+    mission: Mission, nodes_and_edges: Callable[[Ground], tuple[States, Edges] | NoRoadmap]
+) -> tuple[Roadmap, ...] | NoRoadmap:
     kinds: dict[object, list[Agent]] = {}
     for agent in mission.agents:
         kinds.setdefault((agent.dynamics, agent.radius, agent.altitude), []).append(agent)
     roadmaps: list[Roadmap] = []
     for agents in kinds.values():
-        roadmap = _build(free_ground(mission, tuple(agents)), nodes, neighbours, generator)
+        ground = free_ground(mission, tuple(agents))
+        made = nodes_and_edges(ground)
+        roadmap = made if isinstance(made, NoRoadmap) else _build(ground, *made)
         if isinstance(roadmap, NoRoadmap):
             return roadmap
         roadmaps.append(roadmap)
     return tuple(roadmaps)
 
 
-def _build(ground: Ground, count: int, neighbours: int, generator: np.random.Generator) -> Roadmap | NoRoadmap:
-    mission, dynamics = ground.mission, ground.agents[0].dynamics
+def _sampled(
+    ground: Ground, count: int, neighbours: int, generator: np.random.Generator, passages: bool
+) -> tuple[States, Edges] | NoRoadmap:
     points = sample_nodes(ground, count, generator)
     if isinstance(points, NoRoadmap):
         return points
-    nodes, edges = grow(ground, points, neighbours, generator)
+    if passages:
+        narrow = passage_nodes(ground, spacing(ground, count), count, points, generator)
+        points = np.concatenate([points, narrow])
+    return grow(ground, points, neighbours, generator)
+
+
+def _build(ground: Ground, nodes: States, edges: Edges) -> Roadmap | NoRoadmap:
+    mission, dynamics = ground.mission, ground.agents[0].dynamics
     whole = unroll(dynamics, nodes, edges, mission.step)
     is_node = np.arange(len(whole.states)) < len(nodes)
     starts = [_may_be(ground, agent.start, 0, whole.states) & is_node for agent in ground.agents]

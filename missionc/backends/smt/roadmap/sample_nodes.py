@@ -9,6 +9,7 @@ Source:
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -107,7 +108,18 @@ def sample_nodes(ground: Ground, count: int, generator: np.random.Generator) -> 
     Returns:
         (nodes, dim), metres, all different.
     """
-    mission = ground.mission
+    nodes = exact_places(ground, generator)
+    if isinstance(nodes, NoRoadmap):
+        return nodes
+    for region in ground.mission.regions:
+        nodes = np.concatenate([nodes, _cover(ground, region, nodes, generator)])
+    nodes = np.concatenate([nodes, _fill(ground, count, nodes, generator)])
+    first, _ = distinct(nodes)
+    return nodes[np.sort(first)]
+
+
+def exact_places(ground: Ground, generator: np.random.Generator) -> Array | NoRoadmap:
+    """Where agents start and finish: exact places, and places for all in the regions they do so in, (places, dim)."""
     nodes = _named_places(ground)
     if isinstance(nodes, NoRoadmap):
         return nodes
@@ -116,11 +128,14 @@ def sample_nodes(ground: Ground, count: int, generator: np.random.Generator) -> 
         if len(places) == 0:
             return NoRoadmap(f"no free place for `{crowd.agents[0].name}` in `{crowd.region.name}`")
         nodes = np.concatenate([nodes, places])
-    for region in mission.regions:
-        nodes = np.concatenate([nodes, _cover(ground, region, nodes, generator)])
-    nodes = np.concatenate([nodes, _fill(ground, count, nodes, generator)])
-    first, _ = distinct(nodes)
-    return nodes[np.sort(first)]
+    return nodes
+
+
+def spacing(ground: Ground, count: int) -> float:
+    """How far apart so many nodes are that fill the world evenly, metres."""
+    world, body = ground.mission.world, 2 * ground.agents[0].radius
+    sides = np.maximum(np.subtract(world.high, world.low) - body, 0.0)
+    return math.pow(float(np.prod(sides)) / count, 1 / world.dimension)
 
 
 def _named_places(ground: Ground) -> Array | NoRoadmap:
@@ -192,7 +207,7 @@ def _fill(ground: Ground, count: int, taken: Array, generator: np.random.Generat
     low, high = tuple(np.add(world.low, radius)), tuple(np.subtract(world.high, radius))
     if missing <= 0 or any(first >= last for first, last in zip(low, high, strict=True)):
         return taken[:0]
-    gap = APART * float(np.prod(np.subtract(high, low)) / count) ** (1 / world.dimension)
+    gap = APART * spacing(ground, count)
     points = scatter(low, high, 4 * count, generator)
     points = points[ground.is_free(points)]
     if len(taken):

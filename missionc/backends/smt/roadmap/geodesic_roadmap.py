@@ -1,0 +1,396 @@
+"""A geodesic roadmap: places that the mission names, and the shortest ways between them round what stands still.
+
+in   Ground, Kernel
+out  nodes and their Edges
+
+Its nodes are decisions and not seconds: where to rest, where to turn, where to meet. They are the starts
+and finishes, places in whatever the mission asks an agent to be in, the corners at which the shortest ways between
+these bend (a visibility graph of the obstacles, grown by the body and by some room to spare), and waypoints on long
+ways, at which agents may wait. What lies on no such way is left out.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+from scipy.sparse import coo_array, csr_array
+from scipy.sparse.csgraph import dijkstra
+from scipy.spatial import cKDTree
+
+from missionc.backends.smt.roadmap.connect import both_ways
+from missionc.backends.smt.roadmap.edges import Edges, are_clear
+from missionc.backends.smt.roadmap.sample_nodes import Ground, NoRoadmap, exact_places
+from missionc.backends.smt.roadmap.unique_rows import distinct
+from missionc.base.trace import Array
+from missionc.ir import Ball, Predicate
+from missionc.kernel.nodes import Atom, Kernel, Not
+from missionc.kernel.walk import postorder
+from missionc.language.margins.predicate_margins import of_states
+from missionc.world.clearance import clear_of, solids
+from missionc.world.dynamics import States, steer
+from missionc.world.sampling import points_in, scatter
+
+Indices = NDArray[np.int64]
+
+SPARE = 0.006
+"""Room to spare that a way has where there is such room, as a share of the world's longest side."""
+
+SPARE_BODY = 0.25
+"""Likewise in radii of the body, where that is more."""
+
+TIGHT = 1.1
+"""How many times as long a way counts that has no room to spare."""
+
+DETOUR = 1.25
+"""How many times as long a way counts that was taken once, when a second one is looked for."""
+
+NEAREST = 40
+"""Candidates that each looks at, beside all places."""
+
+GOALS = 2048
+"""Points of the world among which those are looked for at which a predicate holds."""
+
+REST = 16
+"""At most so many places for agents to rest in where one predicate holds."""
+
+FILL = 300
+"""Candidates all over a volume, whose obstacles have no corners that all shortest ways bend at."""
+
+WAYPOINTS = 160
+"""About so many waypoints on long ways."""
+
+TOUCHING = 1e-6
+"""The share by which corners are further from obstacles than bodies have to be."""
+
+DEEP, EDGE = 0.5, 0.15
+"""The shares of the depth of a goal's deepest place at which agents rest in it, and at which they come to it."""
+
+ALL_PAIRS = 400
+"""Of so many candidates all pairs are looked at."""
+
+MOST_ENTRIES = 60
+"""At most so many entries."""
+
+NEAR = 0.7
+"""Of two entries that are nearer than so many of the longest steps one will do."""
+
+HALVINGS = 20
+
+ROUND = 3
+"""Corners of a quarter of a disc."""
+
+STRETCH = 1.08
+"""So many times as long as the shortest one may a way along the roadmap be."""
+
+WAYS = 2
+"""Shortest ways between two places, and ways that have little in common with those before."""
+
+FEWEST_STEPS = 2
+"""Waypoints are at least so many steps apart."""
+
+SPHERE = np.array([[x, y, z] for x in (-1, 0, 1) for y in (-1, 0, 1) for z in (-1, 0, 1) if x or y or z], dtype=float)
+"""Directions in which ways round a ball may bend."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Goal:
+    """A predicate that one agent's place decides, and free points at which it holds, (points, dim), deepest first."""
+
+    predicate: Predicate
+    points: Array
+    depth: float
+    """The margin of the first of them, metres."""
+
+
+def geodesic_roadmap(
+    ground: Ground, kernel: Kernel, generator: np.random.Generator
+) -> tuple[States, Edges] | NoRoadmap:
+    """The nodes and edges of a geodesic roadmap; for dynamics that can wait.
+
+    Args:
+        kernel: what is asked, for the places.
+        generator: the same seed gives the same arrays.
+    """
+    places = exact_places(ground, generator)
+    if isinstance(places, NoRoadmap):
+        return places
+    goals = _goals(ground, kernel, generator)
+    for goal in goals:
+        places = np.concatenate([places, _resting_places(ground, goal, places)])
+    places = places[np.sort(distinct(places)[0])]
+    corners = _corners(ground, kernel)
+    if ground.mission.dimension == 3:
+        world = ground.mission.world
+        corners = np.concatenate([corners, scatter(world.low, world.high, FILL, generator)])
+    corners = corners[ground.is_free(corners) & ground.keeps_within(corners)]
+    places = np.concatenate([places, _entries(ground, places, corners, goals)])
+    return _roadmap(ground, places, corners)
+
+
+def _goals(ground: Ground, kernel: Kernel, generator: np.random.Generator) -> list[Goal]:
+    """What is asked that an agent's place decides, and holds in a part of the world."""
+    world, goals = ground.mission.world, []
+    for predicate in _asked(kernel, holds=True):
+        region = predicate.region
+        if region is None:
+            points = scatter(world.low, world.high, GOALS, generator)
+        else:
+            points = points_in(region.shape, world, GOALS // 4, generator)[0]
+        points = points[ground.is_free(points) & ground.keeps_within(points)]
+        margin = _margin(ground, predicate, points)
+        order = np.argsort(-margin, kind="stable")
+        order = order[margin[order] > 0]
+        if len(order):
+            goals.append(Goal(predicate, points[order], float(margin[order[0]])))
+    return goals
+
+
+def _asked(kernel: Kernel, *, holds: bool) -> list[Predicate]:
+    """The predicates that one agent's place decides, as far as they, or their negations, are asked."""
+    asked: dict[Predicate, None] = {}
+    for node in postorder(goal.formula for goal in (*kernel.requirements, *kernel.preferences)):
+        match node:
+            case Not(Atom(predicate)) if not holds:
+                asked[predicate] = None
+            case Atom(predicate) if holds:
+                asked[predicate] = None
+    return [each for each in asked if not (each.others or each.reads_speed or each.about_team or each.parts != (each,))]
+
+
+def _margin(ground: Ground, predicate: Predicate, points: Array) -> Array:
+    """(points, dim) -> (points,), metres."""
+    agent = ground.agents[0].index
+    margin = np.asarray(of_states(predicate, ground.mission, agent, points, np.zeros_like(points)))
+    return np.broadcast_to(margin, len(points))
+
+
+def _stride(ground: Ground) -> float:
+    """How far an agent goes in a step at most, metres."""
+    return ground.agents[0].dynamics.top_speed * ground.mission.step
+
+
+def _thinned(points: Array, taken: Array, gap: float, most: int) -> Indices:
+    """Which points to take so that none is so near to another, or to one taken before: (at most most,), in order."""
+    away = np.full(len(points), np.inf) if len(taken) == 0 else np.asarray(cKDTree(taken).query(points)[0])
+    chosen: list[int] = []
+    while len(points) and len(chosen) < most and away.max() > gap:
+        chosen.append(int(away.argmax()))
+        away = np.minimum(away, np.linalg.norm(points - points[chosen[-1]], axis=1))
+    return np.sort(np.array(chosen, dtype=np.int64))
+
+
+def _resting_places(ground: Ground, goal: Goal, taken: Array) -> Array:
+    """Places to rest in where it holds, as many as there are agents if there is room: (places, dim)."""
+    roomy = goal.points[_margin(ground, goal.predicate, goal.points) >= goal.depth * DEEP]
+    pitch = 2 * ground.agents[0].radius + ground.mission.separation
+    further = _thinned(roomy, roomy[:1], pitch, min(REST, len(ground.agents)))
+    return np.concatenate([roomy[:1], roomy[further]])
+
+
+def _spare(ground: Ground) -> float:
+    """Metres of room to spare that a way has where there is room."""
+    world = ground.mission.world
+    longest = float(np.max(np.subtract(world.high, world.low)))
+    return max(SPARE * longest, SPARE_BODY * ground.agents[0].radius)
+
+
+def _corners(ground: Ground, kernel: Kernel) -> Array:
+    """Where ways round obstacles, and round regions that somebody is to keep out of, may bend: (corners, dim)."""
+    dimension = ground.mission.dimension
+    denied = [each.region for each in _asked(kernel, holds=False) if each.region is not None]
+    shapes = [(solid, ground.margin) for solid in ground.obstacles]
+    shapes += [(solid, ground.agents[0].radius) for region in denied for solid in solids(region.shape)]
+    made = [np.zeros((0, dimension))]
+    passing = 2 * ground.agents[0].radius + ground.mission.separation
+    for spare in (0.0, _spare(ground), _spare(ground) + passing):
+        for solid, margin in shapes:
+            room = margin * (1 + TOUCHING) + TOUCHING + spare
+            if isinstance(solid, Ball):
+                made.append(np.array(solid.centre) + (solid.radius + room) * SPHERE)
+                continue
+            if solid.radius:
+                radius = (solid.radius + room) / math.cos(math.pi / (4 * ROUND))
+                grown = shapely.buffer(solid.base, radius, quad_segs=ROUND)
+            else:
+                grown = shapely.buffer(solid.base, room, join_style="mitre", mitre_limit=2.0)
+            level = shapely.get_coordinates(grown)[:-1]
+            if dimension == 2:
+                made.append(level)
+            else:
+                low, high = (
+                    max(solid.low - room, ground.mission.world.low[2]),
+                    min(solid.high + room, ground.mission.world.high[2]),
+                )
+                heights = (low, (low + high) / 2, high)
+                made.extend(np.column_stack([level, np.full(len(level), height)]) for height in heights)
+    return np.concatenate(made)
+
+
+def _entries(ground: Ground, places: Array, corners: Array, goals: list[Goal]) -> Array:
+    """Where the shortest ways from the places come to where each goal holds: (entries, dim)."""
+    nodes = np.concatenate([places, corners])
+    graph = _visibility_graph(ground, nodes, len(places))
+    length = np.asarray(dijkstra(graph, directed=False, indices=np.arange(len(places)))).reshape(len(places), -1)
+    made = [places[:0]]
+    for goal in goals:
+        entry = _toward(ground, goal, nodes)
+        clear = clear_of(ground.obstacles, nodes, entry, np.full(len(nodes), ground.margin))
+        last = np.where(clear, np.linalg.norm(entry - nodes, axis=1), np.inf)
+        best = np.unique((length + last).argmin(axis=1))
+        made.append(entry[best[last[best] < np.inf]])
+    entries = np.concatenate(made)
+    entries = entries[ground.is_free(entries)]
+    return entries[_thinned(entries, places, _stride(ground) * NEAR, MOST_ENTRIES)]
+
+
+def _toward(ground: Ground, goal: Goal, nodes: Array) -> Array:
+    """From each node straight to the nearest point met of a goal: the first place that is well in it, (nodes, dim)."""
+    enough = goal.depth * EDGE
+    inner = goal.points[_margin(ground, goal.predicate, goal.points) >= enough]
+    target = inner[cKDTree(inner).query(nodes)[1]]
+    low, high = np.zeros(len(nodes)), np.ones(len(nodes))
+    for _ in range(HALVINGS):
+        middle = (low + high) / 2
+        held = _margin(ground, goal.predicate, nodes + (target - nodes) * middle[:, None]) >= enough
+        low, high = np.where(held, low, middle), np.where(held, middle, high)
+    return nodes + (target - nodes) * high[:, None]
+
+
+def _visibility_graph(ground: Ground, nodes: Array, places: int) -> csr_array:
+    """Straight ways between nodes, of which the first are places: lengths, longer where there is no room to spare."""
+    count = len(nodes)
+    if count <= ALL_PAIRS:
+        one, other = np.triu_indices(count, 1)
+    else:
+        near = np.asarray(cKDTree(nodes).query(nodes, k=NEAREST + 1)[1])[:, 1:]
+        one, other = np.repeat(np.arange(count), NEAREST), near.ravel()
+        whole = np.indices((places, count)).reshape(2, -1)
+        pairs = np.stack([np.r_[one, whole[0]], np.r_[other, whole[1]]], axis=1)
+        pairs = np.unique(np.sort(pairs[pairs[:, 0] != pairs[:, 1]], axis=1), axis=0)
+        one, other = pairs.T
+    length = np.linalg.norm(nodes[one] - nodes[other], axis=1)
+    apart = length > 0
+    one, other, length = one[apart], other[apart], length[apart]
+    clear = clear_of(ground.obstacles, nodes[one], nodes[other], np.full(len(one), ground.margin))
+    one, other, length = one[clear], other[clear], length[clear]
+    roomy = clear_of(ground.obstacles, nodes[one], nodes[other], np.full(len(one), ground.margin + _spare(ground)))
+    weight = np.where(roomy, length, TIGHT * length)
+    return csr_array(coo_array((weight, (one, other)), shape=(count, count)))
+
+
+def _roadmap(ground: Ground, places: Array, corners: Array) -> tuple[States, Edges]:
+    """The shortest ways between all places, and second ones, with waypoints."""
+    nodes = np.concatenate([places, corners])
+    graph = _visibility_graph(ground, nodes, len(places))
+    used = np.zeros((0, 2), dtype=np.int64)
+    for _ in range(WAYS):
+        used = np.unique(np.concatenate([used, _on_shortest_ways(graph, len(places))]), axis=0)
+        again = coo_array((np.full(len(used), 1.0), (used[:, 0], used[:, 1])), shape=graph.shape).tocsr()
+        graph = csr_array(graph + graph.multiply(again) * (DETOUR - 1))
+    used = _spanner(nodes, used)
+    nodes, used = _with_waypoints(ground, nodes, used)
+    if len(ground.mission.agents) > 1:
+        nodes, used = _with_sidings(ground, nodes, used)
+    kept = np.unique(np.concatenate([np.arange(len(places)), used.ravel()]))
+    number = np.zeros(len(nodes), dtype=np.int64)
+    number[kept] = np.arange(len(kept))
+    states = States(nodes[kept], np.zeros((len(kept), nodes.shape[1])))
+    source, target = number[used].T
+    dynamics, mission = ground.agents[0].dynamics, ground.mission
+    edges = Edges(
+        source, target, *steer(dynamics, states.take(source), states.take(target), mission.step, max(mission.steps, 1))
+    )
+    edges = edges.take(edges.count > 0)
+    edges = edges.take(are_clear(ground, states, edges))
+    return states, both_ways([edges], np.arange(len(states)))
+
+
+def _on_shortest_ways(graph: csr_array, places: int) -> Indices:
+    """The edges of shortest ways between places: (edges, 2), the lesser node first."""
+    _, before = dijkstra(graph, directed=False, indices=np.arange(places), return_predecessors=True)
+    found = []
+    for row in before:
+        here = np.arange(places)
+        marked = np.zeros(len(row), dtype=bool)
+        while len(here):
+            here = here[(row[here] >= 0) & ~marked[here]]
+            marked[here] = True
+            found.append(np.stack([row[here], here], axis=1))
+            here = np.unique(row[here])
+    edges = np.concatenate([np.zeros((0, 2), dtype=np.int64), *found]).astype(np.int64)
+    return np.unique(np.sort(edges, axis=1), axis=0)
+
+
+def _with_sidings(ground: Ground, nodes: Array, used: Indices) -> tuple[Array, Indices]:
+    """The same ways with a place beside each waypoint, where there is room, to let another body pass."""
+    degree = np.bincount(used.ravel(), minlength=len(nodes))
+    passing = (2 * ground.agents[0].radius + ground.mission.separation) * (1 + NEAR / 10)
+    neighbours: dict[int, list[int]] = {}
+    for one, other in used.tolist():
+        neighbours.setdefault(one, []).append(other)
+        neighbours.setdefault(other, []).append(one)
+    inner = np.flatnonzero(degree == 2)
+    ends = np.array([neighbours[node] for node in inner.tolist()], dtype=np.int64).reshape(-1, 2)
+    along = nodes[ends[:, 1]] - nodes[ends[:, 0]]
+    aside = np.zeros_like(along)
+    aside[:, 0], aside[:, 1] = -along[:, 1], along[:, 0]
+    far = np.linalg.norm(aside, axis=1)
+    inner, ends, aside = inner[far > 0], ends[far > 0], (aside / np.where(far > 0, far, 1)[:, None])[far > 0] * passing
+    both = np.concatenate([nodes[inner] + aside, nodes[inner] - aside])
+    owner = np.tile(np.arange(len(inner)), 2)
+    clear = ground.is_free(both) & ground.keeps_within(both) & (cKDTree(nodes).query(both)[0] > passing / 2)
+    for end in ends.T:
+        clear &= clear_of(ground.obstacles, nodes[end[owner]], both, np.full(len(both), ground.margin))
+    one_each = np.flatnonzero(clear)[np.unique(owner[clear], return_index=True)[1]]
+    size = len(nodes) + np.arange(len(one_each))
+    links = [np.stack([end[owner[one_each]], size], axis=1) for end in ends.T]
+    return np.concatenate([nodes, both[one_each]]), np.concatenate([used, *links])
+
+
+def _spanner(nodes: Array, edges: Indices) -> Indices:
+    """Those of the edges, (edges, 2), of a greedy spanner: no way is longer than ``STRETCH`` without the others.
+
+    Source:
+        Althöfer, Das, Dobkin, Joseph, Soares, "On sparse spanners of weighted graphs" (1993).
+    """
+    kept, inner = np.unique(edges, return_inverse=True)
+    pairs = inner.reshape(edges.shape)
+    length = np.linalg.norm(nodes[edges[:, 0]] - nodes[edges[:, 1]], axis=1)
+    apart = np.full((len(kept), len(kept)), np.inf)
+    np.fill_diagonal(apart, 0.0)
+    needed = []
+    for edge in np.argsort(length, kind="stable").tolist():
+        (one, other), far = pairs[edge], length[edge]
+        if apart[one, other] <= STRETCH * far:
+            continue
+        needed.append(edge)
+        through = np.add.outer(apart[:, one] + far, apart[other])
+        np.minimum(apart, through, out=apart)
+        np.minimum(apart, through.T, out=apart)
+    return np.asarray(edges[np.sort(needed)])
+
+
+def _with_waypoints(ground: Ground, nodes: Array, used: Indices) -> tuple[Array, Indices]:
+    """The same ways with nodes on long ones, a whole number of steps at full speed from where they begin."""
+    dynamics = ground.agents[0].dynamics
+    if dynamics.has_momentum or len(used) == 0:
+        return nodes, used
+    length = np.linalg.norm(nodes[used[:, 1]] - nodes[used[:, 0]], axis=1)
+    stride = dynamics.top_speed * ground.mission.step
+    pitch = stride * max(FEWEST_STEPS, math.ceil(float(length.sum()) / (WAYPOINTS * stride)))
+    parts, points, size = [], [nodes], len(nodes)
+    for (one, other), whole in zip(used.tolist(), length.tolist(), strict=True):
+        count = math.ceil(whole / pitch - 1e-9) - 1
+        if count < 1:
+            parts.append(np.array([[one, other]]))
+            continue
+        share = (np.arange(1, count + 1) * pitch / whole)[:, None]
+        points.append(nodes[one] * (1 - share) + nodes[other] * share)
+        chain = np.r_[one, size + np.arange(count), other]
+        parts.append(np.stack([chain[:-1], chain[1:]], axis=1))
+        size += count
+    return np.concatenate(points), np.concatenate(parts)

@@ -1,0 +1,84 @@
+"""Which roadmaps are tried, in order: shortest ways between what the mission names, then finer and finer samples.
+
+in   Mission, its kernel
+out  an iterator of Attempts, each built when its turn comes
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+
+from missionc.backends.smt.roadmap.roadmap import NoRoadmap, Roadmap, build_geodesic_roadmaps, build_roadmaps
+from missionc.ir import Mission
+from missionc.kernel.analysis import linked_by
+from missionc.kernel.nodes import Atom, Kernel
+from missionc.kernel.walk import postorder
+from missionc.world.dynamics import can_wait
+
+NODES, NEIGHBOURS = 110, 6
+"""What ``solve with smt { nodes = …, neighbors = … }`` are unless said. [strel] Table 2."""
+
+FINER, ROADMAPS = 1.7, 3
+"""A sampled roadmap after one without a plan has so many times its nodes; so many are tried."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Attempt:
+    """One of the roadmaps to try.
+
+    Args:
+        number: from 1.
+        nodes: how many nodes it is sampled with; 0 of one of shortest ways.
+        build: makes it, one for each kind of agent.
+    """
+
+    number: int
+    nodes: int
+    build: Callable[[], tuple[Roadmap, ...] | NoRoadmap]
+
+    @property
+    def sampled(self) -> bool:
+        return self.nodes > 0
+
+
+def roadmaps_to_try(mission: Mission, kernel: Kernel, seed: int, sampled: int = ROADMAPS) -> Iterator[Attempt]:
+    """The roadmaps of a mission, in the order in which they are tried.
+
+    A mission that says ``nodes`` gets samples alone, so many and no others. Else
+    the shortest ways come first, or second where agents are linked to each
+    other, which asks for places all over; and samples are denser in passages.
+
+    Args:
+        seed: the same one gives the same arrays.
+        sampled: how many sampled roadmaps there are at most.
+    """
+    said = "nodes" in dict(mission.solve.options)
+    order: list[int | None] = [*range(sampled)]
+    if not said and _has_geodesics(mission):
+        order.insert(1 if _is_linked(kernel) else 0, None)
+    neighbours = round(mission.solve.option("neighbors", NEIGHBOURS))
+    for number, finer in enumerate(order, 1):
+        if finer is None:
+            generator = np.random.default_rng(seed)
+            yield Attempt(number, 0, partial(build_geodesic_roadmaps, mission, kernel, generator))
+        else:
+            nodes = round(mission.solve.option("nodes", NODES) * FINER**finer)
+            generator = np.random.default_rng([seed, finer])
+            sample = partial(build_roadmaps, mission, nodes, neighbours, generator, passages=not said)
+            yield Attempt(number, nodes, sample)
+
+
+def _has_geodesics(mission: Mission) -> bool:
+    """Whether straight ways with stops at their ends suit every agent: none has inertia, and each can stand still."""
+    return all(can_wait(agent.dynamics) and not agent.dynamics.has_momentum for agent in mission.agents)
+
+
+def _is_linked(kernel: Kernel) -> bool:
+    """Whether it asks for links between agents, or for formations, which want places all over."""
+    formulas = [goal.formula for goal in (*kernel.requirements, *kernel.preferences)]
+    atoms = (node.predicate for node in postorder(formulas) if isinstance(node, Atom))
+    return bool(linked_by(formulas)) or any(each.graph or each.formation for each in atoms)
