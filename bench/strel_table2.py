@@ -1,6 +1,6 @@
 """[strel] Table 2 and its two studies, here: every cell planned, checked for collisions, and verified.
 
-    python bench/strel_table2.py [--agents N ...] [--best-of RUNS] [--solver z3|cadical|race]
+    python bench/strel_table2.py [--agents N ...] [--best-of RUNS] [--solver auto|z3|cadical|race]
                                  [--paper] [--limit SECONDS]
 
 With ``--agents`` only the table's cells with so many agents are run, without
@@ -104,7 +104,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--agents", type=int, nargs="+", default=[], help="only the table's cells with so many")
     parser.add_argument("--best-of", type=int, default=1, help="plan so many times and show the quickest run")
-    parser.add_argument("--solver", default="z3", choices=["z3", "cadical", "race"])
+    parser.add_argument("--solver", default="auto", choices=["auto", "z3", "cadical", "race"])
     parser.add_argument("--paper", action="store_true", help="run the paper's encoding beside each cell of the table")
     parser.add_argument("--limit", type=float, default=120.0, help="seconds for a cell of the paper's encoding")
     arguments = parser.parse_args()
