@@ -10,7 +10,7 @@ import pytest
 pytest.importorskip("torch")
 
 from missionc.backends.acceptance import attempt
-from missionc.backends.api import Planned, Report
+from missionc.backends.api import CutShort, Planned, Report
 from missionc.backends.clot.optimise.control_points import splines, trace
 from missionc.backends.clot.optimise.improve import travelled
 from missionc.backends.clot.optimise.minimize_duration import duration
@@ -80,10 +80,12 @@ def test_nobody_moves_for_longer_where_duration_counts() -> None:
     assert duration(straightened(mission, kernel, plan)) <= duration(plan)
 
 
-def test_a_plan_that_cannot_be_made_better_is_given_back() -> None:
+def test_a_plan_for_which_there_is_no_time_is_given_back() -> None:
     mission, kernel = with_dynamics("unicycle(speed 0..2.5 m/s)")
     plan = Planned(a_plan(mission), Report())
-    assert straighten(mission, kernel, plan, Budget(deadline=0.0)) is plan
+    late = straighten(mission, kernel, plan, Budget(deadline=0.0))
+    assert late.trace is plan.trace
+    assert late.report.cut_short is CutShort.TIME
     better = straighten(mission, kernel, plan, Budget(deadline=np.inf))
     assert "after it was straightened" in better.report.notes[-1]
 

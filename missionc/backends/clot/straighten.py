@@ -59,15 +59,20 @@ def straighten(mission: Mission, kernel: Kernel, planned: Planned, budget: Budge
         return planned
     budget.found(planned)
     account = Account()
+
+    def in_time() -> bool:
+        return time.monotonic() < budget.deadline and not asked()
+
     with account.stage("straighten"), one_thread(), enough_memory():
-        straight = straightened(
-            mission, kernel, planned.trace, lambda: time.monotonic() < budget.deadline and not asked()
-        )
-    if straight is planned.trace:
-        return planned
-    report, before, after = planned.report, travelled(planned.trace), travelled(straight)
-    notes = (*report.notes, f"{after:.6g} m in all after it was straightened, {before:.6g} m on the roadmap")
-    return Planned(straight, replace(report, seconds=(*report.seconds, *account.report().seconds), notes=notes))
+        straight = straightened(mission, kernel, planned.trace, in_time)
+    if straight is not planned.trace:
+        before, after = travelled(planned.trace), travelled(straight)
+        account.notes.append(f"{after:.6g} m in all after it was straightened, {before:.6g} m on the roadmap")
+    if not in_time():
+        account.cut()
+    report, more = planned.report, account.report()
+    seconds, notes = (*report.seconds, *more.seconds), (*report.notes, *more.notes)
+    return Planned(straight, replace(report, seconds=seconds, notes=notes, cut_short=more.cut_short))
 
 
 def straightened(mission: Mission, kernel: Kernel, plan: Trace, go_on: Callable[[], bool] = lambda: True) -> Trace:
