@@ -44,7 +44,7 @@ from missionc.backends.smt.roadmap.own_state import own_states, states_of
 from missionc.backends.smt.roadmap.roadmap import Indices
 from missionc.backends.smt.roadmap.unique_rows import distinct
 from missionc.base.trace import Array, Flags
-from missionc.kernel.nodes import All, Any, At, AtLeast, Atom, Node, Not, UntilNode, WindowNode
+from missionc.kernel.nodes import All, Any, At, AtLeast, Atom, Node, Not
 from missionc.kernel.walk import children, postorder, window_of
 from missionc.language.margins.predicate_margins import holds, of_pair
 
@@ -261,8 +261,10 @@ class SingleAgentSearch:
             elif isinstance(leaf, Atom) and not leaf.predicate.others and self._labels.of_moves(leaf.predicate, number):
                 begins, ends = (self._labels.moves(leaf.predicate, number, at_end=at_end) for at_end in (False, True))
                 of_move[node] = (begins, ends) if leaf is node else (~begins, ~ends)
-            elif isinstance(node, All | Any | AtLeast | WindowNode | UntilNode) or (
-                isinstance(node, At) and node.agent == agent
+            elif (
+                isinstance(node, All | Any | AtLeast)
+                or window_of(node) is not None
+                or (isinstance(node, At) and node.agent == agent)
             ):
                 waiting.extend(children(node))
             elif alone:
