@@ -18,7 +18,8 @@ from typing import TypeAlias, TypeVar
 
 import numpy as np
 
-from missionc.backends.api import Budget, Impossible, NotFound, Outcome, Planned, Progress, Reason, Turns
+from missionc.backends.acceptance import attempt as come_to
+from missionc.backends.api import Attempt, Budget, Impossible, NotFound, Outcome, Planned, Progress, Reason, Turns
 from missionc.backends.options import Options
 from missionc.backends.run_account import Account
 from missionc.backends.smt.encode.clauses import Clauses, TooLarge
@@ -61,6 +62,9 @@ FIRST = 4.0
 
 LEAST_CONFLICTS, ROUNDS = 500, 20
 """And so many conflicts be met; after so many rounds of collisions a question pauses as well."""
+
+FEW = "planning few agents at a time"
+"""What is under way in prioritized planning."""
 
 Made = TypeVar("Made")
 
@@ -137,6 +141,12 @@ class Run:
     """Requirements that one or the other of these refusals rests on: on each of the roadmaps they conflict."""
     granted: float = 0.0
     """The units of work up to which this turn goes."""
+    planner: PrioritizedPlanner | None = None
+    """Prioritized planning on the last roadmap."""
+    problem: Problem | None = None
+    """The problem of all agents on the last roadmap, once it was lowered."""
+    layer: str = ""
+    """What is under way, in words; empty before the first roadmap."""
 
     def turns(self) -> Turns:
         yield from self.pause()
@@ -147,6 +157,7 @@ class Run:
             nodes = round(solve.option("nodes", NODES) * FINER**attempt)
             with self.solvers() as solvers:
                 self.budget.listen(Progress("roadmap", attempt + 1, f"{nodes} nodes"))
+                self.layer, self.planner, self.problem = f"building a roadmap of {nodes} nodes", None, None
                 with self.account.stage("roadmap"):
                     generator = np.random.default_rng([self.budget.seed, attempt])
                     neighbours = round(solve.option("neighbors", NEIGHBOURS))
@@ -221,7 +232,9 @@ class Run:
         mission, kernel = self.mission, self.kernel
         if kernel.preferences or mission.objective is not Objective.NONE or mission.steps == 0:
             return None
+        self.layer = FEW
         planner = PrioritizedPlanner(setting, kernel, roadmaps, solvers, self.account.work + PRIORITIZED)
+        self.planner = planner
         trace = planner.plan()
         if trace is not None:
             self.account.sizes["turns"] = planner.taken
@@ -243,11 +256,13 @@ class Run:
         everyone = frozenset(range(len(self.mission.agents)))
         self.budget.listen(Progress("lower", len(self.tried), f"{len(everyone)} agents"))
         goals = kernel.requirements + kernel.preferences
+        self.layer = "lowering the requirements of all agents to clauses"
 
         def build(setting: Setting) -> Problem:
             return setting.problem(goals, roadmaps, ways, everyone, frozenset(), most_links, solvers)
 
         problem = yield from self.within_clauses(build)
+        self.problem, self.layer = problem, "solving"
         search, lowered = problem.search, problem.lowered
         required = lowered.goals[: len(kernel.requirements)]
         core: tuple[int, ...] = ()
@@ -320,8 +335,29 @@ class Run:
     def not_found(self, reason: Reason, detail: str) -> NotFound:
         nodes = _listed([str(nodes) for nodes in self.refused])
         refused = f"roadmaps of {nodes} nodes hold no plan" if nodes else ""
-        statement = "; ".join(part for part in (detail, refused) if part)
-        return NotFound(reason, statement or reason.value, self.account.report())
+        ended = f"the search ended while {self.under_way()}" if self.layer else ""
+        statement = "; ".join(part for part in (detail, ended, refused) if part)
+        return NotFound(reason, statement or reason.value, self.account.report(), self.best())
+
+    def under_way(self) -> str:
+        """The layer at which the search ended, and how far that had come."""
+        if self.problem is not None:
+            search = self.problem.search
+            met = f", in which agents came too near each other {search.fewest} times at least" if search.fewest else ""
+            asked = f"{search.rounds} rounds of collisions" if search.rounds != 1 else "the first round"
+            return f"{self.layer} {search.clauses.count} clauses about all agents, in {asked}{met}"
+        if self.layer == FEW and self.planner is not None:
+            settled, agents = len(self.planner.reservations.agents), len(self.mission.agents)
+            return f"{self.layer}, with {settled} of {agents} settled"
+        return self.layer
+
+    def best(self) -> Attempt | None:
+        """The candidate in which least is wrong: each satisfies what another breaks, and none is a plan."""
+        traces = [] if self.planner is None or self.planner.nearest is None else [self.planner.nearest]
+        if self.problem is not None and self.problem.search.nearest is not None:
+            traces.append(lift(self.problem.search.nearest, self.problem.motion, self.mission))
+        attempts = [come_to(self.mission, self.kernel, trace) for trace in traces]
+        return min(attempts, key=lambda each: each.wrong, default=None)
 
     def nodes_tried(self) -> str:
         return _listed([str(nodes) for nodes in self.tried])
