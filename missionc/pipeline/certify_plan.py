@@ -27,6 +27,10 @@ LEAST, MOST = Seconds(0.3), 0.25
 """Seconds that are kept back for it in any case; and the share of the time that is left which is never exceeded."""
 
 
+DRAWING = 3.0
+"""Seconds to judge, draw and write the candidate that came nearest."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Certified:
     """What became of a trace; ``checked`` is the mission that it was judged by, slower where it was to be."""
@@ -39,6 +43,11 @@ class Certified:
 def reserved_time(agents: int, steps: int, left: float) -> Seconds:
     """How much of the time that is ``left`` is kept back from a search, for what comes after it; seconds."""
     return Seconds(min(LEAST + STEP_OF_AGENT * agents * steps, MOST * max(0.0, left)))
+
+
+def to_draw(explain_limit: Seconds) -> Seconds:
+    """How much of the time there is to explain an answer goes to drawing its nearest miss."""
+    return Seconds(min(DRAWING, explain_limit))
 
 
 def certify_plan(

@@ -47,7 +47,7 @@ from missionc.diagnostics.model import Diagnostic
 from missionc.ir import Mission
 from missionc.kernel.nodes import Kernel
 from missionc.pipeline import no_plan
-from missionc.pipeline.certify_plan import Certified, certify_plan, reserved_time
+from missionc.pipeline.certify_plan import Certified, certify_plan, reserved_time, to_draw
 from missionc.pipeline.checked import Checked
 from missionc.pipeline.checkpoints import Checkpoints, unusable, with_checkpoints
 from missionc.pipeline.front_end import ANY_BACKEND, Stopwatch, check
@@ -133,7 +133,8 @@ def check_within(
         return checked
     name = file.name if isinstance(file, Source) else str(file)
     outcome = _not_found(checked, "check")
-    return Compiled(Checked(name, ()), outcome, (no_plan.not_found(outcome, None),), ())
+    unread = Checked(name, ())
+    return Compiled(unread, outcome, (no_plan.not_found(unread, outcome, None),), ())
 
 
 def plan(
@@ -233,7 +234,7 @@ def _plan(
             checked = home.checked
             return ended(home.outcome, *home.findings)
         outcome = no_plan.not_brought_home(home, outcome, watch.seconds)
-        return ended(outcome, no_plan.not_found(outcome, None))
+        return ended(outcome, no_plan.not_found(checked, outcome, None))
     explained = None
     if explain_limit > 0 and (isinstance(outcome, Impossible) or outcome.best is not None):
         hold()
@@ -246,7 +247,7 @@ def _plan(
     finding = (
         no_plan.impossible(mission, outcome, explained)
         if isinstance(outcome, Impossible)
-        else no_plan.not_found(outcome, explained)
+        else no_plan.not_found(checked, outcome, explained)
     )
     return with_manifest(replace(ended(outcome, finding), explained=explained))
 
@@ -273,7 +274,7 @@ def _found(
         stage = progress.stage
         budget.listen(progress)
 
-    until = budget.deadline if backend.refutes else _to_search(budget.deadline, explain_limit)
+    until = _to_search(budget.deadline, to_draw(explain_limit) if backend.refutes else explain_limit)
     asked_of = replace(budget, deadline=until, listen=listen, found=plans.append)
     answer = within(moment, partial(plan_with_margin, backend, mission, kernel, options, asked_of))
     if plans and isinstance(answer, Ended | NotFound) and answer.reason in CUT_SHORT:

@@ -8,7 +8,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from missionc.backends.api import Impossible, NotFound, Planned
+from missionc.backends.api import Impossible, NotFound, Planned, Reason
+from missionc.backends.offers import AUTO
 from missionc.base.units import Seconds
 from missionc.diagnostics.code import (
     IMPOSSIBLE,
@@ -22,6 +23,8 @@ from missionc.diagnostics.code import (
 )
 from missionc.diagnostics.model import Diagnostic, Label
 from missionc.ir import Mission
+from missionc.lower.choose_backend import choose_backend
+from missionc.pipeline.checked import Checked
 from missionc.pipeline.results import Explained, Trial
 from missionc.pipeline.run_limited import Ended
 
@@ -82,7 +85,8 @@ def _variant(trial: Trial) -> str:
     return trial.says if trial.says.startswith("without ") else f"with {trial.says}"
 
 
-def not_found(outcome: NotFound, explained: Explained | None) -> Diagnostic:
+def not_found(checked: Checked, outcome: NotFound, explained: Explained | None) -> Diagnostic:
+    """Why the search ended, what its best candidate fails, and one thing to try that follows from it."""
     code, help_ = {
         "TIME": (OUT_OF_TIME, "allow more with `--time-limit`"),
         "MEMORY": (OUT_OF_MEMORY, "allow more with `--memory-limit`"),
@@ -91,6 +95,15 @@ def not_found(outcome: NotFound, explained: Explained | None) -> Diagnostic:
         "SOLVER": (SOLVER_GAVE_UP, "try another seed with `--seed`, or another solver with `--solver`"),
     }[outcome.reason.name]
     head, *more = outcome.says
+    mission, kernel = checked.mission, checked.kernel
+    if outcome.best is not None and mission is not None and kernel is not None:
+        from missionc.pipeline.diagnose_candidate import diagnose
+
+        diagnosis = diagnose(mission, kernel, outcome.best)
+        more += diagnosis.notes
+        searched_enough = diagnosis.late and outcome.reason is Reason.TIME
+        help_ = "; or ".join([diagnosis.advice] * bool(diagnosis.advice) + [help_] * (not searched_enough))
+    help_ = "; or ".join([help_, *_others(checked)])
     return Diagnostic(
         code,
         head,
@@ -98,6 +111,15 @@ def not_found(outcome: NotFound, explained: Explained | None) -> Diagnostic:
         notes=(*more, *outcome.report.notes, "this says nothing about whether a plan exists"),
         help=f"{help_}; {_smallest(explained)}" if explained and explained.relaxations else help_,
     )
+
+
+def _others(checked: Checked) -> list[str]:
+    """That another engine plans such a mission too, where one alone was asked."""
+    if checked.mission is None or checked.choice is None:
+        return []
+    able, _ = choose_backend(checked.mission, AUTO)
+    others = [] if able is None else [name for name in able.engines if name not in checked.choice.engines]
+    return [f"ask another engine: `--backend {others[0]}`"] if others and len(checked.choice.engines) == 1 else []
 
 
 def not_brought_home(ended: Ended, planned: Planned, seconds: Sequence[tuple[str, Seconds]]) -> NotFound:

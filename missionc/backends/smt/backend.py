@@ -17,7 +17,8 @@ from dataclasses import dataclass, field
 from functools import partial
 from typing import TypeAlias, TypeVar
 
-from missionc.backends.api import Budget, Impossible, NotFound, Outcome, Planned, Progress, Reason, Turns
+from missionc.backends.acceptance import attempt as come_to
+from missionc.backends.api import Attempt, Budget, Impossible, NotFound, Outcome, Planned, Progress, Reason, Turns
 from missionc.backends.options import Options
 from missionc.backends.run_account import Account
 from missionc.backends.smt.encode.clauses import Clauses, TooLarge
@@ -61,6 +62,9 @@ FIRST = 4.0
 
 LEAST_CONFLICTS, ROUNDS = 500, 20
 """And so many conflicts be met; after so many rounds of collisions a question pauses as well."""
+
+FEW = "planning few agents at a time"
+"""What is under way in prioritized planning."""
 
 Made = TypeVar("Made")
 
@@ -144,6 +148,12 @@ class Run:
     """The units of work after which the roadmap at hand is left for the next."""
     granted: float = 0.0
     """The units of work up to which this turn goes."""
+    planner: PrioritizedPlanner | None = None
+    """Prioritized planning on the last roadmap."""
+    problem: Problem | None = None
+    """The problem of all agents on the last roadmap, once it was lowered."""
+    layer: str = ""
+    """What is under way, in words; empty before the first roadmap."""
 
     def turns(self) -> Turns:
         yield from self.pause()
@@ -154,6 +164,8 @@ class Run:
             self.most = math.inf if attempt.sampled else self.account.work + GEODESIC
             with self.solvers() as solvers:
                 self.budget.listen(Progress("roadmap", attempt.number, f"{attempt.nodes} nodes"))
+                what = f"a roadmap of {attempt.nodes} nodes" if attempt.sampled else "a roadmap of shortest ways"
+                self.layer, self.planner, self.problem = f"building {what}", None, None
                 with self.account.stage("roadmap"):
                     roadmaps = attempt.build()
                 if isinstance(roadmaps, NoRoadmap):  # on these samples: a finer one may have what is missing
@@ -232,8 +244,10 @@ class Run:
         better = bool(kernel.preferences) or mission.objective is not Objective.NONE
         if mission.steps == 0 or (better and whole_moves(roadmaps) < WHOLE):
             return None
+        self.layer = FEW
         plan = PrioritizedPlan(setting, kernel, roadmaps, solvers, self.account.work + PRIORITIZED)
         trace = plan.find()
+        self.planner = plan.planner
         if trace is not None and plan.planner is not None:
             self.account.sizes["turns"] = plan.planner.taken
             self.record(plan.planner.largest, plan.planner.rounds, solvers)
@@ -257,11 +271,13 @@ class Run:
         everyone = frozenset(range(len(self.mission.agents)))
         self.budget.listen(Progress("lower", max(len(self.tried), 1), f"{len(everyone)} agents"))
         goals = kernel.requirements + kernel.preferences
+        self.layer = "lowering the requirements of all agents to clauses"
 
         def build(setting: Setting) -> Problem:
             return setting.problem(goals, roadmaps, ways, everyone, frozenset(), most_links, solvers)
 
         problem = yield from self.within_clauses(build)
+        self.problem, self.layer = problem, "solving"
         search, lowered = problem.search, problem.lowered
         required = lowered.goals[: len(kernel.requirements)]
         core: tuple[int, ...] = ()
@@ -337,8 +353,29 @@ class Run:
     def not_found(self, reason: Reason, detail: str) -> NotFound:
         nodes = _listed([str(nodes) for nodes in self.refused])
         refused = f"roadmaps of {nodes} nodes hold no plan" if nodes else ""
-        statement = "; ".join(part for part in (detail, refused) if part)
-        return NotFound(reason, statement or reason.value, self.account.report())
+        ended = f"the search ended while {self.under_way()}" if self.layer else ""
+        statement = "; ".join(part for part in (detail, ended, refused) if part)
+        return NotFound(reason, statement or reason.value, self.account.report(), self.best())
+
+    def under_way(self) -> str:
+        """The layer at which the search ended, and how far that had come."""
+        if self.problem is not None:
+            search = self.problem.search
+            met = f", in which agents came too near each other {search.fewest} times at least" if search.fewest else ""
+            asked = f"{search.rounds} rounds of collisions" if search.rounds != 1 else "the first round"
+            return f"{self.layer} {search.clauses.count} clauses about all agents, in {asked}{met}"
+        if self.layer == FEW and self.planner is not None:
+            settled, agents = len(self.planner.reservations.agents), len(self.mission.agents)
+            return f"{self.layer}, with {settled} of {agents} settled"
+        return self.layer
+
+    def best(self) -> Attempt | None:
+        """The candidate in which least is wrong: each satisfies what another breaks, and none is a plan."""
+        traces = [] if self.planner is None or self.planner.nearest is None else [self.planner.nearest]
+        if self.problem is not None and self.problem.search.nearest is not None:
+            traces.append(lift(self.problem.search.nearest, self.problem.motion, self.mission))
+        attempts = [come_to(self.mission, self.kernel, trace) for trace in traces]
+        return min(attempts, key=lambda each: each.wrong, default=None)
 
     def nodes_tried(self) -> str:
         return _listed([str(nodes) for nodes in self.tried])

@@ -23,6 +23,7 @@ from missionc.base.trace import Trace
 from missionc.base.units import Seconds
 from missionc.ir import Mission
 from missionc.kernel.nodes import Kernel
+from missionc.pipeline.certify_plan import to_draw
 from missionc.pipeline.checked import Checked
 from missionc.pipeline.front_end import check
 from missionc.pipeline.plan_with_margin import plan_with_margin
@@ -159,7 +160,8 @@ def explain(
     assert mission is not None
     assert kernel is not None
     now = time.monotonic()
-    short = replace(budget, deadline=min(budget.deadline, now + limit))
+    drawn = to_draw(limit) if isinstance(refusal, NotFound) else 0.0
+    short = replace(budget, deadline=min(budget.deadline - drawn, now + limit))
     quick = replace(options, certify=False, captures=frozenset(), margin=0.0, brief=True)
     best = refusal.best if isinstance(refusal, NotFound) else None
     first, share = (SEARCHED, SEARCHED) if best else (FIRST, SHARE)

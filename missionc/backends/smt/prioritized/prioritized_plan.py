@@ -38,7 +38,7 @@ class PrioritizedPlan:
     """Prioritized planning of a whole mission.
 
     ``refused``: requirements in conflict, where it was found out that these roadmaps hold no plan.
-    ``planner``: the last that found one. ``most``: units of ``work`` of the run's account that it may come to.
+    ``planner``: the last that found one, the first where none did. ``most``: units of ``work`` of the run's account that it may come to.
     """
 
     setting: Setting
@@ -58,12 +58,11 @@ class PrioritizedPlan:
         """
         mission, account = self.setting.mission, self.setting.account
         required = replace(self.kernel, preferences=())
-        planner = self.planner_of(required, self.roadmaps)
+        self.planner = planner = self.planner_of(required, self.roadmaps)
         states = planner.plan()
         if states is None:
             self.refused = planner.refused
             return None
-        self.planner = planner
         if self.kernel.preferences or mission.objective is not Objective.NONE:
             self.setting.budget.found(Planned(planner.trace(states), account.report()))
         for goal in sorted(self.kernel.preferences, key=lambda goal: -(goal.weight or 0.0)):

@@ -113,6 +113,10 @@ class PrioritizedPlanner:
     """Requirements in conflict, where it was found out that these roadmaps hold no plan."""
     largest: Problem | None = None
     """The largest problem that had an answer."""
+    nearest: Trace | None = None
+    """Of the joint motions so far the first in which fewest parts fail."""
+    fewest: int = 0
+    """How many do."""
     rounds: int = 0
     taken: int = 0
     failures: int = 0
@@ -162,6 +166,8 @@ class PrioritizedPlanner:
                 failing = [] if trace is None else self.failing(trace)
             if not isinstance(whole, int) and failing is None:
                 return self.with_shorter_paths(whole)
+            if trace is not None and failing and (self.nearest is None or len(failing) < self.fewest):
+                self.nearest, self.fewest = trace, len(failing)
             free = self.everyone.difference(self.reservations.agents)
             groups = [(whole,)] if isinstance(whole, int) else self.order.groups(failing or ())
             again = [tuple(sorted(group & (free | self.reservations.alone))) for group in map(frozenset, groups)]

@@ -74,6 +74,10 @@ class LazyConstraints:
     """Units of ``work`` that its questions took."""
     presolve_budget: int = PRESOLVE_CLAUSES
     """Clauses that may still be read by presolves; none any more once one was not enough."""
+    nearest: Indices | None = None
+    """Of the models so far the first with fewest collisions, (agents, steps + 1), as ``JointMotion`` has it."""
+    fewest: int = 0
+    """How many it has."""
     _separation: Separation = field(init=False)
 
     def __post_init__(self) -> None:
@@ -95,6 +99,8 @@ class LazyConstraints:
                 near = too_near(states, self.cast, self.motion, self.mission)
                 if not len(near):
                     return JointMotion(states)
+                if self.nearest is None or len(near) < self.fewest:
+                    self.nearest, self.fewest = states, len(near)
                 try:
                     self._separation.forbid(near, states)
                 except TooLarge as error:
