@@ -26,6 +26,7 @@ from missionc.backends.smt.encode.dimacs import dimacs, smt2
 from missionc.backends.smt.encode.lower_motion import all_ways
 from missionc.backends.smt.lift import lift
 from missionc.backends.smt.prioritized.prioritized_plan import PrioritizedPlan
+from missionc.backends.smt.prioritized.prioritized_planning import PrioritizedPlanner
 from missionc.backends.smt.refine.lazy_constraints import Effort, JointMotion, LazyConstraints
 from missionc.backends.smt.refine.problem import LINKS, Problem, Setting
 from missionc.backends.smt.refine.unsat_core import minimise

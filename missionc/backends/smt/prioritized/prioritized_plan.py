@@ -38,7 +38,8 @@ class PrioritizedPlan:
     """Prioritized planning of a whole mission.
 
     ``refused``: requirements in conflict, where it was found out that these roadmaps hold no plan.
-    ``planner``: the last that found one, the first where none did. ``most``: units of ``work`` of the run's account that it may come to.
+    ``most``: units of ``work`` of the run's account that it may come to.
+    ``planner``: the last that found a plan, the first where none did.
     """
 
     setting: Setting
