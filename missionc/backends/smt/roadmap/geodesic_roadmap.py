@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from heapq import heappop, heappush
 
 import numpy as np
 import shapely
@@ -48,8 +49,8 @@ TIGHT = 1.1
 DETOUR = 1.25
 """How many times as long a way counts that was taken once, when a second one is looked for."""
 
-NEAREST = 40
-"""Candidates that each looks at, beside all places."""
+NEAREST, PAIRS = 40, 200_000
+"""Candidates that each looks at; and pairs of a place and a candidate that are looked at in all."""
 
 GOALS = 2048
 """Points of the world among which those are looked for at which a predicate holds."""
@@ -70,7 +71,10 @@ DEEP, EDGE = 0.5, 0.15
 """The shares of the depth of a goal's deepest place at which agents rest in it, and at which they come to it."""
 
 ALL_PAIRS = 400
-"""Of so many candidates all pairs are looked at."""
+"""Of so many candidates all pairs are looked at; of more, so many for where a goal is come to."""
+
+LOCAL = 60
+"""Ways are looked for from a place to so many others, the nearest."""
 
 MOST_ENTRIES = 60
 """At most so many entries."""
@@ -236,11 +240,13 @@ def _entries(ground: Ground, places: Array, corners: Array, goals: list[Goal]) -
     graph = _visibility_graph(ground, nodes, len(places))
     length = np.asarray(dijkstra(graph, directed=False, indices=np.arange(len(places)))).reshape(len(places), -1)
     made = [places[:0]]
+    tree, looks = cKDTree(nodes), min(len(nodes), ALL_PAIRS)
     for goal in goals:
-        entry = _toward(ground, goal, nodes)
-        clear = clear_of(ground.obstacles, nodes, entry, np.full(len(nodes), ground.margin))
-        last = np.where(clear, np.linalg.norm(entry - nodes, axis=1), np.inf)
-        best = np.unique((length + last).argmin(axis=1))
+        near = np.sort(np.asarray(tree.query(goal.points[0], k=looks)[1]))
+        entry = _toward(ground, goal, nodes[near])
+        clear = clear_of(ground.obstacles, nodes[near], entry, np.full(looks, ground.margin))
+        last = np.where(clear, np.linalg.norm(entry - nodes[near], axis=1), np.inf)
+        best = np.unique((length[:, near] + last).argmin(axis=1))
         made.append(entry[best[last[best] < np.inf]])
     entries = np.concatenate(made)
     entries = entries[ground.is_free(entries)]
@@ -266,10 +272,11 @@ def _visibility_graph(ground: Ground, nodes: Array, places: int) -> csr_array:
     if count <= ALL_PAIRS:
         one, other = np.triu_indices(count, 1)
     else:
-        near = np.asarray(cKDTree(nodes).query(nodes, k=NEAREST + 1)[1])[:, 1:]
-        one, other = np.repeat(np.arange(count), NEAREST), near.ravel()
-        whole = np.indices((places, count)).reshape(2, -1)
-        pairs = np.stack([np.r_[one, whole[0]], np.r_[other, whole[1]]], axis=1)
+        tree, looks = cKDTree(nodes), min(count, max(NEAREST, PAIRS // places))
+        near = np.asarray(tree.query(nodes, k=NEAREST + 1)[1])[:, 1:]
+        further = np.asarray(tree.query(nodes[:places], k=looks)[1])
+        one = np.r_[np.repeat(np.arange(count), NEAREST), np.repeat(np.arange(places), looks)]
+        pairs = np.stack([one, np.r_[near.ravel(), further.ravel()]], axis=1)
         pairs = np.unique(np.sort(pairs[pairs[:, 0] != pairs[:, 1]], axis=1), axis=0)
         one, other = pairs.T
     length = np.linalg.norm(nodes[one] - nodes[other], axis=1)
@@ -310,11 +317,16 @@ def _roadmap(ground: Ground, places: Array, corners: Array) -> tuple[States, Edg
 
 
 def _on_shortest_ways(graph: csr_array, places: int) -> Indices:
-    """The edges of shortest ways between places: (edges, 2), the lesser node first."""
-    _, before = dijkstra(graph, directed=False, indices=np.arange(places), return_predecessors=True)
+    """The edges of shortest ways between places: (edges, 2), the lesser node first.
+
+    From the first to all others, so that nothing is apart that need not be; from each other to the nearest ones.
+    """
+    length, before = dijkstra(graph, directed=False, indices=np.arange(places), return_predecessors=True)
     found = []
-    for row in before:
+    for number, row in enumerate(before):
         here = np.arange(places)
+        if number and places > LOCAL:
+            here = np.argpartition(length[number, :places], LOCAL)[:LOCAL]
         marked = np.zeros(len(row), dtype=bool)
         while len(here):
             here = here[(row[here] >= 0) & ~marked[here]]
@@ -357,21 +369,34 @@ def _spanner(nodes: Array, edges: Indices) -> Indices:
     Source:
         Althöfer, Das, Dobkin, Joseph, Soares, "On sparse spanners of weighted graphs" (1993).
     """
-    kept, inner = np.unique(edges, return_inverse=True)
-    pairs = inner.reshape(edges.shape)
+    place = [tuple(node) for node in nodes.tolist()]
     length = np.linalg.norm(nodes[edges[:, 0]] - nodes[edges[:, 1]], axis=1)
-    apart = np.full((len(kept), len(kept)), np.inf)
-    np.fill_diagonal(apart, 0.0)
+    links: dict[int, list[int]] = {}
     needed = []
     for edge in np.argsort(length, kind="stable").tolist():
-        (one, other), far = pairs[edge], length[edge]
-        if apart[one, other] <= STRETCH * far:
-            continue
-        needed.append(edge)
-        through = np.add.outer(apart[:, one] + far, apart[other])
-        np.minimum(apart, through, out=apart)
-        np.minimum(apart, through.T, out=apart)
+        one, other = edges[edge].tolist()
+        if not _is_near(one, other, STRETCH * float(length[edge]), place, links):
+            needed.append(edge)
+            links.setdefault(one, []).append(other)
+            links.setdefault(other, []).append(one)
     return np.asarray(edges[np.sort(needed)])
+
+
+def _is_near(one: int, other: int, most: float, place: list[tuple[float, ...]], links: dict[int, list[int]]) -> bool:
+    """Whether a way along the links has so many metres at most: A* among what lies near the straight way."""
+    goal, best = place[other], {one: 0.0}
+    queue = [(math.dist(place[one], goal), one)]
+    while queue:
+        _, here = heappop(queue)
+        if here == other:
+            return True
+        for there in links.get(here, ()):
+            gone = best[here] + math.dist(place[here], place[there])
+            whole = gone + math.dist(place[there], goal)
+            if whole <= most and gone < best.get(there, math.inf):
+                best[there] = gone
+                heappush(queue, (whole, there))
+    return False
 
 
 def _with_waypoints(ground: Ground, nodes: Array, used: Indices) -> tuple[Array, Indices]:
