@@ -37,7 +37,7 @@ from missionc.kernel.nodes import Kernel
 from missionc.monitoring.monitor import monitor
 from missionc.world.dynamics import can_wait
 
-WORK = 200_000
+WORK = 60_000
 """Numbers in the control points of a plan, times steps of descent or polish."""
 
 POLISH = 40
