@@ -133,7 +133,7 @@ class Splines:
 
 
 def splines(course: Course) -> Splines:
-    """Of the course's joints: whoever fits several agents, or one again, makes them once."""
+    """The splines between the course's joints: whoever fits several agents, or one again, makes them once."""
     times = _in_steps(course)
     curve = control_points_of(times[course.knot])
     lasting = np.diff(times[course.knot])

@@ -64,11 +64,11 @@ def plan_with_margin(backend: Backend, mission: Mission, kernel: Kernel, options
 
 
 def _planned(backend: Backend, mission: Mission, kernel: Kernel, options: Options, budget: Budget) -> Outcome:
-    """What a backend says; a plan from a roadmap is straightened."""
+    """What a backend says; where several are asked, a plan from a roadmap is straightened. One that is named plans as it does."""
     outcome = backend.plan(mission, kernel, options, budget)
     if not isinstance(outcome, Planned):
         return outcome
-    straighten = load_straighten(outcome.report.engine or backend.name)
+    straighten = load_straighten(outcome.report.engine)
     return outcome if straighten is None else straighten(mission, kernel, outcome, budget)
 
 

@@ -124,6 +124,7 @@ def test_whatever_is_within_reach_is_found_once_and_at_its_distance(dimension: i
     mission = mission_of(generator, dimension, standing, moving)
     times = np.array([0.0, 0.5, 1.7, 4.0])
     every = Obstacles(mission, mission.obstacles, times)
+    mission = replace(mission, obstacles=every.solid)
     points, instant = generator.uniform(-3, 13, (500, dimension)), generator.integers(4, size=500)
     expected = one_by_one(mission, points, times[instant])
     pairs = every.near(torch.from_numpy(points), torch.from_numpy(instant), 0.5)

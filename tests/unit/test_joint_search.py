@@ -46,7 +46,7 @@ def test_two_in_a_corridor_that_fits_one_cannot_change_ends_and_no_clause_is_nee
 def test_where_one_can_step_aside_they_can() -> None:
     outcome = compiled(" - box (3.2, 0.9) to (5, 2.1)").outcome
     assert isinstance(outcome, Verified)
-    assert outcome.plan.trace.position[..., 1].max() > 1.0
+    assert outcome.plan.trace.position[..., 1].max() > 0.7  # nobody can be there beside the pocket
 
 
 def test_the_joint_search_finds_it_too(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -55,7 +55,7 @@ TRIES = 3
 
 def straighten(mission: Mission, kernel: Kernel, planned: Planned, budget: Budget) -> Planned:
     """A plan from a roadmap, straighter where that is a plan too; while it is made the plan is there as it was."""
-    if mission.steps < 2 or planned.report.cut_short:
+    if mission.steps < 2 or planned.report.cut_short or not attempt(mission, kernel, planned.trace).is_plan:
         return planned
     budget.found(planned)
     account = Account()

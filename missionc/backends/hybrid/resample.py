@@ -8,7 +8,8 @@ import numpy as np
 
 from missionc.base.trace import Array, Trace
 from missionc.base.units import Seconds, Steps
-from missionc.ir import Dynamics, Mission, Objective, SingleIntegrator
+from missionc.ir import Dynamics, Mission, Objective
+from missionc.ir.dynamics.single_integrator import of_first_order
 from missionc.world.dynamics import States, motion_of
 
 REST = 3
@@ -36,7 +37,7 @@ def first_order(dynamics: Dynamics, step: float) -> Dynamics:
     if not dynamics.has_momentum and not dynamics.faces_ahead:
         return dynamics
     speed, slowing = dynamics.top_speed, dynamics.top_acceleration * REST * step
-    return SingleIntegrator(slowing / 4 if slowing <= 2 * speed else speed - speed**2 / slowing)
+    return of_first_order(slowing / 4 if slowing <= 2 * speed else speed - speed**2 / slowing)
 
 
 def positions(mission: Mission, motion: Trace) -> Array:

@@ -26,3 +26,8 @@ class SingleIntegrator(Dynamics):
 
     def at_most(self, speed: float, acceleration: float) -> SingleIntegrator:
         return SingleIntegrator(min(self.speed, speed))
+
+
+def of_first_order(speed: float) -> SingleIntegrator:
+    """Dynamics of first order with nothing but a greatest speed, m/s: what a relaxation of others is."""
+    return SingleIntegrator(speed)

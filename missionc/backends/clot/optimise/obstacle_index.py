@@ -78,8 +78,10 @@ class Obstacles:
         device: torch.device | None = None,
     ) -> None:
         self.mission = mission
-        every = [piece for obstacle in every for piece in carved(obstacle)]
         dim = mission.dimension
+        if dim == 3:  # in the plane an outline is as exact, and one obstacle
+            every = [piece for obstacle in every for piece in carved(obstacle)]
+        self.solid = tuple(every)
         shapes = [outlined(obstacle.shape) for obstacle in every]
         self.stacked = Stacked(shapes, dim, dtype, device)
         boxes = np.array([box_around(obstacle.shape, dim) for obstacle in every]).reshape(-1, 2, dim)

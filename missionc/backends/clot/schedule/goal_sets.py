@@ -255,7 +255,7 @@ class GoalSets:
         return GoalSet(cells, points, nearest, length, len(cells) / max(1, int(roaming.cells.sum())), best >= 0)
 
     def _finer(self, agent: int, nodes: Sequence[Node], points: Array) -> tuple[Array, float]:
-        """Of the points round each of these, (cells, dim), the one at which the formulas hold best; and how well."""
+        """The point round each of these, (cells, dim), at which the formulas hold best; and how well."""
         dim = points.shape[1]
         line = (np.arange(FINER) / (FINER - 1) - 0.5) * self.grid.cell * 2
         around = np.stack(np.meshgrid(*[line] * dim, indexing="ij"), axis=-1).reshape(-1, dim)

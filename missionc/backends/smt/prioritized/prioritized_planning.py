@@ -114,7 +114,7 @@ class PrioritizedPlanner:
     largest: Problem | None = None
     """The largest problem that had an answer."""
     nearest: Trace | None = None
-    """Of the joint motions so far the first in which fewest parts fail."""
+    """The joint motion so far in which fewest parts fail, the first of them."""
     fewest: int = 0
     """How many do."""
     rounds: int = 0

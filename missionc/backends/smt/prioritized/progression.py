@@ -128,7 +128,7 @@ def _conjuncts(residual: Residual) -> frozenset[Residual]:
 
 
 def _extreme(parts: set[Residual], *, every: bool) -> set[Residual]:
-    """Of windows on one formula that begin together only the one that says most, or where not ``every`` least."""
+    """Windows on one formula that begin together, as the one that says most, or where not ``every`` least."""
     if len(parts) < 2:
         return parts
     kept: dict[object, Residual] = {}

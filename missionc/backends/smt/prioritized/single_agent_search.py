@@ -478,7 +478,7 @@ class Sweep:
 
 
 def _letters(rows: Sequence[Flags], size: int) -> tuple[Indices, list[Letter]]:
-    """Of which kind each column is, (size,), and what each kind holds, where a row says what of one proposition."""
+    """The kind of each column, (size,), and what each kind holds, where a row says what of one proposition."""
     if not rows:
         return np.zeros(size, dtype=np.int64), [()]
     columns = np.stack(rows, axis=1)

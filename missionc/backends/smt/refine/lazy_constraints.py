@@ -75,7 +75,7 @@ class LazyConstraints:
     presolve_budget: int = PRESOLVE_CLAUSES
     """Clauses that may still be read by presolves; none any more once one was not enough."""
     nearest: Indices | None = None
-    """Of the models so far the first with fewest collisions, (agents, steps + 1), as ``JointMotion`` has it."""
+    """The model so far with fewest collisions, the first of them, (agents, steps + 1), as ``JointMotion`` has it."""
     fewest: int = 0
     """How many it has."""
     _separation: Separation = field(init=False)

@@ -71,7 +71,7 @@ DEEP, EDGE = 0.5, 0.15
 """The shares of the depth of a goal's deepest place at which agents rest in it, and at which they come to it."""
 
 ALL_PAIRS = 400
-"""Of so many candidates all pairs are looked at; of more, so many for where a goal is come to."""
+"""So many candidates: all pairs are looked at; of more, so many for where a goal is come to."""
 
 LOCAL = 60
 """Ways are looked for from a place to so many others, the nearest."""
@@ -80,7 +80,7 @@ MOST_ENTRIES = 60
 """At most so many entries."""
 
 NEAR = 0.7
-"""Of two entries that are nearer than so many of the longest steps one will do."""
+"""Two entries that are nearer than so many of the longest steps are one."""
 
 HALVINGS = 20
 

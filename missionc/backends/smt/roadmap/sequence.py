@@ -1,4 +1,4 @@
-"""Which roadmaps are tried, in order: shortest ways between what the mission names, then finer and finer samples.
+"""Sequence of roadmaps to try: shortest ways between what the mission names, then finer and finer samples.
 
 in   Mission, its kernel
 out  an iterator of Attempts, each built when its turn comes
