@@ -64,7 +64,7 @@ def plan_with_margin(backend: Backend, mission: Mission, kernel: Kernel, options
 
 
 def _planned(backend: Backend, mission: Mission, kernel: Kernel, options: Options, budget: Budget) -> Outcome:
-    """What a backend says; where several are asked, a plan from a roadmap is straightened. One that is named plans as it does."""
+    """What a backend says. A plan of a portfolio that comes from a roadmap is straightened."""
     outcome = backend.plan(mission, kernel, options, budget)
     if not isinstance(outcome, Planned):
         return outcome

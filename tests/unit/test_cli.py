@@ -232,18 +232,18 @@ def test_a_wrong_mission_is_not_compiled(folder: Path, capsys: Captured) -> None
 def test_a_plan_that_fails_verification_ends_with_5_and_is_not_written(
     folder: Path, capsys: Captured, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from missionc.backends.api import Planned
+    from missionc.backends.api import Planned, Turns
     from missionc.backends.smt.backend import BACKEND
 
-    plan = type(BACKEND).plan
+    turns = type(BACKEND).turns
 
-    def planned_badly(self: object, *arguments: object) -> object:
-        found = plan(self, *arguments)  # type: ignore[arg-type]
+    def planned_badly(self: object, *arguments: object) -> Turns:
+        found = yield from turns(self, *arguments)  # type: ignore[arg-type]
         assert isinstance(found, Planned)
         found.trace.position[0, 3] += 1.0
         return found
 
-    monkeypatch.setattr(type(BACKEND), "plan", planned_badly)
+    monkeypatch.setattr(type(BACKEND), "turns", planned_badly)
     assert main(["compile", "small.mission", "--format", "json"]) == 5
     document = json.loads(capsys.readouterr().out)
     assert document["outcome"] == "unverified"

@@ -11,8 +11,9 @@ import missionc
 from missionc.backends.clot.cost_graph.cost_graph import build
 from missionc.backends.clot.schedule.gather_team import gather_team
 from missionc.backends.clot.schedule.geodesics import Geodesics
-from missionc.backends.clot.schedule.schedule import Schedule, Scheduler
+from missionc.backends.clot.schedule.schedule import Scheduler
 from missionc.backends.clot.schedule.tasks import outline
+from missionc.backends.clot.schedule.visits import Schedule
 from missionc.base.source import Source
 from missionc.base.trace import Array
 from missionc.ir import Connected, InFormation, Mission

@@ -10,11 +10,13 @@ from missionc.backends.clot.schedule.follow_leader import File, as_file, parted
 from missionc.backends.clot.schedule.gather_team import gather_team
 from missionc.backends.clot.schedule.geodesics import Geodesics
 from missionc.backends.clot.schedule.give_way import give_way
-from missionc.backends.clot.schedule.key_frames import KeyFrame, key_frames
+from missionc.backends.clot.schedule.key_frame import KeyFrame
+from missionc.backends.clot.schedule.key_frames import key_frames
 from missionc.backends.clot.schedule.places import Places
-from missionc.backends.clot.schedule.schedule import Schedule, Scheduler
+from missionc.backends.clot.schedule.schedule import Scheduler
 from missionc.backends.clot.schedule.sketch import sketch
 from missionc.backends.clot.schedule.tasks import outline
+from missionc.backends.clot.schedule.visits import Schedule
 from missionc.base.trace import Array
 from missionc.ir import FormationEdge, Mission, Predicate, Region
 from missionc.kernel.nodes import Atom, Not

@@ -10,8 +10,9 @@ pytest.importorskip("torch")
 import missionc
 from missionc.backends.clot.cost_graph.cost_graph import build
 from missionc.backends.clot.schedule.geodesics import Geodesics
-from missionc.backends.clot.schedule.schedule import Schedule, Scheduler
+from missionc.backends.clot.schedule.schedule import Scheduler
 from missionc.backends.clot.schedule.tasks import MOST_OPTIONS, outline
+from missionc.backends.clot.schedule.visits import Schedule
 from missionc.base.source import Source
 from missionc.ir import Mission
 from missionc.kernel.nodes import Eventually

@@ -22,9 +22,10 @@ from missionc.backends.clot.optimise.motion_residuals import Costs
 from missionc.backends.clot.optimise.residuals import Group, Rows, rows
 from missionc.backends.clot.schedule.geodesics import Geodesics
 from missionc.backends.clot.schedule.key_frames import key_frames
-from missionc.backends.clot.schedule.schedule import Schedule, Scheduler
+from missionc.backends.clot.schedule.schedule import Scheduler
 from missionc.backends.clot.schedule.sketch import sketch
 from missionc.backends.clot.schedule.tasks import outline
+from missionc.backends.clot.schedule.visits import Schedule
 from missionc.ir import Connected, Mission
 from missionc.kernel.nodes import Kernel
 from missionc.language.margins.spanning_trees import spanning_tree

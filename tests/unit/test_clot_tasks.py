@@ -12,9 +12,10 @@ pytest.importorskip("torch")
 from missionc.backends.clot.cost_graph.cost_graph import build
 from missionc.backends.clot.optimise.carved_boxes import carved
 from missionc.backends.clot.schedule.geodesics import Geodesics
-from missionc.backends.clot.schedule.schedule import Appointment, Schedule, Scheduler
+from missionc.backends.clot.schedule.schedule import Scheduler
 from missionc.backends.clot.schedule.tasks import outline
 from missionc.backends.clot.schedule.tours import tours
+from missionc.backends.clot.schedule.visits import Appointment, Schedule
 from missionc.backends.hybrid.resample import first_order
 from missionc.ir import Box, DoubleIntegrator, Mission, SingleIntegrator, Unicycle
 from missionc.world.signed_distance import signed_distance

@@ -81,7 +81,9 @@ def test_a_browser_that_cannot_be_started_is_no_error(here: Path, monkeypatch: p
 
 
 def test_the_demo_needs_no_torch(here: Path) -> None:
-    script = "import sys\nsys.modules['torch'] = None\nfrom missionc.cli.app import main\nprint(main(['demo', '--no-open']))"
+    script = (
+        "import sys\nsys.modules['torch'] = None\nfrom missionc.cli.app import main\nprint(main(['demo', '--no-open']))"
+    )
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}
     run = subprocess.run([sys.executable, "-c", script], env=environment, capture_output=True, text=True, check=True)
     assert run.stdout.splitlines()[-1] == "0"

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import count
+
 import pytest
 
 import missionc
@@ -88,12 +90,12 @@ def test_a_preference_that_can_be_kept_is_kept() -> None:
 
 
 def test_a_missing_roadmap_names_every_roadmap_that_was_refused_before_it(monkeypatch: pytest.MonkeyPatch) -> None:
-    built = iter(range(3))
+    built = count()
 
-    def build_twice(*arguments: object) -> object:
-        return build_roadmaps(*arguments) if next(built) < 2 else NoRoadmap("no way out of `base`")  # type: ignore[arg-type]
+    def build_twice(*arguments: object, **passages: object) -> object:
+        return build_roadmaps(*arguments, **passages) if next(built) < 2 else NoRoadmap("no way out of `base`")  # type: ignore[arg-type]
 
-    monkeypatch.setattr("missionc.backends.smt.backend.build_roadmaps", build_twice)
+    monkeypatch.setattr("missionc.backends.smt.roadmap.sequence.build_roadmaps", build_twice)
     outcome = compiled(GO + NEAR).outcome
     assert isinstance(outcome, NotFound)
     assert outcome.reason is Reason.NO_ROADMAP

@@ -28,7 +28,6 @@ from missionc.backends.acceptance import attempt
 from missionc.backends.api import (
     Attempt,
     Budget,
-    Fault,
     NotFound,
     Outcome,
     Planned,
@@ -47,6 +46,7 @@ from missionc.backends.clot.optimise.improve import improve
 from missionc.backends.clot.optimise.levenberg_marquardt import Polished, polish
 from missionc.backends.clot.optimise.motion_residuals import Costs
 from missionc.backends.clot.optimise.pursuit import followed
+from missionc.backends.clot.run.near_misses import failure_statement, freed, near
 from missionc.backends.clot.run.parallel_attempts import run_parallel_attempts
 from missionc.backends.clot.run.presets import PRESETS, Preset, preset
 from missionc.backends.clot.run.run_state import (
@@ -74,7 +74,6 @@ from missionc.base.trace import Array, Trace
 from missionc.diagnostics.model import Diagnostic
 from missionc.ir import Mission
 from missionc.kernel.nodes import Kernel
-from missionc.kernel.walk import postorder
 
 ATTEMPTS = 40
 """Schedules tried before the answer is that nothing was found."""
@@ -84,9 +83,6 @@ ITERATIONS = 60
 
 MORE = 1.0, 3.0, 9.0
 """A motion that is nearly a plan is polished again, with so many times the usual room to spare between bodies."""
-
-NEAR = 0.2
-"""Metres by which that is short at most; or this share of what the fastest agent goes in a step, where that is more."""
 
 SEARCH_EVERY = 8
 """Attempts of which the last one searches, from the best schedule so far, where the preset does not do so anyway."""
@@ -277,23 +273,11 @@ class Run:
             plan = self.judged(polished, trace(mission, made, polished.control), begun)
             if plan is not None:
                 return Reached(polished.control, choices)
-            if polished.shortfall > self.near:
+            if polished.shortfall > near(mission):
                 return None
-            control, choices = polished.control, self.freed(choices, polished.control)
+            control = polished.control
+            choices = freed(choices, self.graph, attempt(mission, self.kernel, trace(mission, made, control)))
         return None
-
-    @property
-    def near(self) -> float:
-        """By how much a motion may fall short to be worth another polish, metres."""
-        furthest = max(agent.dynamics.top_speed for agent in self.mission.agents) * self.mission.step
-        return max(NEAR, NEAR * furthest)
-
-    def freed(self, choices: Choices, control: Array) -> Choices:
-        """The choices without those of requirements that this motion violates: when and by whom is chosen anew."""
-        come_to = attempt(self.mission, self.kernel, trace(self.mission, splines(self.mission), control))
-        names = {each.name for each in come_to.violated}
-        free = set(postorder(wanted.formula for wanted in self.graph.requirements if wanted.name in names))
-        return {key: chosen for key, chosen in choices.items() if key[0] not in free}
 
     def improved(self, reached: Reached, number: int) -> Trace:
         """What can be made of a plan."""
@@ -404,23 +388,4 @@ class Run:
 
     def not_found(self, reason: Reason) -> NotFound:
         best = None if self.best is None else self.best.attempt
-        return NotFound(reason, self.statement(), self.account.report(), best)
-
-    def statement(self) -> str:
-        """Where the best candidate fails."""
-        if self.best is None and self.furthest is not None:
-            count, agents, margin = self.furthest.planned, len(self.mission.agents), self.furthest.margin
-            return f"the search got to {count} of {agents} agents; the last of them falls short by {-margin:.3g} m"
-        if self.best is None:
-            return "no candidate was finished"
-        come_to = self.best.attempt
-        wrong = [
-            *(Fault(f"`{each.name}`", each.agents, each.step or 0, each.robustness) for each in come_to.violated),
-            *come_to.worst_faults(),
-        ]
-        return f"the best candidate fails {'; '.join(map(self.fault_text, wrong))}"
-
-    def fault_text(self, fault: Fault) -> str:
-        who = " and ".join(fault.agents[:2])
-        by = f" by {-fault.margin:.3g} m" if fault.margin < 0 else ""
-        return f"{fault.what}{f' of {who}' if who else ''} at {fault.step * self.mission.step:g} s{by}"
+        return NotFound(reason, failure_statement(best, self.furthest, self.mission), self.account.report(), best)

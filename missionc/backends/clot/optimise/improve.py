@@ -62,10 +62,13 @@ def improve(
             notes.append(f"`{wish.name}` is not kept: the search ended first")
             continue
         if not _kept(wish.name, mission, kernel, made):
-            wider = Demand.of(mission, (*roots, wish.formula), demand.choices, mission.steps)
-            candidate = polish(control, costs, wider, ITERATIONS, go_on).control
-            motion = accept(candidate)
-            if motion is None or not _kept(wish.name, mission, kernel, motion):
+            for choices in (demand.choices, {}):  # what was scheduled, or what is nearest to holding
+                wider = Demand.of(mission, (*roots, wish.formula), choices, mission.steps)
+                candidate = polish(control, costs, wider, ITERATIONS, go_on).control
+                motion = accept(candidate)
+                if motion is not None and _kept(wish.name, mission, kernel, motion):
+                    break
+            else:
                 notes.append(f"`{wish.name}` is not kept: no plan that keeps it too was found")
                 continue
             control, made = candidate, motion

@@ -16,8 +16,8 @@ from torch import Tensor
 
 from missionc.backends.clot.paper.prior import Fixed, Free, prior
 from missionc.backends.clot.schedule.geodesics import Geodesics, along
-from missionc.backends.clot.schedule.key_frames import KeyFrame
-from missionc.backends.clot.schedule.schedule import Schedule
+from missionc.backends.clot.schedule.key_frame import KeyFrame
+from missionc.backends.clot.schedule.visits import Schedule
 from missionc.base.trace import Array
 from missionc.ir import Mission
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from missionc.backends.clot.schedule.key_frames import KeyFrame
-from missionc.backends.clot.schedule.schedule import Schedule
+from missionc.backends.clot.schedule.key_frame import KeyFrame
+from missionc.backends.clot.schedule.visits import Schedule
 from missionc.base.trace import Array
 
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from missionc.backends.clot.schedule.geodesics import Geodesics
-from missionc.backends.clot.schedule.schedule import Schedule
+from missionc.backends.clot.schedule.visits import Schedule
 from missionc.base.trace import Array, Flags
 from missionc.ir import FormationEdge
 from missionc.kernel.nodes import Atom

@@ -13,8 +13,8 @@ from scipy.sparse.csgraph import connected_components
 from missionc.backends.clot.optimise.obstacle_index import Obstacles
 from missionc.backends.clot.schedule.geodesics import Geodesics, along
 from missionc.backends.clot.schedule.give_way import give_way
-from missionc.backends.clot.schedule.key_frames import KeyFrame
-from missionc.backends.clot.schedule.schedule import Schedule
+from missionc.backends.clot.schedule.key_frame import KeyFrame
+from missionc.backends.clot.schedule.visits import Schedule
 from missionc.base.trace import Array
 from missionc.ir import Box, Mission, Still
 from missionc.kernel.nodes import Atom

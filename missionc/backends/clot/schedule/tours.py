@@ -18,8 +18,8 @@ import numpy as np
 from missionc.backends.clot.schedule.attendance import Attendance
 from missionc.backends.clot.schedule.geodesics import Geodesics, along
 from missionc.backends.clot.schedule.goal_sets import GoalSet, GoalSets
-from missionc.backends.clot.schedule.key_frames import KeyFrame
-from missionc.backends.clot.schedule.schedule import Schedule
+from missionc.backends.clot.schedule.key_frame import KeyFrame
+from missionc.backends.clot.schedule.visits import Schedule
 from missionc.base.trace import Array
 from missionc.ir import Anywhere, Exactly, Inside, Mission, Region
 from missionc.kernel.nodes import Atom

@@ -25,7 +25,8 @@ from scipy.spatial import cKDTree
 
 from missionc.backends.smt.prioritized.progression import Residual, TooComplex
 from missionc.backends.smt.prioritized.reservations import ReservationTable
-from missionc.backends.smt.prioritized.single_agent_search import FAR, HASTE, Mover
+from missionc.backends.smt.prioritized.single_agent_search import HASTE
+from missionc.backends.smt.prioritized.single_agent_sweep import FAR, Mover
 from missionc.backends.smt.roadmap.roadmap import Indices
 from missionc.base.trace import Array, Flags
 from missionc.world.relative_motion import closest_approach

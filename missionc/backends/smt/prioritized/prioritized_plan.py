@@ -17,6 +17,7 @@ import numpy as np
 
 from missionc.backends.api import Planned, Progress
 from missionc.backends.smt.prioritized.prioritized_planning import PrioritizedPlanner
+from missionc.backends.smt.prioritized.shorter_ways import all_able, metres_alone, shorter, travelled
 from missionc.backends.smt.refine.problem import Setting
 from missionc.backends.smt.roadmap.roadmap import Indices, Roadmap
 from missionc.backends.smt.sat.solve import Solvers
@@ -121,7 +122,7 @@ class PrioritizedPlan:
     def _able(self, required: Kernel, steps: int) -> bool:
         """Whether each agent by itself can do what is asked of it and stand still after so many steps."""
         planner = self.planner_of(required, self._still(steps))
-        return planner.all_able()
+        return all_able(planner)
 
     def _still(self, steps: int) -> tuple[Roadmap, ...]:
         """The roadmaps without moves that lead on after so many steps."""
@@ -136,8 +137,8 @@ class PrioritizedPlan:
     def shorter(self, states: Indices) -> Indices:
         """A joint motion of fewer metres in all; how many they are is noted."""
         assert self.planner is not None
-        states = self.planner.shorter(states)
-        metres, least = self.planner.metres(states), self.planner.metres_alone()
+        states = shorter(self.planner, states)
+        metres, least = travelled(self.planner, states), metres_alone(self.planner)
         known = ""
         if least is not None and metres - least < SAME:
             known = ", the least on this roadmap"

@@ -27,14 +27,14 @@ from missionc.backends.smt.lift import lift
 from missionc.backends.smt.prioritized.joint_search import JointSearch
 from missionc.backends.smt.prioritized.planning_order import PlanningOrder
 from missionc.backends.smt.prioritized.progression import TooComplex
+from missionc.backends.smt.prioritized.refused_alone import names_about, smallest_conflict
 from missionc.backends.smt.prioritized.requirement_parts import (
     NOBODY,
     Agents,
     Part,
     RequirementParts,
+    applicable_parts,
     named_agents,
-    own_formulas,
-    restricted_to,
     split_requirements,
 )
 from missionc.backends.smt.prioritized.reservations import Reservations
@@ -56,9 +56,6 @@ from missionc.monitoring.logic import TRUTH
 
 TOGETHER = 8
 """So many agents are planned in one turn, unless more belong together."""
-
-ROUNDS, GAIN = 2, 1e-6
-"""So often who was planned alone is planned again by metres; a way shorter by no more than this is not taken."""
 
 IN_VAIN = 3
 """After so many agents one after the other that found no way by themselves, some are planned together."""
@@ -86,8 +83,7 @@ EFFORT = Effort(conflicts=1_000, rounds=50)
 class PrioritizedPlanner:
     """Prioritized planning: a joint motion as it grows.
 
-    ``most``, units of ``work`` of the run's account, is for missions on which the
-    counts above are too generous.
+    ``most``: units of ``work`` of the run's account that it may come to.
     """
 
     setting: Setting
@@ -161,8 +157,8 @@ class PrioritizedPlanner:
             if not self.plan_groups(waiting):
                 return None
             with self.setting.account.stage("bystanders"):
-                whole = self.with_bystanders()
-                trace = None if isinstance(whole, int) else lift(whole.states, whole.motion, self.setting.mission)
+                whole = self.single_agent.with_bystanders(self.reservations, self.everyone)
+                trace = None if isinstance(whole, int) else self.trace(whole.states)
                 failing = [] if trace is None else self.failing(trace)
             if not isinstance(whole, int) and failing is None:
                 return self.with_shorter_paths(whole)
@@ -190,51 +186,6 @@ class PrioritizedPlanner:
         """A joint motion, (agents, steps + 1), as it is flown."""
         return lift(states, self.reservations.motion, self.setting.mission)
 
-    def shorter(self, states: Indices) -> Indices:
-        """The motion after who was planned alone has been planned again, one by one, by metres alone."""
-        reservations = Reservations(self.reservations.motion, self.setting.mission)
-        everyone = sorted(self.everyone)
-        reservations.reserve(everyone, states)
-        search = self.search(haste=0.0)
-        for agent in (agent for _ in range(ROUNDS) for agent in everyone):
-            named = [part for part in self.requirements.parts if agent in part.named]
-            if any(len(part.named) > 1 for part in named) or search.work > self.enough:
-                continue
-            reservations.release((agent,))
-            way = search.way(agent, self.own_parts(agent), reservations)
-            changed = reservations.states.copy()
-            if way is not None and search.metres(agent, way) < search.metres(agent, changed[agent]) - GAIN:
-                changed[agent] = way
-            reservations.reserve((agent,), changed)
-        better = reservations.states
-        return better if self.failing(self.trace(better)) is None else states
-
-    def metres_alone(self) -> float | None:
-        """The least that all agents have to travel together, each as if it were the only one, if that is known."""
-        metres = 0.0
-        search = self.search(haste=0.0)
-        for agent in sorted(self.everyone):
-            try:
-                way = search.alone(agent, self.own_parts(agent))
-            except TooComplex:
-                return None
-            if way is None:
-                return None
-            metres += search.metres(agent, way)
-        return metres
-
-    def metres(self, states: Indices) -> float:
-        """The metres of a joint motion, (agents, steps + 1)."""
-        return sum(self.single_agent.metres(agent, way) for agent, way in enumerate(states))
-
-    def all_able(self) -> bool:
-        """Whether there may be a way for each agent by itself."""
-        for agent in sorted(self.everyone):
-            with suppress(TooComplex):
-                if self.single_agent.alone(agent, self.own_parts(agent)) is None:
-                    return False
-        return True
-
     def own_parts(self, agent: int) -> list[Node]:
         """What the requirements ask of this agent by itself."""
         return [part.formula for part in self.requirements.parts if part.named == frozenset((agent,))]
@@ -253,25 +204,9 @@ class PrioritizedPlanner:
                 self.able.add(agent)
                 return None
             search = SingleAgentSearch(self.order.labels, {}, self.reservations, 1)
-            own = {goal.name: own_formulas(goal.formula, agent) for goal in self.kernel.requirements}
-            for name in list(own):
-                less = [formula for other, asked in own.items() if other != name for formula in asked]
-                if own[name] and search.alone(agent, less) is not None:
-                    continue
-                del own[name]
-            return tuple(own)
+            return smallest_conflict(self.kernel, search, agent)
         except TooComplex:
             return None
-
-    def with_bystanders(self) -> Reservations | int:
-        """All agents: who is not settled takes the shortest way; or the first agent that finds none."""
-        everyone = self.reservations.copy()
-        for agent in sorted(self.everyone.difference(everyone.agents)):
-            way = self.single_agent.way(agent, (), everyone)
-            if way is None:
-                return agent
-            everyone.reserve((agent,), np.broadcast_to(way, everyone.states.shape))
-        return everyone
 
     def failing_alone(self) -> list[Part]:
         """The parts that do not hold where each takes the shortest way that there is for it alone."""
@@ -280,8 +215,7 @@ class PrioritizedPlanner:
             ways = [self.single_agent.way(agent, (), nobody) for agent in sorted(self.everyone)]
             if any(way is None for way in ways):
                 return list(self.requirements.parts)
-            states = np.stack([way for way in ways if way is not None])
-            return self.failing(lift(states, self.reservations.motion, self.setting.mission)) or []
+            return self.failing(self.trace(np.stack([way for way in ways if way is not None]))) or []
 
     def failing(self, trace: Trace) -> list[Part] | None:
         """The parts that do not hold; None where every requirement does."""
@@ -339,7 +273,8 @@ class PrioritizedPlanner:
         Returns:
             whom it takes the place of: they wait again.
         """
-        parts = self.applicable_parts(self.guaranteed, frozenset((agent, *self.reservations.agents)))
+        present = frozenset((agent, *self.reservations.agents))
+        parts = applicable_parts(self.requirements, self.named, self.guaranteed, present)
         formulas, reservations, setting = list(parts.values()), self.reservations, self.setting
         with setting.account.stage("alone"):
             only = frozenset((agent,))
@@ -367,7 +302,10 @@ class PrioritizedPlanner:
         with setting.account.stage("alone"), suppress(TooComplex):
             free = SingleAgentSearch(self.order.labels, {}, self.reservations, 1)
             nothing: list[list[Node]] = [[]] * len(agents)
-            for search, asked, names in ((free, nothing, ()), (self.single_agent, formulas, self.names_about(agents))):
+            for search, asked, names in (
+                (free, nothing, ()),
+                (self.single_agent, formulas, names_about(self.kernel, agents)),
+            ):
                 movers = [search.mover(*each, None) for each in zip(agents, asked, strict=True)]
                 if JointSearch(movers, apart, setting.mission.step).refused:
                     self.refused = names
@@ -380,15 +318,11 @@ class PrioritizedPlanner:
                 states = rest.states.copy()
                 states[list(agents)] = found
                 self.release(set(agents).intersection(self.reservations.agents))
-                parts = self.applicable_parts(self.guaranteed, frozenset((*agents, *self.reservations.agents)))
+                present = frozenset((*agents, *self.reservations.agents))
+                parts = applicable_parts(self.requirements, self.named, self.guaranteed, present)
                 self.reserve(frozenset(agents), states, parts, alone=True)
                 return True
         return False
-
-    def names_about(self, agents: Iterable[int]) -> tuple[str, ...]:
-        """The requirements that ask something of these agents by themselves."""
-        goals = self.kernel.requirements
-        return tuple(goal.name for goal in goals if any(own_formulas(goal.formula, agent) for agent in agents))
 
     def plan_with_helpers(self, batch: Agents, waiting: list[tuple[int, ...]]) -> Agents:
         """Settles the batch, and as many more as it takes; gives who took part, nobody where that fails."""
@@ -417,7 +351,7 @@ class PrioritizedPlanner:
         before = frozenset(reservations.agents)
         if not before and len(batch) == 1 and batch <= self.infeasible_alone:
             return False
-        parts = self.applicable_parts(guaranteed, before | batch)
+        parts = applicable_parts(self.requirements, self.named, guaranteed, before | batch)
         setting.budget.listen(Progress("lower", self.taken + 1, f"{len(before)} + {len(batch)} agents"))
         with setting.account.stage("lower"):
             roadmaps = reservations.open_roadmaps()
@@ -452,15 +386,6 @@ class PrioritizedPlanner:
             ways: for each agent, (steps + 1, states).
         """
         return SingleAgentRelaxation(self.order.labels, ways, present).infeasible(formulas)
-
-    def applicable_parts(self, guaranteed: set[Part], present: Agents) -> dict[Part, Node]:
-        """The parts that can be asked of those who are there, but for those guaranteed; each restricted to them."""
-        formulas = {
-            part: restricted_to(part.formula, self.named, present)
-            for part in self.requirements.parts
-            if part not in guaranteed
-        }
-        return {part: formula for part, formula in formulas.items() if formula is not None}
 
     def reserve(self, agents: Agents, states: Indices, parts: Iterable[Part], *, alone: bool) -> None:
         """These agents do what ``states``, (agents of the mission, steps + 1), say, and what is asked is kept."""

@@ -130,3 +130,13 @@ def _restricted_to(node: Node, made: dict[Node, Node | None], present: Agents) -
             return rebuilt(node, left)
         case _:
             return None
+
+
+def applicable_parts(
+    requirements: RequirementParts, named: dict[Node, Agents], guaranteed: set[Part], present: Agents
+) -> dict[Part, Node]:
+    """The parts that can be asked of those who are there, but for those guaranteed; each restricted to them."""
+    formulas = {
+        part: restricted_to(part.formula, named, present) for part in requirements.parts if part not in guaranteed
+    }
+    return {part: formula for part, formula in formulas.items() if formula is not None}

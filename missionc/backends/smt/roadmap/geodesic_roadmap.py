@@ -13,7 +13,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from heapq import heappop, heappush
 
 import numpy as np
 import shapely
@@ -24,6 +23,7 @@ from scipy.spatial import cKDTree
 
 from missionc.backends.smt.roadmap.connect import both_ways
 from missionc.backends.smt.roadmap.edges import Edges, are_clear
+from missionc.backends.smt.roadmap.greedy_spanner import greedy_spanner
 from missionc.backends.smt.roadmap.sample_nodes import Ground, NoRoadmap, exact_places
 from missionc.backends.smt.roadmap.unique_rows import distinct
 from missionc.base.trace import Array
@@ -87,8 +87,6 @@ HALVINGS = 20
 ROUND = 3
 """Corners of a quarter of a disc."""
 
-STRETCH = 1.08
-"""So many times as long as the shortest one may a way along the roadmap be."""
 
 WAYS = 2
 """Shortest ways between two places, and ways that have little in common with those before."""
@@ -298,7 +296,7 @@ def _roadmap(ground: Ground, places: Array, corners: Array) -> tuple[States, Edg
         used = np.unique(np.concatenate([used, _on_shortest_ways(graph, len(places))]), axis=0)
         again = coo_array((np.full(len(used), 1.0), (used[:, 0], used[:, 1])), shape=graph.shape).tocsr()
         graph = csr_array(graph + graph.multiply(again) * (DETOUR - 1))
-    used = _spanner(nodes, used)
+    used = greedy_spanner(nodes, used)
     nodes, used = _with_waypoints(ground, nodes, used)
     if len(ground.mission.agents) > 1:
         nodes, used = _with_sidings(ground, nodes, used)
@@ -361,42 +359,6 @@ def _with_sidings(ground: Ground, nodes: Array, used: Indices) -> tuple[Array, I
     size = len(nodes) + np.arange(len(one_each))
     links = [np.stack([end[owner[one_each]], size], axis=1) for end in ends.T]
     return np.concatenate([nodes, both[one_each]]), np.concatenate([used, *links])
-
-
-def _spanner(nodes: Array, edges: Indices) -> Indices:
-    """Those of the edges, (edges, 2), of a greedy spanner: no way is longer than ``STRETCH`` without the others.
-
-    Source:
-        Althöfer, Das, Dobkin, Joseph, Soares, "On sparse spanners of weighted graphs" (1993).
-    """
-    place = [tuple(node) for node in nodes.tolist()]
-    length = np.linalg.norm(nodes[edges[:, 0]] - nodes[edges[:, 1]], axis=1)
-    links: dict[int, list[int]] = {}
-    needed = []
-    for edge in np.argsort(length, kind="stable").tolist():
-        one, other = edges[edge].tolist()
-        if not _is_near(one, other, STRETCH * float(length[edge]), place, links):
-            needed.append(edge)
-            links.setdefault(one, []).append(other)
-            links.setdefault(other, []).append(one)
-    return np.asarray(edges[np.sort(needed)])
-
-
-def _is_near(one: int, other: int, most: float, place: list[tuple[float, ...]], links: dict[int, list[int]]) -> bool:
-    """Whether a way along the links has so many metres at most: A* among what lies near the straight way."""
-    goal, best = place[other], {one: 0.0}
-    queue = [(math.dist(place[one], goal), one)]
-    while queue:
-        _, here = heappop(queue)
-        if here == other:
-            return True
-        for there in links.get(here, ()):
-            gone = best[here] + math.dist(place[here], place[there])
-            whole = gone + math.dist(place[there], goal)
-            if whole <= most and gone < best.get(there, math.inf):
-                best[there] = gone
-                heappush(queue, (whole, there))
-    return False
 
 
 def _with_waypoints(ground: Ground, nodes: Array, used: Indices) -> tuple[Array, Indices]:

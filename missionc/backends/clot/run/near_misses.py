@@ -1,0 +1,46 @@
+"""Near misses: motions that fail by so little that they are polished again, and what the best of them fails."""
+
+from __future__ import annotations
+
+from missionc.backends.api import Attempt, Fault
+from missionc.backends.clot.optimise.active_set import Choices
+from missionc.backends.clot.run.search_results import Searched
+from missionc.ir import Mission
+from missionc.kernel.nodes import Kernel
+from missionc.kernel.walk import postorder
+
+NEAR = 0.2
+"""Metres by which a near miss is short at most; or such a share of the longest step of the fastest agent."""
+
+
+def near(mission: Mission) -> float:
+    """By how much a motion may fall short to be worth another polish, metres."""
+    furthest = max(agent.dynamics.top_speed for agent in mission.agents) * mission.step
+    return max(NEAR, NEAR * furthest)
+
+
+def freed(choices: Choices, graph: Kernel, come_to: Attempt) -> Choices:
+    """The choices without those of requirements that a motion violates: when and by whom is chosen anew."""
+    names = {each.name for each in come_to.violated}
+    free = set(postorder(wanted.formula for wanted in graph.requirements if wanted.name in names))
+    return {key: chosen for key, chosen in choices.items() if key[0] not in free}
+
+
+def failure_statement(best: Attempt | None, furthest: Searched | None, mission: Mission) -> str:
+    """Where the best candidate fails; how far a search came, where there is none."""
+    if best is None and furthest is not None:
+        count, agents, margin = furthest.planned, len(mission.agents), furthest.margin
+        return f"the search got to {count} of {agents} agents; the last of them falls short by {-margin:.3g} m"
+    if best is None:
+        return "no candidate was finished"
+    wrong = [
+        *(Fault(f"`{each.name}`", each.agents, each.step or 0, each.robustness) for each in best.violated),
+        *best.worst_faults(),
+    ]
+    return f"the best candidate fails {'; '.join(_text(fault, mission) for fault in wrong)}"
+
+
+def _text(fault: Fault, mission: Mission) -> str:
+    who = " and ".join(fault.agents[:2])
+    by = f" by {-fault.margin:.3g} m" if fault.margin < 0 else ""
+    return f"{fault.what}{f' of {who}' if who else ''} at {fault.step * mission.step:g} s{by}"

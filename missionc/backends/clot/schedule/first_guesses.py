@@ -1,0 +1,385 @@
+"""First guesses of where everybody is at a step: moved from before, packed into a region, in formation, in file."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import TypeAlias
+
+import numpy as np
+from scipy.optimize import linear_sum_assignment
+from scipy.spatial.distance import cdist
+
+from missionc.backends.clot.schedule.follow_leader import File, Place, files, led
+from missionc.backends.clot.schedule.frame_geometry import depths_of, place_on, teams_of, turned_by
+from missionc.backends.clot.schedule.gather_team import can_be_gathered, gather_team
+from missionc.backends.clot.schedule.geodesics import Geodesics, along
+from missionc.backends.clot.schedule.key_frame import KeyFrame, Routes
+from missionc.backends.clot.schedule.schedule import Scheduler
+from missionc.backends.clot.schedule.visits import Schedule
+from missionc.base.trace import Array, Flags
+from missionc.ir import Anywhere, Exactly, Mission, Predicate, Proximity, Region
+from missionc.kernel.nodes import Atom
+from missionc.world.sampling import points_in
+from missionc.world.signed_distance import signed_distance
+
+MIDDLES = 400
+"""Places at which the middle of a team that gets into a formation is tried, about so many."""
+
+TURNS = 0.0, 90.0, 45.0, 135.0
+"""Degrees by which the formation is turned there, where it may be."""
+
+LACKING = 1e3
+"""What a metre of room that is lacking there costs against one that an agent goes."""
+
+ROOM = 0.1
+"""Metres of room asked there beyond what bodies need."""
+
+
+Guess: TypeAlias = tuple[Array, Routes]
+"""The positions of all agents, (agents, dim), metres, and the routes by which they come there."""
+
+
+class FirstGuesses:
+    """The first guesses of configurations of one schedule."""
+
+    def __init__(
+        self,
+        mission: Mission,
+        schedule: Schedule,
+        scheduler: Scheduler,
+        geodesics: Geodesics,
+        generator: np.random.Generator,
+        go_on: Callable[[], bool],
+    ) -> None:
+        self.mission, self.schedule, self.scheduler, self.generator = mission, schedule, scheduler, generator
+        self.steps, self.places = mission.steps, scheduler.places
+        self.geodesics, self.go_on = geodesics, go_on
+
+    def _guesses(self, step: int, before: KeyFrame | None) -> Iterator[Guess]:
+        places = self._places(step)
+        if before is None:
+            position = np.array([self.scheduler.starts[agent.index] for agent in self.mission.agents])
+            pitches = (1.0, 0.7, 0.5) if places else ()
+            yield from ((self._packed(position, places, pitch), {}) for pitch in pitches)
+            if not places:
+                yield position, {}
+            return
+        position, following = self._under_way(before, step, places), self._following(before, step, places)
+        if following is not None:
+            yield following
+        formed = gather_team(self._shapes(step, step), position)
+        if formed is not position:
+            yield self._formed(step, position, formed, places), {}
+        if not places:
+            yield position, {}
+            return
+        yield self._moved(step, position, places, 0.0), {}
+        yield from ((guess, {}) for guess in self._trailing(step, position, places))
+        for turn in (90.0, 45.0, 135.0):
+            yield self._moved(step, position, places, turn), {}
+        for pitch in (1.0, 0.7, 0.5):
+            yield self._packed(position, places, pitch), {}
+
+    def _under_way(self, before: KeyFrame, step: int, places: dict[Region, list[int]]) -> Array:
+        """Where everybody was; who is asked for nothing and tied to nobody is on the way to where to be next."""
+        position = before.position.copy()
+        tied = {agent for shape in self._shapes(before.step + 1, step) for agent in shape.others}
+        free = set(range(len(position))) - tied - self._busy(step)
+        for appointment in sorted(self.schedule.appointments, key=lambda each: each.step):
+            for agent, region in appointment.visit.regions if appointment.step > step else ():
+                if agent not in free:
+                    continue
+                free.remove(agent)
+                radius = self.mission.agents[agent].radius
+                room = radius + self.mission.clearance
+                goal = self._nearest(region, position[agent], radius, room)
+                way = self.geodesics.way(position[agent], goal, room + ROOM, room)
+                if way is not None and np.asarray(signed_distance(np, region.shape, position[agent])) > 0:
+                    share = (step - before.step) / (appointment.step - before.step)
+                    position[agent] = along(way, np.array([share]))[0]
+        return position
+
+    def _shapes(self, low: int, high: int) -> Iterator[Predicate]:
+        """The formations and graphs that hold at some step from ``low`` to ``high``."""
+        for hold in self.schedule.holds:
+            if (
+                hold.low <= high
+                and hold.high >= low
+                and isinstance(hold.node, Atom)
+                and can_be_gathered(hold.node.predicate)
+            ):
+                yield hold.node.predicate
+
+    def _following(self, before: KeyFrame, step: int, places: dict[Region, list[int]]) -> Guess | None:
+        """The files that hold since the frame before, each behind its leader; None where none goes anywhere."""
+        routes: dict[int, Array] = {}
+        for file in files(self.schedule, before.step, step):
+            routes.update(self._led(file, before.position, places) or {})
+        if not routes:
+            return None
+        guess = before.position.copy()
+        for agent, route in routes.items():
+            guess[agent] = route[-1]
+        return guess, routes
+
+    def _led(self, file: File, position: Array, places: dict[Region, list[int]]) -> Routes | None:
+        """The routes of a file of whom some are to be in places where they are not."""
+        radius = max(self.mission.agents[agent].radius for agent in file.agents)
+        room = radius + self.mission.clearance + ROOM
+        found: Routes | None = None
+        for region, agents in places.items():
+            asked = [agent for agent in file.agents if agent in agents]
+            if not asked or (np.asarray(signed_distance(np, region.shape, position[asked])) <= 0).all():
+                continue
+            if found is not None:  # in two places at once
+                return None
+            found = led(file, position, asked, self._place(region, radius, room), self.geodesics, room)
+            if found is None:
+                return None
+        return found
+
+    def _place(self, region: Region, depth: float, room: float) -> Place:
+        """A region as files look for it, metres inside its border where it is so deep."""
+        cells = -np.asarray(signed_distance(np, region.shape, self.geodesics.points)).ravel()
+        deep = min(depth, 0.9 * float(cells.max()))
+
+        def holds(points: Array) -> Flags:
+            return np.asarray(signed_distance(np, region.shape, points)) <= -deep
+
+        def nearest(start: Array) -> Array:
+            return self._nearest(region, start, deep, room)
+
+        return Place(holds, nearest, cells >= deep)
+
+    def _nearest(self, region: Region, start: Array, depth: float, room: float) -> Array:
+        """The point of a region that has so much room and is so deep in it, metres, and is the shortest way off."""
+        points = self.geodesics.points.reshape(-1, len(start))
+        free = self.geodesics.room.ravel() >= room
+        deep = -np.asarray(signed_distance(np, region.shape, points))
+        inside = np.flatnonzero(free & (deep >= min(depth, float(deep.max(initial=-np.inf, where=free)))))
+        if not len(inside) or float(deep[inside[0]]) < 0:
+            return self._toward(region, start, depth)
+        far = self.geodesics.lengths(start, room)[inside]
+        nearest: Array = points[inside[int(far.argmin())]]
+        return nearest
+
+    def _formed(self, step: int, before: Array, formed: Array, places: dict[Region, list[int]]) -> Array:
+        """Each team in its formation, where it has room and is in its places, and the longest way there is short."""
+        guess = before.copy()
+        ties, _ = self._ties(step)
+        pinned = self._pinned(step)
+        turned = self._turned(step)
+        put: list[int] = []
+        for team in teams_of(ties):
+            figure = formed[team] - formed[team].mean(axis=0)
+            if len(team) == 1 or pinned[team].any():
+                guess[team] = formed[team]
+                continue
+            angles = TURNS if turned.isdisjoint(team) else TURNS[:1]
+            guess[team] = self._put(team, figure, formed[team].mean(axis=0), angles, before, guess[put], places)
+            put.extend(team)
+        return guess
+
+    def _put(
+        self,
+        team: list[int],
+        figure: Array,
+        middle: Array,
+        angles: tuple[float, ...],
+        before: Array,
+        others: Array,
+        places: dict[Region, list[int]],
+    ) -> Array:
+        """A figure, (members, dim) round its middle, at the best of many places: (members, dim), metres."""
+        cells = self.geodesics.points.reshape(-1, before.shape[1])
+        middles = np.concatenate([middle[None], cells[:: max(1, len(cells) // MIDDLES)]])
+        radius = np.array([self.mission.agents[agent].radius for agent in team])
+        needed = radius + self.mission.clearance + ROOM
+        asked = [
+            (region, [number for number, agent in enumerate(team) if agent in agents])
+            for region, agents in places.items()
+        ]
+
+        def cost(points: Array) -> Array:
+            lacking = np.maximum(needed - self.geodesics.room_at(points), 0.0).max(axis=-1)
+            for region, members in asked:
+                if members:
+                    outside = np.asarray(signed_distance(np, region.shape, points[:, members])) + ROOM
+                    lacking = lacking + np.maximum(outside, 0.0).max(axis=-1)
+            if len(others):
+                apart = np.linalg.norm(points[:, :, None] - others, axis=-1).min(axis=(1, 2))
+                lacking = lacking + np.maximum(2 * radius.max() + self.mission.separation - apart, 0.0)
+            far = np.linalg.norm(points - before[team], axis=-1).max(axis=-1)
+            total: Array = LACKING * lacking + far
+            return total
+
+        best: tuple[float, Array] | None = None
+        for angle in angles:
+            around = turned_by(figure, angle)
+            points = middles[:, None] + around
+            chosen = int(cost(points).argmin())
+            # From there as far back to where its agents have the shortest ways as there is room.
+            back = middles[chosen] + np.linspace(0.0, 1.0, 21)[:, None] * (middle - middles[chosen])
+            closer = back[:, None] + around
+            costs = cost(closer)
+            at = int(costs.argmin())
+            if best is None or costs[at] < best[0]:
+                best = float(costs[at]), closer[at]
+        assert best is not None
+        return best[1]
+
+    def _turned(self, step: int) -> set[int]:
+        """Agents of whose formation it is said which way it is turned."""
+        return {
+            agent
+            for shape in self._shapes(step, step)
+            if shape.formation
+            for edge in shape.formation.edges
+            if isinstance(edge.target, tuple)
+            for agent in (edge.first, edge.second)
+        }
+
+    def _places(self, step: int) -> dict[Region, list[int]]:
+        """The regions that agents are asked to be in at a step, by what is decided."""
+        places: dict[Region, list[int]] = {}
+        regions: dict[int, Region] = {}
+        for appointment in self.schedule.appointments:
+            if appointment.step <= step <= appointment.step + appointment.visit.lasts:
+                for agent_index, region in appointment.visit.regions:
+                    before = regions.get(agent_index)
+                    regions[agent_index] = region if before is None else self.places.both(before, region)
+        for agent in self.mission.agents:
+            place = agent.start if step == 0 else agent.finish if step == self.steps else None
+            if isinstance(place, Anywhere):
+                regions[agent.index] = place.region
+        for agent_index, region in regions.items():
+            places.setdefault(region, []).append(agent_index)
+        return places
+
+    def _moved(self, step: int, before: Array, places: dict[Region, list[int]], turn: float) -> Array:
+        """Everybody as before, the agents of each region carried there together; who is tied to them goes along."""
+        guess = before.copy()
+        shift = np.zeros_like(before)
+        carried: set[int] = set()
+        for region, agents in places.items():
+            middle = before[agents].mean(axis=0)
+            around = before[agents] - middle
+            around = turned_by(around, turn)
+            target = self._toward(region, middle, float(np.linalg.norm(around, axis=1).max(initial=0.0)))
+            guess[agents] = target + around
+            shift[agents] = target - middle
+            carried |= set(agents)
+        for team in teams_of(self._ties(step)[0]):
+            led = [agent for agent in team if agent in carried]
+            if len(led) > 1:
+                along = [agent for agent in team if agent not in carried]
+                guess[along] += shift[led].mean(axis=0)
+        return guess
+
+    def _trailing(self, step: int, before: Array, places: dict[Region, list[int]]) -> Iterator[Array]:
+        """Where a place is for one agent only: the others behind it on the way there, as far as they are tied to it."""
+        ties, spacing = self._ties(step)
+        for region, agents in places.items():
+            if len(agents) != 1 or not ties[agents[0]].any():
+                continue
+            first = agents[0]
+            depth = depths_of(ties, first)
+            team = np.flatnonzero(depth >= 0)
+            target = self._toward(region, before[first], self.mission.agents[first].radius)
+            radius = self.mission.agents[first].radius + self.mission.clearance
+            way = self.geodesics.way(target, before[team].mean(axis=0), radius + 0.3, radius)
+            if way is None:
+                continue
+            guess = before.copy()
+            for layer in range(int(depth.max()) + 1):
+                abreast = np.flatnonzero(depth == layer)
+                here, ahead = place_on(way, layer * spacing), place_on(way, layer * spacing + 0.1)
+                heading = (ahead - here) / max(float(np.linalg.norm(ahead - here)), 1e-9)
+                aside = np.zeros_like(heading)
+                aside[0], aside[1] = -heading[1], heading[0]
+                width = np.arange(len(abreast)) - (len(abreast) - 1) / 2
+                guess[abreast] = here + width[:, None] * aside * min(spacing, 0.5)
+            yield guess
+
+    def _busy(self, step: int) -> set[int]:
+        """Agents who are asked to be somewhere at a step, or are where they must be."""
+        places = {
+            hold.agent
+            for hold in self.schedule.holds
+            if hold.low <= step <= hold.high and isinstance(hold.node, Atom) and hold.node.predicate.region
+        }
+        return places | {agent for agents in self._places(step).values() for agent in agents} | set(self._exact(step))
+
+    def _ties(self, step: int) -> tuple[Flags, float]:
+        """Who is tied to whom by what holds at a step, (agents, agents), and how far apart ties keep them, metres."""
+        count = len(self.mission.agents)
+        ties = np.zeros((count, count), dtype=np.bool_)
+        spacing: list[float] = []
+        for hold in self.schedule.holds:
+            node = hold.node
+            if not (isinstance(node, Atom) and hold.low <= step <= hold.high):
+                continue
+            graph = node.predicate.restricted
+            for edge in node.predicate.formation.edges if node.predicate.formation else ():
+                ties[edge.first, edge.second] = ties[edge.second, edge.first] = True
+                spacing.append(float(np.linalg.norm(edge.target)))
+            if isinstance(graph, Proximity) and not spacing:
+                ties[np.ix_(graph.agents, graph.agents)] = True
+                spacing.append(0.8 * graph.radius)
+        return ties, min(spacing, default=0.0)
+
+    def _toward(self, region: Region, middle: Array, extent: float) -> Array:
+        """Where in a region the middle of a team goes: no further in than it takes to have room around it."""
+        centre = self.places.centre(region)
+        deepest = -float(signed_distance(np, region.shape, centre))
+        wanted = min(extent + 0.1, deepest * 0.95)
+        low, high = 0.0, 1.0
+        for _ in range(20):
+            half = (low + high) / 2
+            inside = -float(signed_distance(np, region.shape, middle + half * (centre - middle)))
+            low, high = (low, half) if inside >= wanted else (half, high)
+        target: Array = middle + high * (centre - middle)
+        return target
+
+    def _packed(self, before: Array, places: dict[Region, list[int]], pitch: float = 1.0) -> Array:
+        """The agents of each region in slots around its middle, each in the one that takes least moving in all."""
+        guess = before.copy()
+        for region, agents in places.items():
+            slots = self._slots(region, agents, pitch)
+            middle = before[agents].mean(axis=0)
+            around = before[agents] - middle
+            _, chosen = linear_sum_assignment(cdist(around, slots - slots.mean(axis=0), "sqeuclidean"))
+            guess[agents] = slots[chosen]
+        return guess
+
+    def _slots(self, region: Region, agents: list[int], pitch: float) -> Array:
+        """As many places in a region as agents, spread on a grid, nearest to its middle first."""
+        widest = max(self.mission.agents[agent].radius for agent in agents)
+        apart = 2 * widest + self.mission.separation + 0.3 * pitch
+        centre = self.places.centre(region)
+        count = int(np.ceil(np.sqrt(len(agents)))) + 4
+        line = (np.arange(2 * count + 1) - count) * apart
+        grids = np.stack(np.meshgrid(line, line, indexing="ij"), axis=-1).reshape(-1, 2)
+        points = np.tile(centre, (len(grids), 1))
+        points[:, :2] += grids
+        inside = -np.asarray(signed_distance(np, region.shape, points)) >= widest
+        near = points[inside][np.argsort(np.linalg.norm(points[inside] - centre, axis=1), kind="stable")]
+        if len(near) >= len(agents):
+            chosen: Array = near[: len(agents)]
+            return chosen
+        spread, _ = points_in(region.shape, self.mission.world, 4 * len(agents), np.random.default_rng(0))
+        padded: Array = np.concatenate([near, spread, np.tile(centre, (len(agents), 1))])[: len(agents)]
+        return padded
+
+    def _exact(self, step: int) -> dict[int, Array]:
+        points = {}
+        for agent in self.mission.agents:
+            place = agent.start if step == 0 else agent.finish if step == self.steps else None
+            if isinstance(place, Exactly):
+                points[agent.index] = np.array(place.point)
+        return points
+
+    def _pinned(self, step: int) -> Flags:
+        pinned = np.zeros(len(self.mission.agents), dtype=np.bool_)
+        pinned[list(self._exact(step))] = True
+        return pinned

@@ -1,0 +1,338 @@
+"""Timetable of an order of visits: the soonest moments of a simple temporal network, and the steps that visits get."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from math import ceil
+
+import numpy as np
+
+from missionc.backends.clot.schedule.attendance import Attendance
+from missionc.backends.clot.schedule.gather_team import can_be_gathered, gather_team
+from missionc.backends.clot.schedule.goal_sets import GoalSet, GoalSets
+from missionc.backends.clot.schedule.mutex_literals import (
+    TimedLiterals,
+    earliest_time,
+    mutex_seconds,
+)
+from missionc.backends.clot.schedule.perturbed_distances import PerturbedDistances
+from missionc.backends.clot.schedule.tasks import Decision, Hold, Option, Outline
+from missionc.backends.clot.schedule.visits import Appointment, Key, Place, Run, Schedule, Visit
+from missionc.base.trace import Array
+from missionc.ir import Mission, Predicate
+from missionc.kernel.nodes import Atom, Node
+from missionc.kernel.walk import graph_of, postorder
+
+ROUNDING = 1e-6
+"""The share of a step that a time may be over a whole number of steps and count as that number."""
+
+LATE = 1e3
+"""What a second too late costs against a second on the way."""
+
+
+@dataclass(slots=True)
+class _Draft:
+    """An order of visits and the option of each task in it; ``work``: visits looked at for it."""
+
+    order: list[Visit]
+    options: dict[int, Option] = field(default_factory=dict)
+    cost: float = 0.0
+    work: int = 0
+
+    def without(self, tasks: list[int]) -> _Draft:
+        left = [visit for visit in self.order if visit.key[0] not in tasks]
+        return _Draft(left, {task: option for task, option in self.options.items() if task not in tasks}, self.cost)
+
+
+def _tied(outline: Outline) -> bool:
+    """Whether a formation or links are asked for, at any time."""
+    holds = list(outline.holds)
+    events = [event for task in outline.tasks for option in task.options for event in option.events]
+    holds.extend(hold for task in outline.tasks for option in task.options for hold in option.holds)
+    while events:
+        event = events.pop()
+        holds.extend((*event.holds, *event.before))
+        events.extend(event.then)
+    return any(
+        graph_of(node) is not None or (isinstance(node, Atom) and _of_team(node.predicate))
+        for node in postorder({hold.node for hold in holds})
+    )
+
+
+def _of_team(predicate: Predicate) -> bool:
+    return predicate.formation is not None or predicate.graph is not None
+
+
+def _deadline(options: tuple[Option, ...]) -> int:
+    return min((event.high for option in options for event in option.events), default=0)
+
+
+def _shapes(holds: tuple[Hold, ...]) -> Iterator[Predicate]:
+    """The formations and graphs that holds ask for, each once."""
+    seen: set[Predicate] = set()
+    for hold in holds:
+        node = hold.node
+        if isinstance(node, Atom) and can_be_gathered(node.predicate) and node.predicate not in seen:
+            seen.add(node.predicate)
+            yield node.predicate
+
+
+def _schedule(
+    outline: Outline, appointments: tuple[Appointment, ...], options: list[Option], late: float, steps: int
+) -> Schedule:
+    """Holds and decisions counted from step 0, and all choices by formula, agent and step."""
+    holds = [*outline.holds, *(hold for option in options for hold in option.holds)]
+    decisions = [decision for option in options for decision in option.decisions]
+    choices: dict[tuple[Node, int, int], int] = {}
+    step_of = {each.visit.key: each.step for each in appointments}
+    for appointment in appointments:
+        if appointment.visit.fixed or appointment.visit.event.again:
+            continue
+        event, at = appointment.visit.event, appointment.step
+        holds.extend(
+            Hold(hold.agent, hold.node, hold.low + at, min(hold.high + at, steps), hold.timeless)
+            for hold in event.holds
+        )
+        base = 0 if appointment.visit.after is None else step_of[appointment.visit.after]
+        holds.extend(
+            Hold(hold.agent, hold.node, base + hold.low, at - 1, hold.timeless)
+            for hold in event.before
+            if at > base + hold.low
+        )
+        decisions.extend(
+            Decision(each.node, each.agent, each.part, each.low + at, min(each.high + at, steps))
+            for each in event.decisions
+        )
+        choices[event.chooser, event.agent, event.step + base] = at
+    for each in decisions:
+        for step in range(each.low, each.high + 1):
+            choices[each.node, each.agent, step] = each.part
+    return Schedule(appointments, tuple(holds), tuple(decisions), choices, late)
+
+
+class Timetable:
+    """When the visits of an order are, for agents that take their time from one to the next.
+
+    ``tied``: a formation or links hold some of the team together. ``pace``, ``speed`` in m/s and ``stopping`` in
+    seconds have a number for each agent; ``unhurried`` is the share of the slack that a visit leaves before it.
+    """
+
+    mission: Mission
+    starts: Array
+    finishes: list[Array | None]
+    speed: Array
+    pace: Array
+    stopping: Array
+    goals: GoalSets
+    tied: bool
+    unhurried: float
+    shaped: dict[tuple[tuple[Predicate, ...], bytes], Array]
+
+    def _run(self, visits: list[Visit], perturbed: PerturbedDistances, fixed: list[TimedLiterals]) -> Run:
+        """Each visit of an order as soon as can be."""
+        step = self.mission.step
+        where, free = self.starts.copy(), np.zeros(len(self.starts))
+        since = [-1] * len(self.starts)
+        number_of: dict[Key, int] = {}
+        sure, way, run = list(fixed), 0.0, Run()
+        for number, visit in enumerate(visits):
+            low, high = visit.event.low * step, visit.event.high * step
+            base = 0.0
+            if visit.after is not None:
+                base = run.times[number_of[visit.after]]
+                low, high = low + base, high + base
+            begin, moved = max(low, visit.event.not_before * step), np.zeros(0, dtype=np.int64)
+            places: list[Place] = []
+            legs: list[tuple[int, float, float]] = []
+            for place, length in self._ways(visit.come, where, free, begin, visits[number + 1 :]):
+                agent = place.agent
+                stretch = perturbed.factor(visit.event) if visit.come.goals else 1.0
+                seconds = self._travel(agent, length) * stretch
+                begin = max(begin, free[agent] + seconds)
+                if not place.sure:
+                    run.late += self.mission.horizon
+                stays = 0.0 if since[agent] < 0 else free[agent] - run.times[since[agent]]
+                legs.append((since[agent], stays + seconds, stays + length / self.speed[agent]))
+                way += length
+                places.append(place)
+            if visit.shapes:
+                gaps = np.linalg.norm(self._gathered(visit.shapes, where) - where, axis=1)
+                moved = np.flatnonzero(gaps)
+                begin = max(begin, float((free + gaps / self.pace)[moved].max(initial=0.0)))
+                way += float(gaps.sum())
+                beside = where.copy()
+                for place in places:
+                    beside[place.agent] = place.point
+                where = self._gathered(visit.shapes, beside)
+            if not visit.come.goals and not visit.fixed:
+                latest = min(high, self._latest(visit) * step)
+                begin += perturbed.put_off(visit.event) * max(0.0, latest - begin)
+            begin = earliest_time(visit.says, begin, sure, step)
+            for each in visit.before:
+                barred = TimedLiterals(each.literals, each.low + base, begin - step)
+                run.late += mutex_seconds(barred, sure, step)
+                sure.append(barred)
+            sure.extend(each.shifted(begin) for each in visit.says)
+            run.late += max(0.0, begin - high)
+            free[moved] = begin  # whoever is in shape may go on, all of them together
+            for place in places:
+                agent = place.agent
+                stays = begin + visit.lasts * step if visit.lasts < self.mission.steps else self.mission.horizon
+                free[agent], since[agent] = max(begin, stays), number
+                if not visit.shapes:
+                    where[agent] = place.point
+            number_of[visit.key] = number
+            run.times.append(begin)
+            run.legs.append(legs)
+            run.places.append(tuple(places))
+        for agent, finish in enumerate(self.finishes):
+            if finish is not None:
+                gap = float(np.linalg.norm(finish - where[agent]))
+                way += gap
+                seconds = self._travel(agent, gap)
+                run.last.append(
+                    (since[agent], free[agent] + seconds - (run.times[since[agent]] if since[agent] >= 0 else 0))
+                )
+                free[agent] += seconds
+        run.end = float(free.max(initial=0.0))
+        run.late += max(0.0, run.end - self.mission.horizon)
+        run.cost = LATE * run.late + run.end + 0.1 * way / float(self.pace.mean())
+        return run
+
+    def _ways(
+        self, come: Attendance, where: Array, free: Array, begin: float, later: Sequence[Visit]
+    ) -> Iterator[tuple[Place, float]]:
+        """Who goes where for it, and how far that is: metres.
+
+        Args:
+            begin: the first moment at which it may be, seconds.
+            later: what comes after it.
+        """
+        own = dict(come.goals)
+        for some in come.some:
+            own.update(self._cheapest(some.goals, some.count, own, where, free))
+        met = {agent for meeting in come.meetings for agent in meeting.agents}
+        for meeting in come.meetings:
+            who = list(meeting.agents)
+            goals = [self.goals.of(agent, own[agent]) if agent in own else None for agent in who]
+            onward = [self._onward(agent, later) for agent in who]
+            ready = free[who] - begin
+            points, lengths = self.goals.meeting(who, where[who], ready, self.pace[who], meeting.reach, goals, onward)
+            yield from zip(map(Place, who, points), lengths.tolist(), strict=True)
+        for agent, nodes in own.items():
+            goal = None if agent in met else self.goals.of(agent, nodes)
+            if goal is not None:
+                there, length, sure = self.goals.way(goal, agent, where[agent])
+                yield Place(agent, there, goal, sure), length
+
+    def _onward(self, agent: int, later: Sequence[Visit]) -> GoalSet | None:
+        """Where an agent goes next, if the next that asks for it is a place of its own."""
+        for visit in later:
+            if agent in visit.agents:
+                own = dict(visit.come.goals)
+                return self.goals.of(agent, own[agent]) if agent in own else None
+        return None
+
+    def _cheapest(
+        self,
+        goals: tuple[tuple[int, tuple[Node, ...]], ...],
+        count: int,
+        taken: dict[int, tuple[Node, ...]],
+        where: Array,
+        free: Array,
+    ) -> dict[int, tuple[Node, ...]]:
+        """So many of these goals, those that are reached soonest by agents who have no other."""
+        soonest: list[tuple[bool, float, int, tuple[Node, ...]]] = []
+        for agent, nodes in goals:
+            goal = self.goals.of(agent, nodes)
+            if goal is not None and agent not in taken:
+                _, length, sure = self.goals.way(goal, agent, where[agent])
+                soonest.append((not sure, free[agent] + self._travel(agent, length), agent, nodes))
+        chosen = sorted(soonest, key=lambda each: each[:3])[:count]
+        return {agent: nodes for *_, agent, nodes in chosen}
+
+    def _travel(self, agent: int, length: float) -> float:
+        """Seconds from rest to rest."""
+        seconds = length / float(self.pace[agent])
+        return seconds + min(float(self.stopping[agent]), seconds)
+
+    def _at_steps(self, visits: list[Visit], run: Run, slower: float) -> tuple[Appointment, ...]:
+        """Visits at their soonest times, made so many times later; where nothing is tied, halfway to the latest."""
+        step = self.mission.step
+        times = run.times
+        if not self.tied and slower > 1:
+            times, slower = self._unhurried(visits, run), 1.0
+        appointments: list[Appointment] = []
+        at: dict[Key, int] = {}
+        for visit, first, time, places, legs in zip(visits, run.times, times, run.places, run.legs, strict=True):
+            base = 0 if visit.after is None else at[visit.after]
+            latest = min(base + visit.event.high, self._latest(visit))
+            begins = visit.event.low * step
+            if visit.after is not None:
+                begins += next(each for one, each in zip(visits, run.times, strict=True) if one.key == visit.after)
+            if not self.tied or visit.come.goals or (first > begins and not visit.come.meetings):
+                wanted = round(time * slower / step) if slower > 1 else ceil(time / step - ROUNDING)
+            else:  # nobody has to get to a place for it, and what comes after may need the time
+                wanted = max([round(time / step), *(each.step for each in appointments)])
+            soonest = max(base + visit.event.low, visit.event.not_before)
+            for begin, _, least in legs:
+                since = 0 if begin < 0 else appointments[begin].step
+                wanted = max(wanted, since + ceil(least / step - ROUNDING))
+            at[visit.key] = max(soonest, min(wanted, latest))
+            appointments.append(Appointment(visit, at[visit.key], places))
+        return tuple(appointments)
+
+    def _unhurried(self, visits: list[Visit], run: Run) -> list[float]:
+        """Times of visits between the soonest and the latest that windows, ways and the horizon allow, seconds.
+
+        Any mean of two solutions of a simple temporal network is one.
+        """
+        step, index = self.mission.step, {visit.key: number for number, visit in enumerate(visits)}
+        latest = [self._latest(visit) * step for visit in visits]
+        for begin, seconds in run.last:
+            if begin >= 0:
+                latest[begin] = min(latest[begin], self.mission.horizon - seconds)
+        for _ in range(len(visits) + 1):
+            before = list(latest)
+            for number in range(len(visits) - 1, -1, -1):
+                visit = visits[number]
+                low, high = visit.event.low * step, visit.event.high * step
+                if visit.after is None:
+                    latest[number] = min(latest[number], high)
+                else:
+                    base = index[visit.after]
+                    latest[number] = min(latest[number], latest[base] + high)
+                    latest[base] = min(latest[base], latest[number] - low)
+                for begin, seconds, _ in run.legs[number]:
+                    if begin >= 0:
+                        latest[begin] = min(latest[begin], latest[number] - seconds)
+            if latest == before:
+                break
+        return [soon + self.unhurried * max(0.0, late - soon) for soon, late in zip(run.times, latest, strict=True)]
+
+    def _denied(self, appointments: tuple[Appointment, ...], fixed: list[TimedLiterals]) -> bool:
+        """Whether something that appointments or fixed times say is denied by another of them."""
+        step, sure = self.mission.step, list(fixed)
+        at = {each.visit.key: each.step for each in appointments}
+        for each in appointments:
+            base = 0 if each.visit.after is None else at[each.visit.after]
+            new = [one.shifted(each.step * step) for one in each.visit.says]
+            new += [
+                TimedLiterals(one.literals, one.low + base * step, (each.step - 1) * step) for one in each.visit.before
+            ]
+            if any(one.mutex_time(other) is not None for one in new for other in sure):
+                return True
+            sure += new
+        return False
+
+    def _latest(self, visit: Visit) -> int:
+        """The last step from which it can last as long as it has to."""
+        return self.mission.steps - (visit.lasts if visit.lasts < self.mission.steps else 0)
+
+    def _gathered(self, shapes: tuple[Predicate, ...], where: Array) -> Array:
+        """Where agents, (agents, dim), go to be in shape."""
+        key = shapes, where.tobytes()
+        if key not in self.shaped:
+            self.shaped[key] = gather_team(shapes, where)
+        return self.shaped[key].copy()

@@ -1,0 +1,99 @@
+"""Visits of a schedule, and when and where they are: the values that scheduling passes on."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from missionc.backends.clot.optimise.active_set import Choices
+from missionc.backends.clot.schedule.attendance import NOBODY, Attendance
+from missionc.backends.clot.schedule.goal_sets import GoalSet
+from missionc.backends.clot.schedule.mutex_literals import (
+    TimedLiterals,
+)
+from missionc.backends.clot.schedule.tasks import Decision, Event, Hold
+from missionc.base.trace import Array
+from missionc.ir import Predicate, Region
+
+Key = tuple[int, int]
+"""A visit: the number of its task, -1 for none, and its own within that."""
+
+
+@dataclass(frozen=True, slots=True)
+class Visit:
+    """An event, the regions its agents are asked to be in, and which visit it comes after (``then``).
+
+    ``shapes`` are the formations and graphs asked for. ``says`` is what
+    else may deny, in seconds from the event; ``before`` likewise up to it, from the event around it.
+    ``fixed``: it stands for what holds at fixed steps, and decides nothing.
+    """
+
+    key: Key
+    event: Event
+    come: Attendance
+    regions: tuple[tuple[int, Region], ...]
+    shapes: tuple[Predicate, ...]
+    lasts: int
+    after: Key | None = None
+    says: tuple[TimedLiterals, ...] = ()
+    before: tuple[TimedLiterals, ...] = ()
+    fixed: bool = False
+
+    @property
+    def agents(self) -> set[int]:
+        """Who has to get somewhere for it."""
+        return self.come.agents | {agent for shape in self.shapes for agent in shape.others}
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Place:
+    """Where an agent goes, (dim,), metres.
+
+    ``goal``: where else would do, where that is known. ``sure``: a way there is known.
+    """
+
+    agent: int
+    point: Array
+    goal: GoalSet | None = None
+    sure: bool = True
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Appointment:
+    """A visit at a step of the mission; ``places``: where its agents go for it."""
+
+    visit: Visit
+    step: int
+    places: tuple[Place, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Schedule:
+    """Everything decided: what holds at which steps of the mission, and the choices to tell the cost graph.
+
+    ``late`` is by how many seconds it cannot be kept, by this estimate;
+    ``company``: who has to be near whom all the time.
+    """
+
+    appointments: tuple[Appointment, ...]
+    holds: tuple[Hold, ...]
+    decisions: tuple[Decision, ...]
+    choices: Choices
+    late: float
+    company: Attendance = NOBODY
+
+
+@dataclass(slots=True)
+class Run:
+    """An order of visits as it comes out, each as soon as can be.
+
+    ``legs``: for each visit who comes for it: from which visit (by its number, -1 for the start), in how many seconds,
+    and in how many at the least, at top speed.
+    """
+
+    cost: float = 0.0
+    late: float = 0.0
+    end: float = 0.0
+    times: list[float] = field(default_factory=list)
+    legs: list[list[tuple[int, float, float]]] = field(default_factory=list)
+    last: list[tuple[int, float]] = field(default_factory=list)
+    places: list[tuple[Place, ...]] = field(default_factory=list)

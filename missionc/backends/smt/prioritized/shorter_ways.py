@@ -1,0 +1,62 @@
+"""Shorter ways of a joint motion that was planned agent by agent, and the least that each needs by itself."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+
+from missionc.backends.smt.prioritized.prioritized_planning import PrioritizedPlanner
+from missionc.backends.smt.prioritized.progression import TooComplex
+from missionc.backends.smt.prioritized.reservations import Reservations
+from missionc.backends.smt.roadmap.roadmap import Indices
+
+ROUNDS, GAIN = 2, 1e-6
+"""So often who was planned alone is planned again by metres; a way shorter by no more than this is not taken."""
+
+
+def shorter(planner: PrioritizedPlanner, states: Indices) -> Indices:
+    """The motion after who was planned alone has been planned again, one by one, by metres alone."""
+    reservations = Reservations(planner.reservations.motion, planner.setting.mission)
+    everyone = sorted(planner.everyone)
+    reservations.reserve(everyone, states)
+    search = planner.search(haste=0.0)
+    for agent in (agent for _ in range(ROUNDS) for agent in everyone):
+        named = [part for part in planner.requirements.parts if agent in part.named]
+        if any(len(part.named) > 1 for part in named) or search.work > planner.enough:
+            continue
+        reservations.release((agent,))
+        way = search.way(agent, planner.own_parts(agent), reservations)
+        changed = reservations.states.copy()
+        if way is not None and search.metres(agent, way) < search.metres(agent, changed[agent]) - GAIN:
+            changed[agent] = way
+        reservations.reserve((agent,), changed)
+    better = reservations.states
+    return better if planner.failing(planner.trace(better)) is None else states
+
+
+def metres_alone(planner: PrioritizedPlanner) -> float | None:
+    """The least that all agents have to travel together, each as if it were the only one, if that is known."""
+    metres = 0.0
+    search = planner.search(haste=0.0)
+    for agent in sorted(planner.everyone):
+        try:
+            way = search.alone(agent, planner.own_parts(agent))
+        except TooComplex:
+            return None
+        if way is None:
+            return None
+        metres += search.metres(agent, way)
+    return metres
+
+
+def travelled(planner: PrioritizedPlanner, states: Indices) -> float:
+    """The metres of a joint motion, (agents, steps + 1)."""
+    return sum(planner.single_agent.metres(agent, way) for agent, way in enumerate(states))
+
+
+def all_able(planner: PrioritizedPlanner) -> bool:
+    """Whether there may be a way for each agent by itself."""
+    for agent in sorted(planner.everyone):
+        with suppress(TooComplex):
+            if planner.single_agent.alone(agent, planner.own_parts(agent)) is None:
+                return False
+    return True

@@ -1,0 +1,243 @@
+"""The sweep of a single-agent search through time: a step after the other, the cheapest way to each place and residual.
+
+in   a Mover and its Task
+out  states, a way of the fewest metres within a bound
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from missionc.backends.smt.prioritized.progression import (
+    Asked,
+    Each,
+    Ever,
+    Joined,
+    Letter,
+    Progression,
+    Relaxation,
+    Residual,
+    Some,
+    TooComplex,
+)
+from missionc.backends.smt.prioritized.reservations import ReservationTable
+from missionc.backends.smt.roadmap.roadmap import Indices
+from missionc.backends.smt.roadmap.unique_rows import distinct
+from missionc.base.trace import Array, Flags
+from missionc.kernel.nodes import AtLeast, Node
+from missionc.kernel.walk import children, window_of
+
+PUSH = 3.0
+"""To come too near one who can be moved counts as so many of the longest moves."""
+
+RESTLESS = 1e-6
+"""Metres that a step in motion counts more than it is long, or up to twice as many: of equal ways that over soonest."""
+
+FAR = 1e-9
+"""Metres to go that are some."""
+
+RESIDUALS = 3_000
+"""More residuals than this are not looked at."""
+
+STEP_WORK = 1_000
+"""What a step takes by itself, in moves."""
+
+WORK = 20_000_000
+"""Moves looked at, after which a search gives up."""
+
+
+@dataclass(slots=True, eq=False)
+class Task:
+    """What is asked of one agent, on its roadmap.
+
+    Args:
+        places: (states,) or (steps + 1, states), indices into ``place_letters``: what holds where, when.
+        moves: (moves,), indices into ``move_letters``: what holds of a move as it begins; ``ends``: as it ends.
+        finish: (states,), where its way may end.
+        own_places: (states,), indices into ``own_letters``: what holds where, of what the place alone decides.
+        bound: metres that a residual leaves to go at least, from each state, (states,).
+    """
+
+    progression: Progression
+    begin: Residual
+    places: Indices
+    place_letters: list[Letter]
+    moves: Indices
+    ends: Indices
+    move_letters: list[Letter]
+    finish: Flags
+    own_places: Indices
+    own_letters: list[Letter]
+    relaxation: Relaxation
+    bound: Callable[[Residual], Array]
+    residuals: list[Residual] = field(default_factory=list)
+    numbers: dict[Residual, int] = field(default_factory=dict)
+    bounds: list[int] = field(default_factory=list)
+    """For each residual the row of ``metres`` that bounds what it leaves to go."""
+    metres: list[Array] = field(default_factory=list)
+    _rows: dict[int, int] = field(default_factory=dict)
+
+    def number(self, residual: Residual) -> int:
+        if residual not in self.numbers:
+            if len(self.residuals) >= RESIDUALS:
+                raise TooComplex
+            self.numbers[residual] = len(self.residuals)
+            self.residuals.append(residual)
+            bound = self.bound(residual)
+            if id(bound) not in self._rows:
+                self._rows[id(bound)] = len(self.metres)
+                self.metres.append(bound)
+            self.bounds.append(self._rows[id(bound)])
+        return self.numbers[residual]
+
+    def after(self, step: int, residual: Indices, place: Indices, move: Indices) -> Indices:
+        """The numbers of what is left, (rows,), after a step with these letters; -1 where it is broken."""
+        width, depth = len(self.place_letters), len(self.move_letters)
+        kinds, row = np.unique((residual * width + place) * depth + move, return_inverse=True)
+        after = np.empty(len(kinds), dtype=np.int64)
+        for index, kind in enumerate(kinds.tolist()):
+            before, letter = divmod(kind, width * depth)
+            at, along = divmod(letter, depth)
+            letters = self.place_letters[at] + self.move_letters[along]
+            left = self.progression.after(self.residuals[before], step, letters)
+            after[index] = -1 if left is False else self.number(left)
+        return after[row]
+
+    def to_go(self, residual: Indices, states: Indices) -> Array:
+        """At least so many metres are left, (rows,)."""
+        rows, found = np.array(self.bounds)[residual], np.empty(len(states))
+        for row in np.unique(rows).tolist():
+            found[rows == row] = self.metres[row][states[rows == row]]
+        return found
+
+    def place(self, step: int, states: Indices) -> Indices:
+        return self.places[states] if self.places.ndim == 1 else self.places[step, states]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Mover:
+    """An agent, what is asked of it and where it may go.
+
+    Args:
+        may: (steps + 1, states), where its way may lead.
+        starts: (starts,), states.
+    """
+
+    task: Task
+    table: ReservationTable
+    may: Flags
+    starts: Indices
+
+
+@dataclass(slots=True, eq=False)
+class Sweep:
+    """The search for one way, from step to step.
+
+    Args:
+        may: (steps + 1, states), where it may lead.
+        starts: (starts,), states.
+        step_cost: metres that a step counts for while there is somewhere to go.
+        pushing: moves that come too near some who can be moved are dear, not forbidden.
+    """
+
+    task: Task
+    table: ReservationTable
+    may: Flags
+    starts: Indices
+    step_cost: float
+    pushing: bool
+    work: int = 0
+
+    def within(self, bound: float) -> Indices | None:
+        """The cheapest way, (steps + 1,), of those that may cost no more than the bound.
+
+        Raises:
+            TooComplex: it takes too much work.
+        """
+        task, table = self.task, self.table
+        states, steps = len(task.finish), len(table.roadmap.allowed)
+        target = table.roadmap.moves[:, 1]
+        done = task.number(True)
+        key = task.number(task.begin) * states + self.starts
+        cost = np.zeros(len(key))
+        goes = task.to_go(key // states, self.starts) > FAR
+        trail: list[tuple[Indices, Indices]] = []
+        for step in range(steps):
+            residual, state = np.divmod(key, states)
+            sizes = table.begins[state + 1] - table.begins[state]
+            row = np.repeat(np.arange(len(key)), sizes)
+            move = np.arange(len(row)) + np.repeat(table.begins[state] - np.cumsum(sizes) + sizes, sizes)
+            self.work += STEP_WORK + len(move)
+            if self.work > WORK:
+                raise TooComplex
+            free = self.may[step + 1, target[move]] & table.free(step, move, pushing=self.pushing)
+            row, move = row[free], move[free]
+            place = task.place(step, state)
+            if len(task.move_letters) == 1:
+                left = task.after(step, residual, place, np.zeros_like(place))[row]
+            else:
+                left = task.after(step, residual[row], place[row], task.moves[move])
+            if step == steps - 1:
+                alive = (left >= 0) & task.finish[target[move]]
+                row, move, left = row[alive], move[alive], left[alive]
+                left = task.after(steps, left, task.place(steps, target[move]), task.ends[move])
+                left[left != done] = -1
+            alive = left >= 0
+            row, move, left = row[alive], move[alive], left[alive]
+            there = target[move]
+            after = cost[row] + table.length[move] + RESTLESS * (1 + step / (1 + steps)) * table.leads_on[move]
+            after += self.step_cost * goes[row]
+            if self.pushing:
+                after += PUSH * table.longest * table.weight(step, move)
+            to_go = task.to_go(left, there)
+            near = np.flatnonzero(after + to_go <= bound)
+            key, cost = left[near] * states + there[near], after[near]
+            order = np.lexsort((cost, key))
+            order = order[np.diff(key[order], prepend=-1) > 0]
+            key, cost, near = key[order], cost[order], near[order]
+            parent, goes = row[near], to_go[near] > FAR
+            if not key.size:
+                return None
+            trail.append((key % states, parent))
+        way = np.empty(steps + 1, dtype=np.int64)
+        best = int(np.argmin(cost))
+        for step in range(steps, 0, -1):
+            reached, parent = trail[step - 1]
+            way[step], best = reached[best], int(parent[best])
+        way[0] = self.starts[best]
+        return way
+
+
+def _letters(rows: Sequence[Flags], size: int) -> tuple[Indices, list[Letter]]:
+    """The kind of each column, (size,), and what each kind holds, where a row says what of one proposition."""
+    if not rows:
+        return np.zeros(size, dtype=np.int64), [()]
+    columns = np.stack(rows, axis=1)
+    first, kind = distinct(np.packbits(columns, axis=1))
+    return kind, [tuple(column) for column in columns[first].tolist()]
+
+
+class _Signature:
+    """What a residual asks for, told by the states that its propositions hold in."""
+
+    def __init__(self, leaves: dict[Node, bytes]) -> None:
+        self._known: dict[Node, object] = dict(leaves)
+
+    def of(self, residual: Residual) -> object:
+        match residual:
+            case Joined(count, parts):
+                return count, frozenset(map(self.of, parts))
+            case Asked(node) | Some(node) | Each(node) | Ever(node):
+                return type(residual), self._of(node)
+            case _:
+                return residual
+
+    def _of(self, node: Node) -> object:
+        if node not in self._known:
+            below = tuple(map(self._of, children(node)))
+            count = node.count if isinstance(node, AtLeast) else 0
+            self._known[node] = type(node), window_of(node), count, below
+        return self._known[node]
