@@ -49,7 +49,7 @@ from missionc.kernel.nodes import Kernel
 WHOLE = 100_000
 """Moves of all agents at all steps: where there are fewer, what is best is asked of everybody at once."""
 
-GEODESIC = 20.0
+GEODESIC = 8.0
 """The units of work that one roadmap of shortest ways may take before sampled ones are asked."""
 
 PRIORITIZED = 30.0
@@ -354,7 +354,7 @@ class Run:
     def not_found(self, reason: Reason, detail: str) -> NotFound:
         nodes = _listed([str(nodes) for nodes in self.refused])
         refused = f"roadmaps of {nodes} nodes hold no plan" if nodes else ""
-        ended = f"the search ended while {self.under_way()}" if self.layer else ""
+        ended = f"the search ended while {self.under_way()}" if self.layer and reason is not Reason.NO_ROADMAP else ""
         statement = "; ".join(part for part in (detail, ended, refused) if part)
         return NotFound(reason, statement or reason.value, self.account.report(), self.best())
 
