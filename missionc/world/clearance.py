@@ -17,6 +17,7 @@ from typing import assert_never
 
 import numpy as np
 import shapely
+from numpy.typing import NDArray
 
 from missionc.base.late_dataclass import dataclass
 from missionc.base.trace import Array, Flags
@@ -123,19 +124,26 @@ def clear_of(obstacles: tuple[Solid, ...], start: Array, end: Array, margin: Arr
         (segments,)
     """
     clear = np.ones(len(start), dtype=bool)
-    if not len(start):
+    if not len(start) or not obstacles:
         return clear
-    least, most, reach = np.minimum(start, end), np.maximum(start, end), margin[:, None]
-    lowest, highest = np.min(least - reach, axis=0), np.max(most + reach, axis=0)
-    for solid in obstacles:
-        low, high = _bounds(solid, start.shape[1])
-        if (low > highest).any() or (high < lowest).any():
-            continue
-        near = np.flatnonzero(clear & np.all((least <= high + reach) & (most >= low - reach), axis=1))
-        for begin in range(0, len(near), BLOCK):
-            block = near[begin : begin + BLOCK]
-            clear[block] = ~_touches(solid, start[block], end[block], margin[block])
+    bounds = [_bounds(solid, start.shape[1]) for solid in obstacles]
+    tree = shapely.STRtree(_rectangles(np.array([low for low, _ in bounds]), np.array([high for _, high in bounds])))
+    reach = margin[:, None]
+    near, solid = tree.query(_rectangles(np.minimum(start, end) - reach, np.maximum(start, end) + reach))
+    order = np.lexsort((near, solid))
+    first = np.searchsorted(solid[order], np.arange(len(obstacles) + 1))
+    for number, (begin, until) in enumerate(pairwise(first.tolist())):
+        for block in range(begin, until, BLOCK):
+            here = near[order[block : min(block + BLOCK, until)]]
+            here = here[clear[here]]
+            clear[here] = ~_touches(obstacles[number], start[here], end[here], margin[here])
     return clear
+
+
+def _rectangles(low: Array, high: Array) -> NDArray[np.object_]:
+    """The extent of each in the plane: (boxes, dim) twice, metres -> (boxes,)."""
+    rectangles: NDArray[np.object_] = shapely.box(low[:, 0], low[:, 1], high[:, 0], high[:, 1])
+    return rectangles
 
 
 def standing_solids(mission: Mission) -> tuple[Solid, ...]:

@@ -71,7 +71,7 @@ def test_every_solver_refuses_what_cannot_be(solver: str) -> None:
 
 
 def test_a_problem_over_the_limit_on_clauses_is_refused_as_too_large_and_not_as_impossible() -> None:
-    outcome = compiled(GO + NEAR, limits=Limits(clauses=500)).outcome
+    outcome = compiled(GO + NEAR + "solve with smt\n", limits=Limits(clauses=500)).outcome
     assert isinstance(outcome, NotFound)
     assert outcome.reason is Reason.SIZE
 

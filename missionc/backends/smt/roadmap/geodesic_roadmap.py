@@ -18,13 +18,13 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 from scipy.sparse import coo_array, csr_array
-from scipy.sparse.csgraph import dijkstra
 from scipy.spatial import cKDTree
 
 from missionc.backends.smt.roadmap.connect import both_ways
 from missionc.backends.smt.roadmap.edges import Edges, are_clear
 from missionc.backends.smt.roadmap.greedy_spanner import greedy_spanner
 from missionc.backends.smt.roadmap.sample_nodes import Ground, NoRoadmap, exact_places
+from missionc.backends.smt.roadmap.shortest_ways import left_at, on_shortest_ways
 from missionc.backends.smt.roadmap.unique_rows import distinct
 from missionc.base.trace import Array
 from missionc.ir import Ball, Predicate
@@ -72,9 +72,6 @@ DEEP, EDGE = 0.5, 0.15
 
 ALL_PAIRS = 400
 """So many candidates: all pairs are looked at; of more, so many for where a goal is come to."""
-
-LOCAL = 60
-"""Ways are looked for from a place to so many others, the nearest."""
 
 MOST_ENTRIES = 60
 """At most so many entries."""
@@ -235,17 +232,17 @@ def _corners(ground: Ground, kernel: Kernel) -> Array:
 def _entries(ground: Ground, places: Array, corners: Array, goals: list[Goal]) -> Array:
     """Where the shortest ways from the places come to where each goal holds: (entries, dim)."""
     nodes = np.concatenate([places, corners])
-    graph = _visibility_graph(ground, nodes, len(places))
-    length = np.asarray(dijkstra(graph, directed=False, indices=np.arange(len(places)))).reshape(len(places), -1)
-    made = [places[:0]]
-    tree, looks = cKDTree(nodes), min(len(nodes), ALL_PAIRS)
+    tree, looks, nears, lasts, made = cKDTree(nodes), min(len(nodes), ALL_PAIRS), [], [], [places[:0]]
     for goal in goals:
         near = np.sort(np.asarray(tree.query(goal.points[0], k=looks)[1]))
         entry = _toward(ground, goal, nodes[near])
         clear = clear_of(ground.obstacles, nodes[near], entry, np.full(looks, ground.margin))
-        last = np.where(clear, np.linalg.norm(entry - nodes[near], axis=1), np.inf)
-        best = np.unique((length[:, near] + last).argmin(axis=1))
-        made.append(entry[best[last[best] < np.inf]])
+        nears.append(near[clear])
+        lasts.append(np.linalg.norm(entry - nodes[near], axis=1)[clear])
+        made.append(entry[clear])
+    graph = _visibility_graph(ground, nodes, len(places))
+    for number, left in enumerate(left_at(graph, nears, lasts)):
+        made[number + 1] = made[number + 1][np.isin(nears[number], left[: len(places)])]
     entries = np.concatenate(made)
     entries = entries[ground.is_free(entries)]
     return entries[_thinned(entries, places, _stride(ground) * NEAR, MOST_ENTRIES)]
@@ -293,7 +290,7 @@ def _roadmap(ground: Ground, places: Array, corners: Array) -> tuple[States, Edg
     graph = _visibility_graph(ground, nodes, len(places))
     used = np.zeros((0, 2), dtype=np.int64)
     for _ in range(WAYS):
-        used = np.unique(np.concatenate([used, _on_shortest_ways(graph, len(places))]), axis=0)
+        used = np.unique(np.concatenate([used, on_shortest_ways(graph, nodes, len(places))]), axis=0)
         again = coo_array((np.full(len(used), 1.0), (used[:, 0], used[:, 1])), shape=graph.shape).tocsr()
         graph = csr_array(graph + graph.multiply(again) * (DETOUR - 1))
     used = greedy_spanner(nodes, used)
@@ -312,27 +309,6 @@ def _roadmap(ground: Ground, places: Array, corners: Array) -> tuple[States, Edg
     edges = edges.take(edges.count > 0)
     edges = edges.take(are_clear(ground, states, edges))
     return states, both_ways([edges], np.arange(len(states)))
-
-
-def _on_shortest_ways(graph: csr_array, places: int) -> Indices:
-    """The edges of shortest ways between places: (edges, 2), the lesser node first.
-
-    From the first to all others, so that nothing is apart that need not be; from each other to the nearest ones.
-    """
-    length, before = dijkstra(graph, directed=False, indices=np.arange(places), return_predecessors=True)
-    found = []
-    for number, row in enumerate(before):
-        here = np.arange(places)
-        if number and places > LOCAL:
-            here = np.argpartition(length[number, :places], LOCAL)[:LOCAL]
-        marked = np.zeros(len(row), dtype=bool)
-        while len(here):
-            here = here[(row[here] >= 0) & ~marked[here]]
-            marked[here] = True
-            found.append(np.stack([row[here], here], axis=1))
-            here = np.unique(row[here])
-    edges = np.concatenate([np.zeros((0, 2), dtype=np.int64), *found]).astype(np.int64)
-    return np.unique(np.sort(edges, axis=1), axis=0)
 
 
 def _with_sidings(ground: Ground, nodes: Array, used: Indices) -> tuple[Array, Indices]:
