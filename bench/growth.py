@@ -66,7 +66,8 @@ def mission(agents: int, nodes: int = 0, seed: int = 0) -> str:
 
 COMPILE = """
 import sys, missionc
-compiled = missionc.compile(sys.argv[1], time_limit=float(sys.argv[2]))
+from missionc.base.limits import Limits
+compiled = missionc.compile(sys.argv[1], time_limit=float(sys.argv[2]), limits=Limits(file_bytes=10_000_000))
 print(type(compiled.outcome).__name__, dict(compiled.seconds).get("emit", 0.0))
 """
 

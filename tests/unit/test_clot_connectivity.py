@@ -106,3 +106,29 @@ def test_what_connectivity_is_judged_by_is_a_word_that_is_known() -> None:
     assert finding.help == "did you mean `lambda2`?"
     number = missionc.check(Source("a.mission", BY_LAMBDA_2.replace("lambda2", "2")))
     assert [each.code.name for each in number.findings] == ["MC206"]
+
+
+CAVE = """\
+mission cave
+time  step 2 s, horizon 120 s
+world (0, 0) to (40, 30)
+obstacle rock = box (8, 10) to (40, 14)
+region mouth = box (1, 1) to (8, 7)
+region deep  = disc at (36, 24) radius 3 m
+team r[4] { radius 0.3 m  dynamics single_integrator(speed <= 1.5 m/s)  start grid (2, 2) to (6, 6) }
+graph radio = proximity 18 m
+separation 0.2 m
+require link: always[0, end] connected(radio)
+require base: always[0, end] (some r: mouth)
+require look: some r: eventually[0, 110 s] deep
+"""
+
+
+def test_relays_stand_along_the_way_round_what_stands() -> None:
+    compiled = missionc.compile(Source("cave.mission", CAVE), backend="clot")
+    assert isinstance(compiled.outcome, missionc.Verified)
+    assert dict(compiled.outcome.report.sizes)["attempts"] == 1
+    position = compiled.outcome.plan.trace.position
+    gone = [agent for agent in position if (agent[:, 1] > 14).any()]
+    assert len(gone) >= 2  # a relay has left the mouth by the same way as who looks
+    assert not any(((agent[:, 0] > 10) & (agent[:, 1] > 7) & (agent[:, 1] < 10)).any() for agent in position)

@@ -12,5 +12,5 @@ CLOT = Offer(
     home="missionc.backends.clot.backend",
     package="torch",
     extra="clot",
-    leads=frozenset({Feature.FORMATION, Feature.TOTAL_TOLERANCE}),
+    leads=frozenset({Feature.FORMATION, Feature.TOTAL_TOLERANCE, Feature.CONNECTED}),
 )

@@ -72,6 +72,18 @@ def gather_team(shapes: Iterable[Predicate], position: Array) -> Array:
     return moved
 
 
+def tree_of(graph: Proximity, position: Array) -> Indices:
+    """The links of a graph's best spanning tree, (links, 2), agents.
+
+    Args:
+        position: of all the mission's agents, (agents, dim), metres.
+    """
+    members = position[list(graph.agents)]
+    one, other, _ = spanning_tree(np.asarray(link_margin(graph, members[:, None], members[None]))[None])
+    tree: Indices = np.array(graph.agents)[np.stack([one[0], other[0]], axis=1)]
+    return tree
+
+
 def _laid(shapes: Iterable[Predicate], position: Array) -> Array:
     """The positions, (agents, dim), metres, with each rigid figure laid over its agents."""
     laid = position.copy()
@@ -134,12 +146,9 @@ def _ties(shapes: Iterable[Predicate], position: Array) -> tuple[Indices, Indice
                 most.append(edge.target)
                 offset.append(none)
         if isinstance(graph, Proximity) and len(graph.agents) > 1:
-            members = position[list(graph.agents)]
-            links = np.asarray(link_margin(graph, members[:, None], members[None]))
-            one, other, _ = spanning_tree(links[None])
-            for a, b in zip(one[0].tolist(), other[0].tolist(), strict=True):
-                first.append(graph.agents[a])
-                second.append(graph.agents[b])
+            for one, other in tree_of(graph, position).tolist():
+                first.append(one)
+                second.append(other)
                 least.append(0.0)
                 most.append(max(graph.radius - NEAR, 0.0))
                 offset.append(none)

@@ -24,15 +24,17 @@ from missionc.backends.clot.optimise.control_points import Splines
 from missionc.backends.clot.optimise.goal_terms import Demand
 from missionc.backends.clot.optimise.levenberg_marquardt import Polished, polish
 from missionc.backends.clot.optimise.motion_residuals import Costs
-from missionc.backends.clot.schedule.first_guesses import FirstGuesses, Guess
-from missionc.backends.clot.schedule.follow_leader import parted
-from missionc.backends.clot.schedule.geodesics import Geodesics
+from missionc.backends.clot.schedule.first_guesses import ROOM, FirstGuesses, Guess
+from missionc.backends.clot.schedule.follow_leader import length, parted
+from missionc.backends.clot.schedule.gather_team import tree_of
+from missionc.backends.clot.schedule.geodesics import Geodesics, along
 from missionc.backends.clot.schedule.key_frame import KeyFrame, Routes
 from missionc.backends.clot.schedule.schedule import Scheduler
 from missionc.backends.clot.schedule.visits import Schedule
 from missionc.base.trace import Array, Flags
 from missionc.ir import Anywhere, Inside, Mission, Proximity
 from missionc.kernel.nodes import At, Atom
+from missionc.language.margins.spanning_trees import Indices
 
 ITERATIONS = 40
 """Iterations of one guess at one configuration."""
@@ -69,7 +71,7 @@ class _KeyFrames(FirstGuesses):
         frames: dict[int, KeyFrame] = {}
         before: KeyFrame | None = None
         for step in located:
-            frames[step] = before = self._frame(step, self._guesses(step, before))
+            frames[step] = before = self._frame(step, self._guesses(step, before), before)
         for step in sorted(others - set(located)):
             earlier = max(each for each in frames if each < step)
             later = min((each for each in frames if each > step), default=None)
@@ -81,7 +83,7 @@ class _KeyFrames(FirstGuesses):
                     behind[agent], ahead[agent] = parted(route, share)
                     guess[agent] = behind[agent][-1]
                 frames[later] = replace(frames[later], routes=ahead)
-            frames[step] = self._frame(step, iter(((guess, behind),)))
+            frames[step] = self._frame(step, iter(((guess, behind),)), frames[earlier])
         return tuple(frames[step] for step in sorted(frames))
 
     def _released(self) -> Iterator[int]:
@@ -90,13 +92,13 @@ class _KeyFrames(FirstGuesses):
             if each.visit.shapes and each.visit.lasts:
                 yield min(each.step + each.visit.lasts, self.steps)
 
-    def _frame(self, step: int, guesses: Iterator[Guess]) -> KeyFrame:
+    def _frame(self, step: int, guesses: Iterator[Guess], before: KeyFrame | None) -> KeyFrame:
         """The first guess that can be made right, or the one that comes nearest."""
         demand = self._demand(step)
         pinned = self._pinned(step)
         costs = Costs(self.mission, self._still(pinned), Weights(), spare(self.mission), step)
         best: tuple[Polished, Routes] | None = None
-        for polished, routes in self._tries(step, guesses, costs, demand):
+        for polished, routes in self._tries(step, guesses, before, costs, demand):
             if best is None or polished.shortfall < best[0].shortfall:
                 best = polished, routes
             if best[0].shortfall <= 0 or not self.go_on():
@@ -106,15 +108,24 @@ class _KeyFrames(FirstGuesses):
         return KeyFrame(step, polished.control[:, 0], polished.shortfall, polished.worst, routes)
 
     def _tries(
-        self, step: int, guesses: Iterator[Guess], costs: Costs, demand: Demand
+        self, step: int, guesses: Iterator[Guess], before: KeyFrame | None, costs: Costs, demand: Demand
     ) -> Iterator[tuple[Polished, Routes]]:
-        """What becomes of each guess; then of it, and of what it became, with relays along the links asked for."""
+        """What becomes of each guess; then of it, and of what it became, with relays along the links asked for.
+
+        Relays on a way that bends come first: the ends of links that cross what stands may be far from each other.
+        """
+
+        def relayed(guesses: Iterator[Array]) -> Iterator[tuple[Polished, Routes]]:
+            for each in guesses:
+                polished = self._polished(step, each, costs, demand)
+                yield polished, self._spreading(step, before, polished.control[:, 0])
+
         for guess, routes in guesses:
+            yield from relayed(self._relayed(guess, step, demand, round_corners=True))
             polished = self._polished(step, guess, costs, demand)
             yield polished, routes
             for each in (guess, polished.control[:, 0]):
-                for relayed in self._relayed(step, each, demand):
-                    yield self._polished(step, relayed, costs, demand), {}
+                yield from relayed(self._relayed(each, step, demand, round_corners=False))
 
     def _polished(self, step: int, guess: Array, costs: Costs, demand: Demand) -> Polished:
         shaken = guess + JITTER * self.generator.uniform(-1, 1, guess.shape)
@@ -145,27 +156,60 @@ class _KeyFrames(FirstGuesses):
 
     # --------------------------------------------------------------- guesses
 
-    def _relayed(self, step: int, guess: Array, demand: Demand) -> Iterator[Array]:
-        """Where links are asked for that are too long: agents whom no place is asked of, evenly along them."""
-        active = demand.active(guess[:, None], np.zeros_like(guess)[:, None])
-        busy = self._busy(step)
+    def _relayed(self, guess: Array, step: int, demand: Demand, *, round_corners: bool) -> Iterator[Array]:
+        """Where links are asked for that are too long: agents whom no place is asked of, evenly along them.
+
+        Args:
+            round_corners: along ways round what stands, where these bend; else straight through.
+        """
+        busy, links = self._busy(step), list(self._links(guess, step, demand))
         for pitch in PITCHES:
-            relayed = guess.copy()
-            for graph, lists in active.joined.items():
-                if not isinstance(graph, Proximity):
-                    continue
-                ends = np.unique(np.concatenate(lists)[:, :2], axis=0)
-                lacking = (np.linalg.norm(np.diff(guess[ends], axis=1)[:, 0], axis=-1) / (pitch * graph.radius)).astype(
-                    int
-                )
-                free = [agent for agent in graph.agents if agent not in busy.union(ends[lacking > 0].ravel().tolist())]
-                for (one, other), count in zip(ends.tolist(), lacking.tolist(), strict=True):
+            relayed, bend = guess.copy(), False
+            for graph, ends in links:
+                least = PITCHES[0] if round_corners else pitch
+                far = np.linalg.norm(np.diff(guess[ends], axis=1)[:, 0], axis=-1) > least * graph.radius
+                ways = [
+                    self._way(graph.agents, *guess[pair]) if round_corners and too_far else guess[pair]
+                    for pair, too_far in zip(ends, far, strict=True)
+                ]
+                bend = bend or any(len(way) > 2 for way in ways)
+                lacking = [
+                    too_far * int(length(way) / (pitch * graph.radius)) for way, too_far in zip(ways, far, strict=True)
+                ]
+                free = [agent for agent in graph.agents if agent not in busy.union(ends[far].ravel().tolist())]
+                for way, count in zip(ways, lacking, strict=True):
                     slots = min(count, len(free))
-                    share = np.arange(1, slots + 1)[:, None] / (slots + 1)
-                    between = guess[one] + share * (guess[other] - guess[one])
+                    between = along(way, np.arange(1, slots + 1) / (slots + 1))
                     slot, chosen = linear_sum_assignment(cdist(between, guess[free], "sqeuclidean"))
                     taken = [free[number] for number in chosen]
                     relayed[taken] = between[slot]
                     free = [agent for agent in free if agent not in taken]
-            if not np.array_equal(relayed, guess):
+            if not np.array_equal(relayed, guess) and (bend or not round_corners):
                 yield relayed
+
+    def _links(self, guess: Array, step: int, demand: Demand) -> Iterator[tuple[Proximity, Indices]]:
+        """The links of each graph that are asked for, (links, 2), agents; of one that is connected, a spanning tree."""
+        active = demand.active(guess[:, None], np.zeros_like(guess)[:, None])
+        for graph, lists in active.joined.items():
+            if isinstance(graph, Proximity):
+                yield graph, np.unique(np.concatenate(lists)[:, :2], axis=0)
+        for shape in self._shapes(step, step):
+            whole = shape.restricted
+            if isinstance(whole, Proximity) and len(whole.agents) > 1:
+                yield whole, tree_of(whole, guess)
+
+    def _way(self, agents: tuple[int, ...], start: Array, end: Array) -> Array:
+        """The way round what stands for the widest of these agents, (corners, dim), metres; straight where none is."""
+        room = max(self.mission.agents[agent].radius for agent in agents) + self.mission.clearance
+        way = self.geodesics.way(start, end, room + ROOM, room)
+        return np.stack([start, end]) if way is None else way
+
+    def _spreading(self, step: int, before: KeyFrame | None, position: Array) -> Routes:
+        """The route of each agent that a graph links, from the frame before: where they spread, they are no figure."""
+        linked = [shape.restricted.agents for shape in self._shapes(step, step) if shape.restricted is not None]
+        if before is None:
+            return {}
+        return {
+            agent: self._way((agent,), before.position[agent], position[agent])
+            for agent in sorted({agent for agents in linked for agent in agents})
+        }
