@@ -49,7 +49,7 @@ from missionc.kernel.nodes import Kernel
 WHOLE = 100_000
 """Moves of all agents at all steps: where there are fewer, what is best is asked of everybody at once."""
 
-GEODESIC = 8.0
+GEODESIC = 20.0
 """The units of work that one roadmap of shortest ways may take before sampled ones are asked."""
 
 PRIORITIZED = 30.0
