@@ -12,11 +12,12 @@ Source:
 
 from __future__ import annotations
 
+import math
 from collections import OrderedDict
 from collections.abc import Callable
 
 import numpy as np
-from scipy.sparse import coo_array
+from scipy.sparse import coo_array, csr_array
 from scipy.sparse.csgraph import dijkstra
 
 from missionc.backends.smt.prioritized.progression import Letter, Relaxation, Residual
@@ -28,6 +29,10 @@ KEPT = 1 << 28
 
 PHASES = 40
 """More relaxed residuals than this one task may leave are not gone through: then nothing is bounded."""
+
+WHOLE, NEAR = 10_000, 16
+"""Of a roadmap with more states only those so many of the longest moves away are looked at, and twice as many until a
+start is among them."""
 
 NO_WAY = 1e-12
 """Metres of a move that leads nowhere: a sparse graph has no edges of length 0."""
@@ -46,7 +51,9 @@ class DistanceToGo:
         self._source, self._target = moves.T
         self._length, self._states = np.maximum(length, NO_WAY), states
         self._nothing, self._everything = np.zeros(states), np.full(states, np.inf)
-        self._known: OrderedDict[object, Array] = OrderedDict()
+        self._known: OrderedDict[object, tuple[Array, float]] = OrderedDict()
+        self._furthest = float(self._length.sum())
+        self._near = math.inf if states <= WHOLE else NEAR * float(self._length.max(initial=0.0))
 
     def of(
         self,
@@ -56,6 +63,7 @@ class DistanceToGo:
         letters: list[Letter],
         signature: Callable[[Residual], object],
         finish: Flags,
+        starts: Indices | None = None,
     ) -> Array:
         """Metres to go from each state, (states,); infinite where there is no way.
 
@@ -63,13 +71,15 @@ class DistanceToGo:
             kind: (states,), indices into ``letters``: what holds there.
             signature: equal for residuals that are about the same states.
             finish: (states,), where the way may end.
+            starts: one of them is near; what is further may be said to be less far than it is.
         """
         place = b"" if finish.all() else finish.tobytes()
         if residual is False:
             return self._everything
         if residual is True and not place:
             return self._nothing
-        if (known := self._recall((signature(residual), place))) is not None:
+        known, near = self._recall((signature(residual), place))
+        if known is not None and (starts is None or _is_near(known[starts], near)):
             return known
         phases: dict[Residual, int] = {residual: 0}
         waiting: list[Residual] = [residual]
@@ -80,7 +90,7 @@ class DistanceToGo:
             for more in after[phase]:
                 if more is False or more in phases or more in beyond:
                     continue
-                known = self._nothing if more is True and not place else self._recall((signature(more), place))
+                known = self._nothing if more is True and not place else self._recall((signature(more), place))[0]
                 if known is None:
                     phases[more] = len(phases)
                     waiting.append(more)
@@ -88,19 +98,25 @@ class DistanceToGo:
                     beyond[more] = known
             if len(phases) > PHASES:
                 return self._nothing
-        found = self._solve(phases, after, beyond, relaxation, kind, letters, finish)
+        graph = self._graph(phases, after, beyond, relaxation, kind, letters, finish)
+        near = max(near, self._near)
+        found = self._within(graph, near)
+        while starts is not None and not _is_near(found[0, starts], near):
+            near = 2 * near if near < self._furthest else math.inf
+            found = self._within(graph, near)
         for phase, number in phases.items():
-            self._known[signature(phase), place] = np.asarray(found[number])
+            self._known[signature(phase), place] = np.asarray(found[number]), near
         while len(self._known) * self._nothing.nbytes > KEPT:
             self._known.popitem(last=False)
         return np.asarray(found[0])
 
-    def _recall(self, key: object) -> Array | None:
+    def _recall(self, key: object) -> tuple[Array | None, float]:
+        """What is known, and up to how many metres it is."""
         if key in self._known:
             self._known.move_to_end(key)
-        return self._known.get(key)
+        return self._known.get(key, (None, 0.0))
 
-    def _solve(
+    def _graph(
         self,
         phases: dict[Residual, int],
         after: dict[Residual, list[Residual]],
@@ -109,8 +125,8 @@ class DistanceToGo:
         kind: Indices,
         letters: list[Letter],
         finish: Flags,
-    ) -> Array:
-        """Metres to go, (phases, states), by Dijkstra from what lies behind the last state of each way.
+    ) -> csr_array:
+        """From what lies behind the last state of each way back to all states in all phases, metres.
 
         Args:
             beyond: of residuals that are known, metres to go, (states,).
@@ -138,6 +154,15 @@ class DistanceToGo:
         heads.append(begins)
         weights.append(least[begins])
         edges = np.concatenate(weights), (np.concatenate(tails), np.concatenate(heads))
-        graph = coo_array(edges, shape=(end + 1, end + 1)).tocsr()
-        metres = np.asarray(dijkstra(graph, indices=[end]))[0, :end]
-        return metres.reshape(len(phases), count)
+        return csr_array(coo_array(edges, shape=(end + 1, end + 1)))
+
+    def _within(self, graph: csr_array, near: float) -> Array:
+        """Metres to go, (phases, states), by Dijkstra; what is further than so many is said to be so many."""
+        end = graph.shape[0] - 1
+        metres = np.asarray(dijkstra(graph, indices=[end], limit=near))[0, :end]
+        return np.minimum(metres, near).reshape(-1, self._states)
+
+
+def _is_near(metres: Array, near: float) -> bool:
+    """Whether one of these is less than what stands for all that is further."""
+    return near == math.inf or float(metres.min(initial=math.inf)) < near

@@ -9,15 +9,19 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 import numpy as np
-from scipy.sparse import coo_array
+from scipy.sparse import coo_array, csr_array
 from scipy.sparse.csgraph import dijkstra
 
 from missionc.backends.smt.prioritized.requirement_parts import NOBODY, Agents, Part, agents_named_by
 from missionc.backends.smt.roadmap.labels import Labels
 from missionc.backends.smt.roadmap.own_state import own_states, states_of
-from missionc.base.trace import Array
+from missionc.base.trace import Array, Flags
 from missionc.kernel.nodes import Any, At, AtLeast, Atom, Is, Node, Not, ReachNode
 from missionc.kernel.walk import awaited, children, postorder
+
+FEW = 16
+"""What can be reached in so many moves is looked at first, then in twice as many, until something asked for is among
+it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,7 +37,9 @@ class PlanningOrder:
     """The order in which groups of agents are planned."""
 
     labels: Labels
-    _moves_to: dict[tuple[int, bytes], Array] = field(default_factory=dict)
+    _graphs: dict[int, csr_array] = field(default_factory=dict)
+    _last: tuple[tuple[int, bytes], int, Array] | None = None
+    """The roadmap and starts last asked about, and what can be reached from there in how many moves, (states,)."""
 
     def groups(self, parts: Iterable[Part]) -> list[tuple[int, ...]]:
         """Agents with whom these parts can be true, each group to be planned in one problem, in order.
@@ -86,23 +92,26 @@ class PlanningOrder:
         own = own_states(order, self.labels)
         for event in filter(None, map(awaited, order)):
             if event.node in own:
-                there = self._moves(agent)[states_of(event.node, agent, self.labels)]
-                latest = max(latest, int(min(there.min(initial=np.inf), never)))
+                latest = max(latest, self._moves(agent, states_of(event.node, agent, self.labels), never))
         return latest
 
-    def _moves(self, agent: int) -> Array:
-        """In how many moves the agent can be in each state, (states,); infinite where that is not in time."""
+    def _moves(self, agent: int, places: Flags, most: int) -> int:
+        """In how many moves the agent can be in one of these places, (states,); so many at most."""
         number = self.labels.roadmap_of[agent]
         roadmap = self.labels.roadmaps[number]
         starts = roadmap.starts[roadmap.agents.index(agent)]
-        key = number, starts.tobytes()
-        if key not in self._moves_to:
-            self._moves_to.clear()  # who starts elsewhere has an array of its own
+        if number not in self._graphs:
             count = len(roadmap.position)
-            graph = coo_array((np.ones(len(roadmap.moves)), tuple(roadmap.moves.T)), shape=(count, count)).tocsr()
-            steps = len(roadmap.allowed)
-            self._moves_to[key] = dijkstra(graph, indices=starts, unweighted=True, limit=steps, min_only=True)
-        return self._moves_to[key]
+            moves = coo_array((np.ones(len(roadmap.moves)), tuple(roadmap.moves.T)), shape=(count, count))
+            self._graphs[number] = csr_array(moves)
+        key, near, moves_to = (number, starts.tobytes()), 0, np.zeros(0)
+        if self._last is not None and self._last[0] == key:
+            _, near, moves_to = self._last
+        while near < most and not (near and np.isfinite(moves_to[places]).any()):
+            near = max(FEW, 2 * near)
+            moves_to = dijkstra(self._graphs[number], indices=starts, unweighted=True, limit=near, min_only=True)
+            self._last = key, near, moves_to
+        return int(min(moves_to[places].min(initial=np.inf), most))
 
 
 def _together(needs: list[Need]) -> Need:

@@ -192,11 +192,14 @@ class SingleAgentSearch:
         finish[table.roadmap.finishes[table.roadmap.agents.index(agent)]] = True
         finish &= self._may(agent, reservations)[-1]
 
-        def bound(residual: Residual) -> Array:
-            return to_go.of(relaxation.of(residual), relaxation, own_places, own_letters, signature, finish)
-
         half = len(table.roadmap.moves)
         begin = progression.begin(formulas)
+        starts = self.starts(agent, reservations)
+
+        def bound(residual: Residual) -> Array:
+            near = starts if residual == begin else None
+            return to_go.of(relaxation.of(residual), relaxation, own_places, own_letters, signature, finish, near)
+
         return Task(
             progression,
             begin,
