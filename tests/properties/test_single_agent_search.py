@@ -108,3 +108,14 @@ def test_it_keeps_clear_of_who_is_settled_or_pushes_them() -> None:
     assert places.reservations.in_the_way(0, states[0]) == [1]
     places.reservations.release((1,))
     assert not places.reservations.tables[0].weight(3, np.arange(16)).any()
+
+
+def test_a_way_that_may_cost_no_more_than_the_shortest_is_found_and_none_that_costs_less() -> None:
+    places = OnPlaces("eventually[0, 3 s] (middle and eventually[0, 2 s] right)")
+    way = places.search.way(0, places.formulas, places.reservations)
+    assert way is not None
+    metres = places.metres(way)
+    again = places.search.way(0, places.formulas, places.reservations, most=metres + 1e-3)
+    assert again is not None
+    assert places.metres(again) == metres
+    assert places.search.way(0, places.formulas, places.reservations, most=metres - 0.1) is None

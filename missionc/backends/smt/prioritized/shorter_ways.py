@@ -12,6 +12,9 @@ from missionc.backends.smt.roadmap.roadmap import Indices
 ROUNDS, GAIN = 2, 1e-6
 """So often who was planned alone is planned again by metres; a way shorter by no more than this is not taken."""
 
+AGAIN = 60_000_000
+"""After so much work no more rounds are begun."""
+
 
 def shorter(planner: PrioritizedPlanner, states: Indices) -> Indices:
     """The motion after who was planned alone has been planned again, one by one, by metres alone."""
@@ -19,14 +22,17 @@ def shorter(planner: PrioritizedPlanner, states: Indices) -> Indices:
     everyone = sorted(planner.everyone)
     reservations.reserve(everyone, states)
     search = planner.search(haste=0.0)
-    for agent in (agent for _ in range(ROUNDS) for agent in everyone):
+    for number, agent in ((number, agent) for number in range(ROUNDS) for agent in everyone):
+        if number and search.work > AGAIN:
+            break
         named = [part for part in planner.requirements.parts if agent in part.named]
         if any(len(part.named) > 1 for part in named) or search.work > planner.enough:
             continue
         reservations.release((agent,))
-        way = search.way(agent, planner.own_parts(agent), reservations)
         changed = reservations.states.copy()
-        if way is not None and search.metres(agent, way) < search.metres(agent, changed[agent]) - GAIN:
+        metres = search.metres(agent, changed[agent])
+        way = search.way(agent, planner.own_parts(agent), reservations, most=metres)
+        if way is not None and search.metres(agent, way) < metres - GAIN:
             changed[agent] = way
         reservations.reserve((agent,), changed)
     better = reservations.states

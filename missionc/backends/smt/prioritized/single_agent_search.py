@@ -44,11 +44,13 @@ from missionc.language.margins.predicate_margins import holds, of_pair
 HASTE = 0.25
 """A step counts as so much of the longest move while there is somewhere to go: who waits, waits where it is done."""
 
-SLACK, WIDER = 0.05, 4.0
-"""A way is looked for that costs more than it must by this share at most, then by so many times as much."""
+EXACT = 0.01
+"""A way is looked for first that costs no more than it must, but for so many longest moves."""
 
+SLACK, WIDER = 0.05, 2.0
+"""Then one that costs more by this share at most, then by so many times as much: work grows with its square."""
 
-BOUNDS = 3
+BOUNDS = 6
 """After so many bounds there is none."""
 
 
@@ -82,13 +84,16 @@ class SingleAgentSearch:
         """Moves looked at so far."""
 
     def way(
-        self, agent: int, formulas: Sequence[Node], reservations: Reservations, *, pushing: bool = False
+        self, agent: int, formulas: Sequence[Node], reservations: Reservations, *, most: float = np.inf
     ) -> Indices | None:
-        """The shortest way, (steps + 1,), clear of all who are settled, or ``pushing`` few of them.
+        """The shortest way, (steps + 1,), clear of all who are settled.
 
-        None where there is none, or where the formulas ask for more than this can look for.
+        None where there is none that costs no more than ``most``, or where the formulas ask for more than this
+        can look for.
         """
-        return next(self.ways(agent, formulas, reservations, (pushing,)), None)
+        with deep(), suppress(TooComplex):
+            return self._shortest(self.task(agent, formulas, reservations), agent, reservations, most=most)
+        return None
 
     def ways(
         self, agent: int, formulas: Sequence[Node], reservations: Reservations, pushing: Sequence[bool]
@@ -102,7 +107,8 @@ class SingleAgentSearch:
             last = number == len(pushing) - 1
             with deep(), suppress(TooComplex):
                 task = task or self.task(agent, formulas, reservations)
-                way = self._shortest(task, agent, reservations, pushing=push, last=last)
+                more = np.inf if last else PUSH * reservations.tables[self._labels.roadmap_of[agent]].longest
+                way = self._shortest(task, agent, reservations, pushing=push, more=more)
                 if way is not None:
                     yield way
 
@@ -124,7 +130,7 @@ class SingleAgentSearch:
         """
         with deep():
             task = self.task(agent, formulas, self._nobody, alone=True)
-            return self._shortest(task, agent, self._nobody, pushing=False, last=True)
+            return self._shortest(task, agent, self._nobody)
 
     def metres(self, agent: int, way: Indices) -> float:
         """How long a way of the agent is, (steps + 1,)."""
@@ -283,21 +289,33 @@ class SingleAgentSearch:
     # ----------------------------------------------------------------- search
 
     def _shortest(
-        self, task: Task, agent: int, reservations: Reservations, *, pushing: bool, last: bool
+        self,
+        task: Task,
+        agent: int,
+        reservations: Reservations,
+        *,
+        pushing: bool = False,
+        most: float = np.inf,
+        more: float = np.inf,
     ) -> Indices | None:
+        """The cheapest way that costs no more than ``most``, and than the least there must be by no more than ``more``.
+
+        Raises:
+            TooComplex: it takes too much work.
+        """
         table = reservations.tables[self._labels.roadmap_of[agent]]
         may, starts = self._may(agent, reservations), self.starts(agent, reservations)
         least = float(task.bound(task.begin)[starts].min(initial=np.inf))
-        if not np.isfinite(least):
+        most = min(most, least + more)
+        if not np.isfinite(least) or most < least:
             return None
         sweep = Sweep(task, table, may, starts, self._haste * table.longest, pushing=pushing)
         excess = max(SLACK * least, table.longest)
-        most = np.inf if last else PUSH * table.longest
+        wider = [EXACT * table.longest, *(excess * WIDER**attempt for attempt in range(BOUNDS)), np.inf]
         try:
-            for attempt in range(BOUNDS + 1):
-                more = min(most, excess * WIDER**attempt if attempt < BOUNDS else np.inf)
-                way = sweep.within(least + more)
-                if way is not None or more == most:
+            for bound in (min(most, least + more) for more in wider):
+                way = sweep.within(bound)
+                if way is not None or bound == most:
                     break
         finally:
             self.work += sweep.work

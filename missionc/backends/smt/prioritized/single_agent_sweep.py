@@ -78,7 +78,10 @@ class Task:
     bounds: list[int] = field(default_factory=list)
     """For each residual the row of ``metres`` that bounds what it leaves to go."""
     metres: list[Array] = field(default_factory=list)
+    _stacked: Array = field(default_factory=lambda: np.zeros((0, 0)))
     _rows: dict[int, int] = field(default_factory=dict)
+    _after: dict[tuple[int, int], int] = field(default_factory=dict)
+    """What is left after a step, by the step and one number for what was left and both letters."""
 
     def number(self, residual: Residual) -> int:
         if residual not in self.numbers:
@@ -99,19 +102,20 @@ class Task:
         kinds, row = np.unique((residual * width + place) * depth + move, return_inverse=True)
         after = np.empty(len(kinds), dtype=np.int64)
         for index, kind in enumerate(kinds.tolist()):
-            before, letter = divmod(kind, width * depth)
-            at, along = divmod(letter, depth)
-            letters = self.place_letters[at] + self.move_letters[along]
-            left = self.progression.after(self.residuals[before], step, letters)
-            after[index] = -1 if left is False else self.number(left)
+            if (step, kind) not in self._after:
+                before, letter = divmod(kind, width * depth)
+                at, along = divmod(letter, depth)
+                letters = self.place_letters[at] + self.move_letters[along]
+                left = self.progression.after(self.residuals[before], step, letters)
+                self._after[step, kind] = -1 if left is False else self.number(left)
+            after[index] = self._after[step, kind]
         return after[row]
 
     def to_go(self, residual: Indices, states: Indices) -> Array:
         """At least so many metres are left, (rows,)."""
-        rows, found = np.array(self.bounds)[residual], np.empty(len(states))
-        for row in np.unique(rows).tolist():
-            found[rows == row] = self.metres[row][states[rows == row]]
-        return found
+        if len(self._stacked) < len(self.metres):
+            self._stacked = np.stack(self.metres)
+        return np.asarray(self._stacked[np.array(self.bounds)[residual], states])
 
     def place(self, step: int, states: Indices) -> Indices:
         return self.places[states] if self.places.ndim == 1 else self.places[step, states]
@@ -195,9 +199,8 @@ class Sweep:
             to_go = task.to_go(left, there)
             near = np.flatnonzero(after + to_go <= bound)
             key, cost = left[near] * states + there[near], after[near]
-            order = np.lexsort((cost, key))
-            order = order[np.diff(key[order], prepend=-1) > 0]
-            key, cost, near = key[order], cost[order], near[order]
+            key, first = _cheapest(key, cost)
+            cost, near = cost[first], near[first]
             parent, goes = row[near], to_go[near] > FAR
             if not key.size:
                 return None
@@ -209,6 +212,17 @@ class Sweep:
             way[step], best = reached[best], int(parent[best])
         way[0] = self.starts[best]
         return way
+
+
+def _cheapest(key: Indices, cost: Array) -> tuple[Indices, Indices]:
+    """Each key once, ascending, and the first of those with this key that cost least: (keys,) each."""
+    keys, group = np.unique(key, return_inverse=True)
+    least = np.full(len(keys), np.inf)
+    np.minimum.at(least, group, cost)
+    best = np.flatnonzero(cost == least[group])[::-1]  # of several the first is written last
+    first = np.empty(len(keys), dtype=np.int64)
+    first[group[best]] = best
+    return keys, first
 
 
 def _letters(rows: Sequence[Flags], size: int) -> tuple[Indices, list[Letter]]:
