@@ -97,6 +97,28 @@ def test_the_same_seed_gives_the_same_shortest_ways() -> None:
     assert np.array_equal(first.moves, second.moves)
 
 
+def test_where_many_are_to_rest_there_is_a_place_for_each() -> None:
+    team = (
+        "team robot[24] { radius 0.3 m  dynamics single_integrator(speed <= 1 m/s)  start in left }\nseparation 0.1 m\n"
+    )
+    roadmap = geodesic(WORLD + team + "require rest: every robot: eventually[0, 38 s] always[0, 2 s] right\n")
+    resting: list[np.ndarray] = []
+    for place in roadmap.position[(roadmap.position >= (17.3, 0.8)).all(axis=1)]:
+        if all(np.linalg.norm(place - other) > 0.7 for other in resting):
+            resting.append(place)
+    assert len(resting) >= 20  # the first that come to hand need not be those that go in together
+
+
+def test_a_place_that_one_is_asked_to_be_in_is_no_place_to_rest_for_all() -> None:
+    team = "team robot[24] { radius 0.3 m  dynamics single_integrator(speed <= 1 m/s)  start in left }\n"
+    one, all_ = (
+        geodesic(WORLD + team + f"require go: {who}: eventually[0, 40 s] right\n")
+        for who in ("robot[3]", "every robot")
+    )
+    there = [int((roadmap.position[:, 0] > 17).sum()) for roadmap in (one, all_)]
+    assert there[0] < there[1] / 3
+
+
 SHAFT = WORLD + "obstacle low  = box (6, 0) to (14, 4.65)\nobstacle high = box (6, 5.35) to (14, 10)\n" + ROBOT + CROSS
 """A passage of 0.7 m for a body of 0.6 m, 8 m long."""
 

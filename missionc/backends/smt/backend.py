@@ -52,8 +52,8 @@ WHOLE = 100_000
 GEODESIC = 20.0
 """The units of work that one roadmap of shortest ways may take before sampled ones are asked."""
 
-PRIORITIZED = 30.0
-"""The units of work that may go into prioritized planning on one roadmap, should its other limits not end it."""
+PRIORITIZED, PRIORITIZED_EACH = 30.0, 1.0
+"""The units of work that may go into prioritized planning on one roadmap, or for each agent if that is more."""
 
 LEAST_CLAUSES = 100_000
 """However little work a turn has left: so many clauses may be made in it."""
@@ -246,7 +246,8 @@ class Run:
         if mission.steps == 0 or (better and whole_moves(roadmaps) < WHOLE):
             return None
         self.layer = FEW
-        plan = PrioritizedPlan(setting, kernel, roadmaps, solvers, self.account.work + PRIORITIZED)
+        most = max(PRIORITIZED, PRIORITIZED_EACH * len(mission.agents))
+        plan = PrioritizedPlan(setting, kernel, roadmaps, solvers, self.account.work + most)
         trace = plan.find()
         self.planner = plan.planner
         if trace is not None and plan.planner is not None:

@@ -28,8 +28,8 @@ from missionc.backends.smt.roadmap.shortest_ways import left_at, on_shortest_way
 from missionc.backends.smt.roadmap.unique_rows import distinct
 from missionc.base.trace import Array
 from missionc.ir import Ball, Predicate
+from missionc.kernel.analysis import agents_asked
 from missionc.kernel.nodes import Atom, Kernel, Not
-from missionc.kernel.walk import postorder
 from missionc.language.margins.predicate_margins import of_states
 from missionc.world.clearance import clear_of, solids
 from missionc.world.dynamics import States, steer
@@ -55,7 +55,7 @@ NEAREST, PAIRS = 40, 200_000
 GOALS = 2048
 """Points of the world among which those are looked for at which a predicate holds."""
 
-REST = 16
+REST = 64
 """At most so many places for agents to rest in where one predicate holds."""
 
 FILL = 300
@@ -103,6 +103,8 @@ class Goal:
     points: Array
     depth: float
     """The margin of the first of them, metres."""
+    agents: int
+    """Of how many agents it is asked."""
 
 
 def geodesic_roadmap(
@@ -119,7 +121,7 @@ def geodesic_roadmap(
         return places
     goals = _goals(ground, kernel, generator)
     for goal in goals:
-        places = np.concatenate([places, _resting_places(ground, goal, places)])
+        places = np.concatenate([places, _resting_places(ground, goal)])
     places = places[np.sort(distinct(places)[0])]
     corners = _corners(ground, kernel)
     if ground.mission.dimension == 3:
@@ -133,7 +135,8 @@ def geodesic_roadmap(
 def _goals(ground: Ground, kernel: Kernel, generator: np.random.Generator) -> list[Goal]:
     """What is asked that an agent's place decides, and holds in a part of the world."""
     world, goals = ground.mission.world, []
-    for predicate in _asked(kernel, holds=True):
+    here = {agent.index for agent in ground.agents}
+    for predicate, agents in _asked(kernel, holds=True).items():
         region = predicate.region
         if region is None:
             points = scatter(world.low, world.high, GOALS, generator)
@@ -144,20 +147,22 @@ def _goals(ground: Ground, kernel: Kernel, generator: np.random.Generator) -> li
         order = np.argsort(-margin, kind="stable")
         order = order[margin[order] > 0]
         if len(order):
-            goals.append(Goal(predicate, points[order], float(margin[order[0]])))
+            goals.append(Goal(predicate, points[order], float(margin[order[0]]), len(here & agents)))
     return goals
 
 
-def _asked(kernel: Kernel, *, holds: bool) -> list[Predicate]:
-    """The predicates that one agent's place decides, as far as they, or their negations, are asked."""
-    asked: dict[Predicate, None] = {}
-    for node in postorder(goal.formula for goal in (*kernel.requirements, *kernel.preferences)):
-        match node:
-            case Not(Atom(predicate)) if not holds:
-                asked[predicate] = None
-            case Atom(predicate) if holds:
-                asked[predicate] = None
-    return [each for each in asked if not (each.others or each.reads_speed or each.about_team or each.parts != (each,))]
+def _asked(kernel: Kernel, *, holds: bool) -> dict[Predicate, set[int]]:
+    """The predicates that one agent's place decides, as far as they, or their negations, are asked; and of whom."""
+    asked: dict[Predicate, set[int]] = {}
+    for goal in (*kernel.requirements, *kernel.preferences):
+        for node, agents in agents_asked(goal.formula).items():
+            match node:
+                case Not(Atom(predicate)) if not holds:
+                    asked.setdefault(predicate, set()).update(agents)
+                case Atom(predicate) if holds:
+                    asked.setdefault(predicate, set()).update(agents)
+    decided = (each for each in asked if not (each.others or each.reads_speed or each.about_team))
+    return {each: asked[each] for each in decided if each.parts == (each,)}
 
 
 def _margin(ground: Ground, predicate: Predicate, points: Array) -> Array:
@@ -182,12 +187,15 @@ def _thinned(points: Array, taken: Array, gap: float, most: int) -> Indices:
     return np.sort(np.array(chosen, dtype=np.int64))
 
 
-def _resting_places(ground: Ground, goal: Goal, taken: Array) -> Array:
-    """Places to rest in where it holds, as many as there are agents if there is room: (places, dim)."""
-    roomy = goal.points[_margin(ground, goal.predicate, goal.points) >= goal.depth * DEEP]
-    pitch = 2 * ground.agents[0].radius + ground.mission.separation
-    further = _thinned(roomy, roomy[:1], pitch, min(REST, len(ground.agents)))
-    return np.concatenate([roomy[:1], roomy[further]])
+def _resting_places(ground: Ground, goal: Goal) -> Array:
+    """Places to rest in where it holds, one for each agent it is asked of if there is room, deep ones first."""
+    margin = _margin(ground, goal.predicate, goal.points)
+    pitch, most = 2 * ground.agents[0].radius + ground.mission.separation, max(1, min(REST, goal.agents))
+    chosen = goal.points[:1]
+    for share in (DEEP, EDGE):
+        roomy = goal.points[margin >= goal.depth * share]
+        chosen = np.concatenate([chosen, roomy[_thinned(roomy, chosen, pitch, most - len(chosen))]])
+    return chosen
 
 
 def _spare(ground: Ground) -> float:
