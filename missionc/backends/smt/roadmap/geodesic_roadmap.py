@@ -55,8 +55,8 @@ NEAREST, PAIRS = 40, 200_000
 GOALS = 2048
 """Points of the world among which those are looked for at which a predicate holds."""
 
-REST, OTHERS = 64, 2
-"""At most so many places for agents to rest in where one predicate holds; so many of them for others in the way."""
+REST = 64
+"""At most so many places for agents to rest in where one predicate holds."""
 
 FILL = 300
 """Candidates all over a volume, whose obstacles have no corners that all shortest ways bend at."""
@@ -188,9 +188,9 @@ def _thinned(points: Array, taken: Array, gap: float, most: int) -> Indices:
 
 
 def _resting_places(ground: Ground, goal: Goal) -> Array:
-    """Places to rest in where it holds, for each agent it is asked of and a few others, deep ones first."""
+    """Places to rest in where it holds, one for each agent it is asked of if there is room, deep ones first."""
     margin = _margin(ground, goal.predicate, goal.points)
-    pitch, most = 2 * ground.agents[0].radius + ground.mission.separation, min(REST, goal.agents + OTHERS)
+    pitch, most = 2 * ground.agents[0].radius + ground.mission.separation, max(1, min(REST, goal.agents))
     chosen = goal.points[:1]
     for share in (DEEP, EDGE):
         roomy = goal.points[margin >= goal.depth * share]
