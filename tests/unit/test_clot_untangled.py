@@ -14,7 +14,11 @@ pytest.importorskip("torch")
 
 from missionc.backends.api import Budget, Planned
 from missionc.backends.clot.backend import BACKEND
+from missionc.backends.clot.cost_graph.cost_graph import build
 from missionc.backends.clot.optimise.goal_terms import Demand
+from missionc.backends.clot.schedule.geodesics import Geodesics
+from missionc.backends.clot.schedule.schedule import Scheduler
+from missionc.backends.clot.schedule.tasks import outline
 from missionc.backends.options import Options
 from missionc.base.trace import Array
 from missionc.ir import Inside
@@ -81,3 +85,15 @@ def test_a_mission_whose_robots_get_stuck_on_a_border_is_planned_at_once() -> No
         outcome = BACKEND.plan(found.mission, found.kernel, Options(), Budget(time.monotonic() + 120, seed=seed))
         assert isinstance(outcome, Planned)
         assert dict(outcome.report.sizes)["attempts"] == 1
+
+
+def test_what_is_scheduled_rules_out_its_opposite_at_each_step_that_names_it() -> None:
+    visit = "require visit: every cart: eventually[0, 0.5 s] (park and next park)\n"
+    text = TORN.replace("start in park", "start at (10, 5)").replace("ANOTHER", "near").replace("OTHER", "far") + visit
+    mission, kernel = transport_missions.checked(text)
+    graph = build(kernel)
+    scheduler = Scheduler(mission, outline(graph, mission.steps), Geodesics(mission), np.random.default_rng(0))
+    choices = scheduler.schedule(0.0).choices
+    made = Demand.of(mission, tuple(each.formula for each in graph.requirements), choices, mission.steps)
+    (denied,) = (mask for (what, holds), mask in made.ruled_out.items() if isinstance(what, Inside) and not holds)
+    assert denied.sum() == 2

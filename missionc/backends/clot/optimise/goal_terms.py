@@ -13,7 +13,7 @@ from missionc.backends.clot.cost_graph.cost_graph import SignedPredicate, signed
 from missionc.backends.clot.cost_graph.motion_batch import States, Team, team
 from missionc.backends.clot.cost_graph.robustness import Robustness
 from missionc.backends.clot.optimise.active_set import Active, Choices, activate
-from missionc.base.trace import Array
+from missionc.base.trace import Array, Flags
 from missionc.ir import Mission
 from missionc.kernel.nodes import Node
 from missionc.kernel.walk import graph_of, postorder
@@ -42,11 +42,11 @@ class Demand:
         order = postorder(roots)
         nowhere = np.zeros((len(mission.agents), steps + 1, 0))
         forced = activate(order, roots, {}, {}, nowhere, choices, decided=True).margins
-        ruled_out: dict[SignedPredicate, Tensor] = {}
-        for leaf, mask in forced.items():
-            if mask.any():
-                predicate, holds = signed_predicate(leaf)
-                ruled_out[predicate, not holds] = torch.from_numpy(mask)
+        ruled_out = {
+            (predicate, not holds): torch.from_numpy(mask)
+            for (predicate, holds), mask in _by_predicate(forced).items()
+            if mask.any()
+        }
         return Demand(mission, roots, choices, order, team(mission, dtype=torch.float64), ruled_out)
 
     def active(self, position: Array, velocity: Array) -> Active:
@@ -81,7 +81,7 @@ class Demand:
         between them: ``(row or parked) and (fan or not parked)``, on the border of the place to park.
         """
         active = self.active(position, velocity).margins
-        masks = {signed_predicate(leaf): mask for leaf, mask in active.items()}
+        masks = _by_predicate(active)
         torn = []
         for (predicate, holds), mask in masks.items():
             opposite = masks.get((predicate, False)) if holds else None
@@ -105,3 +105,12 @@ class Demand:
         return min(
             float(np.broadcast_to(values[root], (1, *values[root].shape))[..., 0, 0].min()) for root in self.roots
         )
+
+
+def _by_predicate(margins: Mapping[Node, Flags]) -> dict[SignedPredicate, Flags]:
+    """Where each predicate, or its negation, must hold, (agents, steps): a formula may name one more than once."""
+    masks: dict[SignedPredicate, Flags] = {}
+    for leaf, mask in margins.items():
+        asked = signed_predicate(leaf)
+        masks[asked] = masks[asked] | mask if asked in masks else mask
+    return masks
