@@ -1,4 +1,8 @@
-"""Mutex literals of holds: of one agent and one predicate, both that it holds and that it does not."""
+"""Literals of holds that deny each other: a literal and its opposite, and more at once than may hold.
+
+A literal is that a predicate holds of an agent, or that it does not; it and its opposite are *mutex*. Of those that
+``always not (at least 3 truck: weigh)`` is about, two at once are the most: a *capacity*.
+"""
 
 from __future__ import annotations
 
@@ -8,12 +12,15 @@ from typing import TypeAlias
 
 from missionc.backends.clot.schedule.tasks import Hold, Outline
 from missionc.ir import Predicate
-from missionc.kernel.nodes import All, At, Atom, Node, Not
+from missionc.kernel.nodes import All, Any, At, AtLeast, Atom, Node, Not
 
 Literal: TypeAlias = tuple[int, Predicate, bool]
 """A literal: an agent, or -1 for the team; a predicate; and whether it holds."""
 
 TEAM = -1
+
+ROUNDING = 1e-6
+"""Seconds that do not count."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,6 +40,52 @@ class TimedLiterals:
         if both < 0 or not any((agent, what, not holds) in other.literals for agent, what, holds in self.literals):
             return None
         return both
+
+
+@dataclass(frozen=True, slots=True)
+class Capacity:
+    """At most so many of some literals, each of another agent, hold at once from ``low`` to ``high``, seconds.
+
+    ``passing``: seconds before one of them is to hold, and after, in which it may hold as well.
+    """
+
+    literals: frozenset[Literal]
+    most: int
+    low: float
+    high: float
+    passing: float
+
+    def until(self, one: TimedLiterals, others: Iterable[TimedLiterals]) -> float | None:
+        """The time from which there is room for one among others, seconds; None where there is."""
+        mine = self.literals & one.literals
+        if not mine or one.low > self.high or one.high < self.low:
+            return None
+        spans = [
+            (each.low - self.passing, each.high + self.passing, self.literals & each.literals)
+            for each in others
+            if abs(each.low + each.high - one.low - one.high)
+            <= one.high - one.low + each.high - each.low + 4 * self.passing
+            and not self.literals.isdisjoint(each.literals)
+        ]
+        begin, end = one.low - self.passing, one.high + self.passing
+        for moment in sorted({begin, *(low for low, _, _ in spans if begin < low <= end)}):
+            there = [(high, said) for low, high, said in spans if low <= moment < high - ROUNDING]
+            if len(mine.union(*(said for _, said in there))) > self.most:
+                return min(high for high, said in there if not said <= mine) + self.passing
+        return None
+
+
+def capacities(holds: Iterable[Hold], step: float, passing: float) -> tuple[Capacity, ...]:
+    """How many literals may hold at once by what holds say; ``step`` and ``passing`` are seconds."""
+    found: list[Capacity] = []
+    for hold in holds:
+        if isinstance(hold.node, Any | AtLeast):
+            denied = [_literal(hold.agent, part) for part in hold.node.parts]
+            opposite = frozenset((agent, what, not holds) for agent, what, holds in filter(None, denied))
+            if len({agent for agent, _, _ in opposite}) == len(denied) > 1:
+                most = len(denied) - (hold.node.count if isinstance(hold.node, AtLeast) else 1)
+                found.append(Capacity(opposite, most, hold.low * step, hold.high * step, passing))
+    return tuple(found)
 
 
 def mutex_literals(outline: Outline) -> frozenset[Literal]:
@@ -57,15 +110,21 @@ def timed_literals(holds: Iterable[Hold], among: frozenset[Literal], step: float
     return tuple(timed)
 
 
-def earliest_time(says: Iterable[TimedLiterals], begin: float, sure: Iterable[TimedLiterals], step: float) -> float:
-    """The earliest time from ``begin`` on at which no literal is mutex with those that are sure; seconds."""
+def earliest_time(
+    says: Iterable[TimedLiterals],
+    begin: float,
+    sure: Iterable[TimedLiterals],
+    capacities: Iterable[Capacity],
+    step: float,
+) -> float:
+    """The earliest time from ``begin`` on at which nothing that is sure denies any of the literals; seconds."""
     while True:
-        later = [
-            other.high - each.low + step
-            for each in says
-            for other in sure
-            if each.shifted(begin).mutex_time(other) is not None
-        ]
+        later: list[float] = []
+        for each in says:
+            here = each.shifted(begin)
+            later += [other.high - each.low + step for other in sure if here.mutex_time(other) is not None]
+            untils = [capacity.until(here, sure) for capacity in capacities]
+            later += [until - each.low for until in untils if until is not None]
         if not later:
             return begin
         begin = max(later)
@@ -75,6 +134,15 @@ def mutex_seconds(one: TimedLiterals, others: Iterable[TimedLiterals], step: flo
     """For how many seconds one is mutex with others."""
     denied = [one.mutex_time(other) for other in others]
     return sum(each + step for each in denied if each is not None)
+
+
+def _literal(agent: int, node: Node) -> Literal | None:
+    """The literal that a formula asked of an agent is; None where it is none of one agent."""
+    while isinstance(node, At):
+        agent, node = node.agent, node.body
+    if isinstance(node, Atom | Not) and len(said := list(literals(agent, node))) == 1 and said[0][0] != TEAM:
+        return said[0]
+    return None
 
 
 def literals(agent: int, node: Node) -> Iterator[Literal]:

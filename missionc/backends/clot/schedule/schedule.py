@@ -24,6 +24,7 @@ from missionc.backends.clot.schedule.geodesics import Geodesics
 from missionc.backends.clot.schedule.goal_sets import GoalSets
 from missionc.backends.clot.schedule.mutex_literals import (
     TimedLiterals,
+    capacities,
     mutex_literals,
     mutex_seconds,
     timed_literals,
@@ -46,6 +47,9 @@ WHOLE = 0.9
 
 VAST = 0.5
 """A place of more than this share of all there is is nowhere to go to: who is there may leave its nearest point."""
+
+PASSING = 1.5
+"""Steps before and after a visit in which its agent counts as one of those of whom only so many may be in a place."""
 
 WORK, VAIN = 30_000, 6
 """Visits looked at while tasks are put in other ways, and tries in vain for each task, after which that ends."""
@@ -80,7 +84,9 @@ class Scheduler(Timetable):
         self.company = attendance(mission, self.always)
         self.goals = GoalSets(mission, geodesics, self._kept(geodesics))
         self.numbers = [number for number, task in enumerate(outline.tasks) if self._scheduled(task)]
-        self.mutex = mutex_literals(replace(outline, tasks=tuple(outline.tasks[number] for number in self.numbers)))
+        self.capacities = capacities(outline.holds, mission.step, PASSING * mission.step)
+        mutex = mutex_literals(replace(outline, tasks=tuple(outline.tasks[number] for number in self.numbers)))
+        self.mutex = mutex.union(*(each.literals for each in self.capacities))
         self.standing = () if self.tied else self._visits(-1, (), self._passing(outline.holds))
 
     def schedule(self, noise: float) -> Schedule:

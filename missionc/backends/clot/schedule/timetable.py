@@ -12,6 +12,7 @@ from missionc.backends.clot.schedule.attendance import Attendance
 from missionc.backends.clot.schedule.gather_team import can_be_gathered, gather_team
 from missionc.backends.clot.schedule.goal_sets import GoalSet, GoalSets
 from missionc.backends.clot.schedule.mutex_literals import (
+    Capacity,
     TimedLiterals,
     earliest_time,
     mutex_seconds,
@@ -125,6 +126,7 @@ class Timetable:
     pace: Array
     stopping: Array
     goals: GoalSets
+    capacities: tuple[Capacity, ...]
     tied: bool
     unhurried: float
     shaped: dict[tuple[tuple[Predicate, ...], bytes], Array]
@@ -168,7 +170,7 @@ class Timetable:
             if not visit.come.goals and not visit.fixed:
                 latest = min(high, self._latest(visit) * step)
                 begin += perturbed.put_off(visit.event) * max(0.0, latest - begin)
-            begin = earliest_time(visit.says, begin, sure, step)
+            begin = earliest_time(visit.says, begin, sure, self.capacities, step)
             for each in visit.before:
                 barred = TimedLiterals(each.literals, each.low + base, begin - step)
                 run.late += mutex_seconds(barred, sure, step)
@@ -322,6 +324,8 @@ class Timetable:
                 TimedLiterals(one.literals, one.low + base * step, (each.step - 1) * step) for one in each.visit.before
             ]
             if any(one.mutex_time(other) is not None for one in new for other in sure):
+                return True
+            if any(capacity.until(one, sure) is not None for one in new for capacity in self.capacities):
                 return True
             sure += new
         return False
