@@ -100,6 +100,84 @@ def test_ways_keep_to_where_an_agent_has_to_be_all_the_time() -> None:
     assert visit.step >= 1.05 * straight
 
 
+AISLES = """\
+mission aisles
+time step 1 s, horizon 60 s
+world (0, 0) to (30, 12)
+obstacle one = box (4, 3) to (26, 4)
+obstacle two = box (4, 5.4) to (26, 6.6)
+obstacle three = box (4, 7.6) to (26, 9)
+team rover[1] { radius 0.4 m  dynamics single_integrator(speed <= 1 m/s)  start at (2, 4.7) }
+require along: rover[0]: eventually[0, 60 s] x >= 24
+"""
+
+
+@pytest.mark.parametrize("wanted", [0.5, 0.7, 0.9, 2.0])
+def test_a_way_with_more_room_does_not_end_on_the_other_side_of_a_wall(wanted: float) -> None:
+    mission, _ = checked(AISLES)
+    geodesics = Geodesics(mission)
+    for y in (4.7, 7.1):
+        way = geodesics.way(np.array([2.0, y]), np.array([15.0, y]), wanted, 0.4)
+        assert way is not None
+        points = np.concatenate([np.linspace(here, there, 100) for here, there in pairwise(way)])
+        assert geodesics.room_at(points).min() >= 0.4 - geodesics.cell / 2
+
+
+@pytest.mark.parametrize(
+    "limit",
+    [
+        "require slow: every rover: always[0, end] (rover in slow_zone implies speed <= 0.25)",
+        "require slow: every rover: always[0, end] (speed <= 0.25 or not slow_zone)",
+        "require slow: every rover: always[0, end] not (slow_zone and speed > 0.25)",
+    ],
+)
+def test_a_way_through_a_place_where_speed_is_limited_takes_longer(limit: str) -> None:
+    zone = "region slow_zone = box (10, 0) to (18, 20)\n"
+    visit = "require seen: rover[0]: eventually[0, 90 s] (x >= 25 and y <= 12)\n"
+    text = YARD + zone + visit + limit.replace("rover in ", "")
+    mission, scheduler, schedule = scheduled(text)
+    (seen,) = named(scheduler, schedule, "seen")
+    assert seen.step >= 12 + 8 / 0.25
+    assert schedule.late == 0
+    _, motion = tours(mission, schedule, scheduler.goals, Geodesics(mission), np.random.default_rng(0))
+    speed = np.linalg.norm(np.diff(motion[0], axis=0), axis=1)
+    inside = (motion[0, :-1, 0] > 10.5) & (motion[0, 1:, 0] < 17.5)
+    assert inside.any()
+    assert speed[inside].max() <= 0.25
+    planned(text)
+
+
+def test_a_place_where_speed_is_limited_is_gone_round_where_that_is_sooner() -> None:
+    zone = "region slow_zone = box (10, 6) to (18, 20)\n"
+    limit = "require slow: every rover: always[0, end] (slow_zone implies speed <= 0.2)\n"
+    text = YARD + zone + limit + "require seen: rover[0]: eventually[0, 60 s] x >= 25\n"
+    mission, scheduler, schedule = scheduled(text)
+    _, motion = tours(mission, schedule, scheduler.goals, Geodesics(mission), np.random.default_rng(0))
+    inside = (motion[0, :, 0] > 10.5) & (motion[0, :, 0] < 17.5) & (motion[0, :, 1] > 6.5)
+    assert not inside.any()
+
+
+@pytest.mark.parametrize(("limit", "most"), [("not (at least 3 rover: east)", 2), ("at least 4 rover: not east", 1)])
+def test_no_more_visit_a_place_at_a_time_than_may_be_there(limit: str, most: int) -> None:
+    five = YARD.replace("rover[3]", "rover[5]").replace("(5, 10), (20, 10), (36, 18)", "grid (4, 4) to (20, 16)")
+    five = five.replace("start at", "start")
+    text = five + f"require few: always[0, end] {limit}\nrequire seen: every rover: eventually[0, 100 s] east\n"
+    _, scheduler, schedule = scheduled(text)
+    steps = [each.step for each in named(scheduler, schedule, "seen")]
+    assert len(steps) == 5
+    assert schedule.late == 0
+    assert max(sum(abs(one - other) <= 1 for other in steps) for one in steps) <= most
+
+
+def test_two_who_may_not_be_in_a_place_together_come_one_after_the_other() -> None:
+    text = YARD + "require apart: always[0, end] not ((rover[0]: north) and (rover[1]: north))\n"
+    text += "require both: every rover: eventually[0, 90 s] always[0, 5 s] north\n"
+    _, scheduler, schedule = scheduled(text)
+    step = {each.visit.event.holds[0].agent: each.step for each in named(scheduler, schedule, "both")}
+    assert abs(step[0] - step[1]) > 5
+    planned(text)
+
+
 def test_so_many_come_as_are_asked_for_and_others_than_those_who_stay() -> None:
     fleet = YARD.replace("rover[3]", "rover[8]").replace(
         "start at (5, 10), (20, 10), (36, 18)", "start grid (10, 6) to (26, 14)"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from itertools import product
+from itertools import pairwise, product
 
 import numpy as np
 from scipy import ndimage, sparse
@@ -54,34 +54,79 @@ class Geodesics:
         room = np.minimum(room, standing.reshape(room.shape))
         return room
 
-    def way(self, start: Array, end: Array, wanted: float, least: float, avoid: Array | None = None) -> Array | None:
+    def way(
+        self,
+        start: Array,
+        end: Array,
+        wanted: float,
+        least: float,
+        avoid: Array | None = None,
+        slowness: Array | None = None,
+    ) -> Array | None:
         """A way from start to end, (dim,) each: its corners, (corners, dim), metres; None where there is none.
 
         Args:
             wanted: metres of room along the way where both ends have them; less as it must be.
             least: metres that it has to have between the ends at any rate.
             avoid: points of ways not to be taken again, (points, dim), metres.
+            slowness: what each metre counts in a cell, (grid,), for the way that takes least time; None for 1.
         """
-        shortest = self._with(start, end, least, avoid)
+        shortest = self._with(start, end, least, avoid, slowness)
         if shortest is None:
             return None
-        longest = DETOUR * _length(shortest)
+        longest = DETOUR * self._effort(shortest, slowness)
         for room in (wanted, (wanted + least) / 2):
-            way = self._with(start, end, room, avoid)
-            if way is not None and _length(way) <= longest:
+            way = self._with(start, end, room, avoid, slowness)
+            if way is not None and self._effort(way, slowness) <= longest and self._open(way, least):
                 return way
         return shortest
+
+    def paced(self, way: Array, share: Array, slowness: Array | None) -> Array:
+        """Points of a way at shares, (points,), of the time that it takes: (points, dim).
+
+        Args:
+            slowness: what each metre counts in a cell, (grid,); None for 1.
+        """
+        if slowness is None:
+            return along(way, share)
+        fine = self._fine(way)
+        effort = np.r_[0.0, np.cumsum(self._efforts(fine, slowness))]
+        if effort[-1] == 0:
+            return np.repeat(way[:1], len(share), axis=0)
+        return np.stack([np.interp(share * effort[-1], effort, axis) for axis in fine.T], axis=1)
+
+    def _effort(self, way: Array, slowness: Array | None) -> float:
+        """What the metres of a way count."""
+        return _length(way) if slowness is None else float(self._efforts(self._fine(way), slowness).sum())
+
+    def _efforts(self, fine: Array, slowness: Array) -> Array:
+        """What the metres of each piece of a way count, (pieces,), where none is longer than half a cell."""
+        cell = self._cell((fine[1:] + fine[:-1]) / 2)
+        efforts: Array = np.linalg.norm(np.diff(fine, axis=0), axis=1) * slowness.reshape(self.shape)[tuple(cell.T)]
+        return efforts
+
+    def _fine(self, way: Array) -> Array:
+        """The way with further points, so that none is further than half a cell from the one before it."""
+        pieces = []
+        for here, there in pairwise(way):
+            count = max(1, int(np.ceil(float(np.linalg.norm(there - here)) / (self.cell / 2))))
+            pieces.append(here + (there - here) * (np.arange(count) / count)[:, None])
+        return np.concatenate([*pieces, way[-1:]])
 
     def lengths(self, start: Array, room: float) -> Array:
         """Metres of way from a point, (dim,), to each cell of the grid, (cells,), with so much room; or infinite."""
         first = int(np.ravel_multi_index(tuple(self._free(start, room)), self.shape))
         return np.asarray(dijkstra(self._graph(room), directed=True, indices=np.array(first)))
 
-    def _with(self, start: Array, end: Array, room: float, avoid: Array | None) -> Array | None:
+    def _with(self, start: Array, end: Array, room: float, avoid: Array | None, slowness: Array | None) -> Array | None:
         """A way with so much room, straight where that has it."""
-        if avoid is None and self._clear(start, end, room):
+        if avoid is None and slowness is None and self._clear(start, end, room):
             return np.stack([start, end])
-        return self._around(start, end, room, avoid)
+        return self._around(start, end, room, avoid, slowness)
+
+    def _open(self, way: Array, room: float) -> bool:
+        """Whether each piece of a way has room: the nearest cell with more of it may be on the other side of a wall."""
+        return all(self._clear(here, there, room) for here, there in pairwise(way))
 
     def _clear(self, start: Array, end: Array, room: float) -> bool:
         """Whether the straight way has room, but for what its ends themselves lack."""
@@ -92,8 +137,10 @@ class Geodesics:
         lacking = room - min(*self.room_at(np.stack([start, end])), room)
         return bool((self.room_at(points) >= room - np.maximum(lacking - from_ends, 0.0) - 1e-9).all())
 
-    def _around(self, start: Array, end: Array, room: float, avoid: Array | None) -> Array | None:
-        graph = self._graph(room)
+    def _around(
+        self, start: Array, end: Array, room: float, avoid: Array | None, slowness: Array | None
+    ) -> Array | None:
+        graph = self._graph(room) if slowness is None else slowed(self._graph(room), slowness)
         if avoid is not None:
             near = np.zeros(self.shape, dtype=np.bool_)
             near[tuple(self._cell(avoid).T)] = True
@@ -108,7 +155,7 @@ class Geodesics:
         while cells[-1] != first:
             cells.append(int(before[cells[-1]]))
         path = self.points.reshape(-1, self.points.shape[-1])[cells[::-1]]
-        return self._pulled(np.concatenate([start[None], path, end[None]]), room)
+        return self._pulled(np.concatenate([start[None], path, end[None]]), room, slowness)
 
     def _graph(self, room: float) -> sparse.csr_matrix:
         """Moves to neighbouring cells, weighted by their length."""
@@ -145,17 +192,34 @@ class Geodesics:
         nearest: Array = free[np.linalg.norm(centres - point, axis=1).argmin()]
         return nearest
 
-    def _pulled(self, path: Array, room: float) -> Array:
-        """The way pulled tight: corners that can be left out are."""
+    def _pulled(self, path: Array, room: float, slowness: Array | None) -> Array:
+        """The way pulled tight: corners that can be left out are, where that takes no longer."""
         corners = [path[0]]
         here = 0
+
+        def can_be_straight(ahead: int) -> bool:
+            if slowness is not None:
+                straight, bent = (
+                    self._effort(each, slowness) for each in (path[[here, ahead]], path[here : ahead + 1])
+                )
+                if straight > bent:
+                    return False
+            return self._clear(path[here], path[ahead], room)
+
         while here < len(path) - 1:
             ahead = len(path) - 1
-            while ahead > here + 1 and not self._clear(path[here], path[ahead], room):
+            while ahead > here + 1 and not can_be_straight(ahead):
                 ahead = here + (ahead - here + 1) // 2
             corners.append(path[ahead])
             here = ahead
         return np.array(corners)
+
+
+def slowed(moves: sparse.csr_matrix, slowness: Array) -> sparse.csr_matrix:
+    """Moves between cells, weighted by their length, of which each metre counts as its two cells, (grid,), say."""
+    row = np.repeat(np.arange(moves.shape[0]), np.diff(moves.indptr))
+    lengths = moves.data * (slowness[row] + slowness[moves.indices]) / 2
+    return sparse.csr_matrix((lengths, moves.indices, moves.indptr), shape=moves.shape)
 
 
 def _length(way: Array) -> float:

@@ -18,12 +18,13 @@ import numpy as np
 from scipy import ndimage, sparse
 from scipy.sparse.csgraph import dijkstra
 
-from missionc.backends.clot.schedule.geodesics import Geodesics
+from missionc.backends.clot.schedule.geodesics import Geodesics, slowed
+from missionc.backends.clot.schedule.point_margins import PointMargins
+from missionc.backends.clot.schedule.speed_limits import slowness
 from missionc.base.trace import Array, Flags
-from missionc.ir import Mission, Predicate
-from missionc.kernel.evaluate import Domain, evaluate
-from missionc.kernel.nodes import NeighbourNode, Node, PathLength, ReachNode, RouteNode, UntilNode, WindowNode
-from missionc.language.margins.predicate_margins import of_states
+from missionc.ir import Mission
+from missionc.kernel.evaluate import evaluate
+from missionc.kernel.nodes import Node
 from missionc.world.dynamics import Indices
 
 INSIDE = 0.3
@@ -47,7 +48,8 @@ class GoalSet:
     """Args:
     points: where to go for it, one for each of its cells, (cells, dim), metres.
     nearest: for each cell of the grid the number of the nearest of these, (grid,).
-    length: metres of the way there, (grid,); infinite where there is none.
+    length: metres of the way there, (grid,); infinite where there is none. A metre on which an agent has to be
+        slower counts as many as it goes meanwhile at top speed.
     share: of the free cells, how many are in it.
     open: whether it can hold where the agent may be at all.
     """
@@ -62,11 +64,15 @@ class GoalSet:
 
 @dataclass(slots=True)
 class Roaming:
-    """Where agents of one size may be: ``cells``, (grid,), the ways between them, and the nearest of them, (grid,)."""
+    """Where agents of one size may be: ``cells``, (grid,), the ways between them, and the nearest of them, (grid,).
+
+    ``slowness``: how many times as long as at top speed a metre takes there, (grid,); None for 1 everywhere.
+    """
 
     cells: Flags
     moves: sparse.csr_matrix
     nearest: Indices
+    slowness: Array | None
     lengths: dict[int, Array] = field(default_factory=dict)
 
 
@@ -100,7 +106,7 @@ class GoalSets:
         there = goal.points[goal.nearest[cell]]
         straight = math.dist(there, here)
         if straight < self.grid.cell:
-            return there, straight, goal.open
+            return there, straight if roaming.slowness is None else straight * float(roaming.slowness[cell]), goal.open
         length = float(goal.length[cell])
         if not math.isfinite(length):
             return there, BEYOND * straight, False
@@ -212,24 +218,27 @@ class GoalSets:
                 inside = sparse.diags(cells.astype(float))
                 moves = (inside @ moves @ inside).tocsr()
                 moves.eliminate_zeros()
+            slower = slowness(self.mission, agent, self.kept[agent], self.places)
+            if slower is not None:
+                moves = slowed(moves, slower)
             if not cells.any():
                 cells = np.ones_like(free)
             outside = ~cells.reshape(self.grid.shape)
             nearest = ndimage.distance_transform_edt(outside, return_distances=False, return_indices=True)
             flat = np.ravel_multi_index(tuple(nearest), self.grid.shape).ravel()
-            self._roaming[key] = Roaming(cells, moves, flat)
+            self._roaming[key] = Roaming(cells, moves, flat, slower)
         return self._roaming[key]
 
     def margin(self, agent: int, nodes: Sequence[Node], points: Array) -> Array | None:
         """The least margin of formulas of an agent at points, (points, dim) -> (points,), metres; None: unknown."""
-        values = evaluate(nodes, Margins(self.mission, agent, points))
+        values = evaluate(nodes, PointMargins(self.mission, agent, points))
         known = [value for node in nodes if (value := values[node]) is not None]
         return np.min(np.broadcast_arrays(*known), axis=0) if known else None
 
     def _kind(self, agent: int) -> object:
         """What agents have in common that may be in the same places."""
         each = self.mission.agents[agent]
-        return each.radius, each.altitude, frozenset(self.kept[agent])
+        return each.radius, each.altitude, each.dynamics, frozenset(self.kept[agent])
 
     def _cell(self, point: Array) -> int:
         number = 0
@@ -264,55 +273,3 @@ class GoalSets:
         assert margin is not None
         margins = np.broadcast_to(margin, every[..., 0].size).reshape(len(points), -1)
         return every[np.arange(len(points)), margins.argmax(axis=1)], float(margins.max())
-
-
-class Margins(Domain["Array | None"]):
-    """The domain of margins of one agent at points, (points,), metres; None of what its place does not decide."""
-
-    def __init__(self, mission: Mission, agent: int, points: Array) -> None:
-        self.mission, self.agent, self.points = mission, agent, points
-
-    def atom(self, predicate: Predicate, holds: bool) -> Array | None:
-        if predicate.reads_speed or predicate.others or predicate.about_team or predicate.restricted is not None:
-            return None
-        value: Array = of_states(predicate, self.mission, self.agent, self.points, np.zeros_like(self.points))
-        return value if holds else 0.0 - value
-
-    def member(self, agents: frozenset[int], holds: bool) -> Array | None:
-        return np.full(len(self.points), np.inf if (self.agent in agents) == holds else -np.inf)
-
-    def meet(self, parts: Sequence[Array | None]) -> Array | None:
-        known = [part for part in parts if part is not None]
-        return np.min(np.stack(known), axis=0) if known else None
-
-    def join(self, parts: Sequence[Array | None]) -> Array | None:
-        known = [part for part in parts if part is not None]
-        return np.max(np.stack(known), axis=0) if known and len(known) == len(parts) else None
-
-    def at_least(self, count: int, parts: Sequence[Array | None]) -> Array | None:
-        known = [part for part in parts if part is not None]
-        if len(known) < len(parts):
-            return None
-        chosen: Array = np.sort(np.stack(known), axis=0)[-count]
-        return chosen
-
-    def window(self, node: WindowNode, body: Array | None) -> Array | None:
-        return None
-
-    def until(self, node: UntilNode, hold: Array | None, end: Array | None) -> Array | None:
-        return None
-
-    def at(self, agent: int, body: Array | None) -> Array | None:
-        return body if agent == self.agent else None
-
-    def neighbour(self, node: NeighbourNode, body: Array | None) -> Array | None:
-        return None
-
-    def reach(self, node: ReachNode, through: Array | None, end: Array | None) -> Array | None:
-        return None
-
-    def route(self, node: RouteNode, through: Array | None, end: Array | None) -> Array | None:
-        return None
-
-    def path_length(self, node: PathLength, holds: bool) -> Array | None:
-        return None

@@ -3,9 +3,9 @@
     in   Schedule
     out  the positions of all agents at every step, and key frames read off them
 
-Ways go round what stands, at an even pace between leaving one place and being at the next. Who comes to the
-same place at the same time stands beside the others there. Who has no place to go to, and has to stay
-near somebody all the time, goes along.
+Ways go round what stands, at an even pace between leaving one place and being at the next, and slower where speed is
+limited. Who comes to the same place at the same time stands beside the others there. Who has no place to go to, and has
+to stay near somebody all the time, goes along.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from itertools import pairwise
 import numpy as np
 
 from missionc.backends.clot.schedule.attendance import Attendance
-from missionc.backends.clot.schedule.geodesics import Geodesics, along
+from missionc.backends.clot.schedule.geodesics import Geodesics
 from missionc.backends.clot.schedule.goal_sets import GoalSet, GoalSets
 from missionc.backends.clot.schedule.key_frame import KeyFrame
 from missionc.backends.clot.schedule.visits import Schedule
@@ -47,7 +47,7 @@ def tours(
     stops = _stops(mission, schedule, goals)
     position = np.zeros((len(mission.agents), mission.steps + 1, mission.dimension))
     for agent in mission.agents:
-        position[agent.index] = _tour(mission, agent.index, stops[agent.index], geodesics)
+        position[agent.index] = _tour(mission, agent.index, stops[agent.index], goals, geodesics)
     _go_along(position, schedule.company, stops)
     _shaken(mission, position, generator)
     at = sorted({0, *(each.step for each in schedule.appointments), mission.steps})
@@ -127,18 +127,19 @@ def _beside(agent: int, stop: Stop, goal: GoalSet, stops: list[list[Stop]], apar
     return Stop(stop.begin, stop.end, points[best])
 
 
-def _tour(mission: Mission, agent: int, stops: list[Stop], geodesics: Geodesics) -> Array:
+def _tour(mission: Mission, agent: int, stops: list[Stop], goals: GoalSets, geodesics: Geodesics) -> Array:
     """The positions of one agent at every step, (steps + 1, dim), metres."""
     radius = mission.agents[agent].radius + mission.clearance
     position = np.zeros((mission.steps + 1, mission.dimension))
     position[:] = stops[0].point
+    slowness = goals.roaming(agent).slowness
     for here, there in pairwise(sorted(stops, key=lambda each: (each.begin, each.end))):
         begin, end = min(here.end, there.begin), there.begin
-        way = geodesics.way(here.point, there.point, radius + ROOM, radius)
+        way = geodesics.way(here.point, there.point, radius + ROOM, radius, slowness=slowness)
         if way is None:
             way = np.stack([here.point, there.point])
         share = np.arange(end - begin + 1) / max(1, end - begin)
-        position[begin : end + 1] = along(way, share)
+        position[begin : end + 1] = geodesics.paced(way, share, slowness)
         position[end:] = there.point
     return position
 

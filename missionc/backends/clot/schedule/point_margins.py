@@ -1,0 +1,78 @@
+"""Point margins: by how much formulas without operators of time hold of one agent at points, where that is decided.
+
+in   Mission, an agent, points and, where it counts, its speed
+out  the domain in which ``kernel.evaluate`` works the margins out
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from missionc.base.trace import Array
+from missionc.ir import Mission, Predicate
+from missionc.kernel.evaluate import Domain
+from missionc.kernel.nodes import NeighbourNode, PathLength, ReachNode, RouteNode, UntilNode, WindowNode
+from missionc.language.margins.predicate_margins import of_states
+
+
+class PointMargins(Domain["Array | None"]):
+    """The domain of margins of one agent at points, (points,), metres; None of what its place does not decide.
+
+    Args:
+        speed: of the agent at the points, (points,), m/s; without it nothing that reads a speed is decided.
+    """
+
+    def __init__(self, mission: Mission, agent: int, points: Array, speed: Array | None = None) -> None:
+        self.mission, self.agent, self.points = mission, agent, points
+        self.known, self.velocity = speed is not None, np.zeros_like(points)
+        if speed is not None:
+            self.velocity[:, 0] = speed
+
+    def atom(self, predicate: Predicate, holds: bool) -> Array | None:
+        if predicate.others or predicate.about_team or predicate.restricted is not None:
+            return None
+        if predicate.reads_speed and not self.known:
+            return None
+        value: Array = of_states(predicate, self.mission, self.agent, self.points, self.velocity)
+        return value if holds else 0.0 - value
+
+    def member(self, agents: frozenset[int], holds: bool) -> Array | None:
+        return np.full(len(self.points), np.inf if (self.agent in agents) == holds else -np.inf)
+
+    def meet(self, parts: Sequence[Array | None]) -> Array | None:
+        known = [part for part in parts if part is not None]
+        return np.min(np.stack(known), axis=0) if known else None
+
+    def join(self, parts: Sequence[Array | None]) -> Array | None:
+        known = [part for part in parts if part is not None]
+        return np.max(np.stack(known), axis=0) if known and len(known) == len(parts) else None
+
+    def at_least(self, count: int, parts: Sequence[Array | None]) -> Array | None:
+        known = [part for part in parts if part is not None]
+        if len(known) < len(parts):
+            return None
+        chosen: Array = np.sort(np.stack(known), axis=0)[-count]
+        return chosen
+
+    def window(self, node: WindowNode, body: Array | None) -> Array | None:
+        return None
+
+    def until(self, node: UntilNode, hold: Array | None, end: Array | None) -> Array | None:
+        return None
+
+    def at(self, agent: int, body: Array | None) -> Array | None:
+        return body if agent == self.agent else None
+
+    def neighbour(self, node: NeighbourNode, body: Array | None) -> Array | None:
+        return None
+
+    def reach(self, node: ReachNode, through: Array | None, end: Array | None) -> Array | None:
+        return None
+
+    def route(self, node: RouteNode, through: Array | None, end: Array | None) -> Array | None:
+        return None
+
+    def path_length(self, node: PathLength, holds: bool) -> Array | None:
+        return None

@@ -1,0 +1,61 @@
+"""Local speed limits: how fast an agent may be at points of the world, by what it has to keep to all the time.
+
+    in   Mission, formulas of one agent without operators of time
+    out  the greatest speed at each point
+
+``apron implies speed <= 4 m/s`` is a limit of 4 m/s in the apron, and none elsewhere.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from missionc.backends.clot.schedule.point_margins import PointMargins
+from missionc.base.trace import Array, Flags
+from missionc.ir import Mission
+from missionc.kernel.evaluate import evaluate
+from missionc.kernel.nodes import Atom, Node
+from missionc.kernel.walk import postorder
+from missionc.world.dynamics import speeds
+
+HALVINGS = 12
+"""How often what lies between a speed that is allowed and one that is not is halved."""
+
+LEAST = 0.05
+"""The share of its top speed that an agent may have anywhere, at least: elsewhere it could not go at all."""
+
+
+def slowness(mission: Mission, agent: int, nodes: Sequence[Node], points: Array) -> Array | None:
+    """How many times as long as at top speed a metre takes at points, (points, dim) -> (points,); None for 1 anywhere.
+
+    A limit is what holds at rest and at no greater speed. Formulas that hold at top speed, or not at rest, are none.
+    """
+    about_speed = [node for node in nodes if any(_of_speed(each) for each in postorder((node,)))]
+    if not about_speed:
+        return None
+    slowest, top = speeds(mission.agents[agent].dynamics)
+    allowed = np.full(len(points), top)
+
+    def holds(speed: Array) -> Flags:
+        values = evaluate(about_speed, PointMargins(mission, agent, points, speed))
+        known = [value for node in about_speed if (value := values[node]) is not None]
+        held: Flags = np.min(np.broadcast_arrays(*known, np.zeros(len(points))), axis=0) >= 0
+        return held
+
+    least = max(slowest, LEAST * top)
+    bound = holds(np.full(len(points), least)) & ~holds(allowed)
+    if not bound.any():
+        return None
+    low, high = np.where(bound, least, top), allowed
+    for _ in range(HALVINGS):
+        middle = (low + high) / 2
+        good = holds(middle)
+        low, high = np.where(good, middle, low), np.where(good, high, middle)
+    slower: Array = top / low
+    return slower
+
+
+def _of_speed(node: Node) -> bool:
+    return isinstance(node, Atom) and node.predicate.reads_speed
