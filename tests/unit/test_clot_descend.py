@@ -14,7 +14,7 @@ pytest.importorskip("torch")
 from missionc.backends.acceptance import attempt
 from missionc.backends.api import Budget, Planned, Report
 from missionc.backends.clot.backend import BACKEND
-from missionc.backends.clot.cost_weights import Spare, Weights
+from missionc.backends.clot.cost_weights import METRES, SHORT, Spare, Weights, longest_step
 from missionc.backends.clot.optimise.candidate import System
 from missionc.backends.clot.optimise.control_points import splines, trace
 from missionc.backends.clot.optimise.convex_descent import _Program, descend
@@ -96,7 +96,7 @@ class Descent:
         return descend(self.control, self.costs, self.demand, steps, gain, lambda: go_on)
 
     def cost(self, control: Array) -> float:
-        return System(self.costs, control.shape).smoothness(control)
+        return System(self.costs, control).smoothness(control)
 
 
 @pytest.fixture
@@ -132,12 +132,40 @@ def test_a_step_that_gains_too_little_is_the_last(descent: Descent) -> None:
     assert descent.cost(all_the_way) < descent.cost(one) < descent.cost(descent.control)
 
 
+def test_metres_count_as_a_quadratic_that_touches_them_and_is_nowhere_less(descent: Descent) -> None:
+    costs, here = replace(descent.costs, weights=Weights(length=0.0, bend=0.0, metres=1.0)), descent.control
+    system = System(costs, here)
+
+    def ways(control: Array) -> Array:
+        used = [
+            control[agent, : descent.mission.steps + 1 + second] for agent, second in enumerate(costs.splines.smooth)
+        ]
+        return np.concatenate([np.linalg.norm(np.diff(points, axis=0), axis=1) for points in used])
+
+    scale = np.maximum(ways(here), SHORT * longest_step(descent.mission))
+    assert system.smoothness(here) == pytest.approx(0.5 * (ways(here) ** 2 / scale).sum())
+    for seed in range(5):
+        there = here + 0.1 * np.random.default_rng(seed).standard_normal(here.shape)
+        assert system.smoothness(there) + 0.5 * scale.sum() >= ways(there).sum()
+
+
+def test_metres_are_made_less_than_by_squares_alone(descent: Descent) -> None:
+    squares = descent.after(40, gain=1e-3)
+    weights = Weights(length=METRES.length, bend=METRES.bend, metres=METRES.metres)
+    metres = replace(descent, control=squares, costs=replace(descent.costs, weights=weights)).after(
+        40, gain=METRES.gain
+    )
+    made = [trace(descent.mission, descent.costs.splines, each) for each in (squares, metres)]
+    assert attempt(descent.mission, descent.kernel, made[1]).is_plan
+    assert travelled(made[1]) < travelled(made[0])
+
+
 def test_rows_that_contradict_each_other_have_no_answer() -> None:
     mission, _ = checked(ROUND)
     made = splines(mission)
     costs = Costs(mission, made, Weights(), Spare())
     control = made.through(np.zeros((2, mission.steps + 1, 2)))
-    system = System(costs, control.shape)
+    system = System(costs, control)
     where = made.position(np.array([0]), np.array([5]), np.zeros(1))
     for sides, answered in (((1.0,), True), ((1.0, -1.0), False)):
         program = _Program(system, system.pull(control), 0.4)

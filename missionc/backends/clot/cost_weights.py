@@ -34,6 +34,7 @@ class Weights:
     )
     length: float = _figure(0.02, "/m^2", "between neighbouring control points")
     bend: float = _figure(1.0, "/m^2", "of second differences of control points")
+    metres: float = _figure(0.0, "/m", "of way between neighbouring control points, in a descent")
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,6 +77,10 @@ def longest_step(mission: Mission) -> float:
     return float(max(agent.dynamics.top_speed for agent in mission.agents) * mission.step)
 
 
+SHORT = 0.01
+"""The share of the longest step below which the way between neighbouring control points counts by its square."""
+
+
 @dataclass(frozen=True, slots=True)
 class ProbeWeights:
     """What a moved waypoint costs, where costs are only compared with each other: Algorithm 1's."""
@@ -95,14 +100,22 @@ class Aim:
 
     length: float = _figure(0.0, "/m^2", "between neighbouring control points")
     bend: float = _figure(0.0, "/m^2", "of second differences of control points")
+    metres: float = _figure(0.0, "/m", "of way between neighbouring control points")
     steps: int = field(default=0, metadata={"unit": "steps", "says": "of descent at most"})
     gain: float = _figure(0.0, "", "of the cost: the share that a step must gain for there to be another")
 
 
-AIMS = {Objective.DISTANCE: Aim(1.0, 0.05, 40, 1e-3), Objective.ENERGY: Aim(0.0, 1.0, 40, 1e-3)}
+METRES = Aim(length=0.01, bend=0.05, metres=1.0, steps=40, gain=2e-4)
+"""For the distance itself, from a motion of which the squares of its steps are least."""
 
-STRAIGHT = Aim(1.0, 1.0, 60, 2e-3)
+AIMS = {
+    Objective.DISTANCE: (Aim(length=1.0, bend=0.05, steps=40, gain=1e-3), METRES),
+    Objective.ENERGY: (Aim(bend=1.0, steps=40, gain=1e-3),),
+}
+"""One after the other."""
+
+STRAIGHT = Aim(length=1.0, bend=1.0, steps=60, gain=2e-3)
 """For plans from a roadmap, which are far from straight."""
 
-TIDY = Aim(0.2, 1.0, 2, 1e-2)
+TIDY = Aim(length=0.2, bend=1.0, steps=2, gain=1e-2)
 """Where nothing is asked to be least: most of the detours go in the first steps."""

@@ -20,7 +20,7 @@ import numpy as np
 from missionc.backends.acceptance import attempt
 from missionc.backends.api import Attempt, Budget, Planned
 from missionc.backends.clot.cost_graph.cost_graph import build
-from missionc.backends.clot.cost_weights import STRAIGHT, Spare, Weights, spare, with_room
+from missionc.backends.clot.cost_weights import METRES, STRAIGHT, Aim, Spare, Weights, spare, with_room
 from missionc.backends.clot.optimise.control_points import splines, trace
 from missionc.backends.clot.optimise.convex_descent import descend
 from missionc.backends.clot.optimise.goal_terms import Demand
@@ -100,19 +100,21 @@ class _Straightened:
         if not self.consider(self.descended(start, least)):
             self.consider(self.descended(self.widened(least), least))
         self.consider(self.descended(self.widened(more), more))
+        if mission.objective is Objective.DISTANCE:
+            self.consider(self.descended(self.control, least, METRES))
 
     @property
     def steps(self) -> int:
         """Steps of descent, at most."""
         return min(STRAIGHT.steps, WORK // max(1, self.control.size))
 
-    def costs(self, room: Spare) -> Costs:
-        weights = replace(Weights(), length=STRAIGHT.length, bend=STRAIGHT.bend)
+    def costs(self, room: Spare, aim: Aim = STRAIGHT) -> Costs:
+        weights = replace(Weights(), length=aim.length, bend=aim.bend, metres=aim.metres)
         return Costs(self.mission, self.made, weights, room)
 
-    def descended(self, start: Array, room: Spare) -> Array:
+    def descended(self, start: Array, room: Spare, aim: Aim = STRAIGHT) -> Array:
         """Less length and bend, with no less room than there is."""
-        return descend(start, self.costs(room), self.demand, self.steps, STRAIGHT.gain, self.go_on)
+        return descend(start, self.costs(room, aim), self.demand, self.steps, aim.gain, self.go_on)
 
     def widened(self, room: Spare) -> Array:
         """More room where there is some."""

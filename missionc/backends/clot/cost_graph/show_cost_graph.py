@@ -22,7 +22,11 @@ def show_cost_graph(graph: Kernel, mission: Mission) -> str:
 def show_weights() -> str:
     """Every figure, with its unit and what it is for, one a line."""
     shown: list[tuple[str, DataclassInstance]] = [(each.title, each()) for each in (Weights, Spare, ProbeWeights)]
-    shown += [(f"minimize {goal.value}", aim) for goal, aim in AIMS.items()]
+    shown += [
+        (f"minimize {goal.value}{', then' if number else ''}", aim)
+        for goal, aims in AIMS.items()
+        for number, aim in enumerate(aims)
+    ]
     return "".join(_shown(title, figures) for title, figures in [*shown, ("minimize nothing", TIDY)])
 
 

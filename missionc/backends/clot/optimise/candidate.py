@@ -6,6 +6,7 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
+from missionc.backends.clot.cost_weights import SHORT, longest_step
 from missionc.backends.clot.optimise.active_set import Active
 from missionc.backends.clot.optimise.motion_residuals import Costs
 from missionc.backends.clot.optimise.residuals import Rows, rows
@@ -39,14 +40,21 @@ class Look:
 
 
 class System:
-    """The normal equations of a mission's motions; the smoothness part of them is the same at each step."""
+    """The normal equations of a mission's motions, with a smoothness that is quadratic in the control points.
 
-    def __init__(self, costs: Costs, shape: tuple[int, ...]) -> None:
-        _, points, dim = shape
-        self.shape, self.number = shape, costs.splines.unknowns()
+    Metres of way count there as their squares over what they are at ``control``, (agents, points, dim), which is the
+    quadratic that touches their number there and is nowhere less (iteratively reweighted least squares).
+    """
+
+    def __init__(self, costs: Costs, control: Array) -> None:
+        self.shape = _, points, dim = control.shape
+        self.number = costs.splines.unknowns()
         self.free = self.number >= 0
         self.count = (int(self.number.max(initial=-1)) + 1) * dim
-        self.gram = [_gram(costs, bool(second), points) for second in costs.splines.smooth]
+        ways = np.linalg.norm(np.diff(control, axis=1), axis=2)
+        self.gram = [
+            _gram(costs, bool(second), points, way) for second, way in zip(costs.splines.smooth, ways, strict=True)
+        ]
         blocks = []
         for number, gram in zip(self.number, self.gram, strict=True):
             own = np.unique(number[number >= 0])
@@ -112,8 +120,12 @@ class System:
         return sparse.csr_matrix(triples, shape=(done, self.count)), np.concatenate(sides)
 
 
-def _gram(costs: Costs, second: bool, points: int) -> Array:
-    """The quadratic form of length and bend over an agent's control points; outside the motion it is at rest."""
+def _gram(costs: Costs, second: bool, points: int, way: Array) -> Array:
+    """The quadratic form of length and bend over an agent's control points; outside the motion it is at rest.
+
+    Args:
+        way: metres from each control point to the next, (points - 1,), about which metres are made quadratic.
+    """
     used = costs.splines.steps + 1 + second
     if used < 2:
         return np.zeros((points, points))
@@ -122,5 +134,8 @@ def _gram(costs: Costs, second: bool, points: int) -> Array:
     first[np.arange(used - 1), np.arange(1, used)] = 1.0
     padded = np.concatenate([np.zeros((1, points)), first, np.zeros((1, points))])
     bend = np.diff(padded, axis=0)
-    gram: Array = costs.weights.length * first.T @ first + costs.weights.bend * bend.T @ bend
+    weight = costs.weights.length + costs.weights.metres / np.maximum(
+        way[: used - 1], SHORT * longest_step(costs.mission)
+    )
+    gram: Array = first.T @ (weight[:, None] * first) + costs.weights.bend * bend.T @ bend
     return gram

@@ -70,7 +70,7 @@ def descend(
         steps: as many at most.
         gain: a step that gains less than this share is the last.
     """
-    system = System(costs, control.shape)
+    system = System(costs, control)
     reach = REACH
     for _ in range(steps):
         if not go_on() or reach < LEAST_REACH or not system.count:
@@ -83,6 +83,8 @@ def descend(
         if after >= before:
             break
         control = ahead
+        if costs.weights.metres:
+            system = System(costs, control)
         if before - after < gain * before:
             break
     return control

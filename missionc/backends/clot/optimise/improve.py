@@ -85,20 +85,19 @@ def improve(
         shorter = shorten(control, made, full_demand, costs, as_good, go_on)
         control, made, costs = shorter.control, shorter.trace, shorter.costs
         notes.append(shorter.note)
-    aim = AIMS.get(mission.objective, TIDY)
-    steps = min(aim.steps, TIDIED // max(1, control.size)) if aim is TIDY else aim.steps
-    weights = replace(costs.weights, length=aim.length, bend=aim.bend)
-    tried = descend(control, replace(costs, weights=weights), full_demand, steps, aim.gain, go_on)
-    if tried is control:
-        return Improved(control, made, tuple(notes))
-    motion = accept(tried)
     measure = MEASURES.get(mission.objective)
-    better = motion is not None and as_many(mission, kernel, made, motion)
-    if motion is not None and better and (measure is None or measure(motion) < measure(made)):
-        if measure is not None:
-            unit = "m" if mission.objective is Objective.DISTANCE else "m^2/s^3"
-            notes.append(f"{measure(motion):.6g} {unit} in all, {measure(made):.6g} {unit} before it was made less")
-        control, made = tried, motion
+    before = made
+    for aim in AIMS.get(mission.objective, (TIDY,)):
+        steps = min(aim.steps, TIDIED // max(1, control.size)) if aim is TIDY else aim.steps
+        weights = replace(costs.weights, length=aim.length, bend=aim.bend, metres=aim.metres)
+        tried = descend(control, replace(costs, weights=weights), full_demand, steps, aim.gain, go_on)
+        motion = made if tried is control else accept(tried)
+        better = motion is not None and as_many(mission, kernel, made, motion)
+        if motion is not None and better and (measure is None or measure(motion) < measure(made)):
+            control, made = tried, motion
+    if measure is not None and made is not before:
+        unit = "m" if mission.objective is Objective.DISTANCE else "m^2/s^3"
+        notes.append(f"{measure(made):.6g} {unit} in all, {measure(before):.6g} {unit} before it was made less")
     return Improved(control, made, tuple(notes))
 
 

@@ -74,7 +74,7 @@ def polish(
         control: control points to start from, (agents, points, dim), metres.
         tell: is told, at each step, its number and the worst margin of the best motion so far, metres.
     """
-    system = System(costs, control.shape)
+    system = System(costs, control)
     damping, penalty = DAMPING, 1.0
     most = max(LONGEST, longest_step(costs.mission))
 
