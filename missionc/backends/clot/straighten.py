@@ -103,10 +103,9 @@ class _Straightened:
         if mission.objective is Objective.DISTANCE:
             self.consider(self.descended(self.control, least, METRES))
 
-    @property
-    def steps(self) -> int:
-        """Steps of descent, at most."""
-        return min(STRAIGHT.steps, WORK // max(1, self.control.size))
+    def steps(self, most: int) -> int:
+        """Steps of descent or polish, so many at most."""
+        return min(most, WORK // max(1, self.control.size))
 
     def costs(self, room: Spare, aim: Aim = STRAIGHT) -> Costs:
         weights = replace(Weights(), length=aim.length, bend=aim.bend, metres=aim.metres)
@@ -114,11 +113,11 @@ class _Straightened:
 
     def descended(self, start: Array, room: Spare, aim: Aim = STRAIGHT) -> Array:
         """Less length and bend, with no less room than there is."""
-        return descend(start, self.costs(room, aim), self.demand, self.steps, aim.gain, self.go_on)
+        return descend(start, self.costs(room, aim), self.demand, self.steps(aim.steps), aim.gain, self.go_on)
 
     def widened(self, room: Spare) -> Array:
         """More room where there is some."""
-        return polish(self.control, self.costs(room), self.demand, min(POLISH, self.steps), self.go_on).control
+        return polish(self.control, self.costs(room), self.demand, self.steps(POLISH), self.go_on).control
 
     def consider(self, tried: Array) -> bool:
         """Takes a candidate over, without those who break something; whether all of it could be."""
