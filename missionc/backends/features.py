@@ -22,6 +22,7 @@ class Feature(Enum):
     MOVING_OBSTACLE = "an obstacle that moves"
     UNICYCLE = "unicycle dynamics"
     SECOND_ORDER = "dynamics with an acceleration limit"
+    LEAST_SPEED = "dynamics with a least speed"
     PREFER = "a preference"
     DISTANCE = "`minimize distance`"
     DURATION = "`minimize duration`"

@@ -94,6 +94,8 @@ def _of_world(mission: Mission) -> Iterator[Need]:
     for agent in mission.agents:
         if agent.dynamics.has_momentum:
             yield Need(Feature.SECOND_ORDER, agent.span)
+        if agent.dynamics.lowest_speed > 0:
+            yield Need(Feature.LEAST_SPEED, agent.span)
         if agent.dynamics.faces_ahead:
             yield Need(Feature.UNICYCLE, agent.span)
 

@@ -62,6 +62,25 @@ def test_hybrid_takes_turns_where_transport_cannot() -> None:
     assert "not hybrid: it could; clot can too\n" in near.explanation
 
 
+@pytest.mark.parametrize(
+    ("dynamics", "first"),
+    [
+        ("unicycle(speed 0..2 m/s)", "smt"),
+        ("unicycle(speed 1..2 m/s)", "clot"),
+        ("double_integrator(speed <= 2 m/s, acceleration <= 1 m/s^2)", "clot"),
+    ],
+)
+def test_agents_with_momentum_or_a_least_speed_are_given_to_transport_first(dynamics: str, first: str) -> None:
+    chosen = choice(
+        text(
+            "require go: every drone: eventually[3 s, 9 s] fire",
+            agents=f"team drone[3] {{ dynamics {dynamics}  start in base }}",
+        )
+    )
+    assert chosen.engines[0] == first
+    assert set(chosen.engines) == {"smt", "clot"}
+
+
 def test_a_formation_is_given_to_transport_first() -> None:
     assert choice(text(ROW)).engines == ("clot", "smt")
     assert choice(text(TOTAL)).engines == ("clot",)

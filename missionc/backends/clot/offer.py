@@ -12,5 +12,13 @@ CLOT = Offer(
     home="missionc.backends.clot.backend",
     package="torch",
     extra="clot",
-    leads=frozenset({Feature.FORMATION, Feature.TOTAL_TOLERANCE, Feature.CONNECTED}),
+    leads=frozenset(
+        {
+            Feature.FORMATION,
+            Feature.TOTAL_TOLERANCE,
+            Feature.CONNECTED,
+            Feature.SECOND_ORDER,
+            Feature.LEAST_SPEED,
+        }
+    ),
 )
