@@ -137,5 +137,5 @@ def _gram(costs: Costs, second: bool, points: int, way: Array) -> Array:
     weight = costs.weights.length + costs.weights.metres / np.maximum(
         way[: used - 1], SHORT * longest_step(costs.mission)
     )
-    gram: Array = first.T @ (weight[:, None] * first) + costs.weights.bend * bend.T @ bend
+    gram: Array = (first.T * weight) @ first + costs.weights.bend * bend.T @ bend
     return gram
