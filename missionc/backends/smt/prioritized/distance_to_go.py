@@ -31,8 +31,8 @@ PHASES = 40
 """More relaxed residuals than this one task may leave are not gone through: then nothing is bounded."""
 
 WHOLE, NEAR = 10_000, 16
-"""Of a roadmap with more states only those so many of the longest moves away are looked at, and twice as many until a
-start is among them."""
+"""A roadmap with more states is looked at only so many of the longest moves away, then twice as many, until a start is
+among them."""
 
 NO_WAY = 1e-12
 """Metres of a move that leads nowhere: a sparse graph has no edges of length 0."""

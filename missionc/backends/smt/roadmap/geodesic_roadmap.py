@@ -104,7 +104,7 @@ class Goal:
     depth: float
     """The margin of the first of them, metres."""
     agents: int
-    """Of how many agents it is asked."""
+    """How many agents are asked to be in it."""
 
 
 def geodesic_roadmap(
