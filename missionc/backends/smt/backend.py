@@ -38,7 +38,7 @@ from missionc.backends.smt.sat.proof import CNF, DRAT, Proof, Unproved, prove
 from missionc.backends.smt.sat.solve import Solvers, Stopped, Unsatisfiable
 from missionc.backends.smt.sat.wait_for_process import is_over
 from missionc.backends.smt.shorten.improve import improve
-from missionc.backends.work import CLAUSE, conflicts_of, driven
+from missionc.backends.work import CLAUSE, CLAUSE_CONFLICT, QUESTION, conflicts_of, driven
 from missionc.base.memory import left
 from missionc.base.signals import hold
 from missionc.base.trace import Flags
@@ -54,6 +54,9 @@ GEODESIC = 20.0
 
 PRIORITIZED, PRIORITIZED_EACH = 30.0, 1.0
 """The units of work that may go into prioritized planning on one roadmap, or for each agent if that is more."""
+
+SOLVED = CLAUSE + 2 * QUESTION + 3000 * CLAUSE_CONFLICT
+"""Units of a clause of a problem for a few agents: to build it, to simplify it, and to look for a solution."""
 
 LEAST_CLAUSES = 100_000
 """However little work a turn has left: so many clauses may be made in it."""
@@ -205,8 +208,11 @@ class Run:
         if is_over(self.budget.deadline):
             raise TimeOver
 
-    def within_clauses(self, attempt: Callable[[Setting], Made]) -> Pausing[Made]:
+    def within_clauses(self, attempt: Callable[[Setting], Made], price: float = CLAUSE) -> Pausing[Made]:
         """What the attempt comes to, with as many clauses as there is work for; later with more, if those are too few.
+
+        Args:
+            price: units of work that a clause takes in it.
 
         Raises:
             TooLarge: the clauses would pass their limit, whatever the work.
@@ -214,18 +220,18 @@ class Run:
         most, needed = self.budget.limits.clauses, 0.0
         while True:
             yield from self.pause(needed)
-            afforded = min(most, max(LEAST_CLAUSES, (self.granted - self.account.work) / CLAUSE))
+            afforded = min(most, max(LEAST_CLAUSES, (self.granted - self.account.work) / price))
             try:
                 return attempt(Setting(self.mission, self.budget, self.account, int(afforded)))
             except TooLarge as error:
                 if afforded >= most:
                     raise
                 self.account.work += CLAUSE * error.made
-                needed = CLAUSE * min(most, max(error.clauses, 2 * afforded))
+                needed = price * min(most, max(error.clauses, 2 * afforded))
 
     def on_roadmaps(self, roadmaps: tuple[Roadmap, ...], solvers: Solvers) -> Pausing[Outcome | NoPlan | Unsettled]:
         self.account.sizes["states"] = sum(len(roadmap.position) for roadmap in roadmaps)
-        outcome = yield from self.within_clauses(partial(self.prioritized, roadmaps, solvers))
+        outcome = yield from self.within_clauses(partial(self.prioritized, roadmaps, solvers), SOLVED)
         if outcome is not None:
             return outcome
         ways = all_ways(roadmaps, {})

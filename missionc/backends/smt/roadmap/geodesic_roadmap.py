@@ -28,7 +28,7 @@ from missionc.backends.smt.roadmap.shortest_ways import left_at, on_shortest_way
 from missionc.backends.smt.roadmap.unique_rows import distinct
 from missionc.base.trace import Array
 from missionc.ir import Ball, Predicate
-from missionc.kernel.analysis import agents_asked
+from missionc.kernel.analysis import agents_asked, linked_by
 from missionc.kernel.nodes import Atom, Kernel, Not
 from missionc.language.margins.predicate_margins import of_states
 from missionc.world.clearance import clear_of, solids
@@ -105,6 +105,8 @@ class Goal:
     """The margin of the first of them, metres."""
     agents: int
     """How many agents are asked to be in it."""
+    relays: int
+    """How many may rest there as relays: all where some are to be linked."""
 
 
 def geodesic_roadmap(
@@ -136,6 +138,7 @@ def _goals(ground: Ground, kernel: Kernel, generator: np.random.Generator) -> li
     """What is asked that an agent's place decides, and holds in a part of the world."""
     world, goals = ground.mission.world, []
     here = {agent.index for agent in ground.agents}
+    linked = bool(linked_by(goal.formula for goal in (*kernel.requirements, *kernel.preferences)))
     for predicate, agents in _asked(kernel, holds=True).items():
         region = predicate.region
         if region is None:
@@ -147,7 +150,8 @@ def _goals(ground: Ground, kernel: Kernel, generator: np.random.Generator) -> li
         order = np.argsort(-margin, kind="stable")
         order = order[margin[order] > 0]
         if len(order):
-            goals.append(Goal(predicate, points[order], float(margin[order[0]]), len(here & agents)))
+            depth, relays = float(margin[order[0]]), len(here) if linked else 0
+            goals.append(Goal(predicate, points[order], depth, len(here & agents), relays))
     return goals
 
 
@@ -188,13 +192,13 @@ def _thinned(points: Array, taken: Array, gap: float, most: int) -> Indices:
 
 
 def _resting_places(ground: Ground, goal: Goal) -> Array:
-    """Places to rest in where it holds, one for each agent it is asked of if there is room, deep ones first."""
+    """Places to rest in where it holds, one for each agent it is asked of, and for relays where it is deep."""
     margin = _margin(ground, goal.predicate, goal.points)
-    pitch, most = 2 * ground.agents[0].radius + ground.mission.separation, max(1, min(REST, goal.agents))
+    pitch = 2 * ground.agents[0].radius + ground.mission.separation
     chosen = goal.points[:1]
-    for share in (DEEP, EDGE):
+    for share, agents in ((DEEP, max(goal.agents, goal.relays)), (EDGE, goal.agents)):
         roomy = goal.points[margin >= goal.depth * share]
-        chosen = np.concatenate([chosen, roomy[_thinned(roomy, chosen, pitch, most - len(chosen))]])
+        chosen = np.concatenate([chosen, roomy[_thinned(roomy, chosen, pitch, min(REST, agents) - len(chosen))]])
     return chosen
 
 
