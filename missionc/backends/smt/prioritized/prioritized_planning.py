@@ -255,7 +255,7 @@ class PrioritizedPlanner:
                 left.append(group)
                 failures += 1
             else:
-                queue.extend((agent,) for agent in moved)
+                queue.extendleft((agent,) for agent in moved)
                 failures = 0
                 for other in moved:
                     self.pushed[group[0], other] += 1
@@ -281,10 +281,9 @@ class PrioritizedPlanner:
             if not reservations.agents and self.infeasible(formulas, self.ways, only):
                 self.infeasible_alone.add(agent)
                 return None
-            may_push = reservations.alone and reservations.moved.sum() < PUSHES * reservations.motion.agents
-            kinds = (False, True) if may_push else (False,)
+            may_push = bool(reservations.alone) and reservations.moved.sum() < PUSHES * reservations.motion.agents
             before = self.single_agent.work
-            way = next(self.single_agent.ways(agent, formulas, reservations, kinds), None)
+            way = self.single_agent.way_or_push(agent, formulas, reservations, may_push=may_push)
             setting.account.work += MOVE_STEP * (self.single_agent.work - before)
             if way is None:
                 self.refused = self.refusing(agent)

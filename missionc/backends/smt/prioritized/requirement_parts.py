@@ -110,6 +110,8 @@ def restricted_to(formula: Node, named: dict[Node, Agents], present: Agents) -> 
     """
     if named[formula] <= present:
         return formula
+    if isinstance(formula, At) and formula.agent not in present:
+        return None
     made: dict[Node, Node | None] = {}
     for node in postorder((formula,)):
         made[node] = node if named[node] <= present else _restricted_to(node, made, present)

@@ -14,7 +14,7 @@ Source:
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from contextlib import suppress
 
 import numpy as np
@@ -37,6 +37,7 @@ from missionc.backends.smt.roadmap.labels import Labels, Unexpressible
 from missionc.backends.smt.roadmap.own_state import own_states, states_of
 from missionc.backends.smt.roadmap.roadmap import Indices
 from missionc.base.trace import Array, Flags
+from missionc.kernel.analysis import helped_by_more
 from missionc.kernel.nodes import All, Any, At, AtLeast, Atom, Node, Not
 from missionc.kernel.walk import children, postorder, window_of
 from missionc.language.margins.predicate_margins import holds, of_pair
@@ -52,6 +53,15 @@ SLACK, WIDER = 0.05, 2.0
 
 BOUNDS = 6
 """After so many bounds there is none."""
+
+PUSHES = 2.0, 5.0, 17.0
+"""Ways that push are looked for that cost as much more than they must as so many pushes; then any."""
+
+CHANGED = 0.2
+"""What the settled do for a formula that more agents only help is worked out anew when so many have come or gone."""
+
+Settled = set[tuple[int, bytes]]
+"""Agents and their ways."""
 
 
 class SingleAgentSearch:
@@ -78,8 +88,8 @@ class SingleAgentSearch:
             for table in reservations.tables
         ]
         self._own: set[Node] = set()
-        self._seen: set[Node] = set()
-        self._known: tuple[list[int], Formulas] | None = None
+        self._monotone: dict[Node, bool] = {}
+        self._known: tuple[Settled, Formulas] | None = None
         self.work = 0
         """Moves looked at so far."""
 
@@ -95,22 +105,32 @@ class SingleAgentSearch:
             return self._shortest(self.task(agent, formulas, reservations), agent, reservations, most=most)
         return None
 
-    def ways(
-        self, agent: int, formulas: Sequence[Node], reservations: Reservations, pushing: Sequence[bool]
-    ) -> Iterator[Indices]:
-        """The ways found with one after the other of these.
+    def way_or_push(
+        self, agent: int, formulas: Sequence[Node], reservations: Reservations, *, may_push: bool
+    ) -> Indices | None:
+        """The shortest way, (steps + 1,), if need be one that comes too near some who can be moved.
 
-        One that is followed by another is not looked for where it is further round than what a push costs.
+        One clear of all is not looked for where it is further round than what a push costs. Whether the way
+        does for others what was reckoned with, and they for it, is found out when all are settled.
         """
-        task: Task | None = None
-        for number, push in enumerate(pushing):
-            last = number == len(pushing) - 1
-            with deep(), suppress(TooComplex):
-                task = task or self.task(agent, formulas, reservations)
-                more = np.inf if last else PUSH * reservations.tables[self._labels.roadmap_of[agent]].longest
-                way = self._shortest(task, agent, reservations, pushing=push, more=more)
-                if way is not None:
-                    yield way
+        way = self._way_or_push(agent, formulas, reservations, may_push)
+        if way is None and self._known is not None and self._known[0] != _settled(reservations):
+            self._known = None
+            way = self._way_or_push(agent, formulas, reservations, may_push)
+        return way
+
+    def _way_or_push(
+        self, agent: int, formulas: Sequence[Node], reservations: Reservations, may_push: bool
+    ) -> Indices | None:
+        push = PUSH * reservations.tables[self._labels.roadmap_of[agent]].longest if may_push else np.inf
+        way = None
+        with deep(), suppress(TooComplex):
+            task = self.task(agent, formulas, reservations)
+            with suppress(TooComplex):
+                way = self._shortest(task, agent, reservations, more=push)
+            if way is None and may_push:
+                way = self._shortest(task, agent, reservations, pushing=True)
+        return way
 
     def with_bystanders(self, reservations: Reservations, everyone: Iterable[int]) -> Reservations | int:
         """All agents: who is not settled takes the shortest way; or the first agent that finds none."""
@@ -149,9 +169,9 @@ class SingleAgentSearch:
             TooComplex: they ask for more than can be looked for.
         """
         order = postorder(formulas)
-        new = [node for node in order if node not in self._seen]
-        self._seen.update(new)
-        self._own |= own_states(order, self._labels) if new else set()
+        if not self._monotone.keys() >= set(order):
+            self._monotone.update(helped_by_more(order))
+            self._own |= own_states(order, self._labels)
         number = self._labels.roadmap_of[agent]
         table = reservations.tables[number]
         of_state: dict[Node, Flags] = {}
@@ -243,7 +263,7 @@ class SingleAgentSearch:
             except ValueError as error:
                 raise TooComplex from error
             return np.broadcast_to(np.asarray(holds(leaf.predicate, np.asarray(margins))) == (leaf is node), shape)
-        known = self._formulas(reservations)
+        known = self._formulas(reservations, changed=CHANGED if self._monotone[node] else 0.0)
         if not known.places.decides(node):
             raise TooComplex
         step, state = np.nonzero(self._may(agent, reservations))
@@ -255,13 +275,15 @@ class SingleAgentSearch:
             raise TooComplex from error
         return found
 
-    def _formulas(self, reservations: Reservations) -> Formulas:
-        if self._known is None or self._known[0] != reservations.agents:
+    def _formulas(self, reservations: Reservations, changed: float) -> Formulas:
+        """What is known of those who are settled, or were but for so many of them, by their share."""
+        agents, settled = reservations.agents, _settled(reservations)
+        if self._known is None or len(self._known[0] ^ settled) > changed * len(agents):
             motion, clauses = reservations.motion, Clauses(self._limit)  # what is known needs none
             ways = reservations.fixed(motion.ways)
-            known = lower_motion(motion.roadmaps, ways, frozenset(reservations.agents), clauses)
+            known = lower_motion(motion.roadmaps, ways, frozenset(agents), clauses)
             formulas = Formulas(self._labels.mission, known, clauses, Occupancy(known, clauses), LINKS)
-            self._known = list(reservations.agents), formulas
+            self._known = settled, formulas
         return self._known[1]
 
     def _may(self, agent: int, reservations: Reservations) -> Flags:
@@ -309,14 +331,23 @@ class SingleAgentSearch:
         most = min(most, least + more)
         if not np.isfinite(least) or most < least:
             return None
-        sweep = Sweep(task, table, may, starts, self._haste * table.longest, pushing=pushing)
+        haste = 0.0 if pushing else self._haste  # who pushes may as well come late
+        sweep = Sweep(task, table, may, starts, haste * table.longest, pushing=pushing)
         excess = max(SLACK * least, table.longest)
-        wider = [EXACT * table.longest, *(excess * WIDER**attempt for attempt in range(BOUNDS)), np.inf]
+        if pushing:
+            bounds = [PUSH * table.longest * pushes for pushes in PUSHES]
+        else:
+            wider = 1 if np.isfinite(more) else BOUNDS
+            bounds = [EXACT * table.longest, *(excess * WIDER**attempt for attempt in range(wider))]
         try:
-            for bound in (min(most, least + more) for more in wider):
+            for bound in (min(most, least + excess) for excess in (*bounds, np.inf)):
                 way = sweep.within(bound)
                 if way is not None or bound == most:
                     break
         finally:
             self.work += sweep.work
         return way
+
+
+def _settled(reservations: Reservations) -> Settled:
+    return {(agent, reservations.states[agent].tobytes()) for agent in reservations.agents}
