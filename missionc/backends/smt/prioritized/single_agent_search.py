@@ -54,6 +54,9 @@ SLACK, WIDER = 0.05, 2.0
 BOUNDS = 6
 """After so many bounds there is none."""
 
+SMALL = 20_000
+"""Where all moves at all steps are no more than so many, no bound is worth its while."""
+
 PUSHES = 2.0, 5.0, 17.0
 """Ways that push are looked for that cost as much more than they must as so many pushes; then any."""
 
@@ -334,7 +337,9 @@ class SingleAgentSearch:
         haste = 0.0 if pushing else self._haste  # who pushes may as well come late
         sweep = Sweep(task, table, may, starts, haste * table.longest, pushing=pushing)
         excess = max(SLACK * least, table.longest)
-        if pushing:
+        if len(table.length) * len(table.roadmap.allowed) <= SMALL:
+            bounds = []
+        elif pushing:
             bounds = [PUSH * table.longest * pushes for pushes in PUSHES]
         else:
             wider = 1 if np.isfinite(more) else BOUNDS

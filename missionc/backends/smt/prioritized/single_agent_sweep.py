@@ -42,6 +42,9 @@ FAR = 1e-9
 RESIDUALS = 3_000
 """More residuals than this are not looked at."""
 
+DENSE = 4
+"""Keys that are so many times as many as rows at most are looked up in a table."""
+
 STEP_WORK = 1_000
 """What a step takes by itself, in moves."""
 
@@ -99,7 +102,9 @@ class Task:
     def after(self, step: int, residual: Indices, place: Indices, move: Indices) -> Indices:
         """The numbers of what is left, (rows,), after a step with these letters; -1 where it is broken."""
         width, depth = len(self.place_letters), len(self.move_letters)
-        kinds, row = np.unique((residual * width + place) * depth + move, return_inverse=True)
+        kind = (residual * width + place) * depth + move
+        alike = kind.size > 0 and bool((kind == kind[0]).all())
+        kinds, row = (kind[:1], np.zeros_like(kind)) if alike else np.unique(kind, return_inverse=True)
         after = np.empty(len(kinds), dtype=np.int64)
         for index, kind in enumerate(kinds.tolist()):
             if (step, kind) not in self._after:
@@ -216,13 +221,18 @@ class Sweep:
 
 def _cheapest(key: Indices, cost: Array) -> tuple[Indices, Indices]:
     """Each key once, ascending, and the first of those with this key that cost least: (keys,) each."""
-    keys, group = np.unique(key, return_inverse=True)
+    most = int(key.max(initial=-1)) + 1
+    if most <= DENSE * len(key):  # a table of all keys there may be is quicker than sorting them
+        keys, group = np.arange(most), key
+    else:
+        keys, group = np.unique(key, return_inverse=True)
     least = np.full(len(keys), np.inf)
     np.minimum.at(least, group, cost)
     best = np.flatnonzero(cost == least[group])[::-1]  # of several the first is written last
-    first = np.empty(len(keys), dtype=np.int64)
+    first = np.full(len(keys), -1)
     first[group[best]] = best
-    return keys, first
+    there = first >= 0
+    return keys[there], first[there]
 
 
 def _letters(rows: Sequence[Flags], size: int) -> tuple[Indices, list[Letter]]:
