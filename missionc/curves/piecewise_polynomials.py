@@ -83,6 +83,13 @@ def speed_bounds(curves: Curves) -> Array:
     return np.asarray(np.linalg.norm(points, axis=-2).max(axis=-1))
 
 
+def extents(curves: Curves) -> tuple[Array, Array]:
+    """The corners of a box around each agent's whole motion: (agents, dim) twice, metres."""
+    reach = speed_bounds(curves) * curves.durations / 2
+    middle = values(curves.coefficients, np.broadcast_to(curves.durations / 2, reach.shape))
+    return (middle - reach[..., None]).min(axis=1), (middle + reach[..., None]).max(axis=1)
+
+
 def refined(curves: Curves, extra: Array) -> Curves:
     """The same motion with more joints: those of ``extra``, (moments,), seconds, that fall inside a piece."""
     inside = extra[(extra > curves.times[0]) & (extra < curves.times[-1])]

@@ -17,13 +17,13 @@ from typing import TypeAlias
 import numpy as np
 
 from missionc.base.trace import Array, Flags
-from missionc.curves.piecewise_polynomials import Curves, refined, values
+from missionc.curves.piecewise_polynomials import Curves, extents, refined, values
 from missionc.curves.smooth_splines import DEGREE
 from missionc.flight.fit_polynomials import Course, Plane
 from missionc.ir import Mission, Obstacle, Path, Shape, Still, Union
 from missionc.verify.plan.agent_separation import near_pairs, pair_margins
 from missionc.verify.plan.obstacle_bodies import Distance, solid
-from missionc.verify.plan.obstacle_clearance import margins, seen_from
+from missionc.verify.plan.obstacle_clearance import margins
 from missionc.verify.tolerances import ROUNDING
 
 LENIENT = 2e-6
@@ -77,10 +77,11 @@ def conflicts(mission: Mission, level: Curves, held: Held) -> list[Near]:
             Near(leg, begin, end, int(first[index]), int(second[index]), -float(upper[index]))
             for index in np.flatnonzero(_close(lower, upper)).tolist()
         ]
+    around = extents(level)
     cuts = np.array([time for near in held if near.moving for time in (near.begin, near.end)])
     for obstacle in mission.obstacles:
-        seen = seen_from(level if isinstance(obstacle.motion, Still) else refined(level, cuts), obstacle)
-        bounds = margins(mission, seen, obstacle, ROUNDING, 0.0)
+        flown = level if isinstance(obstacle.motion, Still) else refined(level, cuts)
+        seen, bounds = margins(mission, flown, around, obstacle, ROUNDING, 0.0)
         parts = seen.times.size - 1
         for index in np.flatnonzero(_close(bounds.lower, bounds.upper)).tolist():
             agent, part = divmod(index, parts)

@@ -17,6 +17,7 @@ from missionc.verify.flight.joint_claims import downwash, obstacles, separation,
 from missionc.verify.flight.prove_claim import MANY, prove
 from missionc.verify.flight.vehicle_claims import limits
 from missionc.verify.plan.obstacle_bodies import solid
+from missionc.verify.proof import branch_and_bound as search
 from missionc.verify.proof.branch_and_bound import branch_and_bound
 from missionc.verify.proof.claims import Claim, Judge
 from missionc.verify.proof.interval_margins import at_least, at_most, between, in_band, upright
@@ -181,6 +182,43 @@ def test_what_an_obstacle_sees_is_the_flight_less_its_motion(seed: int) -> None:
             assert half.middle().points[..., 0] == pytest.approx(place - moved, abs=1e-9)
     claim = obstacles(mission, own, strict=True)[0]
     assert fault(boxes_of(claim, branch_and_bound(claim))) is None
+
+
+@settings(max_examples=15, deadline=None)
+@given(SEEDS, st.sampled_from([None, "truck", "skew", "downwash"]))
+def test_who_is_far_is_judged_by_the_box_around_its_flight(seed: int, what: str | None) -> None:
+    """The least margin is that of a search that looks at all, and every bound stated holds."""
+    own = flight(seed, agents=12, pieces=5, wide=0.5)
+    generator = np.random.default_rng(seed)
+    own.coefficients[:, :, :3, 0] += generator.uniform(-20, 20, (12, 1, 3)).astype(np.float32)
+    bodies = [still(shape) for shape in SHAPES]
+    if what == "truck":
+        bodies = [moving(BOX, [0.0, 2.0, 4.0], [(0.0, 0.0), (9.0, 1.0), (0.0, -9.0)])]
+    mission = mission_of([[5.0, 5.0, 5.0][: 3 if what == "downwash" else 2]] * 12, 4, obstacles=bodies)
+    if what in ("skew", "downwash"):
+        vehicle = ir.Vehicle("some", start_skew=0.1, tracking=0.1, downwash_radius=0.5, downwash_height=1.0)
+        mission = replace(mission, agents=tuple(replace(agent, vehicle=vehicle) for agent in mission.agents))
+    claims = downwash(mission, own) if what == "downwash" else obstacles(mission, own, strict=True)
+    stated_whole = 0
+    for claim in [*claims, *separation(mission, own, strict=True)]:
+        assert claim.far is not None
+        every = np.arange(claim.items)
+        bounds = claim.judge(every, claim.curve(every))[1].reshape(-1, claim.pieces)
+        assert (claim.far(np.arange(len(claim.agents))) <= bounds.min(axis=1) + NEAR).all()
+        with pytest.MonkeyPatch.context() as patched:
+            patched.setattr(search, "FEW", 1)
+            parts = branch_and_bound(claim)
+        whole = branch_and_bound(replace(claim, far=None))
+        assert parts.least == pytest.approx(whole.least, abs=claim.gap + 2e-3 * abs(whole.least))
+        assert parts.worst == whole.worst or parts.least == pytest.approx(whole.least, abs=1e-9)
+        assert parts.lower.min() >= parts.least - claim.gap - 1e-3 * abs(parts.least) - NEAR
+        assert parts.item.size <= whole.item.size
+        stated_whole += int((parts.width > 1).sum())
+        assert fault(boxes_of(claim, parts)) is None
+        wrong = boxes_of(claim, parts)
+        raised_by = [(*bounds[:-1], bounds[-1] + 1e3) for bounds in wrong.bounds]
+        assert fault(replace(wrong, bounds=tuple(raised_by))) is not None
+    assert stated_whole
 
 
 @settings(max_examples=15)

@@ -16,15 +16,18 @@ from missionc import ir
 from missionc.base.source import Source
 from missionc.base.trace import Plan, Trace
 from missionc.base.units import Metres
+from missionc.curves.piecewise_polynomials import motion
 from missionc.kernel.nodes import Kernel
 from missionc.monitoring.read_trace import read_trace
 from missionc.output.folder.file_names import file_names
 from missionc.pipeline import driver
 from missionc.pipeline.results import Verified
+from missionc.verify.plan import obstacle_clearance
 from missionc.verify.plan.conservative_advancement import least
 from missionc.verify.plan.obstacle_bodies import solid
+from missionc.verify.plan.obstacle_clearance import check_obstacles
 from missionc.verify.verify_plan import verify, verify_polynomials
-from tests.support.legal_plans import NOTHING, mission_of, moved, straight, wandering
+from tests.support.legal_plans import NOTHING, mission_of, moved, moving, still, straight, wandering
 
 ROOT = Path(__file__).resolve().parents[2]
 AGENTS, STEPS = 4, 8
@@ -46,6 +49,26 @@ def test_a_legal_plan_passes(plan: tuple[ir.Mission, Trace]) -> None:
     mission, trace = plan
     certificate = verify(mission, NOTHING, trace)
     assert certificate.passed, certificate.failures
+
+
+@given(plans, st.integers(0, 1_000), st.booleans())
+def test_who_is_far_from_an_obstacle_need_not_be_looked_at(
+    plan: tuple[ir.Mission, Trace], seed: int, moves: bool
+) -> None:
+    """The least clearance is the same, whoever is looked at first."""
+    mission, trace = plan
+    generator = np.random.default_rng(seed)
+    corner = generator.uniform(0, 8, 2)
+    shape = ir.Box(tuple(corner.tolist()), tuple((corner + generator.uniform(0.1, 2, 2)).tolist()))
+    obstacle = moving(shape, [0.0, 4.0, 8.0], [(0.0, 0.0), (3.0, -1.0), (0.0, 0.0)]) if moves else still(shape)
+    mission = replace(mission, obstacles=(obstacle,))
+    curves = motion(mission, trace)
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(obstacle_clearance, "NEAREST", 1)
+        (one,) = check_obstacles(mission, curves)
+    (every,) = check_obstacles(mission, curves)
+    assert one.margin == pytest.approx(every.margin, abs=2e-6 + 2e-3 * abs(every.margin))
+    assert one.passed is every.passed
 
 
 @given(plans, agents, st.integers(0, STEPS), st.floats(0, 2 * math.pi), st.floats(1e-5, 3.0))

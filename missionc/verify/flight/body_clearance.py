@@ -9,6 +9,8 @@ straight wall, however long the part is.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from itertools import product
 from math import isfinite, sqrt
 from typing import assert_never
 
@@ -25,19 +27,47 @@ from missionc.verify.proof.claims import Bounds, Judge
 
 def clear_of(shape: Shape, dimension: int, need: Array) -> Judge:
     """How much further from the body than ``need``, (items,), metres."""
-    distance, size = solid(shape, dimension), _size(shape)
+    bounds = _distance_bounds(shape, dimension)
 
     def judge(item: Indices, curve: Enclosed) -> Bounds:
-        centre = curve.middle().points[..., 0]
         off = curve.radius.max(axis=-1) * sqrt(dimension)
-        away = np.sqrt(((curve.points - centre[..., None]) ** 2).sum(axis=-2)).max(axis=-1)
-        err = ALLOWANCE * (size + np.abs(centre).max(axis=-1) + away) + off * GROWN
-        there = distance(centre)
-        behind = _beyond_plane(shape, centre, curve.points)
-        lower = lowered(np.fmax(there - away, behind) - err - need[item])
-        return lower, there + 2 * err - need[item], np.full(item.size, 0.5)
+        lower, there, err = bounds(curve.middle().points[..., 0], curve.points, off)
+        return lowered(lower - err - need[item]), there + 2 * err - need[item], np.full(item.size, 0.5)
 
     return judge
+
+
+def box_clear_of(shape: Shape, dimension: int) -> Callable[[Array, Array, Array], Array]:
+    """How much further from the body than ``need``, metres, all of a box is.
+
+    (parts, dim) twice and (parts,) -> (parts,).
+    """
+    bounds = _distance_bounds(shape, dimension)
+
+    def far(low: Array, high: Array, need: Array) -> Array:
+        at_high = np.array(list(product((False, True), repeat=dimension)))
+        corners = np.where(at_high, high[:, None], low[:, None]).swapaxes(1, 2)
+        lower, _, err = bounds((low + high) / 2, corners, np.zeros(len(low)))
+        return lowered(lower - err - need)
+
+    return far
+
+
+def _distance_bounds(shape: Shape, dimension: int) -> Callable[[Array, Array, Array], tuple[Array, Array, Array]]:
+    """Bounds for parts of which a point is known, (parts, dim), and points around them, (parts, dim, points), but for
+    some metres, (parts,).
+
+    Each gives the least distance to the body, the distance of the point, and what both may err by: (parts,) each.
+    """
+    distance, size = solid(shape, dimension), _size(shape)
+
+    def bounds(centre: Array, around: Array, off: Array) -> tuple[Array, Array, Array]:
+        away = np.sqrt(((around - centre[..., None]) ** 2).sum(axis=-2)).max(axis=-1)
+        err = ALLOWANCE * (size + np.abs(centre).max(axis=-1) + away) + off * GROWN
+        there = distance(centre)
+        return np.fmax(there - away, _beyond_plane(shape, centre, around)), there, err
+
+    return bounds
 
 
 def _beyond_plane(shape: Shape, centre: Array, points: Array) -> Array:

@@ -48,6 +48,11 @@ class Flight:
         return from_powers(own, self.durations[:, None])
 
     @cached_property
+    def extent(self) -> tuple[Array, Array]:
+        """The corners of a box around each agent's whole flight: (agents, 3) twice, metres."""
+        return extent(self.position)
+
+    @cached_property
     def speed(self) -> Array:
         """(agents, pieces), m/s: nobody is faster within the piece."""
         parts = [self.derived(1)]
@@ -96,6 +101,11 @@ def seen_from(mission: Mission, flight: Flight, obstacle: Obstacle) -> tuple[Arr
                 np.stack([ends[:-1], ends[1:]], axis=-1), np.full(ends[1:].shape, ALLOWANCE * wide)
             ).elevated(level.degree)
             return joints, parts - linear
+
+
+def extent(curves: Enclosed) -> tuple[Array, Array]:
+    """The corners of a box around all of each agent's pieces: (agents, pieces, dim) -> (agents, dim) twice."""
+    return curves.low().min(axis=1), curves.high().max(axis=1)
 
 
 def cut(curves: Enclosed, times: Array, joints: Array) -> Enclosed:

@@ -14,10 +14,10 @@ from missionc.base.trace import Array
 from missionc.curves.bernstein_intervals import Enclosed, lowered, raised
 from missionc.curves.piecewise_polynomials import Indices
 from missionc.ir import Mission, Obstacle, Still
-from missionc.verify.flight.body_clearance import clear_of
-from missionc.verify.flight.flight_curves import Flight, seen_from
-from missionc.verify.proof.claims import Claim, Judge, everyone, of_agents
-from missionc.verify.proof.interval_margins import at_least, between
+from missionc.verify.flight.body_clearance import box_clear_of, clear_of
+from missionc.verify.flight.flight_curves import Flight, extent, seen_from
+from missionc.verify.proof.claims import Claim, everyone, of_agents
+from missionc.verify.proof.interval_margins import at_least, between, far_from_origin
 from missionc.verify.tolerances import CERTAIN, ROUNDING
 
 
@@ -66,8 +66,15 @@ def _obstacle(mission: Mission, flight: Flight, obstacle: Obstacle, strict: bool
         need = np.maximum(need, wanted[:, None])
         detail = f"every body stays {mission.clearance:g} m clear of it throughout"
     judge = clear_of(obstacle.shape, mission.dimension, need.ravel())
-    agents = everyone(len(mission.agents))
-    return Claim("flown obstacle", obstacle.name, "m", ROUNDING, detail, agents, times, of_agents(seen), judge, CERTAIN)
+    moving = not isinstance(obstacle.motion, Still)
+    low, high = extent(seen) if moving else (corner[:, : mission.dimension] for corner in flight.extent)
+    most, of_box = need.max(axis=1), box_clear_of(obstacle.shape, mission.dimension)
+
+    def far(agent: Indices) -> Array:
+        return of_box(low[agent], high[agent], most[agent])
+
+    agents, curve = everyone(len(mission.agents)), of_agents(seen)
+    return Claim("flown obstacle", obstacle.name, "m", ROUNDING, detail, agents, times, curve, judge, CERTAIN, far)
 
 
 def separation(mission: Mission, flight: Flight, strict: bool) -> list[Claim]:
@@ -85,7 +92,7 @@ def separation(mission: Mission, flight: Flight, strict: bool) -> list[Claim]:
         need = np.maximum(need, (bodies + mission.separation)[:, None])
         detail = f"every two bodies stay {mission.separation:g} m apart throughout"
     level = flight.position[:, :, : mission.dimension]
-    return [_of_pairs("separation", "m", detail, pairs, flight, level, at_least(need.ravel()))]
+    return [_of_pairs("separation", "m", detail, pairs, flight, level, need)]
 
 
 def downwash(mission: Mission, flight: Flight) -> list[Claim]:
@@ -112,8 +119,7 @@ def downwash(mission: Mission, flight: Flight) -> list[Claim]:
     # Dividing is multiplying by an inverse that is not too large: rounding makes vehicles nearer, not farther.
     shrink = lowered(lowered(1.0 / raised(axes)))
     detail = "no vehicle is in the downwash of another throughout"
-    judge = at_least(np.ones(shrink.shape[0] * shrink.shape[1]))
-    return [_of_pairs("downwash", "", detail, pairs, flight, flight.position, judge, shrink)]
+    return [_of_pairs("downwash", "", detail, pairs, flight, flight.position, np.ones((len(pairs), 1)), shrink)]
 
 
 def _of_pairs(
@@ -123,17 +129,30 @@ def _of_pairs(
     pairs: Indices,
     flight: Flight,
     curves: Enclosed,
-    judge: Judge,
+    need: Array,
     scale: Array | None = None,
 ) -> Claim:
-    pieces = flight.durations.size
+    """``need``, (pairs, 1 or pieces); the difference of both is multiplied by ``scale``, (pairs, 1 or pieces, dim)."""
+    pieces, size = flight.durations.size, curves.points.shape[2]
+    factor = None if scale is None else np.broadcast_to(scale, (len(pairs), pieces, size))
+    low, high = (corner[:, :size] for corner in flight.extent)
+    most = need.max(axis=1)
 
     def curve(item: Indices) -> Enclosed:
         pair, piece = np.divmod(item, pieces)
         between = curves[pairs[pair, 0], piece] - curves[pairs[pair, 1], piece]
-        return between if scale is None else between.scaled(scale[pair, piece])
+        return between if factor is None else between.scaled(factor[pair, piece])
 
-    return Claim(f"flown {name}", "all pairs", unit, ROUNDING, detail, pairs, flight.times, curve, judge, CERTAIN)
+    def far(pair: Indices) -> Array:
+        first, second = pairs[pair].T
+        least, greatest = lowered(low[first] - high[second]), raised(high[first] - low[second])
+        if scale is not None:  # the smallest factor makes the vector shortest
+            shortest = scale.min(axis=1)[pair]
+            least, greatest = lowered(least * shortest), raised(greatest * shortest)
+        return far_from_origin(least, greatest, most[pair])
+
+    judge, times = at_least(need.ravel(), pieces // need.shape[1]), flight.times
+    return Claim(f"flown {name}", "all pairs", unit, ROUNDING, detail, pairs, times, curve, judge, CERTAIN, far)
 
 
 def _pairs(mission: Mission) -> Indices:
@@ -146,9 +165,10 @@ def _skews(mission: Mission) -> Array:
 
 
 def _missed(mission: Mission, flight: Flight, pairs: Indices) -> Array:
-    """(pairs, pieces), metres: by how much two vehicles may be nearer than their trajectories are."""
+    """(pairs, pieces), metres: by how much two vehicles may be nearer than their trajectories are; (pairs, 1) where
+    nobody misses its own."""
     tracking = np.array([agent.vehicle.tracking for agent in mission.agents])
     if not (tracking.any() or _skews(mission).any()):
-        return np.zeros((len(pairs), flight.durations.size))
+        return np.zeros((len(pairs), 1))
     off = raised(tracking[:, None] + flight.drift(_skews(mission)))
     return raised(off[pairs[:, 0]] + off[pairs[:, 1]])

@@ -2,22 +2,28 @@
 
 from __future__ import annotations
 
-from typing import assert_never
+from typing import TypeAlias, assert_never
 
 import numpy as np
 
 from missionc.base.trace import Array
-from missionc.curves.piecewise_polynomials import Curves, Indices, refined, speed_bounds, values
+from missionc.curves.piecewise_polynomials import Curves, Indices, extents, refined, speed_bounds, values
 from missionc.ir import Mission, Obstacle, Path, Still
 from missionc.verify.certificate import Check
 from missionc.verify.plan.conservative_advancement import Least, least
 from missionc.verify.plan.obstacle_bodies import solid
 from missionc.verify.tolerances import CERTAIN, CONTACT
 
+Extents: TypeAlias = tuple[Array, Array]
+
+NEAREST = 16
+"""Agents that are looked at first, for the least of all."""
+
 
 def check_obstacles(mission: Mission, curves: Curves, tolerance: float = CONTACT) -> list[Check]:
     """One check for each obstacle, for the agent that comes nearest."""
-    return [_check(mission, curves, obstacle, tolerance) for obstacle in mission.obstacles]
+    around = extents(curves)
+    return [_check(mission, curves, around, obstacle, tolerance) for obstacle in mission.obstacles]
 
 
 def seen_from(curves: Curves, obstacle: Obstacle) -> Curves:
@@ -37,23 +43,49 @@ def seen_from(curves: Curves, obstacle: Obstacle) -> Curves:
             assert_never(obstacle.motion)
 
 
-def margins(mission: Mission, seen: Curves, obstacle: Obstacle, gap: float, ceiling: float | None) -> Least:
-    """Bounds on every agent's margin in every piece of its motion as the obstacle sees it: (agents * pieces,)."""
-    agents, pieces, _, size = seen.coefficients.shape
-    flat = seen.coefficients.reshape(agents * pieces, -1, size)
-    need = np.repeat([agent.radius + mission.clearance for agent in mission.agents], pieces)
-    distance = solid(obstacle.shape, mission.dimension)
+def margins(
+    mission: Mission, curves: Curves, around: Extents, obstacle: Obstacle, gap: float, ceiling: float | None
+) -> tuple[Curves, Least]:
+    """The motion as the obstacle sees it, and bounds on every agent's margin in every piece: (agents * pieces,).
 
-    def margin(item: Indices, local: Array) -> Array:
-        return np.asarray(distance(values(flat[item], local)) - need[item])
+    Who is further away than matters is judged by the box around its whole motion.
 
-    return least(margin, speed_bounds(seen).ravel(), np.tile(seen.durations, agents), gap, ceiling)
-
-
-def _check(mission: Mission, curves: Curves, obstacle: Obstacle, tolerance: float) -> Check:
+    Args:
+        around: the corners of the boxes around the motions.
+        ceiling: margins above it are of no interest; absent: only the least of all is.
+    """
     seen = seen_from(curves, obstacle)
+    low, high = around if seen is curves else extents(seen)
+    agents, pieces, *shape = seen.coefficients.shape
+    distance = solid(obstacle.shape, mission.dimension)
+    need = np.array([agent.radius + mission.clearance for agent in mission.agents])
+    far = np.asarray(distance((low + high) / 2) - np.linalg.norm(high - low, axis=-1) / 2 - need)
+    lower, upper, at = np.repeat(far, pieces), np.full(agents * pieces, np.inf), np.zeros(agents * pieces)
+
+    def look(chosen: Indices, ceiling: float | None) -> None:
+        item = (chosen[:, None] * pieces + np.arange(pieces)).ravel()
+        motions = Curves(seen.times, seen.coefficients[chosen])
+        flat, needed = motions.coefficients.reshape(item.size, *shape), np.repeat(need[chosen], pieces)
+
+        def margin(motion: Indices, local: Array) -> Array:
+            return np.asarray(distance(values(flat[motion], local)) - needed[motion])
+
+        duration = np.tile(seen.durations, chosen.size)
+        bounds = least(margin, speed_bounds(motions).ravel(), duration, gap, ceiling)
+        lower[item], upper[item], at[item] = bounds.lower, bounds.upper, bounds.at
+
+    if ceiling is None:
+        nearest = np.sort(np.argsort(far, kind="stable")[:NEAREST])
+        look(nearest, None)
+        ceiling = float(upper.min())
+        far[nearest] = np.inf
+    look(np.flatnonzero(~(far >= ceiling)), ceiling)
+    return seen, Least(lower, upper, at)
+
+
+def _check(mission: Mission, curves: Curves, around: Extents, obstacle: Obstacle, tolerance: float) -> Check:
+    seen, bounds = margins(mission, curves, around, obstacle, CERTAIN, None)
     pieces = seen.times.size - 1
-    bounds = margins(mission, seen, obstacle, CERTAIN, None)
     item = int(bounds.upper.argmin())
     lower, upper = float(bounds.lower.min()), float(bounds.upper[item])
     return Check(

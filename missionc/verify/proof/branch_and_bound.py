@@ -1,5 +1,6 @@
 """Branch and bound over parts of a flight: the least margin of a claim, with a proof.
 
+The box around a whole flight tells who is far, where many are looked at: the nearest come first.
 The control points of a curve bound a margin on a whole piece. Where that does
 not suffice the piece is halved, all items together, until the least bound is
 within the claim's gap of the least margin seen.
@@ -22,6 +23,9 @@ from missionc.verify.proof.claims import Claim
 CHUNK = 1 << 15
 """Parts looked at together: bounds the memory, and stays in the cache."""
 
+FEW = 1 << 12
+"""Where there are more items than this, flights that are far enough as a whole are not looked at piece by piece."""
+
 MOST_PARTS = 1 << 20
 """After so many the bounds are taken as they stand: still bounds, only looser ones."""
 
@@ -38,7 +42,7 @@ class Parts:
 
     Args:
         item: (parts,): which.
-        begin, width: (parts,): shares of the item's piece; dyadic.
+        begin, width: (parts,): shares of the item's piece; dyadic. All pieces of a subject may be one part.
         lower: (parts,): a lower bound of the margin on the part.
         least: the least margin seen of all.
         worst: the item that has it.
@@ -56,15 +60,20 @@ class Parts:
 
 def branch_and_bound(claim: Claim, enough: float = np.inf) -> Parts:
     """Parts that prove the least margin to the claim's gap, or only that it is at least ``enough``."""
-    everything = np.arange(claim.items)
-    waiting: list[tuple[Indices, Array, Array, Enclosed | None]] = [
-        (part, np.zeros(part.size), np.ones(part.size), None)
-        for begin in range(0, claim.items, CHUNK)
-        for part in (everything[begin : begin + CHUNK],)
-    ]
+    far, unseen = _nearest_last(claim)
+    waiting: list[tuple[Indices, Array, Array, Enclosed | None]] = []
     done: list[tuple[Indices, Array, Array, Array]] = []
     least, worst, moment, spent = np.inf, 0, 0.0, 0
-    while waiting:
+    while waiting or unseen:
+        if not waiting:
+            subject = unseen.pop()
+            clear = far[subject] >= min(least - claim.gap - SHARE * abs(least), enough)
+            whole, subject = subject[clear], subject[~clear]
+            done.append((whole * claim.pieces, np.zeros(whole.size), np.full(whole.size, claim.pieces), far[whole]))
+            item = (subject[:, None] * claim.pieces + np.arange(claim.pieces)).ravel()
+            if item.size:
+                waiting.append((item, np.zeros(item.size), np.ones(item.size), None))
+            continue
         item, begin, width, curve = waiting.pop()
         curve = claim.curve(item) if curve is None else curve
         lower, upper, share = claim.judge(item, curve)
@@ -84,6 +93,22 @@ def branch_and_bound(claim: Claim, enough: float = np.inf) -> Parts:
     item, begin, width, lower = (np.concatenate(column) for column in zip(*done, strict=True))
     order = np.lexsort((begin, item))
     return Parts(item[order], begin[order], width[order], lower[order], least, worst, moment)
+
+
+def _nearest_last(claim: Claim) -> tuple[Array, list[Indices]]:
+    """What is known of each subject's whole flight, (subjects,), and all of them in chunks, the nearest in the last."""
+    count = len(claim.agents)
+    far, order = np.full(count, -np.inf), np.arange(count)
+    if claim.far is not None and claim.items > FEW:
+        far = claim.far(order)
+        order = np.argsort(-far, kind="stable")
+    chunks = []
+    size = FEW
+    while order.size:
+        taken = max(1, (size if claim.items > FEW else CHUNK) // claim.pieces)
+        chunks.append(order[-taken:])
+        order, size = order[:-taken], min(2 * size, CHUNK)
+    return far, chunks[::-1]
 
 
 def _joined(waiting: list[tuple[Indices, Array, Array, Enclosed | None]]) -> None:

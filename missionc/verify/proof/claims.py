@@ -18,6 +18,9 @@ Bounds: TypeAlias = tuple[Array, Array, Array]
 Curve: TypeAlias = Callable[[Indices], Enclosed]
 """From items to their curves over their whole piece: (items, dim)."""
 
+Far: TypeAlias = Callable[[Indices], Array]
+"""From subjects to a lower bound of their margin over the whole flight, from the box around it: (subjects,)."""
+
 Judge: TypeAlias = Callable[[Indices, Enclosed], Bounds]
 """From items and their curves over a part of the item's time, (parts, dim)."""
 
@@ -33,6 +36,7 @@ class Claim:
         curve: the curves of items; item ``subject * pieces + piece`` is a subject in a piece.
         judge: bounds of the margin.
         gap: the proved bound may stay so far below the least margin seen.
+        far: a bound that is quick, where there is one.
     """
 
     name: str
@@ -45,6 +49,7 @@ class Claim:
     curve: Curve
     judge: Judge
     gap: float
+    far: Far | None = None
 
     @property
     def pieces(self) -> int:

@@ -18,22 +18,28 @@ ANGLE = 1e-14
 """Rad: more than an arc tangent of doubles errs."""
 
 
-def at_least(need: Array) -> Judge:
-    """How much longer the vector is than ``need``, (items,).
+def at_least(need: Array, pieces: int = 1) -> Judge:
+    """How much longer the vector is than ``need``, (items,), or (items / pieces,) where it is the same in all pieces.
 
     The box that holds the control points tells those that are far; only of the others is the square looked at.
     """
 
     def judge(item: Indices, curve: Enclosed) -> Bounds:
-        aside = np.maximum(np.maximum(curve.low(), -curve.high()), 0.0)
-        lower = np.asarray(lowered(_length(aside, axis=-1) / GROWN - need[item]))
+        needed = need[item // pieces]
+        lower = far_from_origin(curve.low(), curve.high(), needed)
         near = np.flatnonzero(lower < FAR)
         squared = root_below(curve[near].squares().low())
-        lower[near] = np.maximum(lower[near], lowered(squared - need[item[near]]))
+        lower[near] = np.maximum(lower[near], lowered(squared - needed[near]))
         ends = np.abs(curve.points[..., [0, -1]]) + curve.radius[..., None]
-        return (lower, *_least(_length(ends, axis=1) * GROWN - need[item][:, None]))
+        return (lower, *_least(_length(ends, axis=1) * GROWN - needed[:, None]))
 
     return judge
+
+
+def far_from_origin(low: Array, high: Array, need: Array) -> Array:
+    """How much longer than ``need``, (parts,), every vector in a box is: (parts, dim) twice -> (parts,)."""
+    aside = np.maximum(np.maximum(low, -high), 0.0)
+    return np.asarray(lowered(_length(aside, axis=-1) / GROWN - need))
 
 
 def at_most(limit: Array) -> Judge:

@@ -78,9 +78,12 @@ def fault(boxes: Boxes) -> str | None:
     if len(boxes.ends) != len(claim.agents) or len(boxes.bounds) != len(claim.agents):
         return f"it has boxes for {len(boxes.ends)} subjects, not for {len(claim.agents)}"
     subjects, moments, widths, stated_bounds = [], [], [], []
+    far = claim.far(np.arange(len(claim.agents))) if claim.far is not None else np.full(len(claim.agents), -np.inf)
     for subject, (ends, bounds) in enumerate(zip(boxes.ends, boxes.bounds, strict=True)):
         if len(ends) != len(bounds) + 1 or ends[0] != 0.0 or ends[-1] != claim.pieces:
             return "its boxes do not cover the flight"
+        if len(bounds) == 1 and bounds[0] <= far[subject]:
+            continue
         for (begin, end), bound in zip(pairwise(ends), bounds, strict=True):
             if not (begin < end and _dyadic(begin) and _dyadic(end)):
                 return f"its boxes do not cover the flight in order, at {claim.when(begin):.2f} s"
