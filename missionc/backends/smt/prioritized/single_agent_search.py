@@ -57,8 +57,8 @@ BOUNDS = 6
 SMALL = 20_000
 """Where all moves at all steps are no more than so many, no bound is worth its while."""
 
-PUSHES = 2.0, 5.0, 17.0
-"""Ways that push are looked for that cost as much more than they must as so many pushes; then any."""
+PUSHED = 0.5, 1.5, 3.0, 6.0, 12.0
+"""Ways that push are looked for that cost a push and so many times as much more than they must; then any."""
 
 CHANGED = 0.2
 """What the settled do for a formula that more agents only help is worked out anew when so many have come or gone."""
@@ -334,13 +334,12 @@ class SingleAgentSearch:
         most = min(most, least + more)
         if not np.isfinite(least) or most < least:
             return None
-        haste = 0.0 if pushing else self._haste  # who pushes may as well come late
-        sweep = Sweep(task, table, may, starts, haste * table.longest, pushing=pushing)
-        excess = max(SLACK * least, table.longest)
+        sweep = Sweep(task, table, may, starts, self._haste * table.longest, pushing=pushing)
+        excess, push = max(SLACK * least, table.longest), PUSH * table.longest
         if len(table.length) * len(table.roadmap.allowed) <= SMALL:
             bounds = []
         elif pushing:
-            bounds = [PUSH * table.longest * pushes for pushes in PUSHES]
+            bounds = [push + excess * wider for wider in PUSHED]
         else:
             wider = 1 if np.isfinite(more) else BOUNDS
             bounds = [EXACT * table.longest, *(excess * WIDER**attempt for attempt in range(wider))]
