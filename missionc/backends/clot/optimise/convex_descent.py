@@ -36,11 +36,8 @@ LEAST_REACH = 0.05
 NEAR = 0.15
 """Metres to spare beyond which a margin is not looked at, before it is broken."""
 
-CUTS = 4
+CUTS = 2
 """Programs solved for one step, each with what the one before it broke."""
-
-BROKEN = 0.02
-"""Metres to spare below which a margin counts as broken by a program's answer."""
 
 USED = 0.5
 """The share of what a margin is to have to spare that a step may use up."""
@@ -110,22 +107,26 @@ def _step(control: Array, costs: Costs, demand: Demand, system: System, reach: f
         if answer is None:
             break
         moved = answer
-        parts = near(control + system.moved(moved))
-        if _hold(parts, used):
+        parts = _broken(near(control + system.moved(moved)), used)
+        if not parts:
             return control + system.moved(moved)
-        parts = [part.taken(part.value > -BROKEN) for part in parts]
     some = (control + system.moved(share * moved) for share in SHARES)
-    return next((ahead for ahead in some if _hold(near(ahead), used)), None)
+    return next((ahead for ahead in some if not _broken(near(ahead), used)), None)
 
 
-def _hold(parts: list[Rows], used: Mapping[str, float]) -> bool:
-    """Whether all margins hold with part of what they are to have to spare, or no less of it than before."""
-    return all(_used(part) <= max(used.get(part.name, 0.0), USED) for part in parts)
+def _broken(parts: list[Rows], used: Mapping[str, float]) -> list[Rows]:
+    """The rows of margins that keep less than part of what they are to have to spare, and less than before."""
+    found = [part.taken(part.value > max(used.get(part.name, 0.0), USED) * _spare(part)) for part in parts]
+    return [part for part in found if part.value.size]
 
 
 def _used(part: Rows) -> float:
     """The share of what they are to have to spare that the worst of some rows has used up."""
-    return float(part.value.max()) / max(part.spare, LEAST_SPARE)
+    return float(part.value.max()) / _spare(part)
+
+
+def _spare(part: Rows) -> float:
+    return max(part.spare, LEAST_SPARE)
 
 
 class _Program:
