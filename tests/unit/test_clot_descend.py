@@ -93,7 +93,7 @@ class Descent:
     demand: Demand
 
     def after(self, steps: int, gain: float = 0.0, go_on: bool = True) -> Array:
-        return descend(self.control, self.costs, self.demand, steps, gain, lambda: go_on)
+        return descend(self.control, self.costs, self.demand, steps, gain, 2, lambda: go_on)
 
     def cost(self, control: Array) -> float:
         return System(self.costs, control).smoothness(control)

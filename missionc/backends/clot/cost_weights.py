@@ -103,18 +103,19 @@ class Aim:
     metres: float = _figure(0.0, "/m", "of way between neighbouring control points")
     steps: int = field(default=0, metadata={"unit": "steps", "says": "of descent at most"})
     gain: float = _figure(0.0, "", "of the cost: the share that a step must gain for there to be another")
+    cuts: int = field(default=4, metadata={"unit": "programs", "says": "for a step, each with what the last one broke"})
 
 
-METRES = Aim(length=0.01, bend=0.05, metres=1.0, steps=40, gain=2e-4)
+METRES = Aim(length=0.01, bend=0.05, metres=1.0, steps=40, gain=2e-4, cuts=2)
 """For the distance itself, from a motion of which the squares of its steps are least."""
 
 AIMS = {
-    Objective.DISTANCE: (Aim(length=1.0, bend=0.05, steps=40, gain=1e-3), METRES),
-    Objective.ENERGY: (Aim(bend=1.0, steps=40, gain=1e-3),),
+    Objective.DISTANCE: (Aim(length=1.0, bend=0.05, steps=40, gain=1e-3, cuts=2), METRES),
+    Objective.ENERGY: (Aim(bend=1.0, steps=40, gain=1e-3, cuts=2),),
 }
 """One after the other."""
 
-STRAIGHT = Aim(length=1.0, bend=1.0, steps=60, gain=2e-3)
+STRAIGHT = Aim(length=1.0, bend=1.0, steps=60, gain=2e-3, cuts=2)
 """For plans from a roadmap, which are far from straight."""
 
 TIDY = Aim(length=0.2, bend=1.0, steps=2, gain=1e-2)

@@ -113,7 +113,8 @@ class _Straightened:
 
     def descended(self, start: Array, room: Spare, aim: Aim = STRAIGHT) -> Array:
         """Less length and bend, with no less room than there is."""
-        return descend(start, self.costs(room, aim), self.demand, self.steps(aim.steps), aim.gain, self.go_on)
+        steps = self.steps(aim.steps)
+        return descend(start, self.costs(room, aim), self.demand, steps, aim.gain, aim.cuts, self.go_on)
 
     def widened(self, room: Spare) -> Array:
         """More room where there is some."""

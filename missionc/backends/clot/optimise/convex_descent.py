@@ -36,9 +36,6 @@ LEAST_REACH = 0.05
 NEAR = 0.15
 """Metres to spare beyond which a margin is not looked at, before it is broken."""
 
-CUTS = 2
-"""Programs solved for one step, each with what the one before it broke."""
-
 USED = 0.5
 """The share of what a margin is to have to spare that a step may use up."""
 
@@ -58,6 +55,7 @@ def descend(
     demand: Demand,
     steps: int,
     gain: float,
+    cuts: int,
     go_on: Callable[[], bool] = lambda: True,
 ) -> Array:
     """Control points of less length and bend, by ``weights``, at which all margins that held still hold.
@@ -66,13 +64,14 @@ def descend(
         control: of a plan, (agents, points, dim), metres.
         steps: as many at most.
         gain: a step that gains less than this share is the last.
+        cuts: programs solved for one step, each with what the one before it broke.
     """
     system = System(costs, control)
     reach = REACH
     for _ in range(steps):
         if not go_on() or reach < LEAST_REACH or not system.count:
             break
-        ahead = _step(control, costs, demand, system, reach)
+        ahead = _step(control, costs, demand, system, reach, cuts)
         if ahead is None:
             reach /= 2
             continue
@@ -87,7 +86,7 @@ def descend(
     return control
 
 
-def _step(control: Array, costs: Costs, demand: Demand, system: System, reach: float) -> Array | None:
+def _step(control: Array, costs: Costs, demand: Demand, system: System, reach: float, cuts: int) -> Array | None:
     """The best motion nearby, as far as can be seen; None where what was found breaks something."""
     active = demand.active(*costs.splines.states(control))
 
@@ -101,7 +100,7 @@ def _step(control: Array, costs: Costs, demand: Demand, system: System, reach: f
         used[part.name] = max(used.get(part.name, 0.0), _used(part))
     program = _Program(system, system.pull(control), reach)
     moved = np.zeros(system.count)
-    for _ in range(CUTS):
+    for _ in range(cuts):
         program.add(parts, moved, used)
         answer = program.solved()
         if answer is None:

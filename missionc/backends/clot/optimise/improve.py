@@ -25,7 +25,7 @@ from missionc.monitoring.monitor import monitor
 ITERATIONS = 40
 """Iterations of one try."""
 
-TIDIED = 5_000
+TIDIED = 6_000
 """Numbers in the control points of a plan, times steps of descent, where nothing is asked to be least."""
 
 
@@ -90,7 +90,8 @@ def improve(
     for aim in AIMS.get(mission.objective, (TIDY,)):
         steps = min(aim.steps, TIDIED // max(1, control.size)) if aim is TIDY else aim.steps
         weights = replace(costs.weights, length=aim.length, bend=aim.bend, metres=aim.metres)
-        tried = descend(control, replace(costs, weights=weights), full_demand, steps, aim.gain, go_on)
+        aimed = replace(costs, weights=weights)
+        tried = descend(control, aimed, full_demand, steps, aim.gain, aim.cuts, go_on)
         motion = made if tried is control else accept(tried)
         better = motion is not None and as_many(mission, kernel, made, motion)
         if motion is not None and better and (measure is None or measure(motion) < measure(made)):

@@ -16,6 +16,8 @@ from missionc.world.signed_distance import signed_distance
 CELLS = 12_000
 """About so many cells has the grid."""
 
+TOGETHER = 1 << 18
+"""Points, at most, of which the room is looked up at once."""
 
 DETOUR = 1.4
 """A way with more room may be so many times as long as the shortest."""
@@ -44,10 +46,13 @@ class Geodesics:
 
     def room_at(self, points: Array) -> Array:
         """Room at points, of the part that has least: metres to standing obstacles and bounds, (..., dim) -> (...)."""
-        room: Array = np.min([self._room_of_part(points + part) for part in self.figure], axis=0)
+        size = max(1, TOGETHER // (points.size // points.shape[-1]))
+        parts = self.figure.reshape(-1, *(1,) * (points.ndim - 1), points.shape[-1])
+        some = [self._room(points + parts[begin : begin + size]).min(axis=0) for begin in range(0, len(parts), size)]
+        room: Array = np.min(some, axis=0)
         return room
 
-    def _room_of_part(self, points: Array) -> Array:
+    def _room(self, points: Array) -> Array:
         world = Box(self.mission.world.low, self.mission.world.high)
         room: Array = -np.asarray(signed_distance(np, world, points))
         standing = self.standing.standing_room(points.reshape(-1, points.shape[-1]))
@@ -134,8 +139,9 @@ class Geodesics:
         share = np.linspace(0.0, 1.0, count)[:, None]
         points = start * (1 - share) + end * share
         from_ends = np.minimum(np.linalg.norm(points - start, axis=1), np.linalg.norm(points - end, axis=1))
-        lacking = room - min(*self.room_at(np.stack([start, end])), room)
-        return bool((self.room_at(points) >= room - np.maximum(lacking - from_ends, 0.0) - 1e-9).all())
+        there = self.room_at(points)
+        lacking = room - min(there[0], there[-1], room)
+        return bool((there >= room - np.maximum(lacking - from_ends, 0.0) - 1e-9).all())
 
     def _around(
         self, start: Array, end: Array, room: float, avoid: Array | None, slowness: Array | None
