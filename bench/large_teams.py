@@ -2,7 +2,7 @@
 
     python bench/large_teams.py [--solver z3|cadical|race] [--limit SECONDS]
 
-Prints what each took from the start of ``lower`` to a verified plan, collisions
+Prints what each took with ``smt``, from the start of ``lower`` to a verified plan, collisions
 included, and the peak memory of the solver and of the compiler.
 """
 
@@ -79,6 +79,7 @@ def main() -> None:
             Source(f"{name}.mission", text),
             time_limit=Seconds(arguments.limit),
             memory_limit=arguments.memory << 30,
+            backend="smt",
             options=Options(solver=arguments.solver),
         )
         outcome = compiled.outcome
