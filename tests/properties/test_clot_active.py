@@ -22,14 +22,14 @@ from tests.support.random_runs import SPAN, Case, cases, leaves, mission_of, run
 
 pytest.importorskip("torch")
 
-from missionc.backends.clot.cost_graph.cost_graph import build
+from missionc.backends.clot.cost_graph.cost_graph import build, signed_predicate
 from missionc.backends.clot.cost_graph.leaf_margins import UNLIMITED
 from missionc.backends.clot.cost_graph.motion_batch import States, team
 from missionc.backends.clot.cost_graph.robustness import Robustness
 from missionc.backends.clot.optimise.active_set import Active, Links, activate
 from missionc.backends.clot.optimise.goal_terms import Demand
 from missionc.base.trace import Array, Trace
-from missionc.kernel.nodes import AtLeast, EveryNeighbour, Node, Release
+from missionc.kernel.nodes import AtLeast, Atom, EveryNeighbour, Node, Not, Release
 from missionc.language.margins.predicate_margins import all_links
 
 
@@ -58,12 +58,19 @@ def judged(graph: Kernel, mission: ir.Mission, trace: Trace) -> tuple[dict[Node,
     return values, {each: judge.links(each)[0].numpy() for each in graphs}
 
 
+def is_negated(node: Node) -> bool:
+    return isinstance(node, Not) and isinstance(node.body, Atom)
+
+
 def least(active: Active, values: dict[Node, Array], trace: Trace) -> float:
     """The least of everything that has to hold."""
     shape = trace.position.shape[:2]
     found = [math.inf]
-    for margin, mask in active.margins.items():
-        found.extend(np.broadcast_to(values[margin], shape)[mask].tolist())
+    worth = {
+        signed_predicate(node): value for node, value in values.items() if isinstance(node, Atom) or is_negated(node)
+    }
+    for asked, mask in active.margins.items():
+        found.extend(np.broadcast_to(worth[asked], shape)[mask].tolist())
     for node, stretches in active.lengths.items():
         for stretch in stretches:
             points = trace.position[list(stretch.agents), stretch.step]

@@ -5,8 +5,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from missionc.kernel.nodes import Atom
-
 torch = pytest.importorskip("torch")
 nx = pytest.importorskip("networkx")
 
@@ -66,11 +64,11 @@ def test_its_slope_by_positions_is_that_of_differences() -> None:
     mission = checked.mission
     made = splines(mission)
     costs = TaskCosts(mission, made, Weights(), Spare())
-    margin = Atom(Connected(mission.graphs[0], (0, 1, 2, 3, 4)))
+    margin = Connected(mission.graphs[0], (0, 1, 2, 3, 4))
     mask = np.zeros((5, mission.steps + 1), dtype=np.bool_)
     mask[0, 3] = True
     control = np.random.default_rng(2).uniform(1, 4, (5, made.points, 2))
-    groups = list(costs.groups(control, Active(margins={margin: mask})))
+    groups = list(costs.groups(control, Active(margins={(margin, True): mask})))
     (group,) = [each for each in groups if each.name == "connectivity of radio"]
     points = [torch.from_numpy(each.of(control)).requires_grad_() for each in group.arguments]
     slopes = torch.autograd.grad(group.shortfall(*points).sum(), points)

@@ -8,8 +8,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from missionc.backends.clot.cost_graph.cost_graph import signed_predicate
-
 pytest.importorskip("torch")
 
 from missionc.backends.api import Budget, Planned
@@ -44,8 +42,8 @@ def demand(other: str, another: str) -> Demand:
 
 def asked(made: Demand, position: Array) -> set[tuple[str, bool]]:
     active = made.active(position, np.zeros_like(position)).margins
-    signed = {leaf: signed_predicate(leaf) for leaf, mask in active.items() if mask.any()}
-    return {(what.region.name, holds) for what, holds in signed.values() if isinstance(what, Inside)}
+    signed = [each for each, mask in active.items() if mask.any()]
+    return {(what.region.name, holds) for what, holds in signed if isinstance(what, Inside)}
 
 
 def at(x: float, y: float) -> Array:

@@ -17,7 +17,7 @@ from typing import TypeAlias, assert_never
 import numpy as np
 from numpy.typing import NDArray
 
-from missionc.backends.clot.cost_graph.cost_graph import Unrolled
+from missionc.backends.clot.cost_graph.cost_graph import SignedPredicate, Unrolled, signed_predicate
 from missionc.backends.clot.cost_graph.leaf_margins import UNLIMITED
 from missionc.backends.clot.optimise.route_pieces import Place, that_break, that_make
 from missionc.base.trace import Array, Flags
@@ -63,12 +63,12 @@ class Stretch:
 class Active:
     """What has to hold.
 
-    ``margins``: where each ``Atom``, or negation of one, must hold, (agents, steps). ``joined``
+    ``margins``: where each predicate, or its negation, must hold, (agents, steps), by whichever formula. ``joined``
     and ``parted``: the links a graph must have, and must not have.
     ``lengths``: the routes whose lengths are bounded, by the formula that bounds them.
     """
 
-    margins: dict[Node, Flags] = field(default_factory=dict)
+    margins: dict[SignedPredicate, Flags] = field(default_factory=dict)
     joined: dict[Graph, list[Links]] = field(default_factory=lambda: defaultdict(list))
     parted: dict[Graph, list[Links]] = field(default_factory=lambda: defaultdict(list))
     lengths: dict[RouteNode, list[Stretch]] = field(default_factory=dict)
@@ -145,7 +145,9 @@ class _Run:
             return self._length(node, mask)
         match node:
             case Atom() | Not(Atom()):
-                self.active.margins[node] = mask
+                asked = signed_predicate(node)
+                known = self.active.margins.get(asked)
+                self.active.margins[asked] = mask if known is None else known | mask
             case Is() | Not():
                 pass
             case All(parts):

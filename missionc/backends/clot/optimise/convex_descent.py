@@ -66,12 +66,12 @@ def descend(
         gain: a step that gains less than this share is the last.
         cuts: programs solved for one step, each with what the one before it broke.
     """
-    system = System(costs, control)
+    system, here = System(costs, control), _Vicinity(control, costs, demand)
     reach = REACH
     for _ in range(steps):
         if not go_on() or reach < LEAST_REACH or not system.count:
             break
-        ahead = _step(control, costs, demand, system, reach, cuts)
+        ahead = here.best(system, reach, cuts)
         if ahead is None:
             reach /= 2
             continue
@@ -79,38 +79,45 @@ def descend(
         if after >= before:
             break
         control = ahead
-        if costs.weights.metres:
-            system = System(costs, control)
         if before - after < gain * before:
             break
+        here = _Vicinity(control, costs, demand)
+        if costs.weights.metres:
+            system = System(costs, control)
     return control
 
 
-def _step(control: Array, costs: Costs, demand: Demand, system: System, reach: float, cuts: int) -> Array | None:
-    """The best motion nearby, as far as can be seen; None where what was found breaks something."""
-    active = demand.active(*costs.splines.states(control))
+class _Vicinity:
+    """A motion, what has to hold of it, and how much of what margins have to spare is used up there, by their names."""
 
-    def near(control: Array) -> list[Rows]:
-        groups = (rows(group, control, NEAR) for group in costs.groups(control, active))
+    def __init__(self, control: Array, costs: Costs, demand: Demand) -> None:
+        self.control, self.costs = control, costs
+        self.active = demand.active(*costs.splines.states(control))
+        self.parts = self.near(control)
+        self.used: dict[str, float] = {}
+        for part in self.parts:
+            self.used[part.name] = max(self.used.get(part.name, 0.0), _used(part))
+
+    def near(self, control: Array) -> list[Rows]:
+        """The margins that matter at control points, of what has to hold here."""
+        groups = (rows(group, control, NEAR) for group in self.costs.groups(control, self.active))
         return [replace(part, weight=1.0) for part in groups if part.value.size]
 
-    parts = near(control)
-    used: dict[str, float] = {}
-    for part in parts:
-        used[part.name] = max(used.get(part.name, 0.0), _used(part))
-    program = _Program(system, system.pull(control), reach)
-    moved = np.zeros(system.count)
-    for _ in range(cuts):
-        program.add(parts, moved, used)
-        answer = program.solved()
-        if answer is None:
-            break
-        moved = answer
-        parts = _broken(near(control + system.moved(moved)), used)
-        if not parts:
-            return control + system.moved(moved)
-    some = (control + system.moved(share * moved) for share in SHARES)
-    return next((ahead for ahead in some if not _broken(near(ahead), used)), None)
+    def best(self, system: System, reach: float, cuts: int) -> Array | None:
+        """The best motion nearby, as far as can be seen; None where what was found breaks something."""
+        program = _Program(system, system.pull(self.control), reach)
+        moved, parts = np.zeros(system.count), self.parts
+        for _ in range(cuts):
+            program.add(parts, moved, self.used)
+            answer = program.solved()
+            if answer is None:
+                break
+            moved = answer
+            parts = _broken(self.near(self.control + system.moved(moved)), self.used)
+            if not parts:
+                return self.control + system.moved(moved)
+        some = (self.control + system.moved(share * moved) for share in SHARES)
+        return next((ahead for ahead in some if not _broken(self.near(ahead), self.used)), None)
 
 
 def _broken(parts: list[Rows], used: Mapping[str, float]) -> list[Rows]:

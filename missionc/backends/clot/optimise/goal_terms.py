@@ -9,11 +9,11 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from missionc.backends.clot.cost_graph.cost_graph import SignedPredicate, signed_predicate
+from missionc.backends.clot.cost_graph.cost_graph import SignedPredicate
 from missionc.backends.clot.cost_graph.motion_batch import States, Team, team
 from missionc.backends.clot.cost_graph.robustness import Robustness
 from missionc.backends.clot.optimise.active_set import Active, Choices, activate
-from missionc.base.trace import Array, Flags
+from missionc.base.trace import Array
 from missionc.ir import Mission
 from missionc.kernel.nodes import Node
 from missionc.kernel.walk import graph_of, postorder
@@ -43,9 +43,7 @@ class Demand:
         nowhere = np.zeros((len(mission.agents), steps + 1, 0))
         forced = activate(order, roots, {}, {}, nowhere, choices, decided=True).margins
         ruled_out = {
-            (predicate, not holds): torch.from_numpy(mask)
-            for (predicate, holds), mask in _by_predicate(forced).items()
-            if mask.any()
+            (predicate, not holds): torch.from_numpy(mask) for (predicate, holds), mask in forced.items() if mask.any()
         }
         return Demand(mission, roots, choices, order, team(mission, dtype=torch.float64), ruled_out)
 
@@ -80,8 +78,7 @@ class Demand:
         Two choices made one by one may ask for both, each a hair's breadth away, and a motion is then stuck
         between them: ``(row or parked) and (fan or not parked)``, on the border of the place to park.
         """
-        active = self.active(position, velocity).margins
-        masks = _by_predicate(active)
+        masks = self.active(position, velocity).margins
         torn = []
         for (predicate, holds), mask in masks.items():
             opposite = masks.get((predicate, False)) if holds else None
@@ -105,12 +102,3 @@ class Demand:
         return min(
             float(np.broadcast_to(values[root], (1, *values[root].shape))[..., 0, 0].min()) for root in self.roots
         )
-
-
-def _by_predicate(margins: Mapping[Node, Flags]) -> dict[SignedPredicate, Flags]:
-    """Where each predicate, or its negation, must hold, (agents, steps): a formula may name one more than once."""
-    masks: dict[SignedPredicate, Flags] = {}
-    for leaf, mask in margins.items():
-        asked = signed_predicate(leaf)
-        masks[asked] = masks[asked] | mask if asked in masks else mask
-    return masks

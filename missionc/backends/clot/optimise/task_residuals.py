@@ -16,7 +16,6 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from missionc.backends.clot.cost_graph.cost_graph import signed_predicate
 from missionc.backends.clot.cost_graph.leaf_margins import link_weight, second_eigenvalue
 from missionc.backends.clot.cost_weights import Spare, Weights
 from missionc.backends.clot.optimise.active_set import Active, Links, Stretch
@@ -30,7 +29,7 @@ from missionc.ir import (
     Mission,
     Predicate,
 )
-from missionc.kernel.nodes import Node, RouteNode
+from missionc.kernel.nodes import RouteNode
 from missionc.language.margins.formation import edge_error
 from missionc.language.margins.predicate_margins import link_margin
 from missionc.language.margins.spanning_trees import spanning_tree
@@ -48,16 +47,15 @@ class TaskCosts:
 
     def groups(self, control: Array, active: Active) -> Iterator[Group]:
         """The margins and links of a candidate, (agents, points, dim), metres, that have to hold."""
-        for leaf, mask in active.margins.items():
-            yield from self._margin(leaf, mask, control)
+        for (predicate, holds), mask in active.margins.items():
+            yield from self._margin(predicate, holds, mask, control)
         for lists, together in ((active.joined, True), (active.parted, False)):
             for graph, links in lists.items():
                 yield from self._links(graph, np.concatenate(links), together)
         for node, stretches in active.lengths.items():
             yield from self._lengths(node, stretches)
 
-    def _margin(self, leaf: Node, mask: Flags, control: Array) -> Iterator[Group]:
-        predicate, holds = signed_predicate(leaf)
+    def _margin(self, predicate: Predicate, holds: bool, mask: Flags, control: Array) -> Iterator[Group]:
         graph = predicate.restricted
         moments = np.flatnonzero(mask.any(axis=0)).astype(np.int64)
         if predicate.formation:
