@@ -30,7 +30,7 @@ from missionc.base.trace import Array, Flags
 from missionc.kernel.nodes import AtLeast, Node
 from missionc.kernel.walk import children, window_of
 
-PUSH = 3.0
+PUSH = 8.0
 """To come too near one who can be moved counts as so many of the longest moves."""
 
 RESTLESS = 1e-6

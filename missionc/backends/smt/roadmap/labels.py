@@ -7,6 +7,7 @@ from collections.abc import Callable, Hashable
 import numpy as np
 
 from missionc.backends.smt.roadmap.roadmap import Roadmap
+from missionc.backends.smt.roadmap.unique_rows import Indices, distinct
 from missionc.base.trace import Array, Flags
 from missionc.ir import Mission, Predicate
 from missionc.language.margins.predicate_margins import holds, of_pair, of_states
@@ -75,13 +76,19 @@ class Labels:
         """
         key = (predicate, agents, first, second)
         if key not in self._known:
-            one, other = self.roadmaps[first].position, self.roadmaps[second].position
+            (one, own), (other, others) = self._places(first), self._places(second)
             try:
                 margins = of_pair(predicate, self.mission, *agents, one[:, None, :], other[None, :, :])
             except ValueError as error:
                 raise Unexpressible(f"a comparison: {error}") from error
-            self._known[key] = np.asarray(holds(predicate, np.asarray(margins)))
+            self._known[key] = np.asarray(holds(predicate, np.asarray(margins)))[np.ix_(own, others)]
         return self._known[key]
+
+    def _places(self, number: int) -> tuple[Array, Indices]:
+        """The positions of that roadmap's states, each once, (places, dim), and which of them each state has."""
+        position = self.roadmaps[number].position
+        first, place = distinct(position)
+        return position[first], place
 
     def _own(self, predicate: Predicate, number: int, what: str, states: Callable[[], tuple[Array, Array]]) -> Flags:
         key = (predicate, number, what)
