@@ -334,7 +334,8 @@ class SingleAgentSearch:
         most = min(most, least + more)
         if not np.isfinite(least) or most < least:
             return None
-        sweep = Sweep(task, table, may, starts, self._haste * table.longest, pushing=pushing)
+        haste = 0.0 if pushing else self._haste  # who pushes may as well come late
+        sweep = Sweep(task, table, may, starts, haste * table.longest, pushing=pushing)
         excess, push = max(SLACK * least, table.longest), PUSH * table.longest
         if len(table.length) * len(table.roadmap.allowed) <= SMALL:
             bounds = []
