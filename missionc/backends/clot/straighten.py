@@ -20,7 +20,7 @@ import numpy as np
 from missionc.backends.acceptance import attempt
 from missionc.backends.api import Attempt, Budget, Planned
 from missionc.backends.clot.cost_graph.cost_graph import build
-from missionc.backends.clot.cost_weights import METRES, STRAIGHT, Aim, Spare, Weights, spare, with_room
+from missionc.backends.clot.cost_weights import METRES, STRAIGHT, Spare, Weights, spare, with_room
 from missionc.backends.clot.optimise.control_points import splines, trace
 from missionc.backends.clot.optimise.convex_descent import descend
 from missionc.backends.clot.optimise.goal_terms import Demand
@@ -87,6 +87,7 @@ class _Straightened:
         if mission.objective is Objective.DURATION:
             made = replace(made, rest=duration(plan))
         self.made, self.plan, self.best = made, plan, plan
+        self.aim = METRES if mission.objective is Objective.DISTANCE else STRAIGHT
         start = made.at_rest(made.joined(plan.position, plan.velocity))
         self.control = start
         graph = build(kernel)
@@ -96,29 +97,30 @@ class _Straightened:
         demand = Demand.of(mission, tuple(roots), {}, mission.steps)
         choices = demand.witness(*made.states(start))
         self.demand = Demand.of(mission, tuple(roots), choices, mission.steps)
-        least, more = spare(mission), with_room(mission)
+        least = spare(mission)
         if not self.consider(self.descended(start, least)):
-            self.consider(self.descended(self.widened(least), least))
-        self.consider(self.descended(self.widened(more), more))
-        if mission.objective is Objective.DISTANCE:
-            self.consider(self.descended(self.control, least, METRES))
+            self.consider_wider(least)
+        self.consider_wider(with_room(mission))
 
     def steps(self, most: int) -> int:
         """Steps of descent or polish, so many at most."""
         return min(most, WORK // max(1, self.control.size))
 
-    def costs(self, room: Spare, aim: Aim = STRAIGHT) -> Costs:
+    def costs(self, room: Spare) -> Costs:
+        aim = self.aim
         weights = replace(Weights(), length=aim.length, bend=aim.bend, metres=aim.metres)
         return Costs(self.mission, self.made, weights, room)
 
-    def descended(self, start: Array, room: Spare, aim: Aim = STRAIGHT) -> Array:
+    def descended(self, start: Array, room: Spare) -> Array:
         """Less length and bend, with no less room than there is."""
-        steps = self.steps(aim.steps)
-        return descend(start, self.costs(room, aim), self.demand, steps, aim.gain, aim.cuts, self.go_on)
+        aim = self.aim
+        return descend(start, self.costs(room), self.demand, self.steps(aim.steps), aim.gain, aim.cuts, self.go_on)
 
-    def widened(self, room: Spare) -> Array:
-        """More room where there is some."""
-        return polish(self.control, self.costs(room), self.demand, self.steps(POLISH), self.go_on).control
+    def consider_wider(self, room: Spare) -> None:
+        """Polishes for more room, and considers what that descends to, where there is some."""
+        wider = polish(self.control, self.costs(room), self.demand, self.steps(POLISH), self.go_on).control
+        if (wider != self.control).any():
+            self.consider(self.descended(wider, room))
 
     def consider(self, tried: Array) -> bool:
         """Takes a candidate over, without those who break something; whether all of it could be."""

@@ -47,26 +47,26 @@ class System:
     """
 
     def __init__(self, costs: Costs, control: Array) -> None:
-        self.shape = _, points, dim = control.shape
+        self.shape = _, _, dim = control.shape
         self.number = costs.splines.unknowns()
         self.free = self.number >= 0
         self.count = (int(self.number.max(initial=-1)) + 1) * dim
-        ways = np.linalg.norm(np.diff(control, axis=1), axis=2)
-        self.gram = [
-            _gram(costs, bool(second), points, way) for second, way in zip(costs.splines.smooth, ways, strict=True)
-        ]
-        blocks = []
-        for number, gram in zip(self.number, self.gram, strict=True):
-            own = np.unique(number[number >= 0])
-            part = (number[:, None] == own).astype(float)  # (points, unknowns of the agent)
-            blocks.append(sparse.kron(part.T @ gram @ part, np.eye(dim)))
-        self.base = sparse.block_diag(blocks, format="csc") if self.count else sparse.csc_matrix((0, 0))
+        self.bands = _bands(costs, np.linalg.norm(np.diff(control, axis=1), axis=2))
+        rows, columns, values = [], [], []
+        for apart, band in enumerate(self.bands):
+            one, other = self.number[:, : self.shape[1] - apart], self.number[:, apart:]
+            both = (one >= 0) & (other >= 0)
+            sides = [(one[both], other[both]), (other[both], one[both])][: 1 + (apart > 0)]
+            for row, column in sides:
+                rows.append((row[:, None] * dim + np.arange(dim)).ravel())
+                columns.append((column[:, None] * dim + np.arange(dim)).ravel())
+                values.append(np.repeat(band[both], dim))
+        triples = np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))
+        self.base = sparse.csc_matrix(triples, shape=(self.count, self.count))
 
     def smoothness(self, control: Array) -> float:
         """[clot] (2): lengths and bends of all motions, (agents, points, dim), metres; squared and weighed, no unit."""
-        return sum(
-            0.5 * float(np.einsum("kd,kl,ld->", one, gram, one)) for one, gram in zip(control, self.gram, strict=True)
-        )
+        return 0.5 * float(np.vdot(control, self._slope(control)))
 
     def step(self, control: Array, parts: list[Rows], damping: float, penalty: float) -> Array:
         """How to move the control points, (agents, points, dim), metres."""
@@ -85,10 +85,17 @@ class System:
 
     def pull(self, control: Array) -> Array:
         """The gradient of the smoothness by the unknowns, (unknowns,)."""
-        pulls = np.stack([gram @ one for gram, one in zip(self.gram, control, strict=True)])[self.free]
         summed = np.zeros((self.count // self.shape[2], self.shape[2]))
-        np.add.at(summed, self.number[self.free], pulls)
+        np.add.at(summed, self.number[self.free], self._slope(control)[self.free])
         return summed.ravel()
+
+    def _slope(self, control: Array) -> Array:
+        """The gradient of the smoothness by all control points, (agents, points, dim)."""
+        slope = self.bands[0][:, :, None] * control
+        for apart, band in enumerate(self.bands[1:], start=1):
+            slope[:, :-apart] += band[:, :, None] * control[:, apart:]
+            slope[:, apart:] += band[:, :, None] * control[:, :-apart]
+        return slope
 
     def moved(self, unknowns: Array) -> Array:
         """The unknowns, (unknowns,), as movements of control points, (agents, points, dim), metres."""
@@ -120,22 +127,26 @@ class System:
         return sparse.csr_matrix(triples, shape=(done, self.count)), np.concatenate(sides)
 
 
-def _gram(costs: Costs, second: bool, points: int, way: Array) -> Array:
-    """The quadratic form of length and bend over an agent's control points; outside the motion it is at rest.
+def _bands(costs: Costs, ways: Array) -> tuple[Array, Array, Array]:
+    """The quadratic forms of length and bend over agents' control points, by how far apart two points are: 0, 1 or 2.
+
+    Outside the motion an agent is at rest: its first and last bends are those of setting out and of coming to a stop.
 
     Args:
-        way: metres from each control point to the next, (points - 1,), about which metres are made quadratic.
+        ways: metres from each control point to the next, (agents, points - 1), about which metres are made quadratic.
+
+    Returns:
+        (agents, points), (agents, points - 1) and (agents, points - 2): entries of symmetric matrices.
     """
-    used = costs.splines.steps + 1 + second
-    if used < 2:
-        return np.zeros((points, points))
-    first = np.zeros((used - 1, points))
-    first[np.arange(used - 1), np.arange(used - 1)] = -1.0
-    first[np.arange(used - 1), np.arange(1, used)] = 1.0
-    padded = np.concatenate([np.zeros((1, points)), first, np.zeros((1, points))])
-    bend = np.diff(padded, axis=0)
-    weight = costs.weights.length + costs.weights.metres / np.maximum(
-        way[: used - 1], SHORT * longest_step(costs.mission)
-    )
-    gram: Array = (first.T * weight) @ first + costs.weights.bend * bend.T @ bend
-    return gram
+    used = costs.splines.steps + 1 + costs.splines.smooth[:, None]
+    point = np.arange(ways.shape[1] + 1)
+    after, before = (point < used - 1).astype(float), ((point > 0) & (point < used)).astype(float)
+    here = -(after + before)
+    weights = costs.weights
+    metres = weights.metres / np.maximum(ways, SHORT * longest_step(costs.mission))
+    length = after[:, :-1] * (weights.length + metres)
+    own, next_one = weights.bend * here**2, weights.bend * (here * after)[:, :-1]
+    own[:, 1:] += weights.bend * after[:, :-1] ** 2 + length
+    own[:, :-1] += weights.bend * before[:, 1:] ** 2 + length
+    next_one += weights.bend * (before * here)[:, 1:] - length
+    return own, next_one, weights.bend * before[:, 1:-1] * after[:, 1:-1]

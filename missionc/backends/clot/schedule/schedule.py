@@ -240,9 +240,6 @@ class Scheduler(Timetable):
             sets = GoalSets(self.mission, geodesics, kept)
             if any(goal is None or goal.share > VAST for goal in (sets.of(*each) for each in some.goals)):
                 continue  # so many may be nearly anywhere: that binds nobody
-            sets = GoalSets(self.mission, geodesics, kept)
-            if any(goal is None or goal.share > VAST for goal in (sets.of(*each) for each in some.goals)):
-                continue  # so many may be nearly anywhere: that binds nobody
             bound = sorted(some.goals, key=lambda each: (not kept[each[0]], each[0]))
             for agent, nodes in bound[: some.count]:
                 kept[agent].extend(nodes)
