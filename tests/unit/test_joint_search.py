@@ -62,3 +62,33 @@ def test_the_joint_search_finds_it_too(monkeypatch: pytest.MonkeyPatch) -> None:
     outcome = compiled(" - box (3.2, 0.9) to (5, 2.1)").outcome
     assert isinstance(outcome, Verified)
     assert np.isfinite(outcome.plan.trace.position).all()
+
+
+ALLEY = """
+mission alley
+time step 1 s, horizon 60 s
+world (0, 0) to (14, 6)
+obstacle north = box (4, 3.5) to (10, 6)
+obstacle south = box (4, 0) to (10, 2.5)
+region west = box (0, 0) to (3.8, 6)
+region east = box (10.2, 0) to (14, 6)
+team a[2] { radius 0.35 m  dynamics unicycle(speed 0..1 m/s, turn <= 90 deg/s)  start at (2, 3), (2, 1) }
+agent b { radius 0.35 m  dynamics unicycle(speed 0..1 m/s, turn <= 90 deg/s)  start at (12, 3) }
+require a_there: every a: eventually[0, end] always[0, end] east
+require b_there: b: eventually[0, end] always[0, end] west
+solve with smt
+"""
+
+
+def test_who_comes_out_of_an_alley_does_not_rest_in_front_of_it_where_others_have_to_pass(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def together(self: PrioritizedPlanner, batch: frozenset[int]) -> bool:
+        raise AssertionError(batch)
+
+    monkeypatch.setattr(PrioritizedPlanner, "plan_together", together)
+    outcome = missionc.compile(Source("alley.mission", ALLEY)).outcome
+    assert isinstance(outcome, Verified)
+    sizes = dict(outcome.report.sizes)
+    assert sizes["turns"] == 0
+    assert "nodes" not in sizes  # the roadmap of shortest ways was enough

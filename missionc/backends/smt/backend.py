@@ -33,6 +33,7 @@ from missionc.backends.smt.refine.unsat_core import minimise
 from missionc.backends.smt.roadmap.labels import Unexpressible
 from missionc.backends.smt.roadmap.roadmap import NoRoadmap, Roadmap
 from missionc.backends.smt.roadmap.sequence import ROADMAPS, roadmaps_to_try
+from missionc.backends.smt.roadmap_answers import NoPlan, TimeOver, TooDear, TooFewLinks, Unsettled
 from missionc.backends.smt.sat.installed_solvers import solver_missing
 from missionc.backends.smt.sat.proof import CNF, DRAT, Proof, Unproved, prove
 from missionc.backends.smt.sat.solve import Solvers, Stopped, Unsatisfiable
@@ -74,30 +75,6 @@ Made = TypeVar("Made")
 
 Pausing: TypeAlias = Generator[float, float, Made]
 """What pauses as ``Turns`` do, and ends with something else."""
-
-
-@dataclass(frozen=True, slots=True)
-class NoPlan:
-    """Proven: these roadmaps hold no plan. The requirements that rests on, and what was refused."""
-
-    conflict: tuple[str, ...]
-    clauses: Clauses
-    core: tuple[int, ...]
-    """The literals of the requirements in conflict."""
-
-
-class TimeOver(Exception):
-    """There is no time left for what comes next."""
-
-
-@dataclass(frozen=True, slots=True)
-class TooFewLinks:
-    """No plan was found, with routes shorter than the mission allows."""
-
-
-@dataclass(frozen=True, slots=True)
-class Unsettled:
-    """Neither a plan nor a refusal, in the work that these roadmaps may take."""
 
 
 @dataclass(slots=True)
@@ -216,6 +193,7 @@ class Run:
 
         Raises:
             TooLarge: the clauses would pass their limit, whatever the work.
+            TooDear: they take more work than this roadmap may.
         """
         most, needed = self.budget.limits.clauses, 0.0
         while True:
@@ -228,12 +206,19 @@ class Run:
                     raise
                 self.account.work += CLAUSE * error.made
                 needed = price * min(most, max(error.clauses, 2 * afforded))
+                if self.account.work + needed > self.most:
+                    raise TooDear from error
 
     def on_roadmaps(self, roadmaps: tuple[Roadmap, ...], solvers: Solvers) -> Pausing[Outcome | NoPlan | Unsettled]:
         self.account.sizes["states"] = sum(len(roadmap.position) for roadmap in roadmaps)
-        outcome = yield from self.within_clauses(partial(self.prioritized, roadmaps, solvers), SOLVED)
-        if outcome is not None:
-            return outcome
+        try:
+            few = yield from self.within_clauses(partial(self.prioritized, roadmaps, solvers), SOLVED)
+            return few if few is not None else (yield from self.with_all_links(roadmaps, solvers))
+        except TooDear:
+            return Unsettled()
+
+    def with_all_links(self, roadmaps: tuple[Roadmap, ...], solvers: Solvers) -> Pausing[Outcome | NoPlan | Unsettled]:
+        """A plan from one problem with all agents, first with short routes, then with as many links as there may be."""
         ways = all_ways(roadmaps, {})
         for most_links in (LINKS, len(self.mission.agents)):
             if not solvers.alive:

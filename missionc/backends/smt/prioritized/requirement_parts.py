@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from missionc.backends.smt.prioritized.exclusions import Exclusion
 from missionc.backends.smt.roadmap.labels import Labels
 from missionc.backends.smt.roadmap.own_state import own_states, states_of
 from missionc.base.trace import Flags
@@ -42,16 +43,23 @@ class RequirementParts:
     """The requirements as conjuncts.
 
     ``never``: for some agents, where they may not be, (steps + 1, states), whatever
-    else; what that says is in no part.
+    else; what that says is in no part, and what ``exclusions`` say is in none either.
     """
 
     parts: tuple[Part, ...]
     never: dict[int, Flags]
+    exclusions: tuple[Exclusion, ...]
+
+    def excluded(self, present: Agents) -> list[Node]:
+        """What the exclusions ask of those who are there while all others keep away, to be asked at step 0."""
+        asked = ((each.conjunct.windows, each.among(present)) for each in self.exclusions)
+        return [throughout(windows, node) for windows, node in asked if node is not None]
 
 
 def split_requirements(kernel: Kernel, labels: Labels) -> RequirementParts:
     """The requirements in parts."""
     never: dict[int, Flags] = {}
+    exclusions: list[Exclusion] = []
     formulas: list[Node] = []
     bodies: dict[tuple[tuple[Node, ...], Node], Node] = {}
     goals = [goal.formula for goal in kernel.requirements]
@@ -63,11 +71,16 @@ def split_requirements(kernel: Kernel, labels: Labels) -> RequirementParts:
             standing = labels.roadmaps[labels.roadmap_of[agent]].standing
             never.setdefault(agent, np.zeros(standing.shape, dtype=np.bool_))[conjunct.steps] |= fails
             continue
+        exclusion = Exclusion.of(conjunct, labels)
+        if exclusion is not None:
+            exclusions.append(exclusion)
+            continue
         if (windows, node) not in bodies:
             bodies[windows, node] = throughout(windows, node)
         formulas.append(bodies[windows, node] if agent is None else At(agent, bodies[windows, node], node.span))
     named, monotone = named_agents(formulas), helped_by_more(formulas)
-    return RequirementParts(tuple(Part(formula, named[formula], monotone[formula]) for formula in formulas), never)
+    parts = tuple(Part(formula, named[formula], monotone[formula]) for formula in formulas)
+    return RequirementParts(parts, never, tuple(exclusions))
 
 
 def throughout(windows: Iterable[Always], node: Node) -> Node:

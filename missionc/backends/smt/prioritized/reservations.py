@@ -32,6 +32,8 @@ class Reservations:
         self.agents: list[int] = []
         self.alone: set[int] = set()
         self.states = np.zeros((motion.agents, motion.steps + 1), dtype=np.int64)
+        self.known: set[int] = set()
+        """Those of whom ``states`` says what they do, or did before they had to make way."""
         self.moved = np.zeros(motion.agents, dtype=np.int64)
         """How often each has had to make way, (agents,)."""
         self.tables = [ReservationTable(roadmap, mission) for roadmap in motion.roadmaps]
@@ -41,6 +43,7 @@ class Reservations:
         for agent in agents:
             self.agents.append(agent)
             self.states[agent] = states[agent]
+            self.known.add(agent)
             if alone:
                 self.alone.add(agent)
             track = self._track(agent, states[agent])
@@ -57,7 +60,7 @@ class Reservations:
 
     def copy(self) -> Reservations:
         other = copy(self)
-        other.agents, other.alone = list(self.agents), set(self.alone)
+        other.agents, other.alone, other.known = list(self.agents), set(self.alone), set(self.known)
         other.states, other.moved = self.states.copy(), self.moved.copy()
         other.tables = [table.copy() for table in self.tables]
         return other
@@ -72,6 +75,17 @@ class Reservations:
         least = needed(np.full_like(others, agent), others, self.mission)
         met: list[int] = others[(nearest < least[:, None]).any(axis=1)].tolist()
         return met
+
+    def passed(self, agent: int) -> Flags:
+        """The states of an agent that others pass too near to, as far as is known, once it has had to make way."""
+        roadmap = self.motion.roadmap(agent)
+        near = np.zeros(len(roadmap.position), dtype=np.bool_)
+        others = sorted(self.known - {agent}) if self.moved[agent] else []
+        for other in others:
+            least = float(needed(np.array([agent]), np.array([other]), self.mission)[0])
+            way = np.unique(self.motion.roadmap(other).position[self.states[other]], axis=0)
+            near |= cKDTree(way).query(roadmap.position)[0] < least
+        return near
 
     def _track(self, agent: int, way: Indices) -> tuple[Array, Array, Array]:
         position, velocity, acceleration = kinematics(way[None], np.array([agent]), self.motion, self.mission)

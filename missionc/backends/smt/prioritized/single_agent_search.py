@@ -24,6 +24,7 @@ from missionc.backends.smt.encode.lower import Formulas, deep
 from missionc.backends.smt.encode.lower_motion import lower_motion
 from missionc.backends.smt.encode.occupancy import Occupancy
 from missionc.backends.smt.prioritized.distance_to_go import DistanceToGo
+from missionc.backends.smt.prioritized.exclusions import Exclusion, may_be
 from missionc.backends.smt.prioritized.progression import (
     Progression,
     Relaxation,
@@ -74,6 +75,7 @@ class SingleAgentSearch:
         never: for some agents, where they may not be, (steps + 1, states).
         limit: of clauses.
         haste: what a step counts for, of the longest move; 0 where metres alone count.
+        exclusions: what else keeps an agent away from where others are.
     """
 
     def __init__(
@@ -83,8 +85,10 @@ class SingleAgentSearch:
         reservations: Reservations,
         limit: int,
         haste: float = HASTE,
+        exclusions: Sequence[Exclusion] = (),
     ) -> None:
         self._labels, self._never, self._limit, self._haste = labels, never, limit, haste
+        self._exclusions = exclusions
         self._nobody = Reservations(reservations.motion, labels.mission)
         self._to_go = [
             DistanceToGo(table.roadmap.moves, table.length + haste * table.longest, len(table.roadmap.position))
@@ -292,7 +296,19 @@ class SingleAgentSearch:
     def _may(self, agent: int, reservations: Reservations) -> Flags:
         """Where the agent may be, (steps + 1, states), for all that is said of others."""
         standing = reservations.tables[self._labels.roadmap_of[agent]].roadmap.standing
-        return standing & ~self._never[agent] if agent in self._never else standing
+        may = standing & ~self._never[agent] if agent in self._never else standing
+        return may_be(self._exclusions, agent, reservations, may)
+
+    def admits(self, agents: Iterable[int], states: Indices, reservations: Reservations) -> bool:
+        """Whether agents may do together what ``states``, (agents of the mission, steps + 1), say, for the exclusions.
+
+        Args:
+            reservations: those of all others.
+        """
+        whole = reservations.copy()
+        whole.reserve(agents, states)
+        steps = np.arange(states.shape[1])
+        return all(bool(self._may(agent, whole)[steps, states[agent]].all()) for agent in agents)
 
     def starts(self, agent: int, reservations: Reservations) -> Indices:
         """Where the agent may start, (starts,), states."""
@@ -335,7 +351,8 @@ class SingleAgentSearch:
         if not np.isfinite(least) or most < least:
             return None
         haste = 0.0 if pushing else self._haste  # who pushes may as well come late
-        sweep = Sweep(task, table, may, starts, haste * table.longest, pushing=pushing)
+        in_the_way = reservations.passed(agent)
+        sweep = Sweep(task, table, may, starts, haste * table.longest, pushing=pushing, in_the_way=in_the_way)
         excess, push = max(SLACK * least, table.longest), PUSH * table.longest
         if len(table.length) * len(table.roadmap.allowed) <= SMALL:
             bounds = []

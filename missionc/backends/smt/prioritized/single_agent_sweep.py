@@ -33,6 +33,9 @@ from missionc.kernel.walk import children, window_of
 PUSH = 8.0
 """To come too near one who can be moved counts as so many of the longest moves."""
 
+END = 6.0
+"""To end where others pass counts as so many of the longest moves, for one who had to make way."""
+
 RESTLESS = 1e-6
 """Metres that a step in motion counts more than it is long, or up to twice as many: of equal ways that over soonest."""
 
@@ -150,6 +153,7 @@ class Sweep:
         starts: (starts,), states.
         step_cost: metres that a step counts for while there is somewhere to go.
         pushing: moves that come too near some who can be moved are dear, not forbidden.
+        in_the_way: (states,), where it is not to end unless that is far nearer.
     """
 
     task: Task
@@ -158,6 +162,7 @@ class Sweep:
     starts: Indices
     step_cost: float
     pushing: bool
+    in_the_way: Flags
     work: int = 0
 
     def within(self, bound: float) -> Indices | None:
@@ -201,6 +206,8 @@ class Sweep:
             after += self.step_cost * goes[row]
             if self.pushing:
                 after += PUSH * table.longest * table.weight(step, move)
+            if step == steps - 1:
+                after += END * table.longest * self.in_the_way[there]
             to_go = task.to_go(left, there)
             near = np.flatnonzero(after + to_go <= bound)
             key, cost = left[near] * states + there[near], after[near]

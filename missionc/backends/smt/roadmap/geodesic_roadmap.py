@@ -324,7 +324,10 @@ def _roadmap(ground: Ground, places: Array, corners: Array) -> tuple[States, Edg
 
 
 def _with_sidings(ground: Ground, nodes: Array, used: Indices) -> tuple[Array, Indices]:
-    """The same ways with a place beside each waypoint, where there is room, to let another body pass."""
+    """The same ways with a place beside each waypoint, where there is room, to let another body pass.
+
+    It is come to from the waypoint itself, and from those before and after it where that is clear.
+    """
     degree = np.bincount(used.ravel(), minlength=len(nodes))
     passing = (2 * ground.agents[0].radius + ground.mission.separation) * (1 + NEAR / 10)
     neighbours: dict[int, list[int]] = {}
@@ -341,12 +344,14 @@ def _with_sidings(ground: Ground, nodes: Array, used: Indices) -> tuple[Array, I
     both = np.concatenate([nodes[inner] + aside, nodes[inner] - aside])
     owner = np.tile(np.arange(len(inner)), 2)
     clear = ground.is_free(both) & ground.keeps_within(both) & (cKDTree(nodes).query(both)[0] > passing / 2)
-    for end in ends.T:
-        clear &= clear_of(ground.obstacles, nodes[end[owner]], both, np.full(len(both), ground.margin))
+    clear &= clear_of(ground.obstacles, nodes[inner[owner]], both, np.full(len(both), ground.margin))
     one_each = np.flatnonzero(clear)[np.unique(owner[clear], return_index=True)[1]]
-    size = len(nodes) + np.arange(len(one_each))
-    links = [np.stack([end[owner[one_each]], size], axis=1) for end in ends.T]
-    return np.concatenate([nodes, both[one_each]]), np.concatenate([used, *links])
+    size, beside = len(nodes) + np.arange(len(one_each)), both[one_each]
+    links = [np.stack([inner[owner[one_each]], size], axis=1)]
+    for end in ends[owner[one_each]].T:
+        clear = clear_of(ground.obstacles, nodes[end], beside, np.full(len(beside), ground.margin))
+        links.append(np.stack([end, size], axis=1)[clear])
+    return np.concatenate([nodes, beside]), np.concatenate([used, *links])
 
 
 def _with_waypoints(ground: Ground, nodes: Array, used: Indices) -> tuple[Array, Indices]:

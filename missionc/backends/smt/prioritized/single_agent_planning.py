@@ -1,0 +1,264 @@
+"""Prioritized planning of single agents: one after the other takes the shortest way that those before it leave.
+
+    in   roadmaps, the requirements in parts
+    out  reserved trajectories, and who is left without one
+
+Who finds no way takes that of others, who wait again; two who do that to each other time and again are searched for
+together. Who is left goes first in another order, from the beginning.
+
+Source:
+    Erdmann and Lozano-Pérez, "On multiple moving objects", 1987; Andreychuk and Yakovlev, "Two techniques that enhance
+    the performance of multi-robot prioritized path planning", 2018: orders in which those go first who were left.
+"""
+
+from __future__ import annotations
+
+from collections import Counter, deque
+from collections.abc import Iterable, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from missionc.backends.smt.encode.clauses import Clauses
+from missionc.backends.smt.encode.lower_motion import Ways, lower_motion
+from missionc.backends.smt.prioritized.joint_search import JointSearch
+from missionc.backends.smt.prioritized.planning_order import PlanningOrder
+from missionc.backends.smt.prioritized.progression import TooComplex
+from missionc.backends.smt.prioritized.refused_alone import names_about, smallest_conflict
+from missionc.backends.smt.prioritized.requirement_parts import (
+    NOBODY,
+    Agents,
+    Part,
+    RequirementParts,
+    applicable_parts,
+    named_agents,
+    split_requirements,
+)
+from missionc.backends.smt.prioritized.reservations import Reservations
+from missionc.backends.smt.prioritized.single_agent_relaxation import SingleAgentRelaxation
+from missionc.backends.smt.prioritized.single_agent_search import HASTE, SingleAgentSearch
+from missionc.backends.smt.refine.collisions import needed
+from missionc.backends.smt.refine.problem import Setting
+from missionc.backends.smt.roadmap.labels import Labels
+from missionc.backends.smt.roadmap.roadmap import Indices, Roadmap
+from missionc.backends.smt.sat.solve import Solvers
+from missionc.backends.smt.sat.wait_for_process import is_over
+from missionc.backends.work import MOVE_STEP
+from missionc.base.trace import Flags
+from missionc.kernel.nodes import Kernel, Node
+
+IN_VAIN = 3
+"""After so many agents one after the other that found no way by themselves, some are planned together."""
+
+PUSHES = 6
+"""So many times the number of agents may have to make way for another."""
+
+BACK_AND_FORTH, IN_THE_END = 2, 4
+"""After two have so often taken each other's place they are planned together; where that fails, one is left in the end.
+"""
+
+ORDERS, ORDERED = 6, 30_000_000
+"""So many orders are tried, as long as single-agent searches have done no more work."""
+
+ENOUGH, ENOUGH_EACH = 100_000_000, 3_000_000
+"""After so much work of single-agent searches, and so much more for each agent, none is begun any more."""
+
+
+@dataclass(slots=True, eq=False)
+class SingleAgentPlanning:
+    """Reserved trajectories as they grow, agent by agent.
+
+    ``most``: units of ``work`` of the run's account that it may come to.
+    """
+
+    setting: Setting
+    kernel: Kernel
+    roadmaps: tuple[Roadmap, ...]
+    solvers: Solvers
+    most: float
+    requirements: RequirementParts = field(init=False)
+    named: dict[Node, Agents] = field(init=False)
+    order: PlanningOrder = field(init=False)
+    reservations: Reservations = field(init=False)
+    ways: Ways = field(init=False)
+    single_agent: SingleAgentSearch = field(init=False)
+    infeasible_alone: set[int] = field(default_factory=set)
+    """Agents whose single-agent relaxation is infeasible as long as nobody is settled."""
+    guaranteed: set[Part] = field(default_factory=set)
+    """Parts that hold of the settled, whoever joins them."""
+    pushed: Counter[tuple[int, int]] = field(default_factory=Counter)
+    """How often the first has taken the place of the second."""
+    able: set[int] = field(default_factory=set)
+    """Agents that can do alone what is asked of them alone."""
+    refused: tuple[str, ...] | None = None
+    """Requirements in conflict, where it was found out that these roadmaps hold no plan."""
+
+    def __post_init__(self) -> None:
+        mission = self.setting.mission
+        with self.setting.account.stage("lower"):
+            labels = Labels(mission, self.roadmaps)
+            self.requirements = split_requirements(self.kernel, labels)
+            self.named = named_agents(part.formula for part in self.requirements.parts)
+            self.ways = Ways(self.roadmaps, self.requirements.never)
+            self.order = PlanningOrder(labels)
+            self.reservations = Reservations(lower_motion(self.roadmaps, self.ways, NOBODY, Clauses(1)), mission)
+            self.single_agent = self.search()
+
+    @property
+    def enough(self) -> int:
+        """The work of single-agent searches after which none is begun."""
+        return ENOUGH + ENOUGH_EACH * len(self.everyone)
+
+    @property
+    def affordable(self) -> bool:
+        """Whether there is work left to do it with, and time."""
+        enough = self.single_agent.work >= self.enough or self.setting.account.work >= self.most
+        return not enough and not is_over(self.setting.budget.deadline)
+
+    @property
+    def everyone(self) -> Agents:
+        return frozenset(range(len(self.setting.mission.agents)))
+
+    def own_parts(self, agent: int) -> list[Node]:
+        """What the requirements ask of this agent by itself."""
+        return [part.formula for part in self.requirements.parts if part.named == frozenset((agent,))]
+
+    def search(self, haste: float = HASTE) -> SingleAgentSearch:
+        limit = self.setting.budget.limits.clauses
+        never, exclusions = self.requirements.never, self.requirements.exclusions
+        return SingleAgentSearch(self.order.labels, never, self.reservations, limit, haste, exclusions)
+
+    def refusing(self, agent: int) -> tuple[str, ...] | None:
+        """The requirements that the agent's roadmap holds no way for, if it is for certain that it holds none."""
+        if agent in self.able:
+            return None
+        search = self.search()
+        try:
+            if search.alone(agent, self.own_parts(agent)) is not None:
+                self.able.add(agent)
+                return None
+            search = SingleAgentSearch(self.order.labels, {}, self.reservations, 1)
+            return smallest_conflict(self.kernel, search, agent)
+        except TooComplex:
+            return None
+
+    def plan_in_orders(self, waiting: list[tuple[int, ...]]) -> list[tuple[int, ...]]:
+        """Settles those for whom there is a way by themselves, from the beginning each time with who was left first.
+
+        Returns:
+            who is left in the last of these orders.
+        """
+        urgent: list[tuple[int, ...]] = []
+        for _ in range(ORDERS):
+            left = self.plan_single_agents([*urgent, *(group for group in waiting if group not in urgent)])
+            stuck = [group for group in left if len(group) == 1 and group not in urgent[:1]]
+            if not stuck or self.refused is not None or self.single_agent.work > ORDERED or not self.affordable:
+                break
+            urgent = [*stuck, *(group for group in urgent if group not in stuck)]
+            self.release(list(self.reservations.agents))
+            self.reservations.moved[:] = 0
+            self.pushed.clear()
+        return left
+
+    def plan_single_agents(self, waiting: list[tuple[int, ...]]) -> list[tuple[int, ...]]:
+        """Settles those for whom there is a way by themselves; who is left."""
+        queue, left, failures = deque(waiting), list[tuple[int, ...]](), 0
+        while queue and failures < IN_VAIN and self.affordable and self.refused is None:
+            group = queue.popleft()
+            moved = self.plan_single_agent(group[0]) if len(group) == 1 else None
+            if moved is None:
+                left.append(group)
+                failures += 1
+            else:
+                queue.extendleft((agent,) for agent in moved)
+                failures = 0
+                for other in moved:
+                    self.pushed[group[0], other] += 1
+                    exchanges = min(self.pushed[group[0], other], self.pushed[other, group[0]])
+                    if exchanges == BACK_AND_FORTH and self.plan_jointly((group[0], other)):
+                        queue.remove((other,))
+                    elif exchanges >= IN_THE_END:
+                        queue.remove((other,))
+                        left.append((other,))
+                    if exchanges >= BACK_AND_FORTH:
+                        break
+        return left + list(queue)
+
+    def plan_single_agent(self, agent: int) -> list[int] | None:
+        """Settles the agent on the shortest way on which all holds that is asked of it, if there is one.
+
+        Where others are in the way it goes where few are, of those who were settled alone.
+
+        Returns:
+            whom it takes the place of: they wait again.
+        """
+        present = frozenset((agent, *self.reservations.agents))
+        parts = applicable_parts(self.requirements, self.named, self.guaranteed, present)
+        formulas, reservations, setting = list(parts.values()), self.reservations, self.setting
+        with setting.account.stage("alone"):
+            only = frozenset((agent,))
+            if not reservations.agents and self.infeasible(formulas, self.ways, only):
+                self.infeasible_alone.add(agent)
+                return None
+            may_push = bool(reservations.alone) and reservations.moved.sum() < PUSHES * reservations.motion.agents
+            before = self.single_agent.work
+            way = self.single_agent.way_or_push(agent, formulas, reservations, may_push=may_push)
+            setting.account.work += MOVE_STEP * (self.single_agent.work - before)
+            if way is None:
+                self.refused = self.refusing(agent)
+                return None
+            moved = reservations.in_the_way(agent, way)
+            reservations.moved[moved] += 1
+            self.release(moved)
+            self.reserve(frozenset((agent,)), np.broadcast_to(way, reservations.states.shape), parts, alone=True)
+            return moved
+
+    def plan_jointly(self, agents: tuple[int, ...]) -> bool:
+        """Settles agents, the first of whom is settled, on the best joint motion, if that comes off; or refuses."""
+        setting, formulas = self.setting, [self.own_parts(agent) for agent in agents]
+        apart = np.stack([needed(np.full(len(agents), one), np.array(agents), setting.mission) for one in agents])
+        with setting.account.stage("alone"), suppress(TooComplex):
+            free = SingleAgentSearch(self.order.labels, {}, self.reservations, 1)
+            nothing: list[list[Node]] = [[]] * len(agents)
+            for search, asked, names in (
+                (free, nothing, ()),
+                (self.single_agent, formulas, names_about(self.kernel, agents)),
+            ):
+                movers = [search.mover(*each, None) for each in zip(agents, asked, strict=True)]
+                if JointSearch(movers, apart, setting.mission.step).refused:
+                    self.refused = names
+                    return False
+            rest = self.reservations.copy()
+            rest.release(set(agents).intersection(rest.agents))
+            movers = [self.single_agent.mover(*each, rest) for each in zip(agents, formulas, strict=True)]
+            found = JointSearch(movers, apart, setting.mission.step).find()
+            states = rest.states.copy()
+            states[list(agents)] = 0 if found is None else found
+            if found is not None and self.single_agent.admits(agents, states, rest):
+                self.release(set(agents).intersection(self.reservations.agents))
+                present = frozenset((*agents, *self.reservations.agents))
+                parts = applicable_parts(self.requirements, self.named, self.guaranteed, present)
+                self.reserve(frozenset(agents), states, parts, alone=True)
+                return True
+        return False
+
+    def infeasible(self, formulas: Sequence[Node], ways: Sequence[Flags], present: Agents) -> bool:
+        """Whether these hold in no joint motion of those who are there, each within its ways. False says nothing.
+
+        Args:
+            ways: for each agent, (steps + 1, states).
+        """
+        return SingleAgentRelaxation(self.order.labels, ways, present).infeasible(formulas)
+
+    def reserve(self, agents: Agents, states: Indices, parts: Iterable[Part], *, alone: bool) -> None:
+        """These agents do what ``states``, (agents of the mission, steps + 1), say, and what is asked is kept."""
+        self.reservations.reserve(sorted(agents), states, alone=alone)
+        self.infeasible_alone.clear()
+        self.guaranteed.update(part for part in parts if part.monotone)
+
+    def release(self, agents: Iterable[int]) -> None:
+        """These agents, settled alone, wait again. What rested on them is found out at the end."""
+        released = frozenset(agents)
+        self.reservations.release(sorted(released))
+        self.guaranteed = {part for part in self.guaranteed if not part.named or not part.named <= released}
