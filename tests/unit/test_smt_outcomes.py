@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 from itertools import count
+from pathlib import Path
 
 import pytest
 
 import missionc
-from missionc.backends.api import Impossible, NotFound, Reason
+from missionc.backends.api import Budget, Impossible, NotFound, Reason
 from missionc.backends.options import Options
+from missionc.backends.smt.backend import SmtBackend
 from missionc.backends.smt.roadmap.roadmap import NoRoadmap, build_roadmaps
 from missionc.base.limits import Limits
 from missionc.base.source import Source
 from missionc.pipeline.results import Verified
+
+GREENHOUSE = Path(__file__).parents[2] / "missions" / "field" / "greenhouse.mission"
 
 TEAM = """
 mission outcomes
@@ -100,3 +104,14 @@ def test_a_missing_roadmap_names_every_roadmap_that_was_refused_before_it(monkey
     assert isinstance(outcome, NotFound)
     assert outcome.reason is Reason.NO_ROADMAP
     assert outcome.statement == "no way out of `base`; roadmaps of 110 and 187 nodes hold no plan"
+
+
+def test_a_try_for_few_agents_ends_with_the_turn() -> None:
+    """Four tasks that either can do, and two that come again and again: too much for one agent after the other."""
+    checked = missionc.check(Source("greenhouse.mission", GREENHOUSE.read_text()))
+    assert checked.mission is not None
+    assert checked.kernel is not None
+    turns = SmtBackend().turns(checked.mission, checked.kernel, Options(), Budget(deadline=1e12))
+    assert next(turns) == 0.0
+    assert 0.5 <= turns.send(0.5) <= 3.0  # two agents have two units in any case
+    turns.close()

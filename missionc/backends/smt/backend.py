@@ -42,7 +42,7 @@ from missionc.backends.smt.shorten.improve import improve
 from missionc.backends.work import CLAUSE, CLAUSE_CONFLICT, QUESTION, conflicts_of, driven
 from missionc.base.memory import left
 from missionc.base.signals import hold
-from missionc.base.trace import Flags
+from missionc.base.trace import Flags, Trace
 from missionc.diagnostics.model import Diagnostic
 from missionc.ir import Mission, Objective
 from missionc.kernel.nodes import Kernel
@@ -55,6 +55,10 @@ GEODESIC = 20.0
 
 PRIORITIZED, PRIORITIZED_EACH = 30.0, 1.0
 """The units of work that may go into prioritized planning on one roadmap, or for each agent if that is more."""
+
+FEW_EACH, MORE_WORK = 1.0, 2.0
+"""Its first try has the work of a turn, or so much for each agent if that is more; another one so many times as much.
+"""
 
 SOLVED = CLAUSE + 2 * QUESTION + 3000 * CLAUSE_CONFLICT
 """Units of a clause of a problem for a few agents: to build it, to simplify it, and to look for a solution."""
@@ -212,7 +216,7 @@ class Run:
     def on_roadmaps(self, roadmaps: tuple[Roadmap, ...], solvers: Solvers) -> Pausing[Outcome | NoPlan | Unsettled]:
         self.account.sizes["states"] = sum(len(roadmap.position) for roadmap in roadmaps)
         try:
-            few = yield from self.within_clauses(partial(self.prioritized, roadmaps, solvers), SOLVED)
+            few = yield from self.prioritized(roadmaps, solvers)
             return few if few is not None else (yield from self.with_all_links(roadmaps, solvers))
         except TooDear:
             return Unsettled()
@@ -230,16 +234,22 @@ class Run:
         assert not isinstance(result, TooFewLinks)
         return result
 
-    def prioritized(self, roadmaps: tuple[Roadmap, ...], solvers: Solvers, setting: Setting) -> Planned | NoPlan | None:
-        """A plan made for few agents at a time, if there is one."""
+    def prioritized(self, roadmaps: tuple[Roadmap, ...], solvers: Solvers) -> Pausing[Planned | NoPlan | None]:
+        """A plan made for few agents at a time, if there is one: with the work of a turn, then with all it may take."""
         mission, kernel = self.mission, self.kernel
         better = bool(kernel.preferences) or mission.objective is not Objective.NONE
         if mission.steps == 0 or (better and whole_moves(roadmaps) < WHOLE):
             return None
         self.layer = FEW
-        most = max(PRIORITIZED, PRIORITIZED_EACH * len(mission.agents))
-        plan = PrioritizedPlan(setting, kernel, roadmaps, solvers, self.account.work + most)
-        trace = plan.find()
+        least, most = FEW_EACH * len(mission.agents), max(PRIORITIZED, PRIORITIZED_EACH * len(mission.agents))
+        while True:
+            share = min(most, max(least, self.granted - self.account.work))
+            attempt = partial(self.few_at_a_time, roadmaps, solvers, share, most)
+            plan, trace = yield from self.within_clauses(attempt, SOLVED)
+            if trace is not None or plan.refused is not None or plan.affordable or share == most:
+                break
+            least = MORE_WORK * share
+            yield from self.pause(least)
         self.planner = plan.planner
         if trace is not None and plan.planner is not None:
             self.account.sizes["turns"] = plan.planner.taken
@@ -251,6 +261,14 @@ class Run:
         if not plan.affordable:
             self.account.notes.append("a plan for few agents at a time was not found in its share of the work")
         return None
+
+    def few_at_a_time(
+        self, roadmaps: tuple[Roadmap, ...], solvers: Solvers, share: float, most: float, setting: Setting
+    ) -> tuple[PrioritizedPlan, Trace | None]:
+        """A try with so many units of work, of which there may be the most for what makes it better; what it found."""
+        done = self.account.work
+        plan = PrioritizedPlan(setting, self.kernel, roadmaps, solvers, done + share, done + most)
+        return plan, plan.find()
 
     def with_everyone(
         self, roadmaps: tuple[Roadmap, ...], ways: tuple[Flags, ...], most_links: int, solvers: Solvers

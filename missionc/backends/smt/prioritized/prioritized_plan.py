@@ -16,6 +16,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from missionc.backends.api import Planned, Progress
+from missionc.backends.smt.prioritized.precedence import LATER
 from missionc.backends.smt.prioritized.prioritized_planning import PrioritizedPlanner
 from missionc.backends.smt.prioritized.shorter_ways import all_able, metres_alone, shorter, travelled
 from missionc.backends.smt.refine.problem import Setting
@@ -39,14 +40,15 @@ class PrioritizedPlan:
     """Prioritized planning of a whole mission.
 
     ``refused``: requirements in conflict, where it was found out that these roadmaps hold no plan.
-    ``most``: units of ``work`` of the run's account that it may come to.
-    ``planner``: the last that found a plan, the first where none did.
+    ``first``: units of ``work`` of the run's account that it may come to without a plan; ``most``: with one.
+    ``planner``: the last that found a plan, or that was asked for the first one.
     """
 
     setting: Setting
     kernel: Kernel
     roadmaps: tuple[Roadmap, ...]
     solvers: Solvers
+    first: float = math.inf
     most: float = math.inf
     refused: tuple[str, ...] | None = None
     planner: PrioritizedPlanner | None = None
@@ -60,12 +62,13 @@ class PrioritizedPlan:
         """
         mission, account = self.setting.mission, self.setting.account
         required = replace(self.kernel, preferences=())
-        self.planner = planner = self.planner_of(required, self.roadmaps)
-        states = planner.plan()
+        better = bool(self.kernel.preferences) or mission.objective is not Objective.NONE
+        planner, states = self.first_of(required, choosing=not better)
+        self.planner = planner
         if states is None:
             self.refused = planner.refused
             return None
-        if self.kernel.preferences or mission.objective is not Objective.NONE:
+        if better:
             self.setting.budget.found(Planned(planner.trace(states), account.report()))
         for goal in sorted(self.kernel.preferences, key=lambda goal: -(goal.weight or 0.0)):
             self.setting.budget.listen(Progress("prefer", self.planner.rounds, f"`{goal.name}`"))
@@ -83,13 +86,29 @@ class PrioritizedPlan:
                 states = self.shorter(states)
         return self.planner.trace(states)
 
+    def first_of(self, required: Kernel, *, choosing: bool) -> tuple[PrioritizedPlanner, Indices | None]:
+        """The last planner asked, and its joint motion, (agents, steps + 1), if there is one.
+
+        Args:
+            choosing: choose steps of what some wait for others with; then nothing tells how good a plan can be.
+        """
+        for later in LATER if choosing else (None,):
+            planner = self.planner_of(required, self.roadmaps, self.first, later)
+            states = planner.plan()
+            if states is not None or not planner.chosen or not self.affordable:
+                break
+        return planner, states
+
     @property
     def affordable(self) -> bool:
-        """Whether there was work left to do, and time."""
-        return self.setting.account.work < self.most and not is_over(self.setting.budget.deadline)
+        """Whether there was work left to do without a plan, and time."""
+        return self.setting.account.work < self.first and not is_over(self.setting.budget.deadline)
 
-    def planner_of(self, required: Kernel, roadmaps: tuple[Roadmap, ...]) -> PrioritizedPlanner:
-        return PrioritizedPlanner(self.setting, required, roadmaps, self.solvers, self.most)
+    def planner_of(
+        self, required: Kernel, roadmaps: tuple[Roadmap, ...], most: float | None = None, later: float | None = None
+    ) -> PrioritizedPlanner:
+        most = self.most if most is None else most
+        return PrioritizedPlanner(self.setting, required, roadmaps, self.solvers, most, later)
 
     def again(self, required: Kernel, roadmaps: tuple[Roadmap, ...]) -> Indices | None:
         """A joint motion, (agents, steps + 1), on these roadmaps, if it is found."""

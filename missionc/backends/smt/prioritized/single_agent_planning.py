@@ -13,9 +13,10 @@ Source:
 
 from __future__ import annotations
 
+import math
 from collections import Counter, deque
-from collections.abc import Iterable, Sequence
-from contextlib import suppress
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -24,6 +25,7 @@ from missionc.backends.smt.encode.clauses import Clauses
 from missionc.backends.smt.encode.lower_motion import Ways, lower_motion
 from missionc.backends.smt.prioritized.joint_search import JointSearch
 from missionc.backends.smt.prioritized.planning_order import PlanningOrder
+from missionc.backends.smt.prioritized.precedence import with_steps_chosen
 from missionc.backends.smt.prioritized.progression import TooComplex
 from missionc.backends.smt.prioritized.refused_alone import names_about, smallest_conflict
 from missionc.backends.smt.prioritized.requirement_parts import (
@@ -70,6 +72,7 @@ class SingleAgentPlanning:
     """Reserved trajectories as they grow, agent by agent.
 
     ``most``: units of ``work`` of the run's account that it may come to.
+    ``later``: where in its window a step is chosen for what some wait for others with (``precedence.LATER``).
     """
 
     setting: Setting
@@ -77,6 +80,7 @@ class SingleAgentPlanning:
     roadmaps: tuple[Roadmap, ...]
     solvers: Solvers
     most: float
+    later: float | None = None
     requirements: RequirementParts = field(init=False)
     named: dict[Node, Agents] = field(init=False)
     order: PlanningOrder = field(init=False)
@@ -91,6 +95,8 @@ class SingleAgentPlanning:
     """How often the first has taken the place of the second."""
     able: set[int] = field(default_factory=set)
     """Agents that can do alone what is asked of them alone."""
+    chosen: bool = field(init=False)
+    """Whether steps were chosen: then more is asked for than by the requirements, and nothing is refused."""
     refused: tuple[str, ...] | None = None
     """Requirements in conflict, where it was found out that these roadmaps hold no plan."""
 
@@ -98,10 +104,12 @@ class SingleAgentPlanning:
         mission = self.setting.mission
         with self.setting.account.stage("lower"):
             labels = Labels(mission, self.roadmaps)
-            self.requirements = split_requirements(self.kernel, labels)
+            self.order = PlanningOrder(labels)
+            asked = self.kernel if self.later is None else with_steps_chosen(self.kernel, self.order, self.later)
+            self.chosen = asked is not self.kernel
+            self.requirements = split_requirements(asked, labels)
             self.named = named_agents(part.formula for part in self.requirements.parts)
             self.ways = Ways(self.roadmaps, self.requirements.never)
-            self.order = PlanningOrder(labels)
             self.reservations = Reservations(lower_motion(self.roadmaps, self.ways, NOBODY, Clauses(1)), mission)
             self.single_agent = self.search()
 
@@ -129,19 +137,29 @@ class SingleAgentPlanning:
         never, exclusions = self.requirements.never, self.requirements.exclusions
         return SingleAgentSearch(self.order.labels, never, self.reservations, limit, haste, exclusions)
 
+    @contextmanager
+    def counted(self, search: SingleAgentSearch) -> Iterator[SingleAgentSearch]:
+        """What the search does meanwhile counts, and there is no more of it than there is work left to do."""
+        account, before = self.setting.account, search.work
+        search.most = before + (self.most - account.work) / MOVE_STEP
+        try:
+            yield search
+        finally:
+            search.most = math.inf
+            account.work += MOVE_STEP * (search.work - before)
+
     def refusing(self, agent: int) -> tuple[str, ...] | None:
         """The requirements that the agent's roadmap holds no way for, if it is for certain that it holds none."""
-        if agent in self.able:
+        if agent in self.able or self.chosen:
             return None
-        search = self.search()
-        try:
-            if search.alone(agent, self.own_parts(agent)) is not None:
-                self.able.add(agent)
-                return None
-            search = SingleAgentSearch(self.order.labels, {}, self.reservations, 1)
-            return smallest_conflict(self.kernel, search, agent)
-        except TooComplex:
-            return None
+        with suppress(TooComplex):
+            with self.counted(self.search()) as search:
+                if search.alone(agent, self.own_parts(agent)) is not None:
+                    self.able.add(agent)
+                    return None
+            with self.counted(SingleAgentSearch(self.order.labels, {}, self.reservations, 1)) as search:
+                return smallest_conflict(self.kernel, search, agent)
+        return None
 
     def plan_in_orders(self, waiting: list[tuple[int, ...]]) -> list[tuple[int, ...]]:
         """Settles those for whom there is a way by themselves, from the beginning each time with who was left first.
@@ -202,9 +220,8 @@ class SingleAgentPlanning:
                 self.infeasible_alone.add(agent)
                 return None
             may_push = bool(reservations.alone) and reservations.moved.sum() < PUSHES * reservations.motion.agents
-            before = self.single_agent.work
-            way = self.single_agent.way_or_push(agent, formulas, reservations, may_push=may_push)
-            setting.account.work += MOVE_STEP * (self.single_agent.work - before)
+            with self.counted(self.single_agent) as search:
+                way = search.way_or_push(agent, formulas, reservations, may_push=may_push)
             if way is None:
                 self.refused = self.refusing(agent)
                 return None
@@ -226,7 +243,7 @@ class SingleAgentPlanning:
                 (self.single_agent, formulas, names_about(self.kernel, agents)),
             ):
                 movers = [search.mover(*each, None) for each in zip(agents, asked, strict=True)]
-                if JointSearch(movers, apart, setting.mission.step).refused:
+                if not self.chosen and JointSearch(movers, apart, setting.mission.step).refused:
                     self.refused = names
                     return False
             rest = self.reservations.copy()

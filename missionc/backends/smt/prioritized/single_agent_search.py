@@ -14,6 +14,7 @@ Source:
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
 from contextlib import suppress
 
@@ -32,7 +33,7 @@ from missionc.backends.smt.prioritized.progression import (
     TooComplex,
 )
 from missionc.backends.smt.prioritized.reservations import Reservations
-from missionc.backends.smt.prioritized.single_agent_sweep import PUSH, Mover, Sweep, Task, _letters, _Signature
+from missionc.backends.smt.prioritized.single_agent_sweep import PUSH, WORK, Mover, Sweep, Task, _letters, _Signature
 from missionc.backends.smt.refine.problem import LINKS
 from missionc.backends.smt.roadmap.labels import Labels, Unexpressible
 from missionc.backends.smt.roadmap.own_state import own_states, states_of
@@ -99,6 +100,8 @@ class SingleAgentSearch:
         self._known: tuple[Settled, Formulas] | None = None
         self.work = 0
         """Moves looked at so far."""
+        self.most = math.inf
+        """Of which there may be no more."""
 
     def way(
         self, agent: int, formulas: Sequence[Node], reservations: Reservations, *, most: float = np.inf
@@ -352,7 +355,9 @@ class SingleAgentSearch:
             return None
         haste = 0.0 if pushing else self._haste  # who pushes may as well come late
         in_the_way = reservations.passed(agent)
-        sweep = Sweep(task, table, may, starts, haste * table.longest, pushing=pushing, in_the_way=in_the_way)
+        most_moves = min(WORK, self.most - self.work)
+        step_cost = haste * table.longest
+        sweep = Sweep(task, table, may, starts, step_cost, pushing=pushing, in_the_way=in_the_way, most=most_moves)
         excess, push = max(SLACK * least, table.longest), PUSH * table.longest
         if len(table.length) * len(table.roadmap.allowed) <= SMALL:
             bounds = []

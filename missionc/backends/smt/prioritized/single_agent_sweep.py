@@ -51,6 +51,9 @@ DENSE = 4
 STEP_WORK = 1_000
 """What a step takes by itself, in moves."""
 
+LEFT_WORK = 200
+"""What it takes to work out what a residual leaves after a step, in moves; it is known from then on."""
+
 WORK = 20_000_000
 """Moves looked at, after which a search gives up."""
 
@@ -119,6 +122,11 @@ class Task:
             after[index] = self._after[step, kind]
         return after[row]
 
+    @property
+    def work(self) -> int:
+        """What it took to work out what is left after each step, in moves."""
+        return LEFT_WORK * len(self._after)
+
     def to_go(self, residual: Indices, states: Indices) -> Array:
         """At least so many metres are left, (rows,)."""
         if len(self._stacked) < len(self.metres):
@@ -154,6 +162,7 @@ class Sweep:
         step_cost: metres that a step counts for while there is somewhere to go.
         pushing: moves that come too near some who can be moved are dear, not forbidden.
         in_the_way: (states,), where it is not to end unless that is far nearer.
+        most: moves looked at, after which it gives up.
     """
 
     task: Task
@@ -163,6 +172,7 @@ class Sweep:
     step_cost: float
     pushing: bool
     in_the_way: Flags
+    most: float = WORK
     work: int = 0
 
     def within(self, bound: float) -> Indices | None:
@@ -180,12 +190,13 @@ class Sweep:
         goes = task.to_go(key // states, self.starts) > FAR
         trail: list[tuple[Indices, Indices]] = []
         for step in range(steps):
+            known = task.work
             residual, state = np.divmod(key, states)
             sizes = table.begins[state + 1] - table.begins[state]
             row = np.repeat(np.arange(len(key)), sizes)
             move = np.arange(len(row)) + np.repeat(table.begins[state] - np.cumsum(sizes) + sizes, sizes)
             self.work += STEP_WORK + len(move)
-            if self.work > WORK:
+            if self.work > self.most:
                 raise TooComplex
             free = self.may[step + 1, target[move]] & table.free(step, move, pushing=self.pushing)
             row, move = row[free], move[free]
@@ -199,6 +210,7 @@ class Sweep:
                 row, move, left = row[alive], move[alive], left[alive]
                 left = task.after(steps, left, task.place(steps, target[move]), task.ends[move])
                 left[left != done] = -1
+            self.work += task.work - known
             alive = left >= 0
             row, move, left = row[alive], move[alive], left[alive]
             there = target[move]

@@ -1,0 +1,83 @@
+"""Precedence: what must hold of some until others have done something, each to be planned by itself.
+
+    in   conjuncts of the requirements
+    out  conjuncts that imply them, each about fewer agents
+
+``(not (some barge: chamber)) until[0, 10 min] (keeper: hut)`` binds every barge to the keeper. Once a step is chosen at
+which the keeper is there, it asks each barge to keep away before it, and the keeper to be there then. That is more than
+was asked: who finds no plan with it has not shown that there is none.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from missionc.backends.smt.prioritized.planning_order import PlanningOrder
+from missionc.backends.smt.prioritized.requirement_parts import named_agents, throughout
+from missionc.kernel.analysis import Conjunct, conjuncts
+from missionc.kernel.nodes import All, Always, Any, At, AtLeast, Eventually, Goal, Kernel, Node, Until
+from missionc.kernel.walk import children, rebuilt
+
+AMPLE, SPARE = 1.25, 2
+"""What is waited for may take so many times the steps that it takes at least, and so many more."""
+
+
+LATER = 0.0, 0.5, 1.0
+"""It is waited for so far into the time that is left in its window then, first to last."""
+
+
+def with_steps_chosen(kernel: Kernel, order: PlanningOrder, later: float) -> Kernel:
+    """The kernel with a step chosen for each ``until`` that is about several agents; itself where there is none.
+
+    Args:
+        later: one of ``LATER``.
+    """
+    requirements = tuple(_goal_chosen(goal, order, later) for goal in kernel.requirements)
+    same = all(one is other for one, other in zip(requirements, kernel.requirements, strict=True))
+    return kernel if same else replace(kernel, requirements=requirements)
+
+
+def _goal_chosen(goal: Goal, order: PlanningOrder, later: float) -> Goal:
+    parts = list(conjuncts((goal.formula,)))
+    if not any(map(is_precedence, parts)):
+        return goal
+    formulas = [
+        part for each in parts for part in (_chosen(each, order, later) if is_precedence(each) else [_formula(each)])
+    ]
+    return replace(goal, formula=All(tuple(formulas), goal.formula.span))
+
+
+def is_precedence(conjunct: Conjunct) -> bool:
+    """Whether it is an ``until`` from the beginning whose sides are not about one agent alone."""
+    formula = _formula(conjunct)
+    several = len(named_agents((formula,))[formula]) > 1
+    return isinstance(conjunct.formula, Until) and not conjunct.windows and several
+
+
+def _formula(conjunct: Conjunct) -> Node:
+    """It as one formula that is asked at step 0."""
+    asked = throughout(conjunct.windows, conjunct.formula)
+    return asked if conjunct.agent is None else At(conjunct.agent, asked, asked.span)
+
+
+def _chosen(conjunct: Conjunct, order: PlanningOrder, later: float) -> list[Node]:
+    """``end`` at a step of the window, and ``hold`` at all steps before it."""
+    agent, _, node = conjunct
+    assert isinstance(node, Until)
+    hold, end = (part if agent is None else At(agent, part, node.span) for part in (node.hold, node.end))
+    last = order.labels.mission.steps if node.high is None else node.high
+    soon = min(max(node.low, int(AMPLE * order.need(_sometime(end)).steps) + SPARE), last)
+    step = soon + int(later * (last - soon))
+    before: list[Node] = [Always(hold, 0, step - 1, node.span)] if step else []
+    return [*before, Always(end, step, step, node.span)]
+
+
+def _sometime(node: Node) -> Node:
+    """That it becomes true, of each of its agents by itself."""
+    match node:
+        case At(agent, body):
+            return At(agent, Eventually(body, 0, None, node.span), node.span)
+        case All() | Any() | AtLeast():
+            return rebuilt(node, tuple(map(_sometime, children(node))))
+        case _:
+            return node
