@@ -178,6 +178,16 @@ def test_two_who_may_not_be_in_a_place_together_come_one_after_the_other() -> No
     planned(text)
 
 
+@pytest.mark.parametrize(("here", "there"), [("x <= 10 m", "x >= 30 m"), ("north", "(y <= 12 m and east)")])
+def test_who_has_to_be_somewhere_until_another_has_come_takes_its_way_after_that(here: str, there: str) -> None:
+    waits = "require waits: (rover[0]: HERE) until[10 s, 60 s] (rover[2]: x <= 22 m)\n".replace("HERE", here)
+    goes = f"require goes: rover[0]: eventually[0, 70 s] {there}\n"
+    _, scheduler, schedule = scheduled(YARD.replace("(5, 10)", "(5, 16)") + waits + goes)
+    (until,), (visit,) = (named(scheduler, schedule, name) for name in ("waits", "goes"))
+    assert schedule.late == 0
+    assert visit.step >= until.step + 18  # the two are 20 m apart at 1 m/s, or a little more
+
+
 def test_so_many_come_as_are_asked_for_and_others_than_those_who_stay() -> None:
     fleet = YARD.replace("rover[3]", "rover[8]").replace(
         "start at (5, 10), (20, 10), (36, 18)", "start grid (10, 6) to (26, 14)"

@@ -22,9 +22,9 @@ from missionc.backends.clot.schedule.geodesics import Geodesics, slowed
 from missionc.backends.clot.schedule.point_margins import PointMargins
 from missionc.backends.clot.schedule.speed_limits import slowness
 from missionc.base.trace import Array, Flags
-from missionc.ir import Mission
+from missionc.ir import Mission, Predicate
 from missionc.kernel.evaluate import evaluate
-from missionc.kernel.nodes import Node
+from missionc.kernel.nodes import Atom, Node
 from missionc.world.dynamics import Indices
 
 INSIDE = 0.3
@@ -90,6 +90,7 @@ class GoalSets:
         self.places = geodesics.points.reshape(-1, mission.dimension)
         self._roaming: dict[object, Roaming] = {}
         self._sets: dict[object, GoalSet | None] = {}
+        self._apart: dict[object, float] = {}
         self._met: dict[object, tuple[Array, Array]] = {}
 
     def of(self, agent: int, nodes: Sequence[Node]) -> GoalSet | None:
@@ -234,6 +235,19 @@ class GoalSets:
         values = evaluate(nodes, PointMargins(self.mission, agent, points))
         known = [value for node in nodes if (value := values[node]) is not None]
         return np.min(np.broadcast_arrays(*known), axis=0) if known else None
+
+    def apart(self, agent: int, one: Predicate, other: Predicate) -> float:
+        """How far an agent is at least from where one predicate holds to where another does, metres; 0 if unknown.
+
+        Halfway between the two the margins of both are half of that, and a cell has them within half of its size.
+        """
+        key = self._kind(agent), one, other
+        if key not in self._apart:
+            margins = [self.margin(agent, (Atom(each),), self.places) for each in (one, other)]
+            known = [each for each in margins if each is not None]
+            both = float(np.minimum(*known).max()) if len(known) == len(margins) else 0.0
+            self._apart[key] = -2 * both if both < -self.grid.cell * math.sqrt(self.mission.dimension) / 2 else 0.0
+        return self._apart[key]
 
     def _kind(self, agent: int) -> object:
         """What agents have in common that may be in the same places."""

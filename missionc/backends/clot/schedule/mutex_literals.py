@@ -1,13 +1,14 @@
 """Literals of holds that deny each other: a literal and its opposite, and more at once than may hold.
 
-A literal is that a predicate holds of an agent, or that it does not; it and its opposite are *mutex*. Of those that
+A literal is that a predicate holds of an agent, or that it does not; it and its opposite are *mutex*, and so are two
+predicates that hold in no place both (``altitude <= 20 m`` and ``altitude >= 40 m``). Of those that
 ``always not (at least 3 truck: weigh)`` is about, two at once are the most: a *capacity*.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass, replace
 from typing import TypeAlias
 
 from missionc.backends.clot.schedule.tasks import Hold, Outline
@@ -25,18 +26,22 @@ ROUNDING = 1e-6
 
 @dataclass(frozen=True, slots=True)
 class TimedLiterals:
-    """The literals that a hold requires at every moment from ``low`` to ``high``, both included; seconds."""
+    """The literals that a hold requires at every moment from ``low`` to ``high``, both included; seconds.
+
+    ``gap``: seconds before and after, at which they hold as well.
+    """
 
     literals: frozenset[Literal]
     low: float
     high: float
+    gap: float = 0.0
 
     def shifted(self, by: float) -> TimedLiterals:
-        return TimedLiterals(self.literals, self.low + by, self.high + by)
+        return replace(self, low=self.low + by, high=self.high + by)
 
     def mutex_time(self, other: TimedLiterals) -> float | None:
         """For how many seconds it is mutex with the other; None where it never is, 0 for one moment."""
-        both = min(self.high, other.high) - max(self.low, other.low)
+        both = min(self.high + self.gap, other.high + other.gap) - max(self.low - self.gap, other.low - other.gap)
         if both < 0 or not any((agent, what, not holds) in other.literals for agent, what, holds in self.literals):
             return None
         return both
@@ -88,25 +93,55 @@ def capacities(holds: Iterable[Hold], step: float, passing: float) -> tuple[Capa
     return tuple(found)
 
 
-def mutex_literals(outline: Outline) -> frozenset[Literal]:
-    """The literals of an outline whose opposites are in it too, somewhere."""
+Denials: TypeAlias = dict[Literal, dict[Literal, float]]
+"""For literals that others may deny what each implies, itself or the opposite of what excludes it, and for how many
+seconds before and after it holds as well."""
+
+
+def denials(outline: Outline, apart: Callable[[int, Predicate, Predicate], float]) -> Denials:
+    """The literals of an outline that others in it may deny.
+
+    Args:
+        apart: seconds that an agent takes at least from where one predicate holds to where another does. It is asked
+            where one of them is to hold for a while.
+    """
     events = [event for task in outline.tasks for option in task.options for event in option.events]
-    holds = [*outline.holds, *(hold for task in outline.tasks for option in task.options for hold in option.holds)]
+    lasting = [*outline.holds, *(hold for task in outline.tasks for option in task.options for hold in option.holds)]
+    visits: list[Hold] = []
     while events:
         event = events.pop()
-        holds.extend((*event.holds, *event.before))
+        visits.extend(event.holds)
+        lasting.extend(event.before)
         events.extend(event.then)
-    everything = {literal for hold in holds for literal in literals(hold.agent, hold.node)}
-    return frozenset(literal for literal in everything if (literal[0], literal[1], not literal[2]) in everything)
+    long = {literal for hold in lasting for literal in literals(hold.agent, hold.node)}
+    everything = long.union(literal for hold in visits for literal in literals(hold.agent, hold.node))
+    found: Denials = {}
+    true_of: dict[int, list[Predicate]] = {}
+    for agent, what, holds in everything:
+        if (agent, what, not holds) in everything:
+            found.setdefault((agent, what, holds), {})[agent, what, holds] = 0.0
+        if holds and agent != TEAM:
+            true_of.setdefault(agent, []).append(what)
+    for agent, what, holds in long:
+        for other in true_of.get(agent, ()) if holds else ():
+            seconds = 0.0 if other is what else apart(agent, what, other)
+            if seconds > 0:
+                found.setdefault((agent, what, True), {})[agent, other, False] = seconds
+                found.setdefault((agent, other, True), {})[agent, other, True] = 0.0
+    return found
 
 
-def timed_literals(holds: Iterable[Hold], among: frozenset[Literal], step: float) -> tuple[TimedLiterals, ...]:
-    """The literals of holds, as far as they are among these; ``step`` is seconds, and so are the results' times."""
+def timed_literals(holds: Iterable[Hold], denied: Denials, step: float) -> tuple[TimedLiterals, ...]:
+    """What holds imply that may be denied; ``step`` is seconds, and so are the results' times."""
     timed: list[TimedLiterals] = []
-    for hold in holds if among else ():
-        said = among.intersection(literals(hold.agent, hold.node))
-        if said:
-            timed.append(TimedLiterals(said, hold.low * step, hold.high * step))
+    for hold in holds if denied else ():
+        said: dict[float, set[Literal]] = {}
+        for literal in literals(hold.agent, hold.node):
+            for implied, gap in denied.get(literal, {}).items():
+                said.setdefault(gap, set()).add(implied)
+        timed.extend(
+            TimedLiterals(frozenset(each), hold.low * step, hold.high * step, gap) for gap, each in said.items()
+        )
     return tuple(timed)
 
 
@@ -122,7 +157,11 @@ def earliest_time(
         later: list[float] = []
         for each in says:
             here = each.shifted(begin)
-            later += [other.high - each.low + step for other in sure if here.mutex_time(other) is not None]
+            later += [
+                other.high + other.gap + each.gap - each.low + step
+                for other in sure
+                if here.mutex_time(other) is not None
+            ]
             untils = [capacity.until(here, sure) for capacity in capacities]
             later += [until - each.low for until in untils if until is not None]
         if not later:

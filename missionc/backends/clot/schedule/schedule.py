@@ -25,7 +25,7 @@ from missionc.backends.clot.schedule.goal_sets import GoalSets
 from missionc.backends.clot.schedule.mutex_literals import (
     TimedLiterals,
     capacities,
-    mutex_literals,
+    denials,
     mutex_seconds,
     timed_literals,
 )
@@ -85,9 +85,15 @@ class Scheduler(Timetable):
         self.goals = GoalSets(mission, geodesics, self._kept(geodesics))
         self.numbers = [number for number, task in enumerate(outline.tasks) if self._scheduled(task)]
         self.capacities = capacities(outline.holds, mission.step, PASSING * mission.step)
-        mutex = mutex_literals(replace(outline, tasks=tuple(outline.tasks[number] for number in self.numbers)))
-        self.mutex = mutex.union(*(each.literals for each in self.capacities))
+        scheduled = replace(outline, tasks=tuple(outline.tasks[number] for number in self.numbers))
+        self.denied = denials(scheduled, self._seconds_apart)
+        for literal in {each for capacity in self.capacities for each in capacity.literals}:
+            self.denied.setdefault(literal, {})[literal] = 0.0
         self.standing = () if self.tied else self._visits(-1, (), self._passing(outline.holds))
+
+    def _seconds_apart(self, agent: int, one: Predicate, other: Predicate) -> float:
+        """What an agent takes at least from where one predicate holds to where another does; 0 if unknown."""
+        return self.goals.apart(agent, one, other) / float(self.pace[agent])
 
     def schedule(self, noise: float) -> Schedule:
         """A schedule; ``noise`` is by what share distances are misjudged on purpose, for another one than before."""
@@ -172,7 +178,9 @@ class Scheduler(Timetable):
             until = (hold for later in each.then for hold in later.before if hold.low == 0)
             shapes = tuple(_shapes((*each.holds, *until)))
             lasts = min(max((hold.high for hold in each.holds), default=0), self.mission.steps)
-            says, before = (timed_literals(holds, self.mutex, self.mission.step) for holds in (each.holds, each.before))
+            says, before = (
+                timed_literals(holds, self.denied, self.mission.step) for holds in (each.holds, each.before)
+            )
             key = task, len(visits)
             visits.append(Visit(key, each, come, regions, shapes, lasts, after, says, before))
             stack.extend((later, key) for later in reversed(each.then))
@@ -208,7 +216,7 @@ class Scheduler(Timetable):
     def _fixed(self, options: list[Option]) -> tuple[list[TimedLiterals], float]:
         """What holds at fixed times whatever the order is, and for how many seconds it denies itself."""
         holds = [*self.outline.holds, *(hold for option in options for hold in option.holds)]
-        fixed = timed_literals(holds, self.mutex, self.mission.step)
+        fixed = timed_literals(holds, self.denied, self.mission.step)
         amiss = sum(mutex_seconds(one, fixed[:number], self.mission.step) for number, one in enumerate(fixed))
         return list(fixed), amiss
 

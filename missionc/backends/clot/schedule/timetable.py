@@ -172,7 +172,7 @@ class Timetable:
                 begin += perturbed.put_off(visit.event) * max(0.0, latest - begin)
             begin = earliest_time(visit.says, begin, sure, self.capacities, step)
             for each in visit.before:
-                barred = TimedLiterals(each.literals, each.low + base, begin - step)
+                barred = TimedLiterals(each.literals, each.low + base, begin - step, each.gap)
                 run.late += mutex_seconds(barred, sure, step)
                 sure.append(barred)
             sure.extend(each.shifted(begin) for each in visit.says)
@@ -321,7 +321,8 @@ class Timetable:
             base = 0 if each.visit.after is None else at[each.visit.after]
             new = [one.shifted(each.step * step) for one in each.visit.says]
             new += [
-                TimedLiterals(one.literals, one.low + base * step, (each.step - 1) * step) for one in each.visit.before
+                TimedLiterals(one.literals, one.low + base * step, (each.step - 1) * step, one.gap)
+                for one in each.visit.before
             ]
             if any(one.mutex_time(other) is not None for one in new for other in sure):
                 return True
