@@ -188,6 +188,15 @@ def test_who_has_to_be_somewhere_until_another_has_come_takes_its_way_after_that
     assert visit.step >= until.step + 18  # the two are 20 m apart at 1 m/s, or a little more
 
 
+@pytest.mark.parametrize(("least", "most"), [(0.0, 100), (0.5, 70)])
+def test_who_cannot_stand_still_does_not_dawdle_on_its_way(least: float, most: int) -> None:
+    text = YARD.replace("single_integrator(speed <= 1 m/s)", f"unicycle(speed {least}..1 m/s)")
+    _, scheduler, schedule = scheduled(text + "require goes: rover[0]: eventually[0, 100 s] east\n")
+    (visit,) = named(scheduler, schedule, "goes")
+    assert (visit.step > 60) is (least == 0.0)  # halfway between the soonest and the latest, as it was 27 m away
+    assert visit.step <= most
+
+
 def test_so_many_come_as_are_asked_for_and_others_than_those_who_stay() -> None:
     fleet = YARD.replace("rover[3]", "rover[8]").replace(
         "start at (5, 10), (20, 10), (36, 18)", "start grid (10, 6) to (26, 14)"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from math import ceil
@@ -19,11 +20,12 @@ from missionc.backends.clot.schedule.mutex_literals import (
 )
 from missionc.backends.clot.schedule.perturbed_distances import PerturbedDistances
 from missionc.backends.clot.schedule.tasks import Decision, Hold, Option, Outline
-from missionc.backends.clot.schedule.visits import Appointment, Key, Place, Run, Schedule, Visit
+from missionc.backends.clot.schedule.visits import Appointment, Key, Leg, Place, Run, Schedule, Visit
 from missionc.base.trace import Array
 from missionc.ir import Mission, Predicate
 from missionc.kernel.nodes import Atom, Node
 from missionc.kernel.walk import graph_of, postorder
+from missionc.world.dynamics import speeds
 
 ROUNDING = 1e-6
 """The share of a step that a time may be over a whole number of steps and count as that number."""
@@ -146,7 +148,7 @@ class Timetable:
                 low, high = low + base, high + base
             begin, moved = max(low, visit.event.not_before * step), np.zeros(0, dtype=np.int64)
             places: list[Place] = []
-            legs: list[tuple[int, float, float]] = []
+            legs: list[Leg] = []
             for place, length in self._ways(visit.come, where, free, begin, visits[number + 1 :]):
                 agent = place.agent
                 stretch = perturbed.factor(visit.event) if visit.come.goals else 1.0
@@ -155,7 +157,8 @@ class Timetable:
                 if not place.sure:
                     run.late += self.mission.horizon
                 stays = 0.0 if since[agent] < 0 else free[agent] - run.times[since[agent]]
-                legs.append((since[agent], stays + seconds, stays + length / self.speed[agent]))
+                soonest, latest = length / self.speed[agent], self._dawdled(agent, length, seconds)
+                legs.append(Leg(since[agent], stays + seconds, stays + soonest, stays + latest))
                 way += length
                 places.append(place)
             if visit.shapes:
@@ -259,6 +262,11 @@ class Timetable:
         seconds = length / float(self.pace[agent])
         return seconds + min(float(self.stopping[agent]), seconds)
 
+    def _dawdled(self, agent: int, length: float, seconds: float) -> float:
+        """Seconds that a way takes at most, of an agent that cannot stand still; infinite for all others."""
+        least = float(speeds(self.mission.agents[agent].dynamics)[0])
+        return max(seconds, length / least) if least > 0 else math.inf
+
     def _at_steps(self, visits: list[Visit], run: Run, slower: float) -> tuple[Appointment, ...]:
         """Visits at their soonest times, made so many times later; where nothing is tied, halfway to the latest."""
         step = self.mission.step
@@ -278,9 +286,9 @@ class Timetable:
             else:  # nobody has to get to a place for it, and what comes after may need the time
                 wanted = max([round(time / step), *(each.step for each in appointments)])
             soonest = max(base + visit.event.low, visit.event.not_before)
-            for begin, _, least in legs:
-                since = 0 if begin < 0 else appointments[begin].step
-                wanted = max(wanted, since + ceil(least / step - ROUNDING))
+            for leg in legs:
+                since = 0 if leg.begin < 0 else appointments[leg.begin].step
+                wanted = max(wanted, since + ceil(leg.least / step - ROUNDING))
             at[visit.key] = max(soonest, min(wanted, latest))
             appointments.append(Appointment(visit, at[visit.key], places))
         return tuple(appointments)
@@ -306,9 +314,13 @@ class Timetable:
                     base = index[visit.after]
                     latest[number] = min(latest[number], latest[base] + high)
                     latest[base] = min(latest[base], latest[number] - low)
-                for begin, seconds, _ in run.legs[number]:
-                    if begin >= 0:
-                        latest[begin] = min(latest[begin], latest[number] - seconds)
+                for leg in run.legs[number]:
+                    if leg.begin >= 0:
+                        latest[leg.begin] = min(latest[leg.begin], latest[number] - leg.seconds)
+            for number, legs in enumerate(run.legs):  # not so late that it would have to go slower than it can
+                for leg in legs:
+                    begun, soon = (latest[leg.begin], run.times[leg.begin]) if leg.begin >= 0 else (0.0, 0.0)
+                    latest[number] = min(latest[number], begun + max(leg.most, run.times[number] - soon))
             if latest == before:
                 break
         return [soon + self.unhurried * max(0.0, late - soon) for soon, late in zip(run.times, latest, strict=True)]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 from missionc.backends.clot.optimise.active_set import Choices
 from missionc.backends.clot.schedule.attendance import NOBODY, Attendance
@@ -82,18 +83,26 @@ class Schedule:
     company: Attendance = NOBODY
 
 
+class Leg(NamedTuple):
+    """An agent's way to a visit: from which one, by its number, -1 for the start; and how long after that one it is.
+
+    ``seconds`` at an agent's usual pace, ``least`` at top speed, ``most`` at the least speed that it can go.
+    """
+
+    begin: int
+    seconds: float
+    least: float
+    most: float
+
+
 @dataclass(slots=True)
 class Run:
-    """An order of visits as it comes out, each as soon as can be.
-
-    ``legs``: for each visit who comes for it: from which visit (by its number, -1 for the start), in how many seconds,
-    and in how many at the least, at top speed.
-    """
+    """An order of visits as it comes out, each as soon as can be; ``legs``: for each visit those who come for it."""
 
     cost: float = 0.0
     late: float = 0.0
     end: float = 0.0
     times: list[float] = field(default_factory=list)
-    legs: list[list[tuple[int, float, float]]] = field(default_factory=list)
+    legs: list[list[Leg]] = field(default_factory=list)
     last: list[tuple[int, float]] = field(default_factory=list)
     places: list[tuple[Place, ...]] = field(default_factory=list)
