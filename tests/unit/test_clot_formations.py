@@ -295,3 +295,26 @@ require then1: cart[1]: eventually[20 s, 34 s] dock
     last = max(each.step for each in schedule.appointments)
     assert all(frame.shortfall <= 0 for frame in frames)
     assert np.linalg.norm(np.diff(first[:, : last + 1], axis=1), axis=-1).max() < 4.0
+
+
+RELEASED = """
+team cart[4] { radius 0.5 m  dynamics single_integrator(speed <= 3 m/s)  start line (4, 6) to (4, 24) }
+separation 0.5 m
+formation rank = offsets of cart (0, 0), (0, 6), (0, 12), (0, 18) tolerance 0.4 m
+require kept: rank until[5 s, 15 s] (cart[0]: x >= 30 m)
+"""
+
+
+def test_a_formation_kept_up_to_a_moment_is_still_one_at_that_moment() -> None:
+    _, schedule, frames, first = framed(HEAD + RELEASED)
+    (appointment,) = schedule.appointments
+    (frame,) = (frame for frame in frames if frame.step == appointment.step)
+    rank = np.array([(0.0, 6.0 * place) for place in range(4)])
+    assert frame.position - frame.position[0] == pytest.approx(rank, abs=0.5)
+    assert first[:, appointment.step // 2] - first[0, appointment.step // 2] == pytest.approx(rank, abs=0.5)
+
+
+def test_who_keeps_a_formation_goes_along_and_needs_time_for_what_comes_after() -> None:
+    _, schedule, _, _ = framed(HEAD + RELEASED + "require back: cart[3]: eventually[12 s, 24 s] x <= 9 m\n")
+    out, back = sorted(each.step for each in schedule.appointments)
+    assert back - out >= 21 / 3

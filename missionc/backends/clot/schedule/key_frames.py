@@ -30,9 +30,10 @@ from missionc.backends.clot.schedule.gather_team import tree_of
 from missionc.backends.clot.schedule.geodesics import Geodesics, along
 from missionc.backends.clot.schedule.key_frame import KeyFrame, Routes
 from missionc.backends.clot.schedule.schedule import Scheduler
-from missionc.backends.clot.schedule.visits import Schedule
+from missionc.backends.clot.schedule.tasks import Hold
+from missionc.backends.clot.schedule.visits import Schedule, Visit
 from missionc.base.trace import Array, Flags
-from missionc.ir import Anywhere, Inside, Mission, Proximity
+from missionc.ir import Anywhere, Inside, Mission, Predicate, Proximity
 from missionc.kernel.nodes import At, Atom
 from missionc.language.margins.spanning_trees import Indices
 
@@ -59,7 +60,25 @@ def key_frames(
     Args:
         go_on: once it says no, first guesses are taken as they are.
     """
-    return _KeyFrames(mission, schedule, scheduler, geodesics, generator, go_on).all()
+    kept = replace(schedule, holds=tuple(_kept_to_the_event(schedule)))
+    return _KeyFrames(mission, kept, scheduler, geodesics, generator, go_on).all()
+
+
+def _kept_to_the_event(schedule: Schedule) -> Iterator[Hold]:
+    """The holds, with formations that are kept up to an event kept at it too: a step later nobody is elsewhere.
+
+    Not where the event asks for another one of the same agents.
+    """
+    for hold in schedule.holds:
+        ended = [each.visit for each in schedule.appointments if each.step == hold.high + 1]
+        if isinstance(hold.node, Atom) and any(_goes_on(hold.node.predicate, visit) for visit in ended):
+            yield replace(hold, high=hold.high + 1)
+        else:
+            yield hold
+
+
+def _goes_on(formation: Predicate, visit: Visit) -> bool:
+    return formation in visit.kept and all(formation.others.isdisjoint(shape.others) for shape in visit.shapes)
 
 
 class _KeyFrames(FirstGuesses):

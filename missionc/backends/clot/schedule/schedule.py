@@ -182,7 +182,8 @@ class Scheduler(Timetable):
                 timed_literals(holds, self.denied, self.mission.step) for holds in (each.holds, each.before)
             )
             key = task, len(visits)
-            visits.append(Visit(key, each, come, regions, shapes, lasts, after, says, before))
+            kept = tuple(shape for shape in _shapes(each.before) if shape.formation is not None)
+            visits.append(Visit(key, each, come, regions, shapes, lasts, after, kept, says, before))
             stack.extend((later, key) for later in reversed(each.then))
         for hold in holds:
             come = attendance(self.mission, (hold,))

@@ -146,7 +146,8 @@ class Timetable:
             if visit.after is not None:
                 base = run.times[number_of[visit.after]]
                 low, high = low + base, high + base
-            begin, moved = max(low, visit.event.not_before * step), np.zeros(0, dtype=np.int64)
+            begin = max(low, visit.event.not_before * step)
+            shaped = sorted({agent for shape in visit.shapes for agent in shape.others})
             places: list[Place] = []
             legs: list[Leg] = []
             for place, length in self._ways(visit.come, where, free, begin, visits[number + 1 :]):
@@ -156,15 +157,15 @@ class Timetable:
                 begin = max(begin, free[agent] + seconds)
                 if not place.sure:
                     run.late += self.mission.horizon
-                stays = 0.0 if since[agent] < 0 else free[agent] - run.times[since[agent]]
-                soonest, latest = length / self.speed[agent], self._dawdled(agent, length, seconds)
-                legs.append(Leg(since[agent], stays + seconds, stays + soonest, stays + latest))
+                legs.append(self._leg(agent, since, free, run, seconds, length))
                 way += length
                 places.append(place)
             if visit.shapes:
                 gaps = np.linalg.norm(self._gathered(visit.shapes, where) - where, axis=1)
-                moved = np.flatnonzero(gaps)
-                begin = max(begin, float((free + gaps / self.pace)[moved].max(initial=0.0)))
+                for agent in shaped:
+                    seconds, length = float(gaps[agent] / self.pace[agent]), float(gaps[agent])
+                    begin = max(begin, free[agent] + seconds if length else 0.0)
+                    legs.append(self._leg(agent, since, free, run, seconds, length))
                 way += float(gaps.sum())
                 beside = where.copy()
                 for place in places:
@@ -180,7 +181,11 @@ class Timetable:
                 sure.append(barred)
             sure.extend(each.shifted(begin) for each in visit.says)
             run.late += max(0.0, begin - high)
-            free[moved] = begin  # whoever is in shape may go on, all of them together
+            for agent in shaped:  # whoever is in shape may go on, all of them together
+                free[agent], since[agent] = max(begin, free[agent]), number
+            for agent, shift in self._carried(visit.kept, places, where):
+                where[agent] += shift
+                free[agent], since[agent] = max(begin, free[agent]), number
             for place in places:
                 agent = place.agent
                 stays = begin + visit.lasts * step if visit.lasts < self.mission.steps else self.mission.horizon
@@ -204,6 +209,19 @@ class Timetable:
         run.late += max(0.0, run.end - self.mission.horizon)
         run.cost = LATE * run.late + run.end + 0.1 * way / float(self.pace.mean())
         return run
+
+    def _carried(self, kept: tuple[Predicate, ...], places: list[Place], where: Array) -> Iterator[tuple[int, Array]]:
+        """Who goes nowhere of their own, but with others in a formation that is kept; and how far, (dim,), metres."""
+        going = {place.agent: place.point - where[place.agent] for place in places}
+        for shape in kept:
+            led = [shift for agent, shift in going.items() if agent in shape.others]
+            if led:
+                yield from ((agent, np.mean(led, axis=0)) for agent in sorted(shape.others - going.keys()))
+
+    def _leg(self, agent: int, since: list[int], free: Array, run: Run, seconds: float, length: float) -> Leg:
+        stays = 0.0 if since[agent] < 0 else float(free[agent]) - run.times[since[agent]]
+        soonest, latest = length / float(self.speed[agent]), self._dawdled(agent, length, seconds)
+        return Leg(since[agent], stays + seconds, stays + soonest, stays + latest)
 
     def _ways(
         self, come: Attendance, where: Array, free: Array, begin: float, later: Sequence[Visit]

@@ -23,7 +23,7 @@ Key = tuple[int, int]
 class Visit:
     """An event, the regions its agents are asked to be in, and which visit it comes after (``then``).
 
-    ``shapes`` are the formations and graphs asked for. ``says`` is what
+    ``shapes`` are the formations and graphs asked for, ``kept`` the formations up to it. ``says`` is what
     else may deny, in seconds from the event; ``before`` likewise up to it, from the event around it.
     ``fixed``: it stands for what holds at fixed steps, and decides nothing.
     """
@@ -35,6 +35,7 @@ class Visit:
     shapes: tuple[Predicate, ...]
     lasts: int
     after: Key | None = None
+    kept: tuple[Predicate, ...] = ()
     says: tuple[TimedLiterals, ...] = ()
     before: tuple[TimedLiterals, ...] = ()
     fixed: bool = False
