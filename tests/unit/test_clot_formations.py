@@ -7,6 +7,7 @@ import pytest
 
 from missionc.backends.clot.cost_graph.cost_graph import build, formulas_below
 from missionc.backends.clot.schedule.follow_leader import File, as_file, parted
+from missionc.backends.clot.schedule.formation_conflicts import is_denied
 from missionc.backends.clot.schedule.gather_team import gather_team
 from missionc.backends.clot.schedule.geodesics import Geodesics
 from missionc.backends.clot.schedule.give_way import give_way
@@ -318,3 +319,68 @@ def test_who_keeps_a_formation_goes_along_and_needs_time_for_what_comes_after() 
     _, schedule, _, _ = framed(HEAD + RELEASED + "require back: cart[3]: eventually[12 s, 24 s] x <= 9 m\n")
     out, back = sorted(each.step for each in schedule.appointments)
     assert back - out >= 21 / 3
+
+
+TUGS = """
+region berth0 = box (2, 24) to (10, 29)
+region berth1 = box (40, 24) to (48, 29)
+agent barge { radius 0.5 m  dynamics single_integrator(speed <= 2 m/s)  start at (2, 2) }
+team tug[3] { radius 0.5 m  dynamics single_integrator(speed <= 3 m/s)  start at (26, 12), (22, 15), (22, 9) }
+separation 0.5 m
+formation wedge = offsets of tug (0, 0), (-4, 3), (-4, -3) tolerance 0.4 m
+"""
+THROUGH = "require wait: wedge until[5 s, 25 s] (barge: x >= 30 m)\n"
+
+
+def steps_of(schedule: Schedule) -> list[int]:
+    """When each requirement's event is, in the order in which they are written."""
+    return [each.step for each in sorted(schedule.appointments, key=lambda each: each.visit.key)]
+
+
+@pytest.mark.parametrize("seed", [0, 1, 2])
+def test_who_is_to_be_where_a_formation_cannot_be_goes_there_after_it(seed: int) -> None:
+    berths = "require berths: eventually[8 s, 38 s] always[0, 2 s] ((tug[0]: berth0) and (tug[1]: berth1))\n"
+    mission, kernel = checked(HEAD + TUGS + THROUGH + berths)
+    asked, geodesics = outline(build(kernel), mission.steps), Geodesics(mission)
+    schedule = Scheduler(mission, asked, geodesics, np.random.default_rng(seed)).schedule(0.4 if seed else 0.0)
+    let_go, berthed = steps_of(schedule)
+    assert schedule.late == 0
+    assert berthed - let_go >= 20 / 3
+
+
+def test_two_formations_that_differ_are_one_after_the_other_with_time_in_between() -> None:
+    other = "formation other = offsets of tug (0, 0), (4, 12), (4, -12) tolerance 0.4 m\n"
+    _, schedule, _, _ = framed(
+        HEAD
+        + TUGS
+        + other
+        + "require first: always[0, 10 s] wedge\nrequire then: eventually[0, 30 s] other\n"
+        + "require soon: barge: eventually[0, 3 s] x >= 6 m\n"
+    )
+    then, _ = steps_of(schedule)
+    assert then >= 10 + 9 / 3
+
+
+@pytest.mark.parametrize(
+    ("goals", "denied"),
+    [
+        ("(tug[0]: berth0) and (tug[1]: berth1)", True),
+        ("(tug[0]: berth1) and (tug[1]: berth1)", False),
+        ("(tug[1]: berth0) and (barge: berth1)", False),
+    ],
+)
+def test_goals_deny_a_formation_that_cannot_be_where_they_are(goals: str, denied: bool) -> None:
+    mission, kernel = checked(
+        HEAD + TUGS + f"require kept: always[0, 5 s] wedge\nrequire go: eventually[8 s, end] ({goals})\n"
+    )
+    scheduler = Scheduler(mission, outline(build(kernel), mission.steps), Geodesics(mission), np.random.default_rng(0))
+    (visit,) = (each.visit for each in scheduler.schedule(0.0).appointments)
+    (shape,) = scheduler.formations
+    assert is_denied(shape, visit.come, (), scheduler.goals) == denied
+
+
+def test_what_holds_up_to_a_nested_event_is_gone_to_for_the_event_around_it() -> None:
+    inner = "(barge: berth1) until[0, 10 s] (wedge until[0, 10 s] (tug[0]: x >= 30 m))"
+    nested = f"require nested: eventually[0, 20 s] ({inner})\n"
+    _, schedule, _, _ = framed(HEAD + TUGS + nested)
+    assert steps_of(schedule)[0] >= 20

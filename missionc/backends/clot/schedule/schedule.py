@@ -20,9 +20,11 @@ from dataclasses import replace
 import numpy as np
 
 from missionc.backends.clot.schedule.attendance import attendance, implied
+from missionc.backends.clot.schedule.formation_conflicts import is_denied
 from missionc.backends.clot.schedule.geodesics import Geodesics
 from missionc.backends.clot.schedule.goal_sets import GoalSets
 from missionc.backends.clot.schedule.mutex_literals import (
+    TEAM,
     TimedLiterals,
     capacities,
     denials,
@@ -32,7 +34,16 @@ from missionc.backends.clot.schedule.mutex_literals import (
 from missionc.backends.clot.schedule.perturbed_distances import PerturbedDistances
 from missionc.backends.clot.schedule.places import Places
 from missionc.backends.clot.schedule.tasks import Event, Hold, Option, Outline, Task
-from missionc.backends.clot.schedule.timetable import LATE, Timetable, _deadline, _Draft, _schedule, _shapes, _tied
+from missionc.backends.clot.schedule.timetable import (
+    LATE,
+    Timetable,
+    _deadline,
+    _Draft,
+    _schedule,
+    _shapes,
+    _tied,
+    formations,
+)
 from missionc.backends.clot.schedule.visits import Appointment, Key, Schedule, Visit
 from missionc.base.trace import Array
 from missionc.ir import Anywhere, Exactly, Mission, Predicate, Region
@@ -86,8 +97,10 @@ class Scheduler(Timetable):
         self.numbers = [number for number, task in enumerate(outline.tasks) if self._scheduled(task)]
         self.capacities = capacities(outline.holds, mission.step, PASSING * mission.step)
         scheduled = replace(outline, tasks=tuple(outline.tasks[number] for number in self.numbers))
+        self.formations = formations(outline)
         self.denied = denials(scheduled, self._seconds_apart)
-        for literal in {each for capacity in self.capacities for each in capacity.literals}:
+        kept_or_not = {(TEAM, shape, holds) for shape in self.formations for holds in (True, False)}
+        for literal in kept_or_not.union(*(each.literals for each in self.capacities)):
             self.denied.setdefault(literal, {})[literal] = 0.0
         self.standing = () if self.tied else self._visits(-1, (), self._passing(outline.holds))
 
@@ -102,6 +115,9 @@ class Scheduler(Timetable):
         for share in SHARES:
             self.pace = self.speed * share
             made = self._made(perturbed)
+            if noise and made.late > 0:  # perhaps only because ways were misjudged
+                again = self._made(replace(perturbed, noise=0.0))
+                made = again if again.late <= 0 else made
             if made.late <= 0 or self.tied:
                 break
         return made
@@ -173,15 +189,20 @@ class Scheduler(Timetable):
         stack: list[tuple[Event, Key | None]] = [(event, None) for event in reversed(tuple(events))]
         while stack:
             each, after = stack.pop()
-            regions = tuple(self._regions(each.holds).items())
-            come = attendance(self.mission, (*each.holds, *implied(each.holds, self.always)))
-            until = (hold for later in each.then for hold in later.before if hold.low == 0)
-            shapes = tuple(_shapes((*each.holds, *until)))
+            begun = *each.holds, *(hold for later in each.then for hold in later.before if hold.low == 0)
+            regions = tuple(self._regions(begun).items())
+            come = attendance(self.mission, (*begun, *implied(each.holds, self.always)))
+            shapes = tuple(_shapes(begun))
             lasts = min(max((hold.high for hold in each.holds), default=0), self.mission.steps)
             says, before = (
                 timed_literals(holds, self.denied, self.mission.step) for holds in (each.holds, each.before)
             )
             key = task, len(visits)
+            denied = frozenset(
+                (TEAM, shape, False) for shape in self.formations if is_denied(shape, come, shapes, self.goals)
+            )
+            if denied:
+                says = (*says, TimedLiterals(denied, 0.0, lasts * self.mission.step))
             kept = tuple(shape for shape in _shapes(each.before) if shape.formation is not None)
             visits.append(Visit(key, each, come, regions, shapes, lasts, after, kept, says, before))
             stack.extend((later, key) for later in reversed(each.then))

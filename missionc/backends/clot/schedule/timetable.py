@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from math import ceil
 
@@ -13,6 +13,7 @@ from missionc.backends.clot.schedule.attendance import Attendance
 from missionc.backends.clot.schedule.gather_team import can_be_gathered, gather_team
 from missionc.backends.clot.schedule.goal_sets import GoalSet, GoalSets
 from missionc.backends.clot.schedule.mutex_literals import (
+    TEAM,
     Capacity,
     TimedLiterals,
     earliest_time,
@@ -50,6 +51,27 @@ class _Draft:
 
 def _tied(outline: Outline) -> bool:
     """Whether a formation or links are asked for, at any time."""
+    return any(
+        graph_of(node) is not None or (isinstance(node, Atom) and _of_team(node.predicate)) for node in _asked(outline)
+    )
+
+
+def formations(outline: Outline) -> tuple[Predicate, ...]:
+    """The formations that are asked for, at any time, each once."""
+    found = (node.predicate for node in _asked(outline) if isinstance(node, Atom))
+    return tuple(dict.fromkeys(each for each in found if each.formation is not None))
+
+
+def _kept(sure: Iterable[TimedLiterals]) -> Iterator[tuple[float, float, Predicate]]:
+    """The formations that are sure to be kept, from when and until when, seconds."""
+    for each in sure:
+        for who, what, holds in each.literals:
+            if who == TEAM and holds and what.formation is not None:
+                yield each.low, each.high, what
+
+
+def _asked(outline: Outline) -> Iterable[Node]:
+    """The formulas of all holds, those of events included, and what they are made of."""
     holds = list(outline.holds)
     events = [event for task in outline.tasks for option in task.options for event in option.events]
     holds.extend(hold for task in outline.tasks for option in task.options for hold in option.holds)
@@ -57,10 +79,7 @@ def _tied(outline: Outline) -> bool:
         event = events.pop()
         holds.extend((*event.holds, *event.before))
         events.extend(event.then)
-    return any(
-        graph_of(node) is not None or (isinstance(node, Atom) and _of_team(node.predicate))
-        for node in postorder({hold.node for hold in holds})
-    )
+    return postorder(dict.fromkeys(hold.node for hold in holds))
 
 
 def _of_team(predicate: Predicate) -> bool:
@@ -150,6 +169,7 @@ class Timetable:
             shaped = sorted({agent for shape in visit.shapes for agent in shape.others})
             places: list[Place] = []
             legs: list[Leg] = []
+            takes: dict[int, float] = {}
             for place, length in self._ways(visit.come, where, free, begin, visits[number + 1 :]):
                 agent = place.agent
                 stretch = perturbed.factor(visit.event) if visit.come.goals else 1.0
@@ -157,6 +177,7 @@ class Timetable:
                 begin = max(begin, free[agent] + seconds)
                 if not place.sure:
                     run.late += self.mission.horizon
+                takes[agent] = seconds
                 legs.append(self._leg(agent, since, free, run, seconds, length))
                 way += length
                 places.append(place)
@@ -165,6 +186,7 @@ class Timetable:
                 for agent in shaped:
                     seconds, length = float(gaps[agent] / self.pace[agent]), float(gaps[agent])
                     begin = max(begin, free[agent] + seconds if length else 0.0)
+                    takes[agent] = max(seconds, takes.get(agent, 0.0))
                     legs.append(self._leg(agent, since, free, run, seconds, length))
                 way += float(gaps.sum())
                 beside = where.copy()
@@ -175,15 +197,19 @@ class Timetable:
                 latest = min(high, self._latest(visit) * step)
                 begin += perturbed.put_off(visit.event) * max(0.0, latest - begin)
             begin = earliest_time(visit.says, begin, sure, self.capacities, step)
+            begin = self._released(visit, begin, high, sure, takes)
+            begin = earliest_time(visit.says, begin, sure, self.capacities, step)
             for each in visit.before:
                 barred = TimedLiterals(each.literals, each.low + base, begin - step, each.gap)
-                run.late += mutex_seconds(barred, sure, step)
+                denied = mutex_seconds(barred, sure, step)
+                run.late += denied + (self.mission.horizon if denied else 0.0)
                 sure.append(barred)
             sure.extend(each.shifted(begin) for each in visit.says)
             run.late += max(0.0, begin - high)
             for agent in shaped:  # whoever is in shape may go on, all of them together
                 free[agent], since[agent] = max(begin, free[agent]), number
-            for agent, shift in self._carried(visit.kept, places, where):
+            kept = [shape for first, last, shape in _kept(sure) if first <= begin <= last]
+            for agent, shift in self._carried((*visit.kept, *kept), places, where):
                 where[agent] += shift
                 free[agent], since[agent] = max(begin, free[agent]), number
             for place in places:
@@ -210,7 +236,26 @@ class Timetable:
         run.cost = LATE * run.late + run.end + 0.1 * way / float(self.pace.mean())
         return run
 
-    def _carried(self, kept: tuple[Predicate, ...], places: list[Place], where: Array) -> Iterator[tuple[int, Array]]:
+    def _released(
+        self, visit: Visit, begin: float, latest: float, sure: list[TimedLiterals], takes: dict[int, float]
+    ) -> float:
+        """The first moment at which those are there whom a formation lets go first, seconds.
+
+        Who goes alone waits for that where there is time; from a formation that the visit denies everybody does.
+
+        Args:
+            latest: by when they have to be there.
+            takes: seconds of each agent's way.
+        """
+        denied = {what for each in visit.says for who, what, holds in each.literals if who == TEAM and not holds}
+        for low, high, shape in _kept(sure):
+            if low <= begin:
+                there = high + max((takes.get(agent, 0.0) for agent in shape.others), default=0.0)
+                if there > high and (there <= latest or shape in denied):
+                    begin = max(begin, there)
+        return begin
+
+    def _carried(self, kept: Iterable[Predicate], places: list[Place], where: Array) -> Iterator[tuple[int, Array]]:
         """Who goes nowhere of their own, but with others in a formation that is kept; and how far, (dim,), metres."""
         going = {place.agent: place.point - where[place.agent] for place in places}
         for shape in kept:
