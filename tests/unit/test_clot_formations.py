@@ -384,3 +384,23 @@ def test_what_holds_up_to_a_nested_event_is_gone_to_for_the_event_around_it() ->
     nested = f"require nested: eventually[0, 20 s] ({inner})\n"
     _, schedule, _, _ = framed(HEAD + TUGS + nested)
     assert steps_of(schedule)[0] >= 20
+
+
+def test_who_meets_is_in_the_key_frame_where_the_schedule_has_it() -> None:
+    meet = "require meet: eventually[20 s, 38 s] always[0, 2 s] distance(tug[2], barge) <= 3 m\n"
+    _, schedule, frames, _ = framed(HEAD + TUGS + THROUGH + meet)
+    (meeting,) = (each for each in schedule.appointments if each.visit.come.meetings)
+    (frame,) = (frame for frame in frames if frame.step == meeting.step)
+    for place in meeting.places:
+        assert frame.position[place.agent] == pytest.approx(place.point, abs=2)
+
+
+def test_a_team_in_formation_is_under_way_while_another_agent_is_somewhere() -> None:
+    _, _, frames, first = framed(
+        HEAD
+        + RELEASED.replace("until[5 s, 15 s]", "until[20 s, 25 s]").replace("x >= 30 m", "x >= 50 m")
+        + "agent van { radius 0.5 m  dynamics single_integrator(speed <= 3 m/s)  start at (50, 28) }\n"
+        + "region stop = box (54, 26) to (59, 29)\nrequire look: van: eventually[10 s, 11 s] stop\n"
+    )
+    assert all(frame.shortfall <= 0 for frame in frames)
+    assert np.linalg.norm(np.diff(first[:4, :24], axis=1), axis=-1).max() < 3.0

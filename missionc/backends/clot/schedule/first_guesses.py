@@ -64,7 +64,7 @@ class FirstGuesses:
             if not places:
                 yield position, {}
             return
-        position, following = self._under_way(before, step, places), self._following(before, step, places)
+        position, following = self._under_way(before, step), self._following(before, step, places)
         if following is not None:
             yield following
         formed = gather_team(self._shapes(step, step), position)
@@ -80,24 +80,54 @@ class FirstGuesses:
         for pitch in (1.0, 0.7, 0.5):
             yield self._packed(position, places, pitch), {}
 
-    def _under_way(self, before: KeyFrame, step: int, places: dict[Region, list[int]]) -> Array:
-        """Where everybody was; who is asked for nothing and tied to nobody is on the way to where to be next."""
+    def _under_way(self, before: KeyFrame, step: int) -> Array:
+        """Where everybody was, or meets; whoever is asked for nothing is on the way to where to be next.
+
+        Those whom a formation or links tie together, up to there, go as one if none of them is asked for anything.
+        """
         position = before.position.copy()
+        met = self._met(step)
+        busy = self._busy(step) | met.keys()
         tied = {agent for shape in self._shapes(before.step + 1, step) for agent in shape.others}
-        free = set(range(len(position))) - tied - self._busy(step)
+        free = set(range(len(position))) - tied - busy
+        teams = [team for team in teams_of(self._ties(step)[0]) if len(team) > 1 and busy.isdisjoint(team)]
+        if step in self._released():
+            teams = []
+        for agent, point in met.items():
+            position[agent] = point
         for appointment in sorted(self.schedule.appointments, key=lambda each: each.step):
+            share = (step - before.step) / max(1, appointment.step - before.step)
             for agent, region in appointment.visit.regions if appointment.step > step else ():
-                if agent not in free:
+                going = [agent] if agent in free else next((team for team in teams if agent in team), None)
+                if going is None or (agent not in free and going not in teams_of(self._ties(appointment.step)[0])):
                     continue
-                free.remove(agent)
-                radius = self.mission.agents[agent].radius
+                free.discard(agent)
+                teams = [team for team in teams if team is not going]
+                radius = max(self.mission.agents[each].radius for each in going)
                 room = radius + self.mission.clearance
                 goal = self._nearest(region, position[agent], radius, room)
                 way = self.geodesics.way(position[agent], goal, room + ROOM, room)
                 if way is not None and np.asarray(signed_distance(np, region.shape, position[agent])) > 0:
-                    share = (step - before.step) / (appointment.step - before.step)
-                    position[agent] = along(way, np.array([share]))[0]
+                    position[going] += along(way, np.array([share]))[0] - position[agent]
         return position
+
+    def _released(self) -> set[int]:
+        """The steps up to which teams stay in a formation, or linked, that they came together for."""
+        return {
+            min(each.step + each.visit.lasts, self.steps)
+            for each in self.schedule.appointments
+            if each.visit.shapes and each.visit.lasts
+        }
+
+    def _met(self, step: int) -> dict[int, Array]:
+        """Where the schedule has those who meet at a step."""
+        return {
+            place.agent: place.point
+            for appointment in self.schedule.appointments
+            if appointment.step <= step <= appointment.step + appointment.visit.lasts
+            for place in appointment.places
+            if any(place.agent in meeting.agents for meeting in appointment.visit.come.meetings)
+        }
 
     def _shapes(self, low: int, high: int) -> Iterator[Predicate]:
         """The formations and graphs that hold at some step from ``low`` to ``high``."""

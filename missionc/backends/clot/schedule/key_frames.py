@@ -105,12 +105,6 @@ class _KeyFrames(FirstGuesses):
             frames[step] = self._frame(step, iter(((guess, behind),)), frames[earlier])
         return tuple(frames[step] for step in sorted(frames))
 
-    def _released(self) -> Iterator[int]:
-        """The steps up to which teams stay in a formation, or linked, that they came together for."""
-        for each in self.schedule.appointments:
-            if each.visit.shapes and each.visit.lasts:
-                yield min(each.step + each.visit.lasts, self.steps)
-
     def _frame(self, step: int, guesses: Iterator[Guess], before: KeyFrame | None) -> KeyFrame:
         """The first guess that can be made right, or the one that comes nearest."""
         demand = self._demand(step)
