@@ -13,7 +13,7 @@ from missionc.ir import Anywhere, Mission
 from missionc.kernel.nodes import Kernel
 from missionc.monitoring.monitor import monitor
 from missionc.world.clearance import Motions, clear_motions, clear_of_movers, standing_solids
-from missionc.world.dynamics import States, check_step, motion_of
+from missionc.world.dynamics import UNIT_OF, States, check_step, motion_of
 from missionc.world.relative_motion import closest_approach
 from missionc.world.signed_distance import signed_distance
 
@@ -48,11 +48,12 @@ def _dynamics(mission: Mission, trace: Trace) -> list[Fault]:
     faults: list[Fault] = []
     for agent in mission.agents:
         position, velocity = trace.position[agent.index], trace.velocity[agent.index]
-        margin = check_step(agent.dynamics, position[:-1], position[1:], velocity[:-1], velocity[1:], mission.step)
-        faults.extend(
-            Fault("its speed or acceleration", (agent.name,), int(step), float(margin[step]))
-            for step in np.flatnonzero(margin < -ROUNDING)
-        )
+        margins = check_step(agent.dynamics, position[:-1], position[1:], velocity[:-1], velocity[1:], mission.step)
+        parts = list(margins)
+        each = np.stack([margins[part] for part in parts])
+        for step in np.flatnonzero(each.min(axis=0) < -ROUNDING):  # a step counts once, by what it breaks most
+            part = parts[int(each[:, step].argmin())]
+            faults.append(Fault(part, (agent.name,), int(step), float(each[:, step].min()), UNIT_OF[part]))
         if np.isfinite(agent.dynamics.top_turn):
             heading = trace.heading[agent.index]
             turned = np.abs((np.diff(heading) + np.pi) % (2 * np.pi) - np.pi)

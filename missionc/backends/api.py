@@ -15,6 +15,7 @@ from enum import Enum
 from typing import Any, Protocol, TypeAlias
 
 from missionc.backends.options import Options
+from missionc.base.figures import counted
 from missionc.base.judgement import Judgement
 from missionc.base.limits import Limits
 from missionc.base.notebook import printed, shown
@@ -130,8 +131,7 @@ class Tried:
     def __str__(self) -> str:
         if not self.turns:
             return self.says
-        turns = "1 turn" if self.turns == 1 else f"{self.turns} turns"
-        return f"{turns}, {self.work:.3g} units of work in {self.seconds:.1f} s: {self.says}"
+        return f"{counted(self.turns, 'turn')}, {self.work:.3g} units of work in {self.seconds:.1f} s: {self.says}"
 
     def as_record(self) -> dict[str, object]:
         return {
@@ -194,21 +194,32 @@ class Impossible:
 class Fault:
     """What a motion breaks apart from requirements: who does, at which step, and by what margin.
 
-    Margins are in metres; those of speed and acceleration, in the metres they move within a step. One that is no number
-    is 0.
+    Margins are in metres, or in the ``unit`` of what is broken. One that is no number is 0.
     """
 
     what: str
     agents: tuple[str, ...] = ()
     step: int = 0
     margin: float = 0.0
+    unit: str = "m"
+
+    @property
+    def short(self) -> str:
+        """By how much: ``0.2 m``; empty where that is not known."""
+        return f"{-self.margin:.3g} {self.unit}".rstrip() if self.margin < 0 else ""
 
     def as_record(self) -> dict[str, object]:
-        return {"what": self.what, "margin": self.margin, "step": self.step, "agents": list(self.agents)}
+        return {
+            "what": self.what,
+            "margin": self.margin,
+            "unit": self.unit,
+            "step": self.step,
+            "agents": list(self.agents),
+        }
 
     def violation(self, step: Seconds) -> str:
         """``breaks separation by 0.2 m at 3 s by drone[0], drone[1]``; ``step`` is the mission's, seconds."""
-        much = f" by {-self.margin:.3g} m" if self.margin < 0 else ""
+        much = f" by {self.short}" if self.short else ""
         who = f" by {', '.join(self.agents)}" if self.agents else ""
         return f"breaks {self.what}{much} at {self.step * step:g} s{who}"
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from missionc.base.figures import decimals
 from missionc.base.late_dataclass import dataclass
 from missionc.base.units import Seconds
 
@@ -14,7 +15,9 @@ class Judgement:
 
     ``robustness`` is in metres for everything spatial; ``satisfied`` is the
     Boolean semantics, which its sign never contradicts. ``step`` and
-    ``agents`` say where a violated requirement first fails.
+    ``agents`` say where a violated requirement first fails. ``unit`` is that
+    of the robustness: ``m``, ``m/s`` where only speeds are compared, nothing
+    where it may be either.
     """
 
     name: str
@@ -22,6 +25,12 @@ class Judgement:
     robustness: float
     step: int | None = None
     agents: tuple[str, ...] = ()
+    unit: str = "m"
+
+    @property
+    def short(self) -> str:
+        """By how much a violated one fails: ``0.345 m/s``."""
+        return f"{max(-self.robustness, 0.0):.3g} {self.unit}".rstrip()
 
     def as_verdict(self) -> dict[str, object]:
         """For JSON, which has no word for the robustness of what is true, or false, whatever happens: null."""
@@ -37,7 +46,7 @@ class Judgement:
 
     def verdict(self, step: Seconds) -> str:
         """``violated   robustness -1.803  first at 2 s by drone[0]``; ``step`` is the mission's, seconds."""
-        words = f"{'satisfied' if self.satisfied else 'violated '}  robustness {self.robustness:.3f}"
+        words = f"{'satisfied' if self.satisfied else 'violated '}  robustness {decimals(self.robustness)}"
         if self.satisfied or self.step is None:
             return words
         by = f" by {', '.join(self.agents)}" if self.agents else ""
@@ -45,7 +54,7 @@ class Judgement:
 
     def violation(self, step: Seconds) -> str:
         """``violates relay, robustness -1.803, at 2 s by drone[0]``; ``step`` is the mission's, seconds."""
-        much = f", robustness {self.robustness:.3f}," if math.isfinite(self.robustness) else ""
+        much = f", robustness {decimals(self.robustness)}," if math.isfinite(self.robustness) else ""
         when = "" if self.step is None else f" at {self.step * step:g} s"
         by = f" by {', '.join(self.agents)}" if self.agents else ""
         return f"violates {self.name}{much}{when}{by}"

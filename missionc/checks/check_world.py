@@ -18,9 +18,10 @@ from missionc.checks.free_space import FreeSpace, Lies
 from missionc.diagnostics.code import NO_AREA, REGION_IN_OBSTACLE, REGION_OUTSIDE_WORLD
 from missionc.diagnostics.model import Diagnostic, Label
 from missionc.diagnostics.text_order import in_text_order
-from missionc.ir import Mission, Obstacle, Region, Still
+from missionc.ir import Anywhere, Mission, Obstacle, Region, Still
 from missionc.ir.wording import listed, number
-from missionc.kernel.nodes import Kernel
+from missionc.kernel.nodes import Atom, Kernel
+from missionc.kernel.walk import postorder
 from missionc.world.configuration_space import disjoint
 
 
@@ -31,7 +32,7 @@ def check_world(mission: Mission, kernel: Kernel, ground: FreeSpace | None = Non
     ground = ground or FreeSpace.of(mission)
     return in_text_order(
         [
-            *_check_regions(mission, ground),
+            *_check_regions(mission, kernel, ground),
             *check_graphs(mission),
             *check_starts(mission, ground),
             *check_goals(mission, kernel, ground),
@@ -40,19 +41,29 @@ def check_world(mission: Mission, kernel: Kernel, ground: FreeSpace | None = Non
     )
 
 
-def _check_regions(mission: Mission, ground: FreeSpace) -> list[Diagnostic]:
+def _check_regions(mission: Mission, kernel: Kernel, ground: FreeSpace) -> list[Diagnostic]:
     findings = []
+    entered = _entered(mission, kernel)
     for region in mission.regions:
         match ground.lies(region.shape):
             case Lies.NOWHERE:
                 findings.append(_nothing_left(region))
-            case Lies.ELSEWHERE:
+            case Lies.ELSEWHERE if region.name in entered:
                 findings.append(_elsewhere(mission, region))
-            case Lies.COVERED:
+            case Lies.COVERED if region.name in entered:
                 findings.append(_swallowed(region, _around(mission, ground, region)))
-            case Lies.OPEN:
+            case _:
                 pass
     return findings
+
+
+def _entered(mission: Mission, kernel: Kernel) -> set[str]:
+    """The regions of which it is asked who is in them; a distance, or a shape, may be that of any other."""
+    atoms = (node.predicate.region for node in postorder(kernel.meanings.values()) if isinstance(node, Atom))
+    ends = (
+        place.region for agent in mission.agents for place in (agent.start, agent.finish) if isinstance(place, Anywhere)
+    )
+    return {region.name for region in (*atoms, *ends) if region}
 
 
 def _around(mission: Mission, ground: FreeSpace, region: Region) -> list[Obstacle]:

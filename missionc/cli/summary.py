@@ -7,6 +7,7 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING, assert_never
 
 from missionc.backends.api import Attempt, Fault, Impossible, NotFound, Report
+from missionc.base.figures import counted, decimals
 from missionc.base.judgement import judgement_lines
 from missionc.base.units import Seconds
 from missionc.diagnostics.model import has_errors
@@ -59,7 +60,7 @@ def compiled_lines(compiled: Compiled, output: str) -> list[str]:
         *str(plan).splitlines(),
         *_several(compiled.outcome.report),
         *(f"note: {note}" for note in compiled.outcome.report.notes),
-        f"verified: {_many(len(certificate.checks), 'check')}, the tightest margin of each kind",
+        f"verified: {counted(len(certificate.checks), 'check')}, the tightest margin of each kind",
         *margin_lines(certificate),
         *(f"note: {warning}" for warning in certificate.warnings),
         *between_lines(certificate.between),
@@ -123,7 +124,8 @@ def file_lines(files: tuple[tuple[str, bytes], ...]) -> list[str]:
         folder, slash, _ = path.partition("/")
         names.setdefault(folder + slash, []).append(path)
     return [
-        f"  {name}" + (f"  {_many(len(paths), 'file')}" if name.endswith("/") else "") for name, paths in names.items()
+        f"  {name}" + (f"  {counted(len(paths), 'file')}" if name.endswith("/") else "")
+        for name, paths in names.items()
     ]
 
 
@@ -188,7 +190,7 @@ def reverified_lines(reverified: Reverified) -> list[str]:
     if certificate is None or not certificate.passed:
         return []
     lines = [
-        f"{certificate.mission}: verified, {_many(len(certificate.checks), 'check')} from the folder's files alone"
+        f"{certificate.mission}: verified, {counted(len(certificate.checks), 'check')} from the folder's files alone"
     ]
     return [
         *lines,
@@ -225,7 +227,7 @@ def exported_document(output: str | None, files: Iterable[str], notes: list[str]
 
 
 def _amount(fault: Fault, step: Seconds) -> str:
-    by = f"margin {fault.margin:.3f} m  " if fault.margin < 0 else ""
+    by = f"margin {decimals(fault.margin)} {fault.unit}  " if fault.margin < 0 else ""
     return f"{by}at {fault.step * step:g} s{_by(fault.agents)}"
 
 
@@ -262,10 +264,6 @@ def _sums(seconds: tuple[tuple[str, Seconds], ...]) -> dict[str, float]:
     for name, value in seconds:
         sums[name] = sums.get(name, 0.0) + value
     return sums
-
-
-def _many(number: int, noun: str) -> str:
-    return f"{number} {noun}{'' if number == 1 else 's'}"
 
 
 # ------------------------------------------------------------------ vehicles
@@ -310,11 +308,11 @@ def simulated_lines(simulated: Simulated) -> list[str]:
     mission, trial, planned = opened.mission, trials.trial, simulated.planned
     verdict = "as required" if trials.passed else "not as required"
     lines = [
-        f"{mission.name}: flown by {trial.engine}, {_many(len(mission.agents), 'agent')}, "
-        f"{_many(trial.flights, 'flight')} of {mission.horizon:g} s, seed {trial.seed}: {verdict}"
+        f"{mission.name}: flown by {trial.engine}, {counted(len(mission.agents), 'agent')}, "
+        f"{counted(trial.flights, 'flight')} of {mission.horizon:g} s, seed {trial.seed}: {verdict}"
     ]
     if opened.differing:
-        lines.append(f"note: {_many(len(opened.differing), 'file')} changed since the folder was written")
+        lines.append(f"note: {counted(len(opened.differing), 'file')} changed since the folder was written")
     first = trials.flights[0]
     if trial.flights == 1 and planned is not None:
         before = (*planned.requirements, *planned.preferences)
@@ -341,13 +339,13 @@ def simulated_lines(simulated: Simulated) -> list[str]:
 
 
 def _room(check: Check) -> str:
-    return f"{check.margin:.3f} m at {check.at or 0.0:.2f} s{_by(check.agents)}"
+    return f"{decimals(check.margin)} m at {check.at or 0.0:.2f} s{_by(check.agents)}"
 
 
 def _compared(planned: tuple[Judgement, ...], flown: tuple[Judgement, ...], step: Seconds) -> list[str]:
     width = max((len(each.name) for each in flown), default=0)
     return [
-        f"  {after.name:<{width}}  planned {before.robustness:.3f}, flown {after.verdict(step)}"
+        f"  {after.name:<{width}}  planned {decimals(before.robustness)}, flown {after.verdict(step)}"
         for before, after in zip(planned, flown, strict=True)
     ]
 

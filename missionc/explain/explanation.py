@@ -12,6 +12,7 @@ from itertools import islice
 from textwrap import wrap
 
 from missionc.backends.offers import OFFERS
+from missionc.base.figures import counted
 from missionc.base.late_dataclass import dataclass
 from missionc.checks.check_horizons import steps_ahead
 from missionc.explain.convention_examples import Trap
@@ -139,9 +140,8 @@ def _formation(formation: Formation, mission: Mission) -> str:
 
 def lines(parts: tuple[Explained, ...], mission: Mission, choice: Choice | None, unicode: bool) -> list[str]:
     """The page, at most ``WIDTH`` columns but for what the author wrote."""
-    count = len(mission.agents)
-    agents = "1 agent" if count == 1 else f"{count} agents"
-    page = [f"mission {mission.name}: {agents}, {mission.steps} steps of {number(mission.step)} s"]
+    agents, steps = counted(len(mission.agents), "agent"), counted(mission.steps, "step")
+    page = [f"mission {mission.name}: {agents}, {steps} of {number(mission.step)} s"]
     for part in parts:
         page += ["", *_part_lines(part, mission, unicode)]
     if left := left_out(parts, mission):

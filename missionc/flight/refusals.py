@@ -110,7 +110,7 @@ def not_slower(
         Label(spans[broken[0].name]) if broken else Label(mission.time_span or mission.span),
         tuple(Label(spans[each.name], "and this") for each in broken[1:]),
         notes=(
-            *(f"`{each.name}` is missed by {-each.robustness:.3g} m{_when(mission, each)}" for each in broken),
+            *(f"`{each.name}` is missed by {each.short}{_when(mission, each)}" for each in broken),
             *map(_failure, other[:MOST_REASONS]),
         ),
         help=f"{help_}; or leave `--stretch` out and have the mission planned slower, with less speed in `dynamics`",

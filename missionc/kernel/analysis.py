@@ -49,6 +49,13 @@ def steps_ahead(
     return known
 
 
+def robustness_unit(root: Node) -> str:
+    """The unit of a formula's robustness: ``m``; ``m/s`` where it compares speeds alone, nothing where some of both."""
+    atoms = [node.predicate for node in postorder((root,)) if isinstance(node, Atom)]
+    of_speed = {predicate.reads_speed and predicate.is_of_speed for predicate in atoms}
+    return "" if len(of_speed) > 1 else "m/s" if True in of_speed else "m"
+
+
 def agents_asked(root: Node) -> dict[Node, set[int]]:
     """The agents that each formula may be asked of, where the root is asked of the first."""
     order = postorder((root,))

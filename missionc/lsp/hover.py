@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from lsprotocol import types
 
+from missionc.base.figures import counted
 from missionc.base.source import Span
 from missionc.checks.check_horizons import steps_ahead
 from missionc.explain.explanation import explained
@@ -110,7 +111,7 @@ def _flown(mission: Mission | None, name: str) -> list[str]:
     agents = [agent for agent in mission.agents if agent.team == name] if mission else []
     if not agents:
         return []
-    count = "1 agent" if len(agents) == 1 else f"{len(agents)} agents"
+    count = counted(len(agents), "agent")
     vehicle = agents[0].vehicle
     return [f"{count}, flown by {show_vehicle(vehicle)}." if vehicle.name != "plain" else f"{count}."]
 

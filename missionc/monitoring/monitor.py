@@ -13,6 +13,7 @@ import numpy as np
 from missionc.base.judgement import Judgement, Judgements
 from missionc.base.trace import Array, Flags, Trace
 from missionc.ir import Mission
+from missionc.kernel.analysis import robustness_unit
 from missionc.kernel.nodes import Goal, Kernel, Node
 from missionc.monitoring.evaluate import Evaluation
 from missionc.monitoring.logic import ROBUSTNESS, TRUTH, Logic, Values
@@ -68,8 +69,9 @@ def _everywhere(logic: Logic, node: Node, mission: Mission, trace: Trace) -> Val
 
 
 def _judged(goal: Goal, satisfied: bool, robustness: float, mission: Mission, trace: Trace) -> Judgement:
+    unit = robustness_unit(goal.formula)
     if satisfied:
-        return Judgement(goal.name, satisfied, robustness)
+        return Judgement(goal.name, satisfied, robustness, unit=unit)
     where = first_violation(goal.formula, mission, trace)
     names = tuple(agent.name for agent in mission.agents if agent.index in where.agents)
-    return Judgement(goal.name, satisfied, robustness, where.step, names)
+    return Judgement(goal.name, satisfied, robustness, where.step, names, unit)

@@ -142,28 +142,35 @@ def motion_of(dynamics: Dynamics, start: States, end: States, step: float) -> tu
     return start.position, velocity, np.zeros_like(velocity)
 
 
+SPEED, ACCELERATION, DRIFT = "its speed", "its acceleration", "its velocity"
+"""What of the dynamics one step may break; the last: position and velocity disagree."""
+
+UNIT_OF = {SPEED: "m/s", ACCELERATION: "m/s^2", DRIFT: "m"}
+"""The unit of each one's margin."""
+
+
 def check_step(
     dynamics: Dynamics, position: Array, next_position: Array, velocity: Array, next_velocity: Array, step: float
-) -> Array:
-    """By how much one step obeys the dynamics, the turning rate aside; negative where it does not.
+) -> dict[str, Array]:
+    """By how much one step obeys each part of the dynamics, the turning rate aside; negative where it does not.
 
     Args:
         position: (..., dim), metres, at the start of the step, ``next_position`` at its end.
         velocity: (..., dim), m/s, likewise; read for second order only.
 
     Returns:
-        (...): the least margin: m/s of speed, m/s² of acceleration, and for second order
-        minus the metres by which the motion and the velocities disagree.
+        (...) each: the margin of speed, m/s; for second order that of acceleration, m/s², and
+        minus the metres by which the motion and the velocities disagree too.
     """
     if not dynamics.has_momentum:
         slowest, fastest = speeds(dynamics)
         speed = np.linalg.norm(next_position - position, axis=-1) / step
-        return np.asarray(np.minimum(fastest - speed, speed - slowest))
+        return {SPEED: np.minimum(fastest - speed, speed - slowest)}
     quickest = np.maximum(np.linalg.norm(velocity, axis=-1), np.linalg.norm(next_velocity, axis=-1))
     acceleration = np.linalg.norm(next_velocity - velocity, axis=-1) / step
     drift = np.linalg.norm(next_position - position - (velocity + next_velocity) * (step / 2), axis=-1)
-    margin = np.minimum(dynamics.top_speed - quickest, dynamics.top_acceleration - acceleration)
-    return np.asarray(np.minimum(margin, -drift))
+    margin = dynamics.top_acceleration - acceleration
+    return {SPEED: dynamics.top_speed - quickest, ACCELERATION: margin, DRIFT: -drift}
 
 
 def _chord(count: int, bend: Array) -> Array:

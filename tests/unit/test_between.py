@@ -16,10 +16,15 @@ from missionc.base.units import Seconds
 from missionc.cli.app import main
 from missionc.curves.piecewise_polynomials import Curves, motion
 from missionc.diagnostics.code import NOT_BETWEEN
+from missionc.kernel.nodes import Atom
+from missionc.kernel.walk import postorder
 from missionc.pipeline.driver import check, compile
 from missionc.pipeline.plan_with_margin import further_attempts
 from missionc.pipeline.results import Refused, Verified
 from missionc.verify.between.between_steps import between_steps
+from missionc.verify.between.counterexample import Culprit
+from missionc.verify.between.counterexample_text import sentence
+from missionc.verify.between.motion_clock import STEP, Motion
 from missionc.verify.certificate import Between, Verdict
 
 HEAD = """\
@@ -74,6 +79,21 @@ def test_a_corner_that_is_cut_within_a_step_is_found() -> None:
     assert found.agents == ("drone[0]",)
     assert found.detail == (
         "`out` is true at every step, but not between 1 s and 2 s: from 1.40 s to 1.60 s `gate` is true of drone[0]"
+    )
+
+
+def test_what_decides_at_a_step_is_not_said_to_fail_there() -> None:
+    """A formula may fail between two steps by what is so at a step that its window comes to."""
+    found = check(Source("sample.mission", HEAD + TEAM.format(1, STRAIGHT) + "require dry: every drone: not pond\n"))
+    assert found.mission is not None
+    assert found.kernel is not None
+    position = np.full((1, 5, 2), 3.0)
+    trace = Trace(Seconds(1.0), position, np.zeros_like(position), np.zeros((1, 5)))
+    (pond,) = (node for node in postorder([found.kernel.requirements[0].formula]) if isinstance(node, Atom))
+    culprit = Culprit(pond, 0, 2 * STEP, True, 2 * STEP, 2 * STEP, pond, True, False)
+    says = sentence("dry", (culprit,), True, Motion(found.mission, motion(found.mission, trace)))
+    assert says == (
+        "`dry` is true at every step, but not at every moment between: at 2.00 s `pond` is true of drone[0]"
     )
 
 

@@ -152,6 +152,19 @@ def test_a_region_of_the_same_shape_as_an_obstacle_is_inside_it() -> None:
     assert found(mission.replace("= rock", "= disc at (5, 2) radius 1.35 m"), REGION_IN_OBSTACLE) == []
 
 
+def test_a_region_that_is_only_measured_or_a_shape_may_be_where_nobody_can_be() -> None:
+    mission = text(
+        "region nook = box (4.2, 1.2) to (4.8, 1.8)",
+        "obstacle post = nook",
+        "region mast = box (12, 1) to (13, 2)",
+        SHELF,
+        "require r: every drone: always[1 s, 20 s] (distance(nook) >= 0.2 and distance(mast) >= 2.5)",
+    )
+    assert found(mission, REGION_IN_OBSTACLE) == found(mission, REGION_OUTSIDE_WORLD) == []
+    entered = mission + "require s: every drone: always[1 s, 20 s] not (touches(nook) or mast)\n"
+    assert len(found(entered, REGION_IN_OBSTACLE)) == len(found(entered, REGION_OUTSIDE_WORLD)) == 1
+
+
 def test_a_region_that_two_obstacles_cover_together_is_refused() -> None:
     more = "obstacle crate = box (4, 2) to (5, 3)"
     region = "region nook = box (4.2, 1.5) to (4.8, 2.5)"

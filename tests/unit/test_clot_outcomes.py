@@ -148,7 +148,13 @@ def test_the_best_candidate_is_told_requirement_by_requirement(monkeypatch: pyte
             for each in best.requirements
         ],
         "faults": [
-            {"what": each.what, "margin": each.margin, "step": each.step, "agents": list(each.agents)}
+            {
+                "what": each.what,
+                "margin": each.margin,
+                "unit": each.unit,
+                "step": each.step,
+                "agents": list(each.agents),
+            }
             for each in best.worst_faults()
         ],
     }

@@ -130,7 +130,7 @@ def test_the_first_plan_ends_the_others_and_says_whose_it_is() -> None:
     assert isinstance(found, Planned)
     assert found.report.engine == "quick"
     assert [(each.engine, each.turns, each.says) for each in found.report.tried] == [
-        ("slow", 1, "none found in 1 attempts"),
+        ("slow", 1, "none found in 1 attempt"),
         ("quick", 1, "a plan"),
         ("last", 0, "not asked"),
     ]

@@ -29,6 +29,7 @@ from missionc.backends.api import (
 )
 from missionc.backends.options import Options
 from missionc.backends.work import driven
+from missionc.base.figures import counted
 from missionc.base.units import Seconds
 from missionc.diagnostics.model import Diagnostic
 from missionc.ir import Mission
@@ -174,7 +175,7 @@ class Run:
             case Impossible(statement=statement) | NotFound(statement=statement):
                 return statement
             case _:
-                return f"none found in {self.attempts} attempts" if self.count else "not asked"
+                return f"none found in {counted(self.attempts, 'attempt')}" if self.count else "not asked"
 
     @property
     def tried(self) -> Tried:
@@ -220,7 +221,9 @@ def _together(runs: list[Run]) -> Impossible | NotFound:
     reasons = [said.reason for _, said in failed]
     for run in runs:
         if run.refusal is not None and Reason.TIME not in reasons:
-            others = [f"{other.name} found none in {other.attempts} attempts" for other in runs if other is not run]
+            others = [
+                f"{other.name} found none in {counted(other.attempts, 'attempt')}" for other in runs if other is not run
+            ]
             refused = replace(run.refusal, statement="; ".join([run.refusal.statement, *others]))
             return replace(refused, report=replace(refused.report, engine=run.name))
     nearest, said = min(failed, key=lambda each: math.inf if each[1].best is None else each[1].best.wrong)

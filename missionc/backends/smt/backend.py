@@ -372,7 +372,8 @@ class Run:
         """The layer at which the search ended, and how far that had come."""
         if self.problem is not None:
             search = self.problem.search
-            met = f", in which agents came too near each other {search.fewest} times at least" if search.fewest else ""
+            least = "once" if search.fewest == 1 else f"{search.fewest} times"
+            met = f", in which agents came too near each other {least} at least" if search.fewest else ""
             asked = f"{search.rounds} rounds of collisions" if search.rounds != 1 else "the first round"
             return f"{self.layer} {search.clauses.count} clauses about all agents, in {asked}{met}"
         if self.layer == FEW and self.planner is not None:

@@ -21,7 +21,7 @@ def sentence(name: str, culprits: tuple[Culprit, ...], certain: bool, motion: Mo
     first = culprits[0]
     parts = " and ".join(_part(culprit, certain, motion) for culprit in culprits)
     if certain:
-        return f"`{name}` is true at every step, but not {_around(first, motion)}: {_times(first, motion)} {parts}"
+        return f"`{name}` is true at every step, but not {_between(first, motion)}: {_times(first, motion)} {parts}"
     return f"`{name}` is true at every step; in between that is not decided: {_times(first, motion)} {parts}"
 
 
@@ -42,10 +42,11 @@ def agents_of(culprit: Culprit, motion: Motion) -> tuple[int, ...]:
             return (culprit.agent,)
 
 
-def _around(culprit: Culprit, motion: Motion) -> str:
+def _between(culprit: Culprit, motion: Motion) -> str:
+    """The steps between which it fails; what decides that may itself be at a step, where no two are named."""
     before, after = culprit.tick // STEP, -(-culprit.tick // STEP)
     step = motion.mission.step
-    return f"at {before * step:g} s" if before == after else f"between {before * step:g} s and {after * step:g} s"
+    return "at every moment between" if before == after else f"between {before * step:g} s and {after * step:g} s"
 
 
 def _times(culprit: Culprit, motion: Motion) -> str:

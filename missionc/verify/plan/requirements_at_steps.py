@@ -14,7 +14,7 @@ def check_requirements(mission: Mission, judgements: Judgements) -> tuple[list[C
             name="requirement",
             subject=judgement.name,
             margin=judgement.robustness,
-            unit="m",
+            unit=judgement.unit,
             tolerance=0.0,
             passed=judgement.satisfied,
             at=None if judgement.step is None else judgement.step * mission.step,
@@ -23,4 +23,4 @@ def check_requirements(mission: Mission, judgements: Judgements) -> tuple[list[C
         )
         for judgement in judgements.requirements
     ]
-    return checks, [Figure("preference", each.name, each.robustness, "m") for each in judgements.preferences]
+    return checks, [Figure("preference", each.name, each.robustness, each.unit) for each in judgements.preferences]

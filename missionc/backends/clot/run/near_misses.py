@@ -34,7 +34,7 @@ def failure_statement(best: Attempt | None, furthest: Searched | None, mission: 
     if best is None:
         return "no candidate was finished"
     wrong = [
-        *(Fault(f"`{each.name}`", each.agents, each.step or 0, each.robustness) for each in best.violated),
+        *(Fault(f"`{each.name}`", each.agents, each.step or 0, each.robustness, each.unit) for each in best.violated),
         *best.worst_faults(),
     ]
     return f"the best candidate fails {'; '.join(_text(fault, mission) for fault in wrong)}"
@@ -42,5 +42,5 @@ def failure_statement(best: Attempt | None, furthest: Searched | None, mission: 
 
 def _text(fault: Fault, mission: Mission) -> str:
     who = " and ".join(fault.agents[:2])
-    by = f" by {-fault.margin:.3g} m" if fault.margin < 0 else ""
+    by = f" by {fault.short}" if fault.short else ""
     return f"{fault.what}{f' of {who}' if who else ''} at {fault.step * mission.step:g} s{by}"
