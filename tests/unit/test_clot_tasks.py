@@ -12,7 +12,9 @@ pytest.importorskip("torch")
 from missionc.backends.clot.cost_graph.cost_graph import build
 from missionc.backends.clot.optimise.carved_boxes import carved
 from missionc.backends.clot.schedule.geodesics import Geodesics
+from missionc.backends.clot.schedule.key_frames import key_frames
 from missionc.backends.clot.schedule.schedule import Scheduler
+from missionc.backends.clot.schedule.sketch import sketch
 from missionc.backends.clot.schedule.tasks import outline
 from missionc.backends.clot.schedule.tours import tours
 from missionc.backends.clot.schedule.visits import Appointment, Schedule
@@ -224,6 +226,42 @@ def test_a_recurrence_is_a_chain_in_which_no_two_are_too_far_apart() -> None:
     assert steps[-1] >= 70
     assert max(later - earlier for earlier, later in pairwise(steps)) <= 31
     planned(YARD + watch)
+
+
+PIT = (
+    YARD
+    + """
+team barrow[3] { radius 0.3 m  dynamics single_integrator(speed <= 1 m/s)  start at (12, 2), (12, 4), (12, 6) }
+formation row = line of barrow spacing 2 m tolerance 0.4 m
+require haul: row until[30 s, 60 s] (every barrow: x >= 24 m)
+require again: always[0, 70 s] eventually[0, 30 s] (some rover: north)
+require south: rover[2]: eventually[0, 80 s] south
+"""
+)
+
+
+def test_who_is_tied_to_nobody_goes_on_a_tour_where_others_keep_a_formation() -> None:
+    mission, scheduler, schedule = scheduled(PIT)
+    assert scheduler.tied == {3, 4, 5}
+    chain = named(scheduler, schedule, "again")
+    assert len(chain) >= 3
+    loose = {place.agent for each in chain for place in each.places}
+    assert loose <= {0, 1, 2}
+    geodesics, generator = Geodesics(mission), np.random.default_rng(0)
+    motion = tours(mission, schedule, scheduler.goals, geodesics, generator)[1]
+    toured = {agent: motion[agent] for agent in range(3)}
+    frames = key_frames(mission, schedule, scheduler, geodesics, generator, toured=toured)
+    (haul,) = named(scheduler, schedule, "haul")
+    assert {frame.step for frame in frames} == {0, haul.step, mission.steps}
+    first = sketch(mission, schedule, frames, geodesics, generator, 0.0, toured)
+    assert np.array_equal(first[:3], motion[:3])
+    assert (first[3:, haul.step, 0] >= 23.5).all()
+    planned(PIT)
+
+
+def test_who_always_has_to_be_near_somebody_in_a_formation_goes_on_no_tour() -> None:
+    _, scheduler, _ = scheduled(PIT + "require near: always[0, end] distance(rover[0], barrow[0]) <= 20 m\n")
+    assert scheduler.tied == {0, 3, 4, 5}
 
 
 def test_what_nearly_every_place_satisfies_again_and_again_leads_nobody_anywhere() -> None:

@@ -333,10 +333,15 @@ class Run:
             scheduler = Scheduler(mission, self.asked, geodesics, generator)
             schedule = scheduler.schedule(NOISE if number else 0.0)
             self.account.work += sketch_work(self.agent_steps)
-            if not scheduler.tied:
-                return Begun(number, schedule, *tours(mission, schedule, scheduler.goals, geodesics, generator))
-            key = key_frames(mission, schedule, scheduler, geodesics, generator, self.in_time)
-            first = sketch(mission, schedule, key, geodesics, generator, 0.3 if number else 0.0)
+            loose = {agent.index for agent in mission.agents} - scheduler.tied
+            toured: dict[int, Array] = {}
+            if loose:
+                frames, motion = tours(mission, schedule, scheduler.goals, geodesics, generator)
+                if not scheduler.tied:
+                    return Begun(number, schedule, frames, motion)
+                toured = {agent: motion[agent] for agent in sorted(loose)}
+            key = key_frames(mission, schedule, scheduler, geodesics, generator, self.in_time, toured)
+            first = sketch(mission, schedule, key, geodesics, generator, 0.3 if number else 0.0, toured)
         return Begun(number, schedule, key, first)
 
     def again(self, number: int, motion: Array | None) -> Begun:

@@ -91,7 +91,7 @@ def attendance(mission: Mission, holds: Iterable[Hold]) -> Attendance:
                 apart.append((first, second, least))
                 if reach < np.inf:
                     pairs[first, second] = min(reach, pairs.get((first, second), np.inf))
-            elif (whom := _whom(agent, node)) is not None and len(whom) == 1:
+            elif (whom := agents_of(agent, node)) is not None and len(whom) == 1:
                 goals.setdefault(whom.pop(), []).append(_bare(node))
             elif isinstance(node, AtLeast | Any):
                 some.extend(_some(mission, agent, node))
@@ -129,7 +129,7 @@ def _conjuncts(agent: int, node: Node) -> Iterator[tuple[int, Node]]:
                 yield agent, node
 
 
-def _whom(agent: int, node: Node) -> set[int] | None:
+def agents_of(agent: int, node: Node) -> set[int] | None:
     """The agents whose own places decide a formula; None where that is not all that does."""
     whom: set[int] = set()
     stack = [(agent, node)]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from typing import TypeAlias
 
 import numpy as np
@@ -50,10 +50,11 @@ class FirstGuesses:
         geodesics: Geodesics,
         generator: np.random.Generator,
         go_on: Callable[[], bool],
+        toured: Mapping[int, Array],
     ) -> None:
         self.mission, self.schedule, self.scheduler, self.generator = mission, schedule, scheduler, generator
         self.steps, self.places = mission.steps, scheduler.places
-        self.geodesics, self.go_on = geodesics, go_on
+        self.geodesics, self.go_on, self.toured = geodesics, go_on, toured
 
     def _guesses(self, step: int, before: KeyFrame | None) -> Iterator[Guess]:
         places = self._places(step)
@@ -283,6 +284,8 @@ class FirstGuesses:
             if isinstance(place, Anywhere):
                 regions[agent.index] = place.region
         for agent_index, region in regions.items():
+            if agent_index in self.toured:
+                continue
             places.setdefault(region, []).append(agent_index)
         return places
 
@@ -402,7 +405,7 @@ class FirstGuesses:
         return padded
 
     def _exact(self, step: int) -> dict[int, Array]:
-        points = {}
+        points = {agent: tour[step] for agent, tour in self.toured.items()}
         for agent in self.mission.agents:
             place = agent.start if step == 0 else agent.finish if step == self.steps else None
             if isinstance(place, Exactly):

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
+from types import MappingProxyType
 from typing import TypeAlias
 
 from missionc.base.trace import Array
 
 Routes: TypeAlias = dict[int, Array]
 """The routes, (corners, dim) in metres, by which agents come from the key frame before, where that is decided."""
+
+NO_TOURS: Mapping[int, Array] = MappingProxyType({})
+"""Where nobody is on a tour of their own."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

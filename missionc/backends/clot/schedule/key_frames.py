@@ -12,7 +12,7 @@ that stays one goes behind its leader.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -24,14 +24,15 @@ from missionc.backends.clot.optimise.control_points import Splines
 from missionc.backends.clot.optimise.goal_terms import Demand
 from missionc.backends.clot.optimise.levenberg_marquardt import Polished, polish
 from missionc.backends.clot.optimise.motion_residuals import Costs
+from missionc.backends.clot.schedule.attendance import agents_of
 from missionc.backends.clot.schedule.first_guesses import ROOM, FirstGuesses, Guess
 from missionc.backends.clot.schedule.follow_leader import length, parted
 from missionc.backends.clot.schedule.gather_team import tree_of
 from missionc.backends.clot.schedule.geodesics import Geodesics, along
-from missionc.backends.clot.schedule.key_frame import KeyFrame, Routes
+from missionc.backends.clot.schedule.key_frame import NO_TOURS, KeyFrame, Routes
 from missionc.backends.clot.schedule.schedule import Scheduler
 from missionc.backends.clot.schedule.tasks import Hold
-from missionc.backends.clot.schedule.visits import Schedule, Visit
+from missionc.backends.clot.schedule.visits import Appointment, Schedule, Visit
 from missionc.base.trace import Array, Flags
 from missionc.ir import Anywhere, Inside, Mission, Predicate, Proximity
 from missionc.kernel.nodes import At, Atom
@@ -54,14 +55,16 @@ def key_frames(
     geodesics: Geodesics,
     generator: np.random.Generator,
     go_on: Callable[[], bool] = lambda: True,
+    toured: Mapping[int, Array] = NO_TOURS,
 ) -> tuple[KeyFrame, ...]:
     """The key frames of a schedule, in order; the first and the last step are among them.
 
     Args:
         go_on: once it says no, first guesses are taken as they are.
+        toured: the positions, (steps + 1, dim), metres, of those who are on a tour of their own.
     """
     kept = replace(schedule, holds=tuple(_kept_to_the_event(schedule)))
-    return _KeyFrames(mission, kept, scheduler, geodesics, generator, go_on).all()
+    return _KeyFrames(mission, kept, scheduler, geodesics, generator, go_on, toured).all()
 
 
 def _kept_to_the_event(schedule: Schedule) -> Iterator[Hold]:
@@ -83,8 +86,10 @@ def _goes_on(formation: Predicate, visit: Visit) -> bool:
 
 class _KeyFrames(FirstGuesses):
     def all(self) -> tuple[KeyFrame, ...]:
-        located = sorted({0, *(each.step for each in self.schedule.appointments), *self._released()})
-        others = {hold.low for hold in self.schedule.holds if hold.timeless} | {self.steps}
+        located = sorted(
+            {0, *(each.step for each in self.schedule.appointments if self._matters(each)), *self._released()}
+        )
+        others = {hold.low for hold in self._holds() if hold.timeless} | {self.steps}
         if any(agent.finish is not None for agent in self.mission.agents):
             located = sorted({*located, self.steps})
         frames: dict[int, KeyFrame] = {}
@@ -104,6 +109,24 @@ class _KeyFrames(FirstGuesses):
                 frames[later] = replace(frames[later], routes=ahead)
             frames[step] = self._frame(step, iter(((guess, behind),)), frames[earlier])
         return tuple(frames[step] for step in sorted(frames))
+
+    def _matters(self, appointment: Appointment) -> bool:
+        """Whether it is about others than those who are on tours."""
+        visit = appointment.visit
+        return (
+            not visit.agents
+            or not visit.agents <= self.toured.keys()
+            or not all(map(self._is_toured, visit.event.before))
+        )
+
+    def _is_toured(self, hold: Hold) -> bool:
+        """Whether where those are who are on tours decides it."""
+        whom = agents_of(hold.agent, hold.node) if self.toured else None
+        return whom is not None and whom <= self.toured.keys()
+
+    def _holds(self) -> list[Hold]:
+        """The holds that are about others."""
+        return [hold for hold in self.schedule.holds if not self._is_toured(hold)]
 
     def _frame(self, step: int, guesses: Iterator[Guess], before: KeyFrame | None) -> KeyFrame:
         """The first guess that can be made right, or the one that comes nearest."""
@@ -151,7 +174,7 @@ class _KeyFrames(FirstGuesses):
 
     def _demand(self, step: int) -> Demand:
         """Everything that holds at a step, and the places of starts and finishes that are regions."""
-        here = [hold for hold in self.schedule.holds if hold.timeless and hold.low <= step <= hold.high]
+        here = [hold for hold in self._holds() if hold.timeless and hold.low <= step <= hold.high]
         roots = [At(hold.agent, hold.node) for hold in here]
         for agent in self.mission.agents:
             place = agent.start if step == 0 else agent.finish if step == self.steps else None

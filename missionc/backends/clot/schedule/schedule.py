@@ -41,8 +41,8 @@ from missionc.backends.clot.schedule.timetable import (
     _Draft,
     _schedule,
     _shapes,
-    _tied,
     formations,
+    tied_agents,
 )
 from missionc.backends.clot.schedule.visits import Appointment, Key, Schedule, Visit
 from missionc.base.trace import Array
@@ -73,7 +73,7 @@ schedules, which draw among these."""
 class Scheduler(Timetable):
     """Schedules of a mission. Distances are in metres, times in seconds.
 
-    ``tied``: a formation or links hold some of the team together, so that not everybody goes a way of their own.
+    ``tied``: those whom a formation or links hold together at some time; everybody else goes a way of their own.
     """
 
     def __init__(
@@ -82,7 +82,6 @@ class Scheduler(Timetable):
         self.mission, self.outline, self.generator = mission, outline, generator
         self.places = Places(mission)
         self.shaped: dict[tuple[tuple[Predicate, ...], bytes], Array] = {}
-        self.tied = _tied(outline)
         self.speed = np.array([agent.dynamics.top_speed for agent in mission.agents])
         self.pace = self.speed * SHARES[0]
         self.unhurried = UNHURRIED[0]
@@ -93,6 +92,7 @@ class Scheduler(Timetable):
         self.finishes = [None if agent.finish is None else self._place(agent.finish) for agent in mission.agents]
         self.always = [hold for hold in outline.holds if self._whole(hold)]
         self.company = attendance(mission, self.always)
+        self.tied = tied_agents(outline, self.company)
         self.goals = GoalSets(mission, geodesics, self._kept(geodesics))
         self.numbers = [number for number, task in enumerate(outline.tasks) if self._scheduled(task)]
         self.capacities = capacities(outline.holds, mission.step, PASSING * mission.step)
@@ -102,7 +102,7 @@ class Scheduler(Timetable):
         kept_or_not = {(TEAM, shape, holds) for shape in self.formations for holds in (True, False)}
         for literal in kept_or_not.union(*(each.literals for each in self.capacities)):
             self.denied.setdefault(literal, {})[literal] = 0.0
-        self.standing = () if self.tied else self._visits(-1, (), self._passing(outline.holds))
+        self.standing = self._visits(-1, (), self._passing(outline.holds))
 
     def _seconds_apart(self, agent: int, one: Predicate, other: Predicate) -> float:
         """What an agent takes at least from where one predicate holds to where another does; 0 if unknown."""
@@ -128,8 +128,9 @@ class Scheduler(Timetable):
         draft = _Draft(sorted(self.standing, key=lambda visit: visit.event.low))
         for number in first:
             self._put(draft, number, perturbed)
-        if not self.tied and len(first) > 1:
-            draft = self._repaired(draft, perturbed)
+        loose = [number for number in first if all(map(self._is_loose, draft.visits(number)))]
+        if len(loose) > 1:
+            draft = self._repaired(draft, loose, perturbed)
         return self._settled(draft, perturbed)
 
     # --------------------------------------------------------------- inserting
@@ -139,7 +140,7 @@ class Scheduler(Timetable):
         noise = perturbed.noise
         cheapest: tuple[float, list[Visit], Option] | None = None
         for option in self.outline.tasks[number].options:
-            visits = self._visits(number, option.events, () if self.tied else self._passing(option.holds))
+            visits = self._visits(number, option.events, self._passing(option.holds))
             fixed, amiss = self._fixed([*draft.options.values(), option])
             cost, order = self._inserted(draft, visits, perturbed, fixed)
             cost += LATE * amiss
@@ -216,10 +217,10 @@ class Scheduler(Timetable):
             )
         return tuple(visits)
 
-    def _repaired(self, draft: _Draft, perturbed: PerturbedDistances) -> _Draft:
-        """Tasks taken out and put back in another order, as long as that is better and there is work left."""
+    def _repaired(self, draft: _Draft, numbers: list[int], perturbed: PerturbedDistances) -> _Draft:
+        """These tasks taken out and put back in another order, as long as that is better and there is work left."""
         best, work, vain = draft, 0, 0
-        numbers = sorted(draft.options)
+        numbers = sorted(numbers)
         drawn = np.random.default_rng(len(numbers))
         while work < WORK and vain < VAIN * len(numbers):
             count = min(len(numbers), 1 + int(drawn.integers(0, 3)))
@@ -283,6 +284,8 @@ class Scheduler(Timetable):
         for hold in holds:
             if hold.timeless and not self._whole(hold):
                 come = attendance(self.mission, (hold,))
+                if not self.tied.isdisjoint(come.agents):
+                    continue
                 sets = [self.goals.of(agent, nodes) for agent, nodes in come.goals]
                 if come.meetings or come.some or any(each is not None and each.share <= VAST for each in sets):
                     yield hold
@@ -294,7 +297,8 @@ class Scheduler(Timetable):
             return True
         come = [attendance(self.mission, event.holds) for event in events]
         sets = [self.goals.of(agent, nodes) for each in come for agent, nodes in each.goals]
-        return not self.tied and bool(sets) and all(each is not None and each.share <= VAST for each in sets)
+        loose = self.tied.isdisjoint(agent for each in come for agent in each.agents)
+        return loose and bool(sets) and all(each is not None and each.share <= VAST for each in sets)
 
     def _place(self, place: Exactly | Anywhere) -> Array:
         return np.array(place.point) if isinstance(place, Exactly) else self.places.centre(place.region)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from itertools import pairwise
 
 import numpy as np
@@ -13,7 +13,7 @@ from scipy.sparse.csgraph import connected_components
 from missionc.backends.clot.optimise.obstacle_index import Obstacles
 from missionc.backends.clot.schedule.geodesics import Geodesics, along
 from missionc.backends.clot.schedule.give_way import give_way
-from missionc.backends.clot.schedule.key_frame import KeyFrame
+from missionc.backends.clot.schedule.key_frame import NO_TOURS, KeyFrame
 from missionc.backends.clot.schedule.visits import Schedule
 from missionc.base.trace import Array
 from missionc.ir import Box, Mission, Still
@@ -40,18 +40,22 @@ def sketch(
     geodesics: Geodesics,
     generator: np.random.Generator,
     detour: float,
+    toured: Mapping[int, Array] = NO_TOURS,
 ) -> Array:
     """Positions at the steps, (agents, steps + 1, dim), metres.
 
     Args:
         detour: how likely a team goes another way than the shortest.
+        toured: the positions, (steps + 1, dim), metres, of those who are on a tour of their own.
     """
     position = np.zeros((len(mission.agents), mission.steps + 1, mission.dimension))
     position[:, 0] = frames[0].position
+    for agent, tour in toured.items():
+        position[agent] = tour
     for earlier, later in pairwise(frames):
         span = later.step - earlier.step
         share = np.arange(1, span + 1) / span
-        teams = _teams(mission, schedule, earlier.step, later.step)
+        teams = [team for team in _teams(mission, schedule, earlier.step, later.step) if toured.keys().isdisjoint(team)]
         for team in teams:
             position[team, earlier.step + 1 : later.step + 1] = _together(
                 mission, team, earlier, later, share, geodesics, generator, generator.random() < detour

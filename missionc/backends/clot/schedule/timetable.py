@@ -44,16 +44,28 @@ class _Draft:
     cost: float = 0.0
     work: int = 0
 
+    def visits(self, task: int) -> list[Visit]:
+        return [visit for visit in self.order if visit.key[0] == task]
+
     def without(self, tasks: list[int]) -> _Draft:
         left = [visit for visit in self.order if visit.key[0] not in tasks]
         return _Draft(left, {task: option for task, option in self.options.items() if task not in tasks}, self.cost)
 
 
-def _tied(outline: Outline) -> bool:
-    """Whether a formation or links are asked for, at any time."""
-    return any(
-        graph_of(node) is not None or (isinstance(node, Atom) and _of_team(node.predicate)) for node in _asked(outline)
-    )
+def tied_agents(outline: Outline, company: Attendance) -> frozenset[int]:
+    """The agents of whom a formation or links are asked for, at any time, and who always has to be near one of them."""
+    tied: set[int] = set()
+    for node in _asked(outline):
+        graph = graph_of(node)
+        if graph is not None:
+            tied.update(graph.agents)
+        elif isinstance(node, Atom) and (node.predicate.formation is not None or node.predicate.graph is not None):
+            tied.update(node.predicate.others)
+    left = list(company.meetings)
+    while near := [each for each in left if not tied.isdisjoint(each.agents)]:
+        tied.update(*(each.agents for each in near))
+        left = [each for each in left if each not in near]
+    return frozenset(tied)
 
 
 def formations(outline: Outline) -> tuple[Predicate, ...]:
@@ -80,10 +92,6 @@ def _asked(outline: Outline) -> Iterable[Node]:
         holds.extend((*event.holds, *event.before))
         events.extend(event.then)
     return postorder(dict.fromkeys(hold.node for hold in holds))
-
-
-def _of_team(predicate: Predicate) -> bool:
-    return predicate.formation is not None or predicate.graph is not None
 
 
 def _deadline(options: tuple[Option, ...]) -> int:
@@ -136,7 +144,7 @@ def _schedule(
 class Timetable:
     """When the visits of an order are, for agents that take their time from one to the next.
 
-    ``tied``: a formation or links hold some of the team together. ``pace``, ``speed`` in m/s and ``stopping`` in
+    ``tied``: those whom a formation or links hold together. ``pace``, ``speed`` in m/s and ``stopping`` in
     seconds have a number for each agent; ``unhurried`` is the share of the slack that a visit leaves before it.
     """
 
@@ -148,7 +156,7 @@ class Timetable:
     stopping: Array
     goals: GoalSets
     capacities: tuple[Capacity, ...]
-    tied: bool
+    tied: frozenset[int]
     unhurried: float
     shaped: dict[tuple[tuple[Predicate, ...], bytes], Array]
 
@@ -331,23 +339,21 @@ class Timetable:
         return max(seconds, length / least) if least > 0 else math.inf
 
     def _at_steps(self, visits: list[Visit], run: Run, slower: float) -> tuple[Appointment, ...]:
-        """Visits at their soonest times, made so many times later; where nothing is tied, halfway to the latest."""
+        """Visits at their soonest times, made so many times later; of whom nothing ties, halfway to the latest."""
         step = self.mission.step
-        times = run.times
-        if not self.tied and slower > 1:
-            times, slower = self._unhurried(visits, run), 1.0
+        unhurried = run.times if slower <= 1 else self._unhurried(visits, run, slower)
         appointments: list[Appointment] = []
         at: dict[Key, int] = {}
-        for visit, first, time, places, legs in zip(visits, run.times, times, run.places, run.legs, strict=True):
+        for visit, first, time, places, legs in zip(visits, run.times, unhurried, run.places, run.legs, strict=True):
             base = 0 if visit.after is None else at[visit.after]
             latest = min(base + visit.event.high, self._latest(visit))
             begins = visit.event.low * step
             if visit.after is not None:
                 begins += next(each for one, each in zip(visits, run.times, strict=True) if one.key == visit.after)
-            if not self.tied or visit.come.goals or (first > begins and not visit.come.meetings):
-                wanted = round(time * slower / step) if slower > 1 else ceil(time / step - ROUNDING)
+            if self._is_loose(visit) or visit.come.goals or (first > begins and not visit.come.meetings):
+                wanted = ceil(time / step - ROUNDING) if self._is_loose(visit) or slower <= 1 else round(time / step)
             else:  # nobody has to get to a place for it, and what comes after may need the time
-                wanted = max([round(time / step), *(each.step for each in appointments)])
+                wanted = max([round(first / step), *(each.step for each in appointments)])
             soonest = max(base + visit.event.low, visit.event.not_before)
             for leg in legs:
                 since = 0 if leg.begin < 0 else appointments[leg.begin].step
@@ -356,13 +362,24 @@ class Timetable:
             appointments.append(Appointment(visit, at[visit.key], places))
         return tuple(appointments)
 
-    def _unhurried(self, visits: list[Visit], run: Run) -> list[float]:
+    def _is_loose(self, visit: Visit) -> bool:
+        """Whether nobody who comes for it is tied to anybody, nor kept in formation up to it."""
+        return not self.tied or (bool(visit.agents) and self.tied.isdisjoint(visit.agents) and not visit.kept)
+
+    def _unhurried(self, visits: list[Visit], run: Run, slower: float) -> list[float]:
         """Times of visits between the soonest and the latest that windows, ways and the horizon allow, seconds.
 
-        Any mean of two solutions of a simple temporal network is one.
+        Any mean of two solutions of a simple temporal network is one. Those of whom some are tied are so many times
+        later than they might be.
         """
+        soonest = [
+            time if self._is_loose(visit) else time * slower for visit, time in zip(visits, run.times, strict=True)
+        ]
         step, index = self.mission.step, {visit.key: number for number, visit in enumerate(visits)}
-        latest = [self._latest(visit) * step for visit in visits]
+        latest = [
+            self._latest(visit) * step if self._is_loose(visit) else time
+            for visit, time in zip(visits, soonest, strict=True)
+        ]
         for begin, seconds in run.last:
             if begin >= 0:
                 latest[begin] = min(latest[begin], self.mission.horizon - seconds)
@@ -386,7 +403,10 @@ class Timetable:
                     latest[number] = min(latest[number], begun + max(leg.most, run.times[number] - soon))
             if latest == before:
                 break
-        return [soon + self.unhurried * max(0.0, late - soon) for soon, late in zip(run.times, latest, strict=True)]
+        return [
+            soon + (self.unhurried * max(0.0, late - soon) if self._is_loose(visit) else 0.0)
+            for visit, soon, late in zip(visits, soonest, latest, strict=True)
+        ]
 
     def _denied(self, appointments: tuple[Appointment, ...], fixed: list[TimedLiterals]) -> bool:
         """Whether something that appointments or fixed times say is denied by another of them."""
