@@ -11,7 +11,7 @@ pytest.importorskip("torch")
 
 from missionc.backends.clot.cost_graph.cost_graph import build
 from missionc.backends.clot.optimise.carved_boxes import carved
-from missionc.backends.clot.schedule.geodesics import Geodesics
+from missionc.backends.clot.schedule.geodesics import Geodesics, eased
 from missionc.backends.clot.schedule.key_frames import key_frames
 from missionc.backends.clot.schedule.schedule import Scheduler
 from missionc.backends.clot.schedule.sketch import sketch
@@ -356,3 +356,23 @@ def test_an_agent_without_momentum_goes_at_the_mean_speed_from_rest_to_rest(step
 
 def test_an_agent_without_heading_goes_as_fast_as_before() -> None:
     assert first_order(Unicycle(0.0, 2.0, 1.0), 1.0) == SingleIntegrator(2.0)
+
+
+@pytest.mark.parametrize(("seconds", "rests"), [(40, True), (20, True), (14, False), (11, False)])
+def test_who_has_momentum_goes_from_rest_to_rest_where_there_is_time(seconds: int, rests: bool) -> None:
+    way, dynamics = np.array([(0.0, 0.0), (12.0, 0.0), (12.0, 8.0)]), DoubleIntegrator(2.0, 0.5)
+    share = np.arange(seconds + 1) / seconds
+    eased_share = eased(share, way, seconds, dynamics)
+    assert eased_share[[0, -1]] == pytest.approx([0.0, 1.0])
+    speed = 20 * np.diff(eased_share)
+    assert speed.min() >= 0
+    assert speed.max() <= 2.0
+    if rests:
+        assert np.abs(np.diff(speed, prepend=0.0, append=0.0)).max() <= 0.5
+    else:
+        assert np.array_equal(eased_share, share)
+
+
+def test_who_has_no_momentum_goes_at_an_even_pace() -> None:
+    share = np.arange(11) / 10
+    assert np.array_equal(eased(share, np.array([(0.0, 0.0), (5.0, 0.0)]), 10, SingleIntegrator(1.0)), share)

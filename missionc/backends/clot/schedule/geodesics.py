@@ -10,7 +10,7 @@ from scipy.sparse.csgraph import dijkstra
 
 from missionc.backends.clot.optimise.obstacle_index import Obstacles
 from missionc.base.trace import Array
-from missionc.ir import Box, Mission, Still
+from missionc.ir import Box, Dynamics, Mission, Still
 from missionc.world.signed_distance import signed_distance
 
 CELLS = 12_000
@@ -21,6 +21,9 @@ TOGETHER = 1 << 18
 
 DETOUR = 1.4
 """A way with more room may be so many times as long as the shortest."""
+
+EASE = 0.8
+"""The share of its top acceleration with which an agent speeds up and slows down where there is time for it."""
 
 
 class Geodesics:
@@ -230,6 +233,26 @@ def slowed(moves: sparse.csr_matrix, slowness: Array) -> sparse.csr_matrix:
 
 def _length(way: Array) -> float:
     return float(np.linalg.norm(np.diff(way, axis=0), axis=1).sum())
+
+
+def eased(share: Array, way: Array, seconds: float, dynamics: Dynamics) -> Array:
+    """Shares of a way at shares of its time, (points,) each: from rest to rest where there is time for that, else even.
+
+    Args:
+        way: (corners, dim), metres.
+        seconds: that it takes.
+    """
+    far = _length(way)
+    most = EASE * dynamics.top_acceleration * seconds**2
+    if not 0 < 4 * far <= most < np.inf:
+        return share
+    ramp = (1 - np.sqrt(1 - 4 * far / most)) / 2
+    if far / seconds > (1 - ramp) * dynamics.top_speed:
+        return share
+    side = np.minimum(share, 1 - share)
+    gone = np.where(side < ramp, side**2 / (2 * ramp), side - ramp / 2) / (1 - ramp)
+    result: Array = np.where(share <= 0.5, gone, 1 - gone)
+    return result
 
 
 def along(way: Array, share: Array) -> Array:

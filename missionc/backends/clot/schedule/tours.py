@@ -3,9 +3,9 @@
     in   Schedule
     out  the positions of all agents at every step, and key frames read off them
 
-Ways go round what stands, at an even pace between leaving one place and being at the next, and slower where speed is
-limited. Who comes to the same place at the same time stands beside the others there. Who has no place to go to, and has
-to stay near somebody all the time, goes along.
+Ways go round what stands, at an even pace between leaving one place and being at the next, with momentum from rest to
+rest where there is time for that, and slower where speed is limited. Who comes to the same place at the same time
+stands beside the others there. Who has no place to go to, and has to stay near somebody all the time, goes along.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from itertools import pairwise
 import numpy as np
 
 from missionc.backends.clot.schedule.attendance import Attendance
-from missionc.backends.clot.schedule.geodesics import Geodesics
+from missionc.backends.clot.schedule.geodesics import Geodesics, eased
 from missionc.backends.clot.schedule.goal_sets import GoalSet, GoalSets
 from missionc.backends.clot.schedule.key_frame import KeyFrame
 from missionc.backends.clot.schedule.visits import Schedule
@@ -139,6 +139,7 @@ def _tour(mission: Mission, agent: int, stops: list[Stop], goals: GoalSets, geod
         if way is None:
             way = np.stack([here.point, there.point])
         share = np.arange(end - begin + 1) / max(1, end - begin)
+        share = eased(share, way, (end - begin) * mission.step, mission.agents[agent].dynamics)
         position[begin : end + 1] = geodesics.paced(way, share, slowness)
         position[end:] = there.point
     return position
