@@ -199,6 +199,20 @@ def test_who_cannot_stand_still_does_not_dawdle_on_its_way(least: float, most: i
     assert visit.step <= most
 
 
+def test_who_has_to_stay_near_somebody_for_a_while_goes_along_and_is_free_again() -> None:
+    escort = "require escort: always[20 s, 60 s] distance(rover[0], rover[1]) <= 3 m\n"
+    there = "require there: rover[1]: eventually[0, 60 s] east\n"
+    back = "require back: rover[0]: always[95 s, end] x <= 10 m\n"
+    mission, scheduler, schedule = scheduled(YARD + escort + there + back)
+    assert schedule.late == 0
+    _, position = tours(mission, schedule, scheduler.goals, Geodesics(mission), np.random.default_rng(0))
+    away = np.linalg.norm(position[0] - position[1], axis=-1)
+    assert away[20:61].max() <= 3.0
+    assert position[1, :61, 0].max() >= 32.0
+    assert position[0, 95:, 0].max() <= 10.0
+    assert np.linalg.norm(np.diff(position[0], axis=0), axis=-1).max() <= 1.5  # nobody jumps
+
+
 def test_so_many_come_as_are_asked_for_and_others_than_those_who_stay() -> None:
     fleet = YARD.replace("rover[3]", "rover[8]").replace(
         "start at (5, 10), (20, 10), (36, 18)", "start grid (10, 6) to (26, 14)"

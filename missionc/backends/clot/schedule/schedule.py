@@ -19,7 +19,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from missionc.backends.clot.schedule.attendance import attendance, implied
+from missionc.backends.clot.schedule.attendance import NOBODY, Attendance, attendance, implied
 from missionc.backends.clot.schedule.formation_conflicts import is_denied
 from missionc.backends.clot.schedule.geodesics import Geodesics
 from missionc.backends.clot.schedule.goal_sets import GoalSets
@@ -44,7 +44,7 @@ from missionc.backends.clot.schedule.timetable import (
     formations,
     tied_agents,
 )
-from missionc.backends.clot.schedule.visits import Appointment, Key, Schedule, Visit
+from missionc.backends.clot.schedule.visits import Appointment, Escort, Key, Schedule, Visit
 from missionc.base.trace import Array
 from missionc.ir import Anywhere, Exactly, Mission, Predicate, Region
 from missionc.kernel.nodes import Node
@@ -210,11 +210,8 @@ class Scheduler(Timetable):
         for hold in holds:
             come = attendance(self.mission, (hold,))
             event = Event(hold.node, hold.agent, hold.low, hold.low, hold.low, (hold,))
-            visits.append(
-                Visit(
-                    (task, len(visits)), event, come, (), (), min(hold.high, self.mission.steps) - hold.low, fixed=True
-                )
-            )
+            lasts = 0 if _moves_on(come) else min(hold.high, self.mission.steps) - hold.low
+            visits.append(Visit((task, len(visits)), event, come, (), (), lasts, fixed=True))
         return tuple(visits)
 
     def _repaired(self, draft: _Draft, numbers: list[int], perturbed: PerturbedDistances) -> _Draft:
@@ -258,7 +255,14 @@ class Scheduler(Timetable):
             if not self._denied(appointments, fixed):
                 break
         made = _schedule(self.outline, appointments, options, run.late, self.mission.steps)
-        return replace(made, company=self.company)
+        return replace(made, company=self.company, escorts=tuple(self._escorts(options)))
+
+    def _escorts(self, options: Iterable[Option]) -> Iterator[Escort]:
+        """Who stays near whom at fixed steps, and goes on meanwhile."""
+        for hold in (*self.outline.holds, *(hold for option in options for hold in option.holds)):
+            come = attendance(self.mission, (hold,)) if hold.timeless and not self._whole(hold) else NOBODY
+            for meeting in come.meetings if _moves_on(come) else ():
+                yield Escort(meeting, hold.low, min(hold.high, self.mission.steps))
 
     # ------------------------------------------------------------------ places
 
@@ -312,3 +316,8 @@ class Scheduler(Timetable):
                 before = regions.get(hold.agent)
                 regions[hold.agent] = place if before is None else self.places.both(before, place)
         return regions
+
+
+def _moves_on(come: Attendance) -> bool:
+    """Whether it asks agents to be near each other and to be in no place for it."""
+    return bool(come.meetings) and not (come.goals or come.some)

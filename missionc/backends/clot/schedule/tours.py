@@ -10,16 +10,16 @@ stands beside the others there. Who has no place to go to, and has to stay near 
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
 
-from missionc.backends.clot.schedule.attendance import Attendance
 from missionc.backends.clot.schedule.geodesics import Geodesics, eased
-from missionc.backends.clot.schedule.goal_sets import GoalSet, GoalSets
+from missionc.backends.clot.schedule.goal_sets import NEARER, GoalSet, GoalSets
 from missionc.backends.clot.schedule.key_frame import KeyFrame
-from missionc.backends.clot.schedule.visits import Schedule
+from missionc.backends.clot.schedule.visits import Escort, Schedule
 from missionc.base.trace import Array
 from missionc.ir import Anywhere, Exactly, Inside, Mission, Region
 from missionc.kernel.nodes import Atom
@@ -40,15 +40,42 @@ class Stop:
     point: Array
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Along:
+    """A way beside another agent's, (steps, dim), metres, from a step on."""
+
+    begin: int
+    points: Array
+
+    @property
+    def first(self) -> Stop:
+        return Stop(self.begin, self.begin, self.points[0])
+
+    @property
+    def last(self) -> Stop:
+        end = self.begin + len(self.points) - 1
+        return Stop(end, end, self.points[-1])
+
+
 def tours(
     mission: Mission, schedule: Schedule, goals: GoalSets, geodesics: Geodesics, generator: np.random.Generator
 ) -> tuple[tuple[KeyFrame, ...], Array]:
     """The key frames of the tours, and the positions of all, (agents, steps + 1, dim), metres."""
     stops = _stops(mission, schedule, goals)
     position = np.zeros((len(mission.agents), mission.steps + 1, mission.dimension))
-    for agent in mission.agents:
-        position[agent.index] = _tour(mission, agent.index, stops[agent.index], goals, geodesics)
-    _go_along(position, schedule.company, stops)
+    for each in mission.agents:
+        position[each.index] = _tour(mission, each.index, stops[each.index], goals, geodesics)
+    everybody = [Escort(meeting, 0, mission.steps) for meeting in schedule.company.meetings]
+    along: dict[int, list[Along]] = {}
+    for escort in sorted((*everybody, *schedule.escorts), key=lambda each: each.low):
+        for agent, leader in _followers(position, escort, stops):
+            here = position[agent, escort.low] - position[leader, escort.low]
+            ways = along.setdefault(agent, [])
+            ways.append(Along(escort.low, position[leader, escort.low : escort.high + 1] + here))
+            beside = [stop for way in ways for stop in (way.first, way.last)]
+            position[agent] = _tour(mission, agent, [*stops[agent], *beside], goals, geodesics)
+            for way in ways:
+                position[agent, way.begin : way.last.end + 1] = way.points
     _shaken(mission, position, generator)
     at = sorted({0, *(each.step for each in schedule.appointments), mission.steps})
     return tuple(KeyFrame(step, position[:, step], 0.0, "") for step in at), position
@@ -145,10 +172,15 @@ def _tour(mission: Mission, agent: int, stops: list[Stop], goals: GoalSets, geod
     return position
 
 
-def _go_along(position: Array, company: Attendance, stops: list[list[Stop]]) -> None:
-    """Moves who has nowhere to go with whom it has to stay near, in the place beside that it starts from."""
-    for meeting in company.meetings:
-        first = max(meeting.agents, key=lambda agent: (len(stops[agent]), -agent))
-        for agent in meeting.agents:
-            if len(stops[agent]) == 1 and len(stops[first]) > 1:
-                position[agent] = position[first] + (position[agent, 0] - position[first, 0])
+def _followers(position: Array, escort: Escort, stops: list[list[Stop]]) -> Iterator[tuple[int, int]]:
+    """Who goes along with whom in an escort: those who have nowhere to go meanwhile and would get too far away."""
+
+    def meanwhile(agent: int) -> int:
+        return sum(escort.low < stop.begin <= escort.high for stop in stops[agent])
+
+    leader = max(escort.meeting.agents, key=lambda agent: (meanwhile(agent), -agent))
+    span = slice(escort.low, escort.high + 1)
+    for agent in escort.meeting.agents:
+        away = np.linalg.norm(position[agent, span] - position[leader, span], axis=-1).max()
+        if agent != leader and not meanwhile(agent) and away > NEARER * escort.meeting.reach:
+            yield agent, leader

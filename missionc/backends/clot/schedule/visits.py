@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 from missionc.backends.clot.optimise.active_set import Choices
-from missionc.backends.clot.schedule.attendance import NOBODY, Attendance
+from missionc.backends.clot.schedule.attendance import NOBODY, Attendance, Meeting
 from missionc.backends.clot.schedule.goal_sets import GoalSet
 from missionc.backends.clot.schedule.mutex_literals import (
     TimedLiterals,
@@ -69,11 +69,20 @@ class Appointment:
 
 
 @dataclass(frozen=True, slots=True)
+class Escort:
+    """A meeting that lasts from one step to another, both included, wherever its agents go meanwhile."""
+
+    meeting: Meeting
+    low: int
+    high: int
+
+
+@dataclass(frozen=True, slots=True)
 class Schedule:
     """Everything decided: what holds at which steps of the mission, and the choices to tell the cost graph.
 
     ``late`` is by how many seconds it cannot be kept, by this estimate;
-    ``company``: who has to be near whom all the time.
+    ``company``: who has to be near whom all the time; ``escorts``: and who for a while.
     """
 
     appointments: tuple[Appointment, ...]
@@ -82,6 +91,7 @@ class Schedule:
     choices: Choices
     late: float
     company: Attendance = NOBODY
+    escorts: tuple[Escort, ...] = ()
 
 
 class Leg(NamedTuple):
