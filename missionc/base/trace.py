@@ -40,6 +40,12 @@ class Trace:
     velocity: Array
     heading: Array
 
+    @property
+    def metres(self) -> float:
+        """What all agents travel together, straight from each step to the next."""
+        moves = self.position[:, 1:] - self.position[:, :-1]
+        return float(((moves**2).sum(axis=-1) ** 0.5).sum())
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Plan:

@@ -103,7 +103,7 @@ def _late(ground: FreeSpace, agents: Sequence[Agent], goal: Area, steps: int) ->
         agents = [agent for agent in agents if not _in_time(ground, agent, goal, _reach(mission, agent, steps))]
     return [
         journey
-        for journey in _journeys(ground, agents, goal)
+        for journey in journeys(ground, agents, goal)
         if journey.distance > _reach(mission, journey.agent, steps)
     ]
 
@@ -115,7 +115,7 @@ def _in_time(ground: FreeSpace, agent: Agent, goal: Area, reach: float) -> bool:
     return ground.atlas.outer(agent.start.region.shape).witness(lambda place: goal.depth(place) + reach)
 
 
-def _journeys(ground: FreeSpace, agents: Sequence[Agent], goal: Area) -> list[Journey]:
+def journeys(ground: FreeSpace, agents: Sequence[Agent], goal: Area) -> list[Journey]:
     """How far, at least, each agent starts from a goal."""
     exact = [(agent, agent.start.point) for agent in agents if isinstance(agent.start, Exactly)]
     by_agent = {}

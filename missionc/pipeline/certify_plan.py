@@ -11,9 +11,11 @@ from dataclasses import dataclass, replace
 
 from missionc.backends.api import Budget, Planned, Progress
 from missionc.backends.options import Options
-from missionc.base.trace import Plan
+from missionc.base.trace import Plan, Trace
 from missionc.base.units import Seconds
 from missionc.diagnostics.model import Diagnostic
+from missionc.ir import Mission, Objective
+from missionc.kernel.nodes import Kernel
 from missionc.pipeline import no_plan
 from missionc.pipeline.checked import Checked
 from missionc.pipeline.front_end import ANY_BACKEND, Stopwatch, check
@@ -104,11 +106,26 @@ def certify_plan(
         output = emit(mission, kernel, verified, certificate, provenance, exports)
     if isinstance(output, Diagnostic):
         return Certified(checked, Refused(), (output,))
-    report = replace(report, notes=(*report.notes, *output.notes))
+    report = replace(report, notes=(*report.notes, *_proven(mission, kernel, trace), *output.notes))
     not_between = no_plan.not_between(mission, output.certificate) if continuous else ()
     if not_between:
         return Certified(checked, Refused(), not_between)
     return Certified(checked, Verified(verified, output.certificate, report, output.files), output.findings)
+
+
+def _proven(mission: Mission, kernel: Kernel, trace: Trace) -> tuple[str, ...]:
+    """What is known of the best plan there can be, where a mission asks for a good one."""
+    if mission.objective not in (Objective.DISTANCE, Objective.DURATION) or mission.world.flat:
+        return ()
+    from missionc.checks.lower_bounds import lower_bounds
+
+    bounds = lower_bounds(mission, kernel)
+    if mission.objective is Objective.DURATION:
+        return (f"no plan of this mission is over in fewer than {bounds.steps} steps",) if bounds.steps else ()
+    if not bounds.metres:
+        return ()
+    known = f"no plan of this mission is shorter than {bounds.metres:.6g} m"
+    return (f"{trace.metres:.6g} m in all; {known} (a gap of {trace.metres / bounds.metres - 1:.1%})",)
 
 
 def _slower(checked: Checked, options: Options, budget: Budget) -> Checked:

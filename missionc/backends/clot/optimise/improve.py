@@ -104,7 +104,7 @@ def improve(
 
 def travelled(made: Trace) -> float:
     """The metres all agents travel together."""
-    return float(np.linalg.norm(np.diff(made.position, axis=1), axis=-1).sum())
+    return made.metres
 
 
 def effort(made: Trace) -> float:
