@@ -242,6 +242,40 @@ def test_a_recurrence_is_a_chain_in_which_no_two_are_too_far_apart() -> None:
     planned(YARD + watch)
 
 
+KILNS = """\
+mission kilns
+time step 1 s, horizon 180 s
+world (0, 0) to (44, 30)
+region kiln_a = disc at (6, 6) radius 2.5 m
+region kiln_b = disc at (6, 24) radius 2.5 m
+region kiln_c = disc at (38, 6) radius 2.5 m
+region kiln_d = disc at (38, 24) radius 2.5 m
+region store = box (18, 2) to (26, 8)
+team hand[2] { radius 0.4 m  dynamics unicycle(speed 0..1 m/s, turn <= 45 deg/s)  start at (20, 5), (24, 5) }
+separation 0.3 m
+"""
+ROUNDS = "".join(
+    f"require {kiln}: some hand: always[0, 130 s] eventually[0, 45 s] kiln_{kiln}\n" for kiln in ("a", "b", "c", "d")
+)
+
+
+def test_two_who_would_cross_are_in_each_others_place() -> None:
+    _, scheduler, schedule = scheduled(KILNS + ROUNDS)
+    for kiln, hand in (("a", 0), ("b", 0), ("c", 1), ("d", 1)):
+        visits = named(scheduler, schedule, kiln)
+        assert len(visits) == 4
+        assert {place.agent for visit in visits for place in visit.places} == {hand}
+    planned(KILNS + ROUNDS)
+
+
+def test_so_many_come_again_and_again() -> None:
+    both = "require both: always[0, 120 s] eventually[0, 60 s] at least 2 hand: store\n"
+    _, scheduler, schedule = scheduled(KILNS + both)
+    visits = named(scheduler, schedule, "both")
+    assert len(visits) >= 3
+    assert all({place.agent for place in visit.places} == {0, 1} for visit in visits)
+
+
 PIT = (
     YARD
     + """

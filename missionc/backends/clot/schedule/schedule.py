@@ -14,8 +14,9 @@ Source:
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
+from itertools import combinations
 
 import numpy as np
 
@@ -115,11 +116,11 @@ class Scheduler(Timetable):
         for share in SHARES:
             self.pace = self.speed * share
             made = self._made(perturbed)
-            if noise and made.late > 0:  # perhaps only because ways were misjudged
-                again = self._made(replace(perturbed, noise=0.0))
-                made = again if again.late <= 0 else made
             if made.late <= 0 or self.tied:
                 break
+        if noise and made.late > 0:  # perhaps only because ways were misjudged
+            again = self._made(replace(perturbed, noise=0.0))
+            made = again if again.late <= 0 else made
         return made
 
     def _made(self, perturbed: PerturbedDistances) -> Schedule:
@@ -130,16 +131,18 @@ class Scheduler(Timetable):
             self._put(draft, number, perturbed)
         loose = [number for number in first if all(map(self._is_loose, draft.visits(number)))]
         if len(loose) > 1:
-            draft = self._repaired(draft, loose, perturbed)
+            draft = self._with_exchanges(self._repaired(draft, loose, perturbed), loose, perturbed)
         return self._settled(draft, perturbed)
 
     # --------------------------------------------------------------- inserting
 
-    def _put(self, draft: _Draft, number: int, perturbed: PerturbedDistances) -> None:
-        """Adds a task to the order, with the option and at the places that cost least."""
+    def _put(
+        self, draft: _Draft, number: int, perturbed: PerturbedDistances, options: Sequence[Option] | None = None
+    ) -> None:
+        """Adds a task to the order, with the option, of all or of these, and at the places that cost least."""
         noise = perturbed.noise
         cheapest: tuple[float, list[Visit], Option] | None = None
-        for option in self.outline.tasks[number].options:
+        for option in options or self.outline.tasks[number].options:
             visits = self._visits(number, option.events, self._passing(option.holds))
             fixed, amiss = self._fixed([*draft.options.values(), option])
             cost, order = self._inserted(draft, visits, perturbed, fixed)
@@ -231,6 +234,35 @@ class Scheduler(Timetable):
                 best, vain = tried, 0
         return best
 
+    def _with_exchanges(self, draft: _Draft, numbers: list[int], perturbed: PerturbedDistances) -> _Draft:
+        """Any two agents in each other's place, as long as that is better and there is work left."""
+        best, work = draft, 0
+        for pair in combinations(range(len(self.mission.agents)), 2):
+            if work >= WORK:
+                break
+            tried = self._exchanged(best, numbers, pair, perturbed)
+            work += tried.work + 1
+            if tried.cost < best.cost - 1e-9:
+                best = tried
+        return best
+
+    def _exchanged(
+        self, draft: _Draft, numbers: list[int], pair: tuple[int, int], perturbed: PerturbedDistances
+    ) -> _Draft:
+        """Two agents in each other's place in all tasks that one of them does alone and the other may."""
+        whose = {number: set[int]().union(*(visit.agents for visit in draft.visits(number))) for number in numbers}
+        out = [number for number in numbers if whose[number] in ({pair[0]}, {pair[1]})]
+        tried = draft.without(out)
+        for number in out:
+            (other,) = set(pair) - whose[number]
+            options = [option for option in self.outline.tasks[number].options if self._whose(option) == {other}]
+            self._put(tried, number, replace(perturbed, noise=0.0), options or [draft.options[number]])
+        return tried
+
+    def _whose(self, option: Option) -> set[int]:
+        """Who comes for the events of an option."""
+        return set[int]().union(*(visit.agents for visit in self._visits(-1, option.events, ())))
+
     # ------------------------------------------------------------------ timing
 
     def _fixed(self, options: list[Option]) -> tuple[list[TimedLiterals], float]:
@@ -300,7 +332,8 @@ class Scheduler(Timetable):
         if not any(event.again for event in events):
             return True
         come = [attendance(self.mission, event.holds) for event in events]
-        sets = [self.goals.of(agent, nodes) for each in come for agent, nodes in each.goals]
+        goals = [goal for each in come for goal in (*each.goals, *(goal for some in each.some for goal in some.goals))]
+        sets = [self.goals.of(agent, nodes) for agent, nodes in goals]
         loose = self.tied.isdisjoint(agent for each in come for agent in each.agents)
         return loose and bool(sets) and all(each is not None and each.share <= VAST for each in sets)
 
