@@ -213,6 +213,16 @@ def test_who_has_to_stay_near_somebody_for_a_while_goes_along_and_is_free_again(
     assert np.linalg.norm(np.diff(position[0], axis=0), axis=-1).max() <= 1.5  # nobody jumps
 
 
+def test_two_take_turns_where_one_alone_is_not_back_in_time() -> None:
+    text = YARD.replace("step 1 s, horizon 100 s", "step 2 s, horizon 6 min").replace("(40, 20)", "(100, 60)")
+    text = text.replace("rover[3]", "rover[2]").replace("(5, 10), (20, 10), (36, 18)", "(10, 25), (10, 35)")
+    text = text.replace("speed <= 1 m/s", "speed <= 2 m/s")
+    seen = "require seen: always[60 s, 300 s] eventually[0, 50 s] (some rover: x >= 80 m)\n"
+    home = "require home: every rover: always[0, 260 s] eventually[0, 90 s] x <= 25 m\n"
+    _, scheduler, schedule = scheduled(text + seen + home)
+    assert {appointment.places[0].agent for appointment in named(scheduler, schedule, "seen")} == {0, 1}
+
+
 def test_so_many_come_as_are_asked_for_and_others_than_those_who_stay() -> None:
     fleet = YARD.replace("rover[3]", "rover[8]").replace(
         "start at (5, 10), (20, 10), (36, 18)", "start grid (10, 6) to (26, 14)"

@@ -178,7 +178,7 @@ class _Reader:
         """What some step of a window makes true, awaited at every step from ``low`` to ``high``: a chain of events.
 
         The first of them is in the first of these windows, the last in the last of them, and no two that follow each
-        other are further apart than a window is wide and one step more. All of them are alike.
+        other are further apart than a window is wide and one step more. All of them are alike; who comes may be open.
         """
         hold = self._hold(node, agent, low, high)
         most = self.steps if node.high is None else node.high
@@ -189,7 +189,10 @@ class _Reader:
         if count > MOST_AGAIN:
             return (Option((hold,)),)
         options: list[Option] = []
-        for body in self.options(node.body, agent, 0, 0, True):
+        bodies = self.options(node.body, agent, 0, 0, True)
+        if len(bodies) > 1 and self.timeless[node.body]:  # another of several each time
+            bodies = (*bodies, Option((self._hold(node.body, agent, 0, 0),)))
+        for body in bodies:
             if body.events:
                 return (Option((hold,)),)
             chain: tuple[Event, ...] = ()
