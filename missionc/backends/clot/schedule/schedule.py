@@ -195,7 +195,7 @@ class Scheduler(Timetable):
             each, after = stack.pop()
             begun = *each.holds, *(hold for later in each.then for hold in later.before if hold.low == 0)
             regions = tuple(self._regions(begun).items())
-            come = attendance(self.mission, (*begun, *implied(each.holds, self.always)))
+            come = self._accompanied(attendance(self.mission, (*begun, *implied(each.holds, self.always))))
             shapes = tuple(_shapes(begun))
             lasts = min(max((hold.high for hold in each.holds), default=0), self.mission.steps)
             says, before = (
@@ -288,6 +288,12 @@ class Scheduler(Timetable):
                 break
         made = _schedule(self.outline, appointments, options, run.late, self.mission.steps)
         return replace(made, company=self.company, escorts=tuple(self._escorts(options)))
+
+    def _accompanied(self, come: Attendance) -> Attendance:
+        """With those who stay near one who comes all the time, each of them near one other."""
+        whose = {agent for agent, _ in come.goals}
+        pairs = [pair for pair in self.company.meetings if len(pair.agents) == 2 and not whose.isdisjoint(pair.agents)]
+        return replace(come, meetings=tuple(dict.fromkeys((*come.meetings, *pairs)))) if pairs else come
 
     def _escorts(self, options: Iterable[Option]) -> Iterator[Escort]:
         """Who stays near whom at fixed steps, and goes on meanwhile."""
