@@ -13,6 +13,7 @@ from missionc.backends.clot.cost_graph.cost_graph import build
 from missionc.backends.clot.optimise.carved_boxes import carved
 from missionc.backends.clot.schedule.geodesics import Geodesics, eased
 from missionc.backends.clot.schedule.key_frames import key_frames
+from missionc.backends.clot.schedule.perturbed_distances import PerturbedDistances
 from missionc.backends.clot.schedule.schedule import Scheduler
 from missionc.backends.clot.schedule.sketch import sketch
 from missionc.backends.clot.schedule.tasks import outline
@@ -434,3 +435,24 @@ def test_who_has_momentum_goes_from_rest_to_rest_where_there_is_time(seconds: in
 def test_who_has_no_momentum_goes_at_an_even_pace() -> None:
     share = np.arange(11) / 10
     assert np.array_equal(eased(share, np.array([(0.0, 0.0), (5.0, 0.0)]), 10, SingleIntegrator(1.0)), share)
+
+
+@pytest.mark.parametrize(("turn", "seconds"), [("", 0.0), (", turn <= 30 deg/s", 6.0), (", turn <= 45 deg/s", 4.0)])
+def test_who_turns_slowly_is_given_the_time_to_turn(turn: str, seconds: float) -> None:
+    go = "require a: hand[0]: eventually[0, 90 s] kiln_a\n"
+    _, scheduler, _ = scheduled(KILNS.replace(", turn <= 45 deg/s", turn) + go)
+    assert scheduler._travel(0, 40.0) == pytest.approx(40 / 0.8 + seconds)
+    assert scheduler._travel(0, 0.0) == 0
+
+
+def test_a_formation_of_agents_with_momentum_is_given_the_time_to_stop() -> None:
+    row = "formation row = line of rover spacing 2 m tolerance 0.3 m\nrequire lined: eventually[0, 90 s] row\n"
+    momentum = "double_integrator(speed <= 1 m/s, acceleration <= 0.1 m/s^2)"
+    heavy = YARD.replace("single_integrator(speed <= 1 m/s)", momentum)
+    times = []
+    for yard in (YARD, heavy):
+        _, scheduler, schedule = scheduled(yard + row)
+        (lined,) = schedule.appointments
+        perturbed = PerturbedDistances(0.0, np.random.default_rng(0))
+        times.append(scheduler._run([lined.visit], perturbed, []).times[0])
+    assert times[1] == pytest.approx(times[0] + 10.0)

@@ -47,8 +47,9 @@ from missionc.backends.clot.schedule.timetable import (
 )
 from missionc.backends.clot.schedule.visits import Appointment, Escort, Key, Schedule, Visit
 from missionc.base.trace import Array
-from missionc.ir import Anywhere, Exactly, Mission, Predicate, Region
+from missionc.ir import Anywhere, Dynamics, Exactly, Mission, Predicate, Region
 from missionc.kernel.nodes import Node
+from missionc.world.dynamics import can_wait
 
 SHARES = 0.8, 0.95
 """The share of an agent's top speed that a sketch counts on, and that of one which would be late otherwise."""
@@ -56,6 +57,9 @@ SHARES = 0.8, 0.95
 
 WHOLE = 0.9
 """What holds from the first step on for this share of the mission is kept to by everybody who goes anywhere."""
+
+ABOUT = np.pi
+"""Radians by which an agent that can stand turns between two ways."""
 
 VAST = 0.5
 """A place of more than this share of all there is is nowhere to go to: who is there may leave its nearest point."""
@@ -86,9 +90,7 @@ class Scheduler(Timetable):
         self.speed = np.array([agent.dynamics.top_speed for agent in mission.agents])
         self.pace = self.speed * SHARES[0]
         self.unhurried = UNHURRIED[0]
-        self.stopping = np.array(
-            [agent.dynamics.top_speed / agent.dynamics.top_acceleration for agent in mission.agents]
-        )
+        self.stopping = np.array([_pause(agent.dynamics) for agent in mission.agents])
         self.starts = np.array([self._place(agent.start) for agent in mission.agents])
         self.finishes = [None if agent.finish is None else self._place(agent.finish) for agent in mission.agents]
         self.always = [hold for hold in outline.holds if self._whole(hold)]
@@ -360,3 +362,9 @@ class Scheduler(Timetable):
 def _moves_on(come: Attendance) -> bool:
     """Whether it asks agents to be near each other and to be in no place for it."""
     return bool(come.meetings) and not (come.goals or come.some)
+
+
+def _pause(dynamics: Dynamics) -> float:
+    """Seconds that it takes to stop and speed up between two ways, or to turn where it stands."""
+    turning = ABOUT / dynamics.top_turn if can_wait(dynamics) else 0.0
+    return dynamics.top_speed / dynamics.top_acceleration + turning

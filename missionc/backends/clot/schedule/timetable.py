@@ -192,7 +192,8 @@ class Timetable:
             if visit.shapes:
                 gaps = np.linalg.norm(self._gathered(visit.shapes, where) - where, axis=1)
                 for agent in shaped:
-                    seconds, length = float(gaps[agent] / self.pace[agent]), float(gaps[agent])
+                    length = float(gaps[agent])
+                    seconds = self._travel(agent, length)
                     begin = max(begin, free[agent] + seconds if length else 0.0)
                     takes[agent] = max(seconds, takes.get(agent, 0.0))
                     legs.append(self._leg(agent, since, free, run, seconds, length))
@@ -209,8 +210,7 @@ class Timetable:
             begin = earliest_time(visit.says, begin, sure, self.capacities, step)
             for each in visit.before:
                 barred = TimedLiterals(each.literals, each.low + base, begin - step, each.gap)
-                denied = mutex_seconds(barred, sure, step)
-                run.late += denied + (self.mission.horizon if denied else 0.0)
+                run.late += mutex_seconds(barred, sure, step)
                 sure.append(barred)
             sure.extend(each.shifted(begin) for each in visit.says)
             run.late += max(0.0, begin - high)
