@@ -28,6 +28,7 @@ from missionc.backends.clot.optimise.improve import as_many, travelled
 from missionc.backends.clot.optimise.levenberg_marquardt import polish
 from missionc.backends.clot.optimise.minimize_duration import duration
 from missionc.backends.clot.optimise.motion_residuals import Costs
+from missionc.backends.clot.optimise.stand_still import stand_still
 from missionc.backends.clot.torch_device import enough_memory, one_thread
 from missionc.backends.run_account import Account
 from missionc.base.signals import asked
@@ -101,6 +102,7 @@ class _Straightened:
         if not self.consider(self.descended(start, least)):
             self.consider_wider(least)
         self.consider_wider(with_room(mission))
+        self.stand(least)
 
     def steps(self, most: int) -> int:
         """Steps of descent or polish, so many at most."""
@@ -121,6 +123,17 @@ class _Straightened:
         wider = polish(self.control, self.costs(room), self.demand, self.steps(POLISH), self.go_on).control
         if (wider != self.control).any():
             self.consider(self.descended(wider, room))
+
+    def stand(self, room: Spare) -> None:
+        """Lets those rest who need not move."""
+
+        def accept(tried: Array) -> Trace | None:
+            motion = trace(self.mission, self.made, tried)
+            is_plan = attempt(self.mission, self.kernel, motion).is_plan
+            return motion if is_plan and self.no_worse(motion) else None
+
+        control, best = self.control, self.best
+        self.control, self.best = stand_still(control, best, self.demand, self.costs(room), accept, self.go_on)
 
     def consider(self, tried: Array) -> bool:
         """Takes a candidate over, without those who break something; whether all of it could be."""

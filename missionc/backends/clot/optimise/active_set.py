@@ -10,7 +10,7 @@ margins says nothing about the other ninety-nine; this does.
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TypeAlias, assert_never
 
@@ -66,12 +66,14 @@ class Active:
     ``margins``: where each predicate, or its negation, must hold, (agents, steps), by whichever formula. ``joined``
     and ``parted``: the links a graph must have, and must not have.
     ``lengths``: the routes whose lengths are bounded, by the formula that bounds them.
+    ``formulas``: where each of those must hold that were not to be gone into, (agents, steps).
     """
 
     margins: dict[SignedPredicate, Flags] = field(default_factory=dict)
     joined: dict[Graph, list[Links]] = field(default_factory=lambda: defaultdict(list))
     parted: dict[Graph, list[Links]] = field(default_factory=lambda: defaultdict(list))
     lengths: dict[RouteNode, list[Stretch]] = field(default_factory=dict)
+    formulas: dict[Node, Flags] = field(default_factory=dict)
 
 
 def activate(
@@ -84,6 +86,7 @@ def activate(
     decided: bool = False,
     witness: dict[tuple[Node, int, int], int] | None = None,
     closest: Array | None = None,
+    whole: Collection[Node] = frozenset(),
 ) -> Active:
     """What has to hold of one candidate for all of the roots to hold at step 0.
 
@@ -96,6 +99,7 @@ def activate(
         decided: only what has to hold whatever the values are, which are not looked at then.
         witness: is told what the values chose.
         closest: how near each other bodies let agents come, (agents, agents), metres: what is nearer is not asked for.
+        whole: formulas that are not gone into.
     """
     if closest is None:
         closest = np.zeros((len(position), len(position)))
@@ -103,8 +107,13 @@ def activate(
     for root in roots:
         run.mask(root)[0, 0] = True
     for node in reversed(order):
-        if node in run.masks:
-            run.pass_on(node, run.masks.pop(node))
+        if node not in run.masks:
+            continue
+        mask = run.masks.pop(node)
+        if node in whole:
+            run.active.formulas[node] = mask
+        else:
+            run.pass_on(node, mask)
     return run.active
 
 

@@ -66,7 +66,7 @@ def descend(
         gain: a step that gains less than this share is the last.
         cuts: programs solved for one step, each with what the one before it broke.
     """
-    system, here = System(costs, control), _Vicinity(control, costs, demand)
+    system, here = System(costs, control), Vicinity(control, costs, demand)
     reach = REACH
     for _ in range(steps):
         if not go_on() or reach < LEAST_REACH or not system.count:
@@ -81,13 +81,13 @@ def descend(
         control = ahead
         if before - after < gain * before:
             break
-        here = _Vicinity(control, costs, demand)
+        here = Vicinity(control, costs, demand)
         if costs.weights.metres:
             system = System(costs, control)
     return control
 
 
-class _Vicinity:
+class Vicinity:
     """A motion, what has to hold of it, and how much of what margins have to spare is used up there, by their names."""
 
     def __init__(self, control: Array, costs: Costs, demand: Demand) -> None:
@@ -102,6 +102,10 @@ class _Vicinity:
         """The margins that matter at control points, of what has to hold here."""
         groups = (rows(group, control, NEAR) for group in self.costs.groups(control, self.active))
         return [replace(part, weight=1.0) for part in groups if part.value.size]
+
+    def worse(self, than: Vicinity) -> list[Rows]:
+        """The rows here of what keeps less than part of what it is to have to spare, and less than in another one."""
+        return _broken(self.parts, than.used)
 
     def best(self, system: System, reach: float, cuts: int) -> Array | None:
         """The best motion nearby, as far as can be seen; None where what was found breaks something."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -13,10 +13,10 @@ from missionc.backends.clot.cost_graph.cost_graph import SignedPredicate
 from missionc.backends.clot.cost_graph.motion_batch import States, Team, team
 from missionc.backends.clot.cost_graph.robustness import Robustness
 from missionc.backends.clot.optimise.active_set import Active, Choices, activate
-from missionc.base.trace import Array
+from missionc.base.trace import Array, Flags
 from missionc.ir import Mission
-from missionc.kernel.nodes import Node
-from missionc.kernel.walk import graph_of, postorder
+from missionc.kernel.nodes import Node, UntilNode, WindowNode
+from missionc.kernel.walk import children, graph_of, postorder
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -57,13 +57,27 @@ class Demand:
         self._activated(position, velocity, choices)
         return choices
 
-    def _activated(self, position: Array, velocity: Array, witness: dict[tuple[Node, int, int], int] | None) -> Active:
+    def states_asked(self, position: Array, velocity: Array) -> Mapping[Node, Flags]:
+        """The formulas about one step alone that have to hold, as large as they are, and where: (agents, steps)."""
+        whole: set[Node] = set()
+        for node in self.order:
+            if not isinstance(node, WindowNode | UntilNode) and whole.issuperset(children(node)):
+                whole.add(node)
+        return self._activated(position, velocity, None, whole).formulas
+
+    def _activated(
+        self,
+        position: Array,
+        velocity: Array,
+        witness: dict[tuple[Node, int, int], int] | None,
+        whole: Collection[Node] = frozenset(),
+    ) -> Active:
         robustness, values = self._evaluated(position, velocity)
         graphs = {graph for node in self.order if (graph := graph_of(node))}
         links = {graph: robustness.links(graph)[0].numpy() for graph in graphs}
         radius = np.array([agent.radius for agent in self.mission.agents])
         closest = radius[:, None] + radius + self.mission.separation
-        return activate(self.order, self.roots, values, links, position, self.choices, False, witness, closest)
+        return activate(self.order, self.roots, values, links, position, self.choices, False, witness, closest, whole)
 
     def _evaluated(self, position: Array, velocity: Array) -> tuple[Robustness, Mapping[Node, Array]]:
         assert self.team is not None

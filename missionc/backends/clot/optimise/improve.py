@@ -17,6 +17,7 @@ from missionc.backends.clot.optimise.goal_terms import Demand
 from missionc.backends.clot.optimise.levenberg_marquardt import polish
 from missionc.backends.clot.optimise.minimize_duration import shorten
 from missionc.backends.clot.optimise.motion_residuals import Costs
+from missionc.backends.clot.optimise.stand_still import stand_still
 from missionc.base.trace import Array, Trace
 from missionc.ir import Mission, Objective
 from missionc.kernel.nodes import Kernel
@@ -96,6 +97,14 @@ def improve(
         better = motion is not None and as_many(mission, kernel, made, motion)
         if motion is not None and better and (measure is None or measure(motion) < measure(made)):
             control, made = tried, motion
+    best = made
+
+    def as_calm(tried: Array) -> Trace | None:
+        motion = accept(tried)
+        better = motion is not None and (measure is None or measure(motion) <= measure(best))
+        return motion if better and motion is not None and as_many(mission, kernel, best, motion) else None
+
+    control, made = stand_still(control, made, full_demand, costs, as_calm, go_on)
     if measure is not None and made is not before:
         unit = "m" if mission.objective is Objective.DISTANCE else "m^2/s^3"
         notes.append(f"{measure(made):.6g} {unit} in all, {measure(before):.6g} {unit} before it was made less")

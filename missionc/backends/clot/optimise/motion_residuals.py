@@ -19,12 +19,15 @@ from missionc.backends.clot.optimise.control_points import Arguments, Indices, S
 from missionc.backends.clot.optimise.obstacle_index import Obstacles
 from missionc.backends.clot.optimise.residuals import Group
 from missionc.backends.clot.optimise.task_residuals import TaskCosts, norm
-from missionc.backends.clot.optimise.turning import Turns, turns
+from missionc.backends.clot.optimise.turning import TURN, Turns, turns
 from missionc.base.trace import Array
 from missionc.ir import Anywhere, Mission
 from missionc.ir import Box as BoxShape
 from missionc.world.dynamics import speeds
 from missionc.world.signed_distance import signed_distance
+
+OBSTACLES, SEPARATION = "obstacles", "separation"
+"""Names of residuals."""
 
 CLOSE = 0.4
 """Metres: bodies further than this beyond what they need are no matter for now."""
@@ -135,7 +138,7 @@ class Costs:
         bounded, unused_turn = self.turns, self.spare.limits
         if len(bounded.most):
             yield Group(
-                "turn",
+                TURN,
                 bounded.pair,
                 lambda one, other: bounded.excess(one * step, other * step, unused_turn),
                 self.weights.limits,
@@ -177,7 +180,7 @@ class Costs:
             row = pairs.row.numpy()
             need = torch.from_numpy(radius[row] + self.mission.clearance + spare)
             yield Group(
-                "obstacles",
+                OBSTACLES,
                 (everywhere.take(row),),
                 lambda inner: need - seen.obstacles.distance(inner, pairs),
                 self.weights.bodies,
@@ -209,12 +212,12 @@ class Costs:
         ends = [made.position(agent, step_of, part) for agent in (one, other)]
         if made.steps == 0:
             yield Group(
-                "separation", tuple(ends), lambda a, b: need - norm(a - b), self.weights.bodies, self.spare.bodies
+                SEPARATION, tuple(ends), lambda a, b: need - norm(a - b), self.weights.bodies, self.spare.bodies
             )
             return
         ends += [made.position(agent, step_of, part + 1) for agent in (one, other)]
         yield Group(
-            "separation", tuple(ends), lambda *points: need - _approach(*points), self.weights.bodies, self.spare.bodies
+            SEPARATION, tuple(ends), lambda *points: need - _approach(*points), self.weights.bodies, self.spare.bodies
         )
 
     def _grid(self, count: int) -> tuple[Indices, Indices]:

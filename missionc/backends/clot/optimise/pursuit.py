@@ -2,7 +2,8 @@
 
 In every step the agent turns towards where it is to be next, as far as it may, and goes as
 far ahead as that is, as its speeds allow: it rounds corners, turns where it stands, and circles where it cannot
-stand. What obeys the dynamics stays as it is. Obstacles are not looked at.
+stand. Who waits turns meanwhile to where it goes next. What obeys the dynamics stays as it is. Obstacles are not
+looked at.
 
 Source:
     Coulter, "Implementation of the pure pursuit path tracking algorithm", 1992.
@@ -36,6 +37,7 @@ def pursued(dynamics: Dynamics, ahead: Array, step: float) -> Array:
     limit = turn_in_step(dynamics, step)
     shortest, longest = dynamics.lowest_speed * step, dynamics.top_speed * step
     position, facing = ahead.copy(), math.nan
+    leaves = _leaves(ahead[:, :2], STILL * longest)
     for now in range(len(ahead) - 1):
         way = ahead[now + 1] - position[now]
         if math.hypot(way[0], way[1]) > STILL * longest:
@@ -45,6 +47,10 @@ def pursued(dynamics: Dynamics, ahead: Array, step: float) -> Array:
                 facing, position[now + 1] = wanted, ahead[now + 1]
                 continue
             facing = wanted - turn + max(-limit, min(limit, turn))
+        elif not math.isnan(facing) and leaves[now] < len(ahead):
+            next_way = ahead[leaves[now]] - position[now]
+            turn = (math.atan2(next_way[1], next_way[0]) - facing + math.pi) % (2 * math.pi) - math.pi
+            facing += max(-limit, min(limit, turn))
         direction = 0.0 if math.isnan(facing) else facing
         along = way[0] * math.cos(direction) + way[1] * math.sin(direction)
         far = max(shortest, min(longest, along if along > STILL * longest else 0.0))
@@ -54,3 +60,13 @@ def pursued(dynamics: Dynamics, ahead: Array, step: float) -> Array:
             move[2] = max(-climb, min(climb, move[2]))
         position[now + 1] = position[now] + move
     return position
+
+
+def _leaves(position: Array, still: float) -> list[int]:
+    """For each step the next one at which positions, (steps + 1, 2), metres, are elsewhere; past the last where none
+    are."""
+    leaves = [len(position)] * len(position)
+    for now in range(len(position) - 2, -1, -1):
+        moves = math.hypot(*(position[now + 1] - position[now])) > still
+        leaves[now] = now + 1 if moves else leaves[now + 1]
+    return leaves

@@ -23,6 +23,9 @@ from missionc.backends.clot.optimise.task_residuals import norm
 from missionc.ir import Mission
 from missionc.world.dynamics import turn_in_step
 
+TURN = "turn"
+"""The name of its residuals."""
+
 STILL = 1e-6
 """Metres: who moves by less within a step turns by nothing in it."""
 

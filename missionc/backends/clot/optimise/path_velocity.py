@@ -1,0 +1,172 @@
+"""Velocity tuning along a path: when to be how far along it, so that whoever may rest rests, and goes at a pace.
+
+    in   nodes of a path, and at which step, at which speed, each of them is allowed
+    out  the node at each moment, in their order; None where there are none
+
+Each step in which something moves costs 1 and the square of its speed over ``PACE``, so that a way costs least at that
+pace, and rest costs nothing. Dynamic programming over (moment, node, last step) finds the least.
+
+Source:
+    Kant and Zucker, "Toward Efficient Trajectory Planning: The Path-Velocity Decomposition", 1986.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from missionc.backends.clot.optimise.path_nodes import Nodes
+from missionc.base.trace import Array, Flags
+
+Indices = NDArray[np.int64]
+
+PACE = 0.4
+"""The share of the top speed at which a way costs least."""
+
+TOP = 0.97
+"""The share of the top speed, and of the acceleration, that is used at most."""
+
+SETTING_OUT = 2.0
+"""What it costs to set out, in steps: so that a way is gone in one piece."""
+
+SPEEDS = tuple(number / 16 for number in range(17))
+"""The shares of the top speed at which it is asked whether what reads a speed holds."""
+
+ROUNDING = 1e-9
+
+SOON = 1e-6
+"""What each step costs in which a step at top speed is still to go: of two ways that cost the same the sooner one."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Bounds:
+    """What a motion along a path has to keep.
+
+    Args:
+        allowed: at each speed of ``SPEEDS``, (speeds, steps + 1, nodes).
+        unit: a step at top speed, (agents,), metres.
+        top: how long a step may be.
+        gain: by how much a step may differ from the one before it, as a share of such a step; infinite where the
+            velocity may jump.
+        begin: moments at the beginning that are at the first node.
+        last: the moment after which nothing moves.
+        finish: whether it ends at the last node; where ``gain`` is finite, at rest.
+        forbidden: two nodes that are not one step apart.
+        stops: nodes that no step leads over, and for how many steps whoever passes has to turn there.
+    """
+
+    allowed: Flags
+    unit: Array
+    top: float
+    gain: float
+    begin: int
+    last: int
+    finish: bool
+    forbidden: Collection[tuple[int, int]]
+    stops: Mapping[int, int]
+
+
+def restlessness(lengths: Array) -> float:
+    """What the steps of a motion cost, (steps,), each in steps at top speed."""
+    moving = lengths > 0
+    sets_out = moving & ~np.concatenate([[False], moving[:-1]])
+    return float((moving + (lengths / PACE) ** 2 + SETTING_OUT * sets_out).sum())
+
+
+def path_velocity(nodes: Nodes, bounds: Bounds) -> Indices | None:
+    """The node at each moment: at each step; where ``gain`` is finite steps are halfway between two moments.
+
+    Returns:
+        (steps + 1,), or one more.
+    """
+    tuning = _Tuning(nodes, bounds)
+    choices: list[Indices] = []
+    value = np.full(tuning.cost.shape, np.inf)
+    value[0, 0] = 0.0
+    for moment in range(1, tuning.moments):
+        choice, value = tuning.step(moment, value)
+        choices.append(choice)
+    value = np.where(tuning.ends(), value, np.inf)
+    node, step = (int(each) for each in np.unravel_index(int(value.argmin()), value.shape))
+    if not np.isfinite(value[node, step]):
+        return None
+    found = np.zeros(tuning.moments, dtype=np.int64)
+    for moment in range(tuning.moments - 1, 0, -1):
+        found[moment] = node
+        node -= step
+        step = int(choices[moment - 1][node, step])
+    return tuning.places[found]
+
+
+class _Tuning:
+    """The costs of steps, (nodes, most + 1): of those that leave a node for the one so many ahead. A node at which an
+    agent turns for some steps is there as often again, and each step of turning leads from one to the next."""
+
+    def __init__(self, nodes: Nodes, bounds: Bounds) -> None:
+        self.bounds = bounds
+        stops = bounds.stops
+        self.smooth = bool(np.isfinite(bounds.gain))
+        self.places = places = np.repeat(
+            np.arange(len(nodes.along)), [1 + stops.get(node, 0) for node in range(len(nodes.along))]
+        )
+        self.along, self.allowed = nodes.along[places], bounds.allowed[:, :, places]
+        count, number = len(places), np.arange(len(places))
+        self.moments = self.allowed.shape[1] + self.smooth
+        again = np.diff(places, prepend=-1) == 0
+        ahead = np.searchsorted(self.along, self.along + bounds.top + ROUNDING, side="right") - 1 - number
+        for each in np.flatnonzero(again | np.isin(places, list(stops))):
+            ahead[:each] = np.minimum(ahead[:each], each - number[:each])
+        self.width = width = np.arange(int(ahead.max(initial=0)) + 1)
+        to = np.minimum(number[:, None] + width, count - 1)
+        length = self.along[to] - self.along[:, None]
+        self.cost = np.where(width > ahead[:, None], np.inf, (width > 0) + (length / PACE) ** 2)
+        for here, there in bounds.forbidden:
+            leaves, arrives = np.searchsorted(places, here, side="right") - 1, np.searchsorted(places, there)
+            if arrives - leaves < len(width):
+                self.cost[leaves, arrives - leaves] = np.inf
+        self.speed = np.minimum(np.searchsorted(SPEEDS, length), len(SPEEDS) - 1)
+        self.where = np.minimum(number[:, None] + width // 2, count - 1) if self.smooth else number[:, None]
+        self.links = self._links(nodes.place[:, places], to, number) if self.smooth else None
+
+    def _links(self, place: Array, to: Indices, number: Indices) -> Array:
+        """What one step after another costs beside the two, (nodes, most + 1, most + 1): of a node by how far back the
+        one begins and how far ahead the other leads."""
+        width, before = self.width, np.maximum(number[:, None] - self.width, 0)
+        change = np.zeros((len(number), len(width), len(width)))
+        for own, unit in zip(place, self.bounds.unit, strict=True):
+            leaves, came = own[to] - own[:, None], own[:, None] - own[before]
+            change = np.maximum(change, np.linalg.norm(leaves[:, None] - came[:, :, None], axis=-1) / unit)
+        charge = np.where((width[:, None] == 0) & (width > 0), SETTING_OUT, 0.0)
+        return np.where(change <= self.bounds.gain, charge, np.inf)
+
+    def step(self, moment: int, value: Array) -> tuple[Indices, Array]:
+        """For each step that leaves a node the one it came by; and what it costs to be at each node after a step."""
+        width = self.width
+        if self.links is not None:
+            every = value[:, :, None] + self.links
+            choice, leaving = every.argmin(axis=1), every.min(axis=1)
+        else:
+            resting, moved = value[:, :1], 1 + value[:, 1:].argmin(axis=1, keepdims=True) if len(width) > 1 else 0
+            moving = value[:, 1:].min(axis=1, keepdims=True, initial=np.inf)
+            charged = resting + np.where(width > 0, SETTING_OUT, 0.0)
+            choice, leaving = np.where(moving < charged, moved, 0), np.minimum(moving, charged)
+        leaving = np.where(self.allowed[self.speed, moment - 1, self.where], leaving + self.cost, np.inf)
+        if moment < self.bounds.begin or moment > self.bounds.last:
+            leaving[:, 1:] = np.inf
+        arriving = np.full_like(leaving, np.inf)
+        for ahead in range(min(len(width), len(leaving))):
+            arriving[ahead:, ahead] = leaving[: len(leaving) - ahead, ahead]
+        return choice, arriving + SOON * (self.along[-1] - self.along)[:, None]
+
+    def ends(self) -> Flags:
+        """With which steps to which nodes a motion may end, (nodes, most + 1)."""
+        ends = np.ones_like(self.cost, dtype=np.bool_)
+        if not self.smooth:
+            ends &= self.allowed[0, -1][:, None]
+        if self.bounds.finish:
+            ends[:-1] = False
+            ends[:, 1:] &= not self.smooth
+        return ends

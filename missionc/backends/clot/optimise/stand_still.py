@@ -1,0 +1,336 @@
+"""Standing still: a plan in which whoever need not move rests, and goes at a sensible pace when it must.
+
+    in   a plan's control points, its motion and its goals
+    out  the same; or of a motion along the same paths, with more rest, that is a plan as well
+
+Whoever creeps, or need not go anywhere, is given another pace along its path (``path_velocity``): first all together,
+for those whom a formation ties, then one after the other. What makes the goals hold, at the steps at which it does, has
+to hold as well as before, and no more of what other margins have to spare is used up than was.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from itertools import starmap
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+
+from missionc.backends.clot.cost_graph.motion_batch import States
+from missionc.backends.clot.cost_graph.robustness import Robustness
+from missionc.backends.clot.cost_weights import with_room
+from missionc.backends.clot.optimise.convex_descent import Vicinity
+from missionc.backends.clot.optimise.goal_terms import Demand
+from missionc.backends.clot.optimise.motion_residuals import OBSTACLES, SEPARATION, Costs
+from missionc.backends.clot.optimise.path_nodes import Nodes, lengths, path_nodes
+from missionc.backends.clot.optimise.path_velocity import SPEEDS, TOP, Bounds, path_velocity, restlessness
+from missionc.backends.clot.optimise.residuals import Rows
+from missionc.backends.clot.optimise.turning import TURN
+from missionc.base.trace import Array, Flags, Trace
+from missionc.ir import Anywhere, Exactly
+from missionc.kernel.analysis import about_whom
+from missionc.kernel.nodes import Atom, Node, UntilNode, WindowNode
+from missionc.kernel.walk import postorder
+from missionc.world.dynamics import can_wait, turn_in_step
+from missionc.world.signed_distance import signed_distance
+
+Indices = NDArray[np.int64]
+
+FINE, FINER, FINEST = 6, 12, 48
+"""Cells of a path in a step at top speed; with momentum two in what a step gains, at least and at most."""
+
+CREEP, SHARE = 0.05, 0.1
+"""Who goes at less than this share of its top speed creeps; who creeps for this share of its steps may as well rest."""
+
+LESS = 0.5
+"""What has to be gained by another pace, in steps."""
+
+CUTS = 8
+"""Paces of a path that are tried, each without what the one before it broke."""
+
+WORK = 40_000_000
+"""Numbers looked at: nodes times steps times agents, over all paths."""
+
+ROUNDING = 1e-9
+"""Metres."""
+
+
+def stand_still(
+    control: Array,
+    made: Trace,
+    demand: Demand,
+    costs: Costs,
+    accept: Callable[[Array], Trace | None],
+    go_on: Callable[[], bool] = lambda: True,
+) -> tuple[Array, Trace]:
+    """A plan's control points, (agents, points, dim), metres, and its motion, with more rest.
+
+    Args:
+        demand: what is asked of it, whatever makes that hold.
+        accept: the motion of control points, if it is as good a plan.
+    """
+    run = _Calm(control, demand, costs)
+    count = len(control)
+    if count > 1:
+        run.tune(tuple(range(count)))
+        if run.control is not control:
+            motion = accept(run.control)
+            if motion is not None:
+                control, made = run.control, motion
+            run.control = control
+    for agent in range(count):
+        if go_on():
+            run.tune((agent,))
+    calm = run.control
+    changed = np.flatnonzero((calm != control).any(axis=(1, 2)))
+    motion = accept(calm) if changed.size else None
+    if motion is not None:
+        return calm, motion
+    for agent in changed.tolist():
+        tried = control.copy()
+        tried[agent] = calm[agent]
+        motion = accept(tried) if go_on() else None
+        if motion is not None:
+            control, made = tried, motion
+    return control, made
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Asked:
+    """A formula about one step that has to hold, and where: (agents, some) of these steps, (some,).
+
+    Args:
+        about: whose motion matters, (agents,).
+        of_team: whether it reads the team as a whole.
+    """
+
+    formula: Node
+    steps: Indices
+    mask: Flags
+    order: Sequence[Node]
+    about: Flags
+    reads_speed: bool
+    of_team: bool
+
+    def worst(self, demand: Demand, states: States) -> Array:
+        """How well it holds where it has to, at each of its steps, (batch, some), metres."""
+        assert demand.team is not None
+        at = States(states.position[:, :, self.steps], states.velocity[:, :, self.steps])
+        value = Robustness(demand.team, at).values(self.order)[self.formula].numpy()
+        mask = self.mask if value.shape[1] > 1 else self.mask.any(axis=0, keepdims=True)
+        return np.asarray(np.where(mask, value, np.inf).min(axis=1))
+
+
+def _asked(formula: Node, mask: Flags) -> _Asked:
+    steps, order = np.flatnonzero(mask.any(axis=0)), postorder((formula,))
+    about: Flags = np.asarray(about_whom((formula,), len(mask))[formula][:, mask.any(axis=1)].any(axis=1))
+    predicates = [each.predicate for each in order if isinstance(each, Atom)]
+    reads_speed, of_team = any(each.reads_speed for each in predicates), any(each.about_team for each in predicates)
+    return _Asked(formula, steps, mask[:, steps], order, about, reads_speed, of_team)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Need:
+    """A goal, what about single steps makes it hold, and how well it does, metres."""
+
+    demand: Demand
+    asked: tuple[_Asked, ...]
+    worst: float
+
+
+@dataclass(slots=True, eq=False)
+class _Calm:
+    """Control points of a plan, (agents, points, dim), metres, that become calmer path by path."""
+
+    control: Array
+    demand: Demand
+    costs: Costs
+    vicinity: Vicinity = field(init=False)
+    needs: list[_Need] = field(init=False)
+    tight: Flags = field(init=False)
+    """The steps at which a goal holds by no more than it does, (steps + 1,)."""
+    apart: Array = field(init=False)
+    """How far two agents are to be apart, (agents, agents), metres."""
+    room: float = field(init=False)
+    """Metres to spare that are as good as any."""
+    work: int = WORK
+
+    def __post_init__(self) -> None:
+        mission, made, roots = self.costs.mission, self.costs.splines, self.demand.roots
+        states = made.states(self.control)
+        found = self.demand.witness(*states)
+        choices = {key: chosen for key, chosen in found.items() if isinstance(key[0], WindowNode | UntilNode)}
+        self.demand = Demand.of(mission, roots, choices, mission.steps)
+        self.vicinity = Vicinity(self.control, self.costs, self.demand)
+        self.needs = []
+        for one in (Demand.of(mission, (root,), choices, mission.steps) for root in roots):
+            about_steps = tuple(starmap(_asked, one.states_asked(*states).items()))
+            self.needs.append(_Need(one, about_steps, one.worst(*states)))
+        self.tight = np.zeros(mission.steps + 1, dtype=np.bool_)
+        batch = States(*(torch.from_numpy(each[None]) for each in states))
+        for need in self.needs:
+            for asked in need.asked:
+                self.tight[asked.steps[asked.worst(need.demand, batch)[0] <= need.worst + ROUNDING]] = True
+        self.apart = _apart(self.costs, states[0])
+        self.room = with_room(mission).task
+
+    def tune(self, group: tuple[int, ...]) -> None:
+        """Gives agents another pace along their paths, one for all of them, where that is as good."""
+        mission, made, members = self.costs.mission, self.costs.splines, list(group)
+        agents = [mission.agents[each] for each in group]
+        smooth = bool(made.smooth[members[0]])
+        if not all(can_wait(each.dynamics) for each in agents) or (made.smooth[members] != smooth).any():
+            return
+        path = self.control[members, : made.steps + 1 + smooth]
+        unit = np.array([each.dynamics.top_speed for each in agents]) * made.step
+        steps = lengths(path, unit)
+        creeping = (steps > 0) & (steps < CREEP)
+        if not steps.any() or (creeping.sum() < SHARE * len(steps) and not self._may_stay(members, path[:, :1])):
+            return
+        gain = min(each.dynamics.top_acceleration * made.step / each.dynamics.top_speed for each in agents)
+        fine = int(np.clip(np.ceil(2 / gain), FINER, FINEST)) if smooth else FINE
+        nodes = path_nodes(path, unit, fine, np.append(self.tight, self.tight[-1:]) if smooth else self.tight)
+        self.work -= len(nodes.along) * len(steps) * len(self.control)
+        if self.work < 0:
+            return
+        cell = float(unit.max()) / (2 * fine) if smooth else 0.0
+        forbidden: set[tuple[int, int]] = set()
+        stops: dict[int, int] = {}
+        bounds = Bounds(
+            self._allowed(members, nodes.place, cell),
+            unit,
+            max(TOP, float(steps.max())),
+            TOP * gain,
+            1 + smooth,
+            made.steps + smooth if made.rest is None else made.rest,
+            any(isinstance(each.finish, Exactly) for each in agents),
+            forbidden,
+            stops,
+        )
+        for _ in range(CUTS):
+            found = path_velocity(nodes, bounds)
+            if found is None or restlessness(lengths(nodes.place[:, found], unit)) > restlessness(steps) - LESS:
+                return
+            tried = self.control.copy()
+            tried[members, : len(found)] = nodes.place[:, found]
+            tried[members, len(found) :] = nodes.place[:, found[-1:]]
+            broken = Vicinity(tried, self.costs, self.demand).worse(self.vicinity)
+            if not broken:
+                self.control = tried if self._as_good(tried, cell) else self.control
+                return
+            known = len(forbidden), len(stops), sum(stops.values()), bounds.allowed.sum()
+            for part in broken:
+                if part.name == TURN:
+                    self._turn(tried, part, found, stops)
+                elif part.name == SEPARATION and len(members) == 1:
+                    self._keep_away(part, members[0], nodes.place[0], bounds.allowed)
+                else:
+                    self._cut(part, found, nodes, forbidden, stops)
+            if known == (len(forbidden), len(stops), sum(stops.values()), bounds.allowed.sum()):
+                return
+
+    def _may_stay(self, members: list[int], start: Array) -> bool:
+        """Whether agents of whom nothing is asked as a team may stay where they start, (agents, 1, dim), metres."""
+        asked = (asked for need in self.needs for asked in need.asked if asked.about[members].any())
+        return not any(each.of_team for each in asked) and bool(self._allowed(members, start, 0.0)[0].all())
+
+    def _as_good(self, tried: Array, cell: float) -> bool:
+        """Whether each goal holds as well as it did."""
+        states = self.costs.splines.states(tried)
+        return all(need.demand.worst(*states) >= self._least(need, cell) - ROUNDING for need in self.needs)
+
+    def _least(self, need: _Need, cell: float) -> float:
+        """How well a goal has to hold, metres: as it does, or less by half a ``cell`` of a path where there is room."""
+        return max(min(need.worst, self.room), need.worst - cell)
+
+    def _turn(self, tried: Array, part: Rows, found: Indices, stops: dict[int, int]) -> None:
+        """Adds nodes at which an agent turns further than it may while it passes, and how long it has to stand."""
+        one, other = part.arguments
+        soonest = (other.first - one.first).min()  # a turn is too much for all pairs of steps before and after it
+        for agent, early, late in zip(one.agent, one.first, other.first, strict=True):
+            if late - early > soonest:
+                continue
+            before, after = (tried[agent, step + 1, :2] - tried[agent, step, :2] for step in (early, late))
+            angle = np.arctan2(after[1], after[0]) - np.arctan2(before[1], before[0])
+            limit = turn_in_step(self.costs.mission.agents[agent].dynamics, self.costs.splines.step)
+            turned = abs((angle + np.pi) % (2 * np.pi) - np.pi) / (limit * (1 - self.costs.spare.limits))
+            node = int(found[early + 1])
+            stops[node] = max(stops.get(node, 0), int(np.ceil(turned)) - 1)
+
+    def _keep_away(self, part: Rows, agent: int, nodes: Array, allowed: Flags) -> None:
+        """Allows nodes, (nodes, dim), metres, only further from those whom an agent meets between two steps."""
+        position, _ = self.costs.splines.states(self.control)
+        one, other = part.arguments[:2]
+        for first, second, step, short in zip(one.agent, other.agent, one.first, part.value, strict=True):
+            met = second if first == agent else first
+            here, there = position[met, step], position[met, step + 1]
+            square = max(float((there - here) @ (there - here)), ROUNDING)
+            share = np.clip((nodes - here) @ (there - here) / square, 0.0, 1.0)[:, None]
+            away = np.linalg.norm(nodes - here - share * (there - here), axis=1)
+            allowed[:, step : step + 2] &= away >= self.apart[agent, met] + min(short, self.room)
+
+    def _cut(
+        self, part: Rows, found: Indices, nodes: Nodes, forbidden: set[tuple[int, int]], stops: dict[int, int]
+    ) -> None:
+        """Adds what is not to be done in one step: where a corner is cut, to go over it."""
+        first = {int(step) for each in part.arguments for step in each.first}
+        last = len(found) - 1
+        if last > self.costs.splines.steps:  # three control points decide a step
+            first |= {step + 1 for step in first}
+        for here, there in sorted({(int(found[each]), int(found[each + 1])) for each in first if each < last}):
+            corner = nodes.corner(here, there) if part.name == OBSTACLES else None
+            if corner is not None:
+                stops.setdefault(corner, 0)
+            elif here != there:
+                forbidden.add((here, there))
+
+    def _allowed(self, members: list[int], nodes: Array, cell: float) -> Flags:
+        """Where agents may be at each step for each goal to hold as well as it does, at each of ``SPEEDS``.
+
+        Args:
+            nodes: (agents, nodes, dim), metres.
+
+        Returns:
+            (speeds, steps + 1, nodes)
+        """
+        mission = self.costs.mission
+        position, velocity = self.costs.splines.states(self.control)
+        there, going = (np.repeat(each[None], nodes.shape[1], axis=0) for each in (position, velocity))
+        there[:, members] = nodes.transpose(1, 0, 2)[:, :, None]
+        top = np.array([mission.agents[each].dynamics.top_speed for each in members])[:, None, None]
+        allowed = np.ones((len(SPEEDS), mission.steps + 1, nodes.shape[1]), dtype=np.bool_)
+        for number, share in enumerate(SPEEDS):
+            going[:, members] = 0.0
+            going[:, members, :, :1] = share * top
+            states = States(torch.from_numpy(there), torch.from_numpy(going))
+            for need in self.needs:
+                least = self._least(need, cell) - ROUNDING
+                for asked in need.asked:
+                    if not asked.about[members].any():
+                        continue
+                    if asked.reads_speed:
+                        allowed[number, asked.steps] &= (asked.worst(need.demand, states) >= least).T
+                    elif number == 0:
+                        allowed[:, asked.steps] &= (asked.worst(need.demand, states) >= least).T
+        others = np.setdiff1d(np.arange(len(position)), members)
+        for number, agent in enumerate(members):
+            for other in others:
+                away = np.linalg.norm(nodes[number] - position[other][:, None], axis=2)
+                allowed &= away >= self.apart[agent, other] - ROUNDING
+            finish = mission.agents[agent].finish
+            if isinstance(finish, Anywhere):
+                allowed[:, -1] &= signed_distance(np, finish.region.shape, nodes[number]) <= 0
+        return allowed
+
+
+def _apart(costs: Costs, position: Array) -> Array:
+    """How far two agents are to be apart, (agents, agents), metres: no nearer than they come, (agents, steps + 1, dim),
+    or so near that there is room."""
+    mission = costs.mission
+    radius = np.array([agent.radius for agent in mission.agents])
+    nearest = np.full((len(radius), len(radius)), np.inf)
+    for places in position.transpose(1, 0, 2):
+        nearest = np.minimum(nearest, np.linalg.norm(places[:, None] - places, axis=2))
+    return np.asarray(np.minimum(nearest, radius[:, None] + radius + mission.separation + with_room(mission).bodies))
