@@ -11,6 +11,7 @@ pytest.importorskip("torch")
 
 from missionc.backends.clot.cost_graph.cost_graph import build
 from missionc.backends.clot.optimise.carved_boxes import carved
+from missionc.backends.clot.optimise.control_points import splines, trace
 from missionc.backends.clot.schedule.geodesics import Geodesics, eased
 from missionc.backends.clot.schedule.key_frames import key_frames
 from missionc.backends.clot.schedule.perturbed_distances import PerturbedDistances
@@ -456,3 +457,36 @@ def test_a_formation_of_agents_with_momentum_is_given_the_time_to_stop() -> None
         perturbed = PerturbedDistances(0.0, np.random.default_rng(0))
         times.append(scheduler._run([lined.visit], perturbed, []).times[0])
     assert times[1] == pytest.approx(times[0] + 10.0)
+
+
+MULES = """
+mission mules
+time step 1 s, horizon 60 s
+world (0, 0) to (60, 40)
+region depot = box (2, 15) to (10, 25)
+region village = box (50, 30) to (58, 38)
+agent a { radius 0.5 m  dynamics DYNAMICS  start at (4, 20) }
+agent b { radius 0.5 m  dynamics double_integrator(speed <= 3 m/s, acceleration <= 1.5 m/s^2)  start at (29, 6) }
+separation 0.3 m
+require wait: a: always[0, 20 s] depot
+require hand: eventually[0, 40 s] always[0, 2 s] distance(a, b) <= 3 m
+require mail: b: eventually[0, 60 s] village
+"""
+
+
+@pytest.mark.parametrize(
+    "dynamics", ["single_integrator(speed <= 3 m/s)", "double_integrator(speed <= 3 m/s, acceleration <= 1.5 m/s^2)"]
+)
+def test_who_has_to_be_somewhere_from_the_start_begins_its_tour_where_it_starts(dynamics: str) -> None:
+    text = MULES.replace("DYNAMICS", dynamics)
+    mission, scheduler, schedule = scheduled(text)
+    _, position = tours(mission, schedule, scheduler.goals, Geodesics(mission), np.random.default_rng(0))
+    assert position[0, :21] == pytest.approx(np.tile((4.0, 20.0), (21, 1)), abs=0.2)
+    planned(text)
+
+
+def test_the_velocities_of_a_motion_are_those_of_its_positions() -> None:
+    mission, _ = checked(MULES.replace("DYNAMICS", "single_integrator(speed <= 3 m/s)"))
+    made = splines(mission)
+    motion = trace(mission, made, np.random.default_rng(0).uniform(5, 30, (2, made.points, 2)))
+    assert motion.velocity[0, :-1] == pytest.approx(np.diff(motion.position[0], axis=0))

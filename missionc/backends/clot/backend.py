@@ -40,7 +40,7 @@ from missionc.backends.api import (
 from missionc.backends.clot.cost_graph.cost_graph import build, formulas_below
 from missionc.backends.clot.cost_weights import Weights, spare
 from missionc.backends.clot.optimise.active_set import Choices
-from missionc.backends.clot.optimise.control_points import splines, trace
+from missionc.backends.clot.optimise.control_points import pinned, splines, trace
 from missionc.backends.clot.optimise.goal_terms import Demand
 from missionc.backends.clot.optimise.improve import improve
 from missionc.backends.clot.optimise.levenberg_marquardt import Polished, polish
@@ -259,7 +259,7 @@ class Run:
         """
         mission = self.mission
         made = splines(mission)
-        control = made.through(followed(mission, first))
+        control = pinned(mission, made, made.through(followed(mission, first)))
         if way is not None and not way.polished:
             plan = self.judged(Polished(control, 0.0, "a check", 0.0, 0), trace(mission, made, control), begun)
             return None if plan is None else Reached(control, choices, final=True)

@@ -179,6 +179,18 @@ def splines(mission: Mission, steps: int | None = None) -> Splines:
     return Splines(count, float(mission.step), smooth, fixed)
 
 
+def pinned(mission: Mission, made: Splines, control: Array) -> Array:
+    """The same control points, (agents, points, dim), metres, at rest where agents have to start and to finish."""
+    result = control.copy()
+    for agent in mission.agents:
+        ends = 1 + int(made.smooth[agent.index])
+        if isinstance(agent.start, Exactly):
+            result[agent.index, :ends] = agent.start.point
+        if isinstance(agent.finish, Exactly):
+            result[agent.index, made.steps :] = agent.finish.point
+    return result
+
+
 def trace(mission: Mission, made: Splines, control: Array) -> Trace:
     """The motion of control points, (agents, points, dim), as a trace; headings follow the motion.
 
@@ -190,13 +202,14 @@ def trace(mission: Mission, made: Splines, control: Array) -> Trace:
         for place, step in ((agent.start, 0), (agent.finish, -1)):
             if isinstance(place, Exactly):
                 position[agent.index, step] = place.point
+        if made.steps and not agent.dynamics.has_momentum:
+            velocity[agent.index] = _velocity(position[agent.index], made.step)
     turning = [
         agent for agent in mission.agents if made.steps and math.isfinite(turn_in_step(agent.dynamics, made.step))
     ]
     for agent in turning:
         position[agent.index] = pursued(agent.dynamics, position[agent.index], made.step)
-        velocity[agent.index, :-1] = np.diff(position[agent.index], axis=0) / made.step
-        velocity[agent.index, -1] = velocity[agent.index, -2]
+        velocity[agent.index] = _velocity(position[agent.index], made.step)
     moving = np.linalg.norm(velocity[..., :2], axis=-1) > 0
     facing = np.arctan2(velocity[..., 1], velocity[..., 0])
     number = np.where(moving, np.arange(facing.shape[1]), -1)
@@ -209,3 +222,9 @@ def trace(mission: Mission, made: Splines, control: Array) -> Trace:
             steadily = np.unwrap(facing[agent.index, given])
             heading[agent.index] = np.interp(np.arange(heading.shape[1]), given, steadily)
     return Trace(mission.step, position, velocity, heading)
+
+
+def _velocity(position: Array, step: float) -> Array:
+    """The velocities that lead from each position to the next, (steps + 1, dim), m/s; the last one's is kept."""
+    moved = np.diff(position, axis=0) / step
+    return np.concatenate([moved, moved[-1:]])

@@ -95,7 +95,10 @@ def _stops(mission: Mission, schedule: Schedule, goals: GoalSets) -> list[list[S
     for appointment in sorted(schedule.appointments, key=lambda each: each.step):
         begin, end = appointment.step, min(appointment.step + appointment.visit.lasts, mission.steps)
         for place in appointment.places:
-            wanted[place.agent].append((Stop(begin, end, place.point), place.goal))
+            there = Stop(begin, end, place.point), place.goal
+            if begin == 0 and isinstance(mission.agents[place.agent].start, Exactly):
+                there = replace(wanted[place.agent][0][0], end=end), None  # it is there already
+            wanted[place.agent].append(there)
     last = mission.steps
     for each in mission.agents:
         own = wanted[each.index]
