@@ -31,6 +31,7 @@ from missionc.backends.api import (
     Progress,
     Reason,
     Report,
+    Tried,
     UnusableSnapshot,
     ignore,
 )
@@ -53,7 +54,7 @@ from missionc.pipeline.checkpoints import Checkpoints, unusable, with_checkpoint
 from missionc.pipeline.front_end import ANY_BACKEND, Stopwatch, check
 from missionc.pipeline.plan_with_margin import further_attempts, plan_with_margin
 from missionc.pipeline.provenance import with_manifest
-from missionc.pipeline.results import Compiled, CompileOutcome, Monitored, Refused, Verified
+from missionc.pipeline.results import Compiled, CompileOutcome, Monitored, Refused, Unverified, Verified
 from missionc.pipeline.run_limited import Ended, within
 from missionc.syntax.read_file import read_text
 
@@ -204,7 +205,37 @@ def _plan(
     continuous: bool,
     explain_limit: Seconds,
 ) -> Compiled:
-    """``plan``, once."""
+    """``plan``, once. A plan that does not pass verification ends the engine that found it; the others go on."""
+    first = _plan_by_all(checked, options, budget, checkpoints, exports, continuous, explain_limit)
+    choice, refused = checked.choice, first.outcome
+    if choice is None or not isinstance(refused, Unverified):
+        return first
+    others = tuple(name for name in choice.engines if name != refused.report.engine)
+    if others in ((), choice.engines) or checkpoints.asked or asked() or time.monotonic() >= budget.deadline:
+        return first
+    rest = replace(checked, choice=replace(choice, engines=others))
+    retry = _plan(rest, options, budget, checkpoints, exports, continuous, NO_EXPLANATION)
+    if not isinstance(retry.outcome, Verified):
+        return first
+    report, planner = retry.outcome.report, retry.outcome.plan.backend
+    alone = Tried(planner, 1, report.work, Seconds(sum(seconds for _, seconds in report.seconds)), "a plan")
+    ended = (replace(each, says=UNVERIFIED) for each in refused.report.tried if each.engine == refused.report.engine)
+    note = f"`{refused.report.engine}` found {UNVERIFIED}: a defect of the compiler"
+    report = replace(report, tried=(*ended, *(report.tried or (alone,))), notes=(*report.notes, note))
+    whole = replace(retry.checked, choice=choice)
+    return replace(retry, checked=whole, outcome=replace(retry.outcome, report=report))
+
+
+def _plan_by_all(
+    checked: Checked,
+    options: Options,
+    budget: Budget,
+    checkpoints: Checkpoints,
+    exports: tuple[str, ...],
+    continuous: bool,
+    explain_limit: Seconds,
+) -> Compiled:
+    """``plan``, once, by all engines that were chosen."""
     watch = Stopwatch(list(checked.seconds))
 
     def ended(outcome: CompileOutcome, *findings: Diagnostic) -> Compiled:
@@ -287,6 +318,9 @@ def _for_trials(backend: Backend, outcome: Impossible | NotFound, options: Optio
     engine = load_backend((outcome.report.engine,), options) if outcome.report.engine else backend
     return backend if isinstance(engine, Diagnostic) else engine
 
+
+UNVERIFIED = "a plan that does not pass verification"
+"""What an engine says whose plan was refused."""
 
 CUT_SHORT = {Reason.TIME: CutShort.TIME, Reason.MEMORY: CutShort.MEMORY}
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 import pytest
@@ -30,7 +31,7 @@ from missionc.backends.work import driven
 from missionc.base.source import Source
 from missionc.base.trace import Trace
 from missionc.base.units import Seconds
-from missionc.diagnostics.code import EXTRA_MISSING, NOT_ITS_FLAG
+from missionc.diagnostics.code import EXTRA_MISSING, NOT_ITS_FLAG, NOT_VERIFIED
 from missionc.diagnostics.model import Diagnostic
 from missionc.ir import Mission
 from missionc.kernel.nodes import Kernel
@@ -286,3 +287,24 @@ def test_what_roadmaps_do_not_hold_is_planned_all_the_same() -> None:
     assert first.outcome.plan.backend == "clot"
     assert first.outcome.files == again.outcome.files
     assert [each.says for each in first.outcome.report.tried][1:] == ["a plan"]
+
+
+def test_a_plan_that_is_not_verified_ends_only_the_engine_that_found_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    turns = type(smt.BACKEND).turns
+
+    def planned_badly(self: smt.SmtBackend, *arguments: Any) -> Turns:
+        found = yield from turns(self, *arguments)
+        assert isinstance(found, Planned)
+        found.trace.position[0, 3] += 5.0
+        return found
+
+    monkeypatch.setattr(type(smt.BACKEND), "turns", planned_badly)
+    source = Source("small.mission", SMALL.replace("solve with smt", "solve with auto"))
+    found = compile(source, time_limit=Seconds(60))
+    assert isinstance(found.outcome, Verified)
+    assert found.outcome.plan.backend != "smt"
+    assert found.outcome.report.tried[0].engine == "smt"
+    assert found.outcome.report.tried[0].says == "a plan that does not pass verification"
+    assert found.outcome.report.tried[-1].says == "a plan"
+    alone = compile(source, backend="smt", time_limit=Seconds(60))
+    assert [each.code for each in alone.findings] == [NOT_VERIFIED]
