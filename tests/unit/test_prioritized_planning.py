@@ -7,9 +7,12 @@ import pytest
 
 import missionc
 from missionc.backends.api import Impossible
+from missionc.backends.smt import backend
 from missionc.backends.smt.prioritized import prioritized_planning
 from missionc.backends.smt.prioritized.prioritized_planning import PrioritizedPlanner
 from missionc.backends.smt.prioritized.requirement_parts import named_agents, restricted_to
+from missionc.backends.smt.prioritized.shorter_makespan import ShorterMakespan
+from missionc.backends.smt.shorten.minimize_duration import duration, rests_from
 from missionc.base.source import Source
 from missionc.kernel.nodes import All, Any, At, AtLeast, Eventually, Is, Node
 from missionc.kernel.normal_form import negated
@@ -64,6 +67,40 @@ def test_who_needs_others_on_the_way_is_planned_with_as_few_as_it_takes(in_probl
 def test_what_others_must_not_do_holds_of_the_whole_team() -> None:
     lonely = "require lonely: drone[0]: eventually[0, 12 s] (post and not somewhere[hops 1..1 on radio] drone)\n"
     assert isinstance(compiled(lonely + VISITS).outcome, Verified)
+
+
+def test_a_motion_that_is_over_late_is_made_shorter(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Of a motion that begins only after eight steps of waiting."""
+    late, find = list[int](), ShorterMakespan.find
+
+    def find_of_delayed(search: ShorterMakespan) -> None:
+        waiting = np.repeat(search.states[:, :1], 8, axis=1)
+        search.states = np.concatenate([waiting, search.states[:, :-8]], axis=1)
+        late.append(search.best)
+        find(search)
+
+    monkeypatch.setattr(ShorterMakespan, "find", find_of_delayed)
+    monkeypatch.setattr(backend, "WHOLE", 0)
+    text = (
+        FIELD.replace("horizon 12 s", "horizon 20 s")
+        .replace("NUMBER", "4")
+        .replace("unicycle(speed 0..2 m/s)", "single_integrator(speed <= 2 m/s)")
+    )
+    asked = "require visits: every drone: eventually[0, 20 s] post\nminimize duration\n"
+    outcome = missionc.compile(Source("turns.mission", text + asked), backend="smt").outcome
+    assert isinstance(outcome, Verified)
+    (note,) = (note for note in outcome.report.notes if note.startswith("lasts"))
+    lasts, before = (int(words.split()[0]) for words in note.removeprefix("lasts ").split(" steps, "))
+    assert before == late[0]
+    assert lasts <= before - 8
+
+
+def test_who_rests_from_when_is_told_of_each_agent() -> None:
+    states = np.array([[1, 1, 1, 1], [1, 2, 2, 2], [1, 1, 1, 2]])
+    assert rests_from(states).tolist() == [0, 1, 3]
+    assert duration(states) == 3
 
 
 def test_where_turns_find_nothing_all_are_planned_at_once(monkeypatch: pytest.MonkeyPatch) -> None:

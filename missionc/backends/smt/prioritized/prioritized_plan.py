@@ -10,26 +10,21 @@ is proven of the whole team, only what each agent needs at least by itself.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass, replace
-
-import numpy as np
+from functools import partial
 
 from missionc.backends.api import Planned, Progress
 from missionc.backends.smt.prioritized.precedence import LATER
 from missionc.backends.smt.prioritized.prioritized_planning import PrioritizedPlanner
-from missionc.backends.smt.prioritized.shorter_ways import all_able, metres_alone, shorter, travelled
+from missionc.backends.smt.prioritized.shorter_makespan import ShorterMakespan
+from missionc.backends.smt.prioritized.shorter_ways import metres_alone, shorter, travelled
 from missionc.backends.smt.refine.problem import Setting
 from missionc.backends.smt.roadmap.roadmap import Indices, Roadmap
 from missionc.backends.smt.sat.solve import Solvers
 from missionc.backends.smt.sat.wait_for_process import is_over
-from missionc.backends.smt.shorten.minimize_duration import duration
 from missionc.base.trace import Trace
 from missionc.ir import Objective
 from missionc.kernel.nodes import Kernel
-
-TRIES = 4
-"""So often a shorter duration is asked for."""
 
 SAME = 1e-6
 """Metres: so little makes no plan shorter."""
@@ -120,38 +115,12 @@ class PrioritizedPlan:
 
     def sooner(self, states: Indices, required: Kernel) -> Indices:
         """A joint motion after whose last move there is less to wait for; what it lasts is noted."""
-        least = _first(duration(states), lambda steps: self._able(required, steps))
-        best, too_few = duration(states), least - 1
-        for attempt in range(TRIES):
-            if best <= least:
-                break
-            target = least if attempt == 0 else (best + too_few + 1) // 2
-            if not too_few < target < best:
-                break
-            self.setting.budget.listen(Progress("improve", attempt, f"{best} steps; are {target} enough?"))
-            found = self.again(required, self._still(target))
-            if found is None:
-                too_few = target
-            else:
-                states, best = found, duration(found)
-        known = "the fewest on this roadmap" if best <= least else f"on this roadmap an agent needs {least} by itself"
-        self.setting.account.notes.append(f"lasts {best} steps; {known}")
-        return states
-
-    def _able(self, required: Kernel, steps: int) -> bool:
-        """Whether each agent by itself can do what is asked of it and stand still after so many steps."""
-        planner = self.planner_of(required, self._still(steps))
-        return all_able(planner)
-
-    def _still(self, steps: int) -> tuple[Roadmap, ...]:
-        """The roadmaps without moves that lead on after so many steps."""
-
-        def still(roadmap: Roadmap) -> Roadmap:
-            allowed = roadmap.allowed.copy()
-            allowed[steps:, np.not_equal(*roadmap.moves.T)] = False
-            return replace(roadmap, allowed=allowed)
-
-        return tuple(map(still, self.roadmaps))
+        assert self.planner is not None
+        planner_of = partial(self.planner_of, required)
+        search = ShorterMakespan(self.setting, planner_of, self.roadmaps, states, self.planner)
+        search.find()
+        self.planner = search.planner
+        return search.states
 
     def shorter(self, states: Indices) -> Indices:
         """A joint motion of fewer metres in all; how many they are is noted."""
@@ -165,12 +134,3 @@ class PrioritizedPlan:
             known = f"; on this roadmap the agents travel {least:.6g} m at least"
         self.setting.account.notes.append(f"{metres:.6g} m in all{known}")
         return states
-
-
-def _first(most: int, able: Callable[[int], bool]) -> int:
-    """The least number up to the most of which this is so; it is so of all after it."""
-    low, high = 0, most
-    while low < high:
-        middle = (low + high) // 2
-        low, high = (low, middle) if able(middle) else (middle + 1, high)
-    return high

@@ -54,6 +54,8 @@ EFFORT = Effort(conflicts=1_000, rounds=50)
 class PrioritizedPlanner(SingleAgentPlanning):
     """Prioritized planning: a joint motion as it grows."""
 
+    together: bool = True
+    """Whether those who find no way by themselves are planned by the solver, some together."""
     largest: Problem | None = None
     """The largest problem that had an answer."""
     nearest: Trace | None = None
@@ -64,8 +66,11 @@ class PrioritizedPlanner(SingleAgentPlanning):
     taken: int = 0
     failures: int = 0
 
-    def plan(self) -> Indices | None:
+    def plan(self, first: Agents = NOBODY) -> Indices | None:
         """A joint motion, (agents, steps + 1), in which every requirement holds, clear of each other, if it is found.
+
+        Args:
+            first: agents that are planned before all others.
 
         Raises:
             TooLarge: the clauses would pass their limit.
@@ -74,6 +79,23 @@ class PrioritizedPlanner(SingleAgentPlanning):
         waiting = self.order.groups(self.requirements.parts)
         if sum(map(len, waiting)) > TOGETHER:
             waiting = self.order.groups(self.failing_alone())
+        return self.completed(sorted(waiting, key=lambda group: first.isdisjoint(group)))
+
+    def plan_again(self, states: Indices, agents: Agents) -> Indices | None:
+        """A joint motion in which these agents are planned again, and all others go as they do unless they are pushed.
+
+        Args:
+            states: what is to become another, (agents, steps + 1).
+
+        Raises:
+            TooLarge: the clauses would pass their limit.
+            Unexpressible: a predicate is about too many agents at once.
+        """
+        self.reserve(self.everyone - agents, states, (), alone=True)
+        return self.completed([(agent,) for agent in sorted(agents)])
+
+    def completed(self, waiting: list[tuple[int, ...]]) -> Indices | None:
+        """The joint motion once these groups are planned too, and again who breaks something in it."""
         for _ in range(REPAIRS):
             if not self.plan_groups(waiting):
                 return None
@@ -130,7 +152,7 @@ class PrioritizedPlanner(SingleAgentPlanning):
         size = 1
         waiting = self.plan_in_orders(waiting) if not self.reservations.agents else waiting
         while waiting := self.plan_single_agents(waiting):
-            if self.refused is not None:
+            if self.refused is not None or not self.together:
                 return False
             count = sum(map(len, waiting))
             size = max(size, -(-count // -(-count // TOGETHER)))  # turns of equal size

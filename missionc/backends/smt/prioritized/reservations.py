@@ -126,6 +126,9 @@ class ReservationTable:
         self.moves = motion_of(dynamics, states.take(source), states.take(target), mission.step)
         self.length = travelled(self.moves, mission.step)
         self.longest = float(self.length.max(initial=0.0))
+        going = np.flatnonzero((roadmap.allowed & self.leads_on).any(axis=1))
+        self.over = int(going[-1]) + 1 if going.size else 0
+        """From this step on nobody can but wait."""
         self.middle, self.reach = _disc(*self.moves, mission.step)
         self._tree = cKDTree(self.middle)
         self._weight = np.zeros(roadmap.allowed.shape, dtype=np.int32)

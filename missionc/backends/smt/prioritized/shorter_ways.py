@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from contextlib import suppress
-
 from missionc.backends.smt.prioritized.prioritized_planning import PrioritizedPlanner
 from missionc.backends.smt.prioritized.progression import TooComplex
 from missionc.backends.smt.prioritized.reservations import Reservations
@@ -57,12 +55,3 @@ def metres_alone(planner: PrioritizedPlanner) -> float | None:
 def travelled(planner: PrioritizedPlanner, states: Indices) -> float:
     """The metres of a joint motion, (agents, steps + 1)."""
     return sum(planner.single_agent.metres(agent, way) for agent, way in enumerate(states))
-
-
-def all_able(planner: PrioritizedPlanner) -> bool:
-    """Whether there may be a way for each agent by itself."""
-    for agent in sorted(planner.everyone):
-        with suppress(TooComplex):
-            if planner.single_agent.alone(agent, planner.own_parts(agent)) is None:
-                return False
-    return True

@@ -152,15 +152,18 @@ class SingleAgentSearch:
             whole.reserve((agent,), np.broadcast_to(way, whole.states.shape))
         return whole
 
-    def alone(self, agent: int, formulas: Sequence[Node]) -> Indices | None:
+    def alone(self, agent: int, formulas: Sequence[Node], *, shortest: bool = True) -> Indices | None:
         """The shortest way, (steps + 1,), as if it were the only agent; None where its roadmap has none for certain.
+
+        Args:
+            shortest: else any way will do.
 
         Raises:
             TooComplex: the formulas are about others, or it takes too much work.
         """
         with deep():
             task = self.task(agent, formulas, self._nobody, alone=True)
-            return self._shortest(task, agent, self._nobody)
+            return self._shortest(task, agent, self._nobody, any_way=not shortest)
 
     def metres(self, agent: int, way: Indices) -> float:
         """How long a way of the agent is, (steps + 1,)."""
@@ -341,8 +344,11 @@ class SingleAgentSearch:
         pushing: bool = False,
         most: float = np.inf,
         more: float = np.inf,
+        any_way: bool = False,
     ) -> Indices | None:
         """The cheapest way that costs no more than ``most``, and than the least there must be by no more than ``more``.
+
+        Or ``any_way``, whatever it costs.
 
         Raises:
             TooComplex: it takes too much work.
@@ -353,13 +359,21 @@ class SingleAgentSearch:
         most = min(most, least + more)
         if not np.isfinite(least) or most < least:
             return None
-        haste = 0.0 if pushing else self._haste  # who pushes may as well come late
-        in_the_way = reservations.passed(agent)
-        most_moves = min(WORK, self.most - self.work)
-        step_cost = haste * table.longest
-        sweep = Sweep(task, table, may, starts, step_cost, pushing=pushing, in_the_way=in_the_way, most=most_moves)
+        rest = self._haste * table.longest
+        sweep = Sweep(
+            task,
+            table,
+            may,
+            starts,
+            step_cost=0.0 if pushing else rest,  # who pushes may as well come late
+            stride=table.longest + rest,
+            rest=rest,
+            pushing=pushing,
+            in_the_way=reservations.passed(agent),
+            most=min(WORK, self.most - self.work),
+        )
         excess, push = max(SLACK * least, table.longest), PUSH * table.longest
-        if len(table.length) * len(table.roadmap.allowed) <= SMALL:
+        if any_way or len(table.length) * len(table.roadmap.allowed) <= SMALL:
             bounds = []
         elif pushing:
             bounds = [push + excess * wider for wider in PUSHED]

@@ -160,6 +160,7 @@ class Sweep:
         may: (steps + 1, states), where it may lead.
         starts: (starts,), states.
         step_cost: metres that a step counts for while there is somewhere to go.
+        stride, rest: metres to go that a step takes off at most, and a step of waiting.
         pushing: moves that come too near some who can be moved are dear, not forbidden.
         in_the_way: (states,), where it is not to end unless that is far nearer.
         most: moves looked at, after which it gives up.
@@ -170,6 +171,8 @@ class Sweep:
     may: Flags
     starts: Indices
     step_cost: float
+    stride: float
+    rest: float
     pushing: bool
     in_the_way: Flags
     most: float = WORK
@@ -221,7 +224,9 @@ class Sweep:
             if step == steps - 1:
                 after += END * table.longest * self.in_the_way[there]
             to_go = task.to_go(left, there)
-            near = np.flatnonzero(after + to_go <= bound)
+            going, resting = max(table.over - step - 1, 0), steps - max(table.over, step + 1)
+            in_time = to_go <= going * self.stride + resting * self.rest + FAR
+            near = np.flatnonzero((after + to_go <= bound) & in_time)
             key, cost = left[near] * states + there[near], after[near]
             key, first = _cheapest(key, cost)
             cost, near = cost[first], near[first]

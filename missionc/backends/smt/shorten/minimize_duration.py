@@ -12,37 +12,48 @@ from missionc.backends.smt.refine.lazy_constraints import JointMotion, LazyConst
 from missionc.backends.smt.roadmap.roadmap import Indices
 from missionc.backends.smt.sat.solve import Stopped, Unsatisfiable
 
+STOPS = 2
+"""After so many questions that were not decided none is asked any more."""
+
 
 def shorten_duration(plan: JointMotion, required: tuple[int, ...], search: LazyConstraints) -> JointMotion:
-    """Halves what lies between the shortest plan found and what is known to be too short."""
-    impossible, best = -1, duration(plan.states)
+    """Halves what lies between the shortest plan found and what is known, or was asked in vain, to be too short."""
+    impossible, vain, best, stops = -1, -1, duration(plan.states), 0
     try:
         still = add_stillness(search.clauses, search.motion)
     except TooLarge:
         search.account.notes.append(f"lasts {best} steps; too many clauses to look for fewer")
         return plan
-    while best - impossible > 1:
-        target = (best + impossible) // 2
+    while best - vain > 1 and stops < STOPS:
+        target = (best + vain) // 2
         search.listen(Progress("improve", search.rounds, f"{best} steps; are {target} enough?"))
         result = search.find((*required, *still[target:].tolist()), effort=effort(search.clauses))
         match result:
             case JointMotion(states):
                 plan, best = result, duration(states)
             case Unsatisfiable():
-                impossible = target
+                impossible = vain = target
             case Stopped():
-                search.account.notes.append(
-                    f"lasts {best} steps; whether {impossible + 1} are enough was not decided in time"
-                )
-                return plan
-    search.account.notes.append(f"lasts {best} steps, the fewest on this roadmap")
+                vain, stops = target, stops + 1
+    if best - impossible <= 1:
+        known = ", the fewest on this roadmap"
+    else:
+        known = f"; no plan on this roadmap takes less than {impossible + 1}" if impossible >= 0 else ""
+        known += f"; whether {vain} are enough was not decided in time"
+    search.account.notes.append(f"lasts {best} steps{known}")
     return plan
 
 
 def duration(states: Indices) -> int:
     """After how many steps nobody changes its state, (agents, steps + 1), any more."""
-    changes = np.flatnonzero((states[:, 1:] != states[:, :-1]).any(axis=0))
-    return int(changes[-1]) + 1 if changes.size else 0
+    return int(rests_from(states).max(initial=0))
+
+
+def rests_from(states: Indices) -> Indices:
+    """After how many steps each agent changes its state, (agents, steps + 1), no more: (agents,)."""
+    changes = states[:, 1:] != states[:, :-1]
+    last = changes.shape[1] - np.argmax(changes[:, ::-1], axis=1)
+    return np.where(changes.any(axis=1), last, 0)
 
 
 def add_stillness(clauses: Clauses, motion: Motion) -> Literals:
