@@ -19,8 +19,8 @@ from scipy import ndimage, sparse
 from scipy.sparse.csgraph import dijkstra
 
 from missionc.backends.clot.schedule.geodesics import Geodesics, slowed
-from missionc.backends.clot.schedule.point_margins import PointMargins
-from missionc.backends.clot.schedule.speed_limits import slowness
+from missionc.backends.point_margins import PointMargins
+from missionc.backends.speed_limits import slowness
 from missionc.base.trace import Array, Flags
 from missionc.ir import Mission, Predicate
 from missionc.kernel.evaluate import evaluate

@@ -18,6 +18,7 @@ from missionc.backends.smt.roadmap.geodesic_roadmap import geodesic_roadmap
 from missionc.backends.smt.roadmap.grow import grow
 from missionc.backends.smt.roadmap.passages import passage_nodes
 from missionc.backends.smt.roadmap.sample_nodes import Ground, NoRoadmap, free_ground, sample_nodes, spacing
+from missionc.backends.smt.roadmap.slow_paths import always_slow, slow_paths
 from missionc.backends.smt.roadmap.unroll import Unrolled, unroll
 from missionc.base.memory import reserve
 from missionc.base.trace import Array, Flags
@@ -65,7 +66,13 @@ class Roadmap:
 
 
 def build_roadmaps(
-    mission: Mission, nodes: int, neighbours: int, generator: np.random.Generator, *, passages: bool = False
+    mission: Mission,
+    nodes: int,
+    neighbours: int,
+    generator: np.random.Generator,
+    *,
+    passages: bool = False,
+    kernel: Kernel | None = None,
 ) -> tuple[Roadmap, ...] | NoRoadmap:
     """One roadmap for each kind of agent: equal dynamics, radius and altitude.
 
@@ -76,22 +83,25 @@ def build_roadmaps(
         neighbours: how many each node looks for.
         generator: the same seed gives the same arrays.
         passages: narrow passages get nodes beside those, as many again at most.
+        kernel: the speed limits in it that hold in some places have moves that keep to them.
 
     Returns:
         in the order in which the mission names the kinds.
     """
-    return _of_each_kind(mission, lambda ground: _sampled(ground, nodes, neighbours, generator, passages))
+    return _of_each_kind(
+        mission, kernel or Kernel((), ()), lambda ground: _sampled(ground, nodes, neighbours, generator, passages)
+    )
 
 
 def build_geodesic_roadmaps(
     mission: Mission, kernel: Kernel, generator: np.random.Generator
 ) -> tuple[Roadmap, ...] | NoRoadmap:
     """The same of the shortest ways between the places that a mission names."""
-    return _of_each_kind(mission, lambda ground: geodesic_roadmap(ground, kernel, generator))
+    return _of_each_kind(mission, kernel, lambda ground: geodesic_roadmap(ground, kernel, generator))
 
 
 def _of_each_kind(
-    mission: Mission, nodes_and_edges: Callable[[Ground], tuple[States, Edges] | NoRoadmap]
+    mission: Mission, kernel: Kernel, nodes_and_edges: Callable[[Ground], tuple[States, Edges] | NoRoadmap]
 ) -> tuple[Roadmap, ...] | NoRoadmap:
     kinds: dict[object, list[Agent]] = {}
     for agent in mission.agents:
@@ -100,7 +110,7 @@ def _of_each_kind(
     for agents in kinds.values():
         ground = free_ground(mission, tuple(agents))
         made = nodes_and_edges(ground)
-        roadmap = made if isinstance(made, NoRoadmap) else _build(ground, *made)
+        roadmap = made if isinstance(made, NoRoadmap) else _build(ground, kernel, *made)
         if isinstance(roadmap, NoRoadmap):
             return roadmap
         roadmaps.append(roadmap)
@@ -119,9 +129,10 @@ def _sampled(
     return grow(ground, points, neighbours, generator)
 
 
-def _build(ground: Ground, nodes: States, edges: Edges) -> Roadmap | NoRoadmap:
+def _build(ground: Ground, kernel: Kernel, nodes: States, edges: Edges) -> Roadmap | NoRoadmap:
     mission, dynamics = ground.mission, ground.agents[0].dynamics
-    whole = unroll(dynamics, nodes, edges, mission.step)
+    slow = list(slow_paths(ground, kernel, nodes, edges))
+    whole = unroll(dynamics, nodes, edges, mission.step, slow, fast_too=not always_slow(ground, kernel))
     is_node = np.arange(len(whole.states)) < len(nodes)
     starts = [_may_be(ground, agent.start, 0, whole.states) & is_node for agent in ground.agents]
     finishes = [_may_be(ground, agent.finish, mission.steps, whole.states) for agent in ground.agents]

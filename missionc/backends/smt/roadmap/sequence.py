@@ -68,7 +68,7 @@ def roadmaps_to_try(mission: Mission, kernel: Kernel, seed: int, sampled: int = 
         else:
             nodes = round(mission.solve.option("nodes", NODES) * FINER**finer)
             generator = np.random.default_rng([seed, finer])
-            sample = partial(build_roadmaps, mission, nodes, neighbours, generator, passages=not said)
+            sample = partial(build_roadmaps, mission, nodes, neighbours, generator, passages=not said, kernel=kernel)
             yield Attempt(number, nodes, sample)
 
 

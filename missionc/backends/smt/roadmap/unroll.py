@@ -16,6 +16,7 @@ Source:
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -45,16 +46,38 @@ class Unrolled:
     moves: Indices
 
 
-def unroll(dynamics: Dynamics, nodes: States, edges: Edges, step: float) -> Unrolled:
-    """The states and one-step moves of a roadmap."""
+def unroll(
+    dynamics: Dynamics,
+    nodes: States,
+    edges: Edges,
+    step: float,
+    slow: Sequence[tuple[int, Array]] = (),
+    *,
+    fast_too: bool = True,
+) -> Unrolled:
+    """The states and one-step moves of a roadmap.
+
+    Args:
+        slow: edges and their positions at the steps, (count + 1, dim), at a slower pace; for dynamics of first order
+            that turn at once.
+        fast_too: they are there at their own pace as well.
+    """
     limit = turn_in_step(dynamics, step)
     if math.isfinite(limit):
         return _unroll_headings(dynamics, nodes, edges, step, limit)
     symmetric = not dynamics.has_momentum
-    if symmetric:
-        edges = edges.take(edges.source < edges.target)
     parts, moves = [nodes], [np.zeros((0, 2), dtype=np.int64)]
     size = len(nodes)
+    for edge, path in slow:
+        if edges.source[edge] < edges.target[edge]:
+            along = size + np.arange(len(path) - 2)
+            moves.append(_links(np.concatenate([[edges.source[edge]], along, [edges.target[edge]]])[None]))
+            parts.append(States(path[1:-1], np.zeros_like(path[1:-1])))
+            size += along.size
+    kept = np.ones(len(edges), dtype=np.bool_)
+    kept[[edge for edge, _ in slow if not fast_too]] = False
+    if symmetric:
+        edges = edges.take(kept & (edges.source < edges.target))
     for which, position, velocity in paths(dynamics, nodes, edges, step):
         inner = size + np.arange(len(which) * (position.shape[1] - 2)).reshape(len(which), -1)
         chain = np.concatenate([edges.source[which, None], inner, edges.target[which, None]], axis=1)

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from missionc.backends.clot.schedule.point_margins import PointMargins
+from missionc.backends.point_margins import PointMargins
 from missionc.base.trace import Array, Flags
 from missionc.ir import Mission
 from missionc.kernel.evaluate import evaluate

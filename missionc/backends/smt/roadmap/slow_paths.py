@@ -1,0 +1,105 @@
+"""Slow paths: edges of a roadmap at the pace that local speed limits allow, fast outside and slow within.
+
+    in   Ground, the kernel, nodes and Edges
+    out  for edges that come to a limit, positions at their steps
+
+At its one even pace an edge is too fast for a place where agents have to be slow. Here a move that touches such a
+place at either end is slow, and all others are as long as ever.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import pairwise
+
+import numpy as np
+
+from missionc.backends.smt.roadmap.edges import Edges
+from missionc.backends.smt.roadmap.sample_nodes import Ground
+from missionc.backends.speed_limits import slowness
+from missionc.base.trace import Array
+from missionc.kernel.analysis import conjuncts
+from missionc.kernel.nodes import Atom, Kernel, Node
+from missionc.kernel.walk import postorder
+from missionc.world.dynamics import States, speeds, turn_in_step
+
+FINE = 8
+"""Places of an edge at which it is looked how fast one may be there, to a step at top speed."""
+
+ROUNDING = 1e-9
+"""A piece is not given a step more for this share of one."""
+
+
+def slow_paths(ground: Ground, kernel: Kernel, nodes: States, edges: Edges) -> Iterator[tuple[int, Array]]:
+    """Which edge it is, and its positions at the steps, (count + 1, dim).
+
+    There are none for dynamics that brake, or turn bit by bit.
+    """
+    dynamics, step = ground.agents[0].dynamics, ground.mission.step
+    if dynamics.has_momentum or np.isfinite(turn_in_step(dynamics, step)):
+        return
+    limits = _limits(ground, kernel)
+    which = np.flatnonzero(edges.bend == 0) if limits else np.zeros(0, dtype=np.int64)
+    if not which.size:
+        return
+    start = nodes.position[edges.source[which]]
+    way = nodes.position[edges.target[which]] - start
+    length, stride = np.linalg.norm(way, axis=1), speeds(dynamics)[1] * step
+    pieces = np.maximum(np.ceil(length * FINE / stride).astype(np.int64), 1)
+    row = np.repeat(np.arange(len(which)), pieces + 1)
+    first = np.concatenate([[0], np.cumsum(pieces + 1)])
+    share = (np.arange(len(row)) - first[row]) / pieces[row]
+    slower = np.ones(len(row))
+    for agent, formulas in limits:
+        found = slowness(ground.mission, agent, formulas, start[row] + share[:, None] * way[row])
+        slower = slower if found is None else np.maximum(slower, found)
+    for number, edge in enumerate(which.tolist()):
+        at = slice(first[number], first[number + 1])
+        if (slower[at] > 1).any():
+            shares = _paced(share[at], slower[at], float(length[number]) / stride)
+            yield edge, start[number] + shares[:, None] * way[number]
+
+
+def _paced(share: Array, slower: Array, strides: float) -> Array:
+    """Where on its way an agent is at each step, from 0 to 1, at an even pace in each part of one limit.
+
+    Args:
+        share: places on the way, (places,), from 0 to 1; ``slower``, how many times as long a metre takes there.
+        strides: how many of the longest steps the way is long.
+    """
+    within = np.maximum(slower[:-1], slower[1:])
+    borders = np.flatnonzero(np.diff(within)) + 1
+    ends = np.concatenate([[0], borders, [len(within)]])
+    parts = [np.zeros(1)]
+    for begin, end in pairwise(ends.tolist()):
+        steps = (share[end] - share[begin]) * strides * within[begin]
+        count = max(int(np.ceil(steps - ROUNDING)), 1)
+        parts.append(np.linspace(share[begin], share[end], count + 1)[1:])
+    return np.concatenate(parts)
+
+
+def always_slow(ground: Ground, kernel: Kernel) -> bool:
+    """Whether all agents of this kind keep to its limits at all steps, so that nobody goes such an edge fast."""
+    asked: dict[Node, set[int]] = {}
+    for conjunct in conjuncts(goal.formula for goal in kernel.requirements):
+        if conjunct.agent is not None and conjunct.windows and _reads_speed(conjunct.formula):
+            steps = conjunct.steps.indices(ground.mission.steps + 1) if conjunct.steps else (1, 0, 1)
+            lasts = steps[0] == 0 and steps[1] >= ground.mission.steps
+            asked.setdefault(conjunct.formula, set()).update((conjunct.agent,) if lasts else ())
+    kind = {agent.index for agent in ground.agents}
+    return all(kind <= agents for agents in asked.values())
+
+
+def _limits(ground: Ground, kernel: Kernel) -> list[tuple[int, list[Node]]]:
+    """What is asked of agents of this kind through whole windows, each of the first of whom it is asked."""
+    asked: dict[Node, int] = {}
+    kind = {agent.index for agent in ground.agents}
+    for agent, windows, node in conjuncts(goal.formula for goal in kernel.requirements):
+        if agent in kind and windows and _reads_speed(node):
+            asked.setdefault(node, agent)
+    agents = dict.fromkeys(asked.values())
+    return [(agent, [node for node, first in asked.items() if first == agent]) for agent in agents]
+
+
+def _reads_speed(formula: Node) -> bool:
+    return any(isinstance(node, Atom) and node.predicate.reads_speed for node in postorder((formula,)))
