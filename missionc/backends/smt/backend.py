@@ -330,7 +330,11 @@ class Run:
         if search.solvers.takes_turns:
             work = min(work, max(FIRST, search.work))
         conflicts = conflicts_of(work, search.clauses.count)
-        return None if conflicts is None else Effort(max(LEAST_CONFLICTS, conflicts), ROUNDS)
+        if conflicts is None:
+            return None
+        return Effort(
+            max(LEAST_CONFLICTS, conflicts), Effort(conflicts, ROUNDS).within(work, search.clauses.count).rounds
+        )
 
     def solvers(self) -> Solvers:
         return Solvers(self.options.solver, left(self.budget.memory_bytes), self.budget.seed, self.budget.deadline)

@@ -210,7 +210,8 @@ class PrioritizedPlanner(SingleAgentPlanning):
         problem = setting.problem((goal,), roadmaps, ways, batch, before, LINKS, self.solvers)
         if problem.lowered.infeasible:
             return False
-        result = problem.search.find(problem.lowered.goals, effort=EFFORT)
+        effort = EFFORT.within(self.most - setting.account.work, problem.search.clauses.count)
+        result = problem.search.find(problem.lowered.goals, effort=effort)
         if not isinstance(result, JointMotion):
             return False
         if reservations is not self.reservations:

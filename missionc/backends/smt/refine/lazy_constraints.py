@@ -15,7 +15,7 @@ from missionc.backends.smt.encode.lower_motion import Motion
 from missionc.backends.smt.refine.collisions import Separation, too_near
 from missionc.backends.smt.roadmap.roadmap import Indices
 from missionc.backends.smt.sat.solve import Answer, Satisfiable, Solvers, Stopped, Unsatisfiable
-from missionc.backends.work import question_work
+from missionc.backends.work import conflicts_of, question_work
 from missionc.base.trace import Flags
 from missionc.ir import Mission
 
@@ -42,6 +42,12 @@ class Effort:
 
     conflicts: int
     rounds: int
+
+    def within(self, work: float, clauses: int) -> Effort:
+        """No more than that many units of work allow with so many clauses, but one question in any case."""
+        conflicts, rounds = conflicts_of(work, clauses), work / question_work(max(1, clauses), 0)
+        fewer = self.conflicts if conflicts is None else min(self.conflicts, conflicts)
+        return Effort(fewer, int(max(1.0, min(self.rounds, rounds))))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
