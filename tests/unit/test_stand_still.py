@@ -146,7 +146,9 @@ def test_a_way_is_gone_in_one_piece_and_only_where_nodes_are_allowed() -> None:
     found = path_velocity(nodes, asked)
     assert found is not None
     going = np.flatnonzero(np.diff(found))
-    assert len(going) == 5
+    assert 5 <= len(going) <= 9
+    steps = np.diff(nodes.along[found])[going]
+    assert steps[0] < steps.max() > steps[-1]
     assert (np.diff(going) == 1).all()
     asked.allowed[:, 12, :-1] = False
     asked.allowed[:, :10, 1:] = False

@@ -32,6 +32,9 @@ TOP = 0.97
 SETTING_OUT = 2.0
 """What it costs to set out, in steps: so that a way is gone in one piece."""
 
+CHANGE = 4.0
+"""What it costs to change to or from that pace within a step, where the velocity may jump; else the square of it."""
+
 SPEEDS = tuple(number / 16 for number in range(17))
 """The shares of the top speed at which it is asked whether what reads a speed holds."""
 
@@ -129,35 +132,31 @@ class _Tuning:
                 self.cost[leaves, arrives - leaves] = np.inf
         self.speed = np.minimum(np.searchsorted(SPEEDS, length), len(SPEEDS) - 1)
         self.where = np.minimum(number[:, None] + width // 2, count - 1) if self.smooth else number[:, None]
-        self.links = self._links(nodes.place[:, places], to, number) if self.smooth else None
+        self.links = self._links(nodes.place[:, places], to, number, length)
 
-    def _links(self, place: Array, to: Indices, number: Indices) -> Array:
+    def _links(self, place: Array, to: Indices, number: Indices, length: Array) -> Array:
         """What one step after another costs beside the two, (nodes, most + 1, most + 1): of a node by how far back the
         one begins and how far ahead the other leads."""
         width, before = self.width, np.maximum(number[:, None] - self.width, 0)
+        charge = np.where((width[:, None] == 0) & (width > 0), SETTING_OUT, 0.0)
+        if not self.smooth:
+            came = self.along[:, None] - self.along[before]
+            return np.asarray(charge + CHANGE * ((length[:, None] - came[:, :, None]) / PACE) ** 2)
         change = np.zeros((len(number), len(width), len(width)))
         for own, unit in zip(place, self.bounds.unit, strict=True):
             leaves, came = own[to] - own[:, None], own[:, None] - own[before]
             change = np.maximum(change, np.linalg.norm(leaves[:, None] - came[:, :, None], axis=-1) / unit)
-        charge = np.where((width[:, None] == 0) & (width > 0), SETTING_OUT, 0.0)
         return np.where(change <= self.bounds.gain, charge, np.inf)
 
     def step(self, moment: int, value: Array) -> tuple[Indices, Array]:
         """For each step that leaves a node the one it came by; and what it costs to be at each node after a step."""
-        width = self.width
-        if self.links is not None:
-            every = value[:, :, None] + self.links
-            choice, leaving = every.argmin(axis=1), every.min(axis=1)
-        else:
-            resting, moved = value[:, :1], 1 + value[:, 1:].argmin(axis=1, keepdims=True) if len(width) > 1 else 0
-            moving = value[:, 1:].min(axis=1, keepdims=True, initial=np.inf)
-            charged = resting + np.where(width > 0, SETTING_OUT, 0.0)
-            choice, leaving = np.where(moving < charged, moved, 0), np.minimum(moving, charged)
+        every = value[:, :, None] + self.links
+        choice, leaving = every.argmin(axis=1), every.min(axis=1)
         leaving = np.where(self.allowed[self.speed, moment - 1, self.where], leaving + self.cost, np.inf)
         if moment < self.bounds.begin or moment > self.bounds.last:
             leaving[:, 1:] = np.inf
         arriving = np.full_like(leaving, np.inf)
-        for ahead in range(min(len(width), len(leaving))):
+        for ahead in range(min(len(self.width), len(leaving))):
             arriving[ahead:, ahead] = leaving[: len(leaving) - ahead, ahead]
         return choice, arriving + SOON * (self.along[-1] - self.along)[:, None]
 
