@@ -48,7 +48,7 @@ def test_findings_of_several_checks_are_counted_together() -> None:
     away = "\n".join(f"region away{index} = box (9, 9) to (9.5, 9.5)" for index in range(60))
     findings = driver.check(Source("a.mission", f"{SMALL}{late}\n{away}\n")).findings
     assert len(findings) == 100
-    assert findings[-1].notes[-1] == "80 more findings are not shown"
+    assert findings[-1].notes[-1] == "20 more findings are not shown"
 
 
 def test_warnings_stop_nothing() -> None:

@@ -45,6 +45,7 @@ from missionc.base.signals import hold
 from missionc.base.trace import Flags, Trace
 from missionc.diagnostics.model import Diagnostic
 from missionc.ir import Mission, Objective
+from missionc.ir.wording import listed
 from missionc.kernel.nodes import Kernel
 
 WHOLE = 100_000
@@ -359,14 +360,14 @@ class Run:
                 self.account.notes.append(statement)
 
     def refusal(self, conflict: tuple[str, ...]) -> str:
-        names = _listed([f"`{name}`" for name in conflict])
+        names = listed([f"`{name}`" for name in conflict])
         what = {0: "the agents cannot move as they must", 1: f"{names} cannot hold"}.get(
             len(conflict), f"{names} cannot hold together"
         )
-        return f"on roadmaps of {self.nodes_tried()} nodes {what}"
+        return f"on roadmaps of {listed([str(nodes) for nodes in self.tried])} nodes {what}"
 
     def not_found(self, reason: Reason, detail: str) -> NotFound:
-        nodes = _listed([str(nodes) for nodes in self.refused])
+        nodes = listed([str(nodes) for nodes in self.refused])
         refused = f"roadmaps of {nodes} nodes hold no plan" if nodes else ""
         ended = f"the search ended while {self.under_way()}" if self.layer and reason is not Reason.NO_ROADMAP else ""
         statement = "; ".join(part for part in (detail, ended, refused) if part)
@@ -393,15 +394,7 @@ class Run:
         attempts = [come_to(self.mission, self.kernel, trace) for trace in traces]
         return min(attempts, key=lambda each: each.wrong, default=None)
 
-    def nodes_tried(self) -> str:
-        return _listed([str(nodes) for nodes in self.tried])
-
 
 def whole_moves(roadmaps: tuple[Roadmap, ...]) -> int:
     """The moves of all agents at all steps."""
     return sum(len(roadmap.agents) * roadmap.allowed.size for roadmap in roadmaps)
-
-
-def _listed(words: list[str]) -> str:
-    """``a, b and c``"""
-    return " and ".join([", ".join(words[:-1]), words[-1]]) if len(words) > 1 else "".join(words)

@@ -19,7 +19,6 @@ from missionc.backends.clot.schedule.visits import Schedule
 from missionc.base.trace import Array, Flags
 from missionc.ir import Anywhere, Exactly, Mission, Predicate, Proximity, Region
 from missionc.kernel.nodes import Atom
-from missionc.world.sampling import points_in
 from missionc.world.signed_distance import signed_distance
 
 MIDDLES = 400
@@ -189,7 +188,7 @@ class FirstGuesses:
         deep = -np.asarray(signed_distance(np, region.shape, points))
         inside = np.flatnonzero(free & (deep >= min(depth, float(deep.max(initial=-np.inf, where=free)))))
         if not len(inside) or float(deep[inside[0]]) < 0:
-            return self._toward(region, start, depth)
+            return self.places.toward(region, start, depth)
         far = self.geodesics.lengths(start, room)[inside]
         nearest: Array = points[inside[int(far.argmin())]]
         return nearest
@@ -298,7 +297,7 @@ class FirstGuesses:
             middle = before[agents].mean(axis=0)
             around = before[agents] - middle
             around = turned_by(around, turn)
-            target = self._toward(region, middle, float(np.linalg.norm(around, axis=1).max(initial=0.0)))
+            target = self.places.toward(region, middle, float(np.linalg.norm(around, axis=1).max(initial=0.0)))
             guess[agents] = target + around
             shift[agents] = target - middle
             carried |= set(agents)
@@ -318,7 +317,7 @@ class FirstGuesses:
             first = agents[0]
             depth = depths_of(ties, first)
             team = np.flatnonzero(depth >= 0)
-            target = self._toward(region, before[first], self.mission.agents[first].radius)
+            target = self.places.toward(region, before[first], self.mission.agents[first].radius)
             radius = self.mission.agents[first].radius + self.mission.clearance
             way = self.geodesics.way(target, before[team].mean(axis=0), radius + 0.3, radius)
             if way is None:
@@ -361,48 +360,16 @@ class FirstGuesses:
                 spacing.append(0.8 * graph.radius)
         return ties, min(spacing, default=0.0)
 
-    def _toward(self, region: Region, middle: Array, extent: float) -> Array:
-        """Where in a region the middle of a team goes: no further in than it takes to have room around it."""
-        centre = self.places.centre(region)
-        deepest = -float(signed_distance(np, region.shape, centre))
-        wanted = min(extent + 0.1, deepest * 0.95)
-        low, high = 0.0, 1.0
-        for _ in range(20):
-            half = (low + high) / 2
-            inside = -float(signed_distance(np, region.shape, middle + half * (centre - middle)))
-            low, high = (low, half) if inside >= wanted else (half, high)
-        target: Array = middle + high * (centre - middle)
-        return target
-
     def _packed(self, before: Array, places: dict[Region, list[int]], pitch: float = 1.0) -> Array:
         """The agents of each region in slots around its middle, each in the one that takes least moving in all."""
         guess = before.copy()
         for region, agents in places.items():
-            slots = self._slots(region, agents, pitch)
+            slots = self.places.slots(region, agents, pitch)
             middle = before[agents].mean(axis=0)
             around = before[agents] - middle
             _, chosen = linear_sum_assignment(cdist(around, slots - slots.mean(axis=0), "sqeuclidean"))
             guess[agents] = slots[chosen]
         return guess
-
-    def _slots(self, region: Region, agents: list[int], pitch: float) -> Array:
-        """As many places in a region as agents, spread on a grid, nearest to its middle first."""
-        widest = max(self.mission.agents[agent].radius for agent in agents)
-        apart = 2 * widest + self.mission.separation + 0.3 * pitch
-        centre = self.places.centre(region)
-        count = int(np.ceil(np.sqrt(len(agents)))) + 4
-        line = (np.arange(2 * count + 1) - count) * apart
-        grids = np.stack(np.meshgrid(line, line, indexing="ij"), axis=-1).reshape(-1, 2)
-        points = np.tile(centre, (len(grids), 1))
-        points[:, :2] += grids
-        inside = -np.asarray(signed_distance(np, region.shape, points)) >= widest
-        near = points[inside][np.argsort(np.linalg.norm(points[inside] - centre, axis=1), kind="stable")]
-        if len(near) >= len(agents):
-            chosen: Array = near[: len(agents)]
-            return chosen
-        spread, _ = points_in(region.shape, self.mission.world, 4 * len(agents), np.random.default_rng(0))
-        padded: Array = np.concatenate([near, spread, np.tile(centre, (len(agents), 1))])[: len(agents)]
-        return padded
 
     def _exact(self, step: int) -> dict[int, Array]:
         points = {agent: tour[step] for agent, tour in self.toured.items()}

@@ -17,6 +17,7 @@ from missionc.ir import Ball, Beacon, Box, Compare, Disc, Intersection, Mission,
 from missionc.ir.predicates.features import DistanceTo
 from missionc.kernel.nodes import Atom, Node, Not
 from missionc.world.sampling import points_in
+from missionc.world.signed_distance import signed_distance
 
 SAMPLES = 256
 """Points of a place among which the deepest are looked for."""
@@ -66,6 +67,38 @@ class Places:
             best = depth >= depth.max(initial=0.0) * 0.98
             self.deepest[place] = points[best].mean(axis=0) if len(points) else middle
         return self.deepest[place]
+
+    def toward(self, region: Region, middle: Array, extent: float) -> Array:
+        """Where in a region the middle of a team goes: no further in than it takes to have room around it."""
+        centre = self.centre(region)
+        deepest = -float(signed_distance(np, region.shape, centre))
+        wanted = min(extent + 0.1, deepest * 0.95)
+        low, high = 0.0, 1.0
+        for _ in range(20):
+            half = (low + high) / 2
+            inside = -float(signed_distance(np, region.shape, middle + half * (centre - middle)))
+            low, high = (low, half) if inside >= wanted else (half, high)
+        target: Array = middle + high * (centre - middle)
+        return target
+
+    def slots(self, region: Region, agents: list[int], pitch: float) -> Array:
+        """As many places in a region as agents, spread on a grid, nearest to its middle first."""
+        widest = max(self.mission.agents[agent].radius for agent in agents)
+        apart = 2 * widest + self.mission.separation + 0.3 * pitch
+        centre = self.centre(region)
+        count = int(np.ceil(np.sqrt(len(agents)))) + 4
+        line = (np.arange(2 * count + 1) - count) * apart
+        grids = np.stack(np.meshgrid(line, line, indexing="ij"), axis=-1).reshape(-1, 2)
+        points = np.tile(centre, (len(grids), 1))
+        points[:, :2] += grids
+        inside = -np.asarray(signed_distance(np, region.shape, points)) >= widest
+        near = points[inside][np.argsort(np.linalg.norm(points[inside] - centre, axis=1), kind="stable")]
+        if len(near) >= len(agents):
+            chosen: Array = near[: len(agents)]
+            return chosen
+        spread, _ = points_in(region.shape, self.mission.world, 4 * len(agents), np.random.default_rng(0))
+        padded: Array = np.concatenate([near, spread, np.tile(centre, (len(agents), 1))])[: len(agents)]
+        return padded
 
     def _compared(self, compare: Compare) -> Region | None:
         shape: Shape | None = None

@@ -20,6 +20,7 @@ from itertools import combinations
 
 import numpy as np
 
+from missionc.backends.clot.schedule.asked_shapes import formations, shapes, tied_agents
 from missionc.backends.clot.schedule.attendance import NOBODY, Attendance, attendance, implied
 from missionc.backends.clot.schedule.formation_conflicts import is_denied
 from missionc.backends.clot.schedule.geodesics import Geodesics
@@ -41,9 +42,6 @@ from missionc.backends.clot.schedule.timetable import (
     _deadline,
     _Draft,
     _schedule,
-    _shapes,
-    formations,
-    tied_agents,
 )
 from missionc.backends.clot.schedule.visits import Appointment, Escort, Key, Schedule, Visit
 from missionc.base.trace import Array
@@ -198,19 +196,19 @@ class Scheduler(Timetable):
             begun = *each.holds, *(hold for later in each.then for hold in later.before if hold.low == 0)
             regions = tuple(self._regions(begun).items())
             come = self._accompanied(attendance(self.mission, (*begun, *implied(each.holds, self.always))))
-            shapes = tuple(_shapes(begun))
+            asked = tuple(shapes(begun))
             lasts = min(max((hold.high for hold in each.holds), default=0), self.mission.steps)
             says, before = (
                 timed_literals(holds, self.denied, self.mission.step) for holds in (each.holds, each.before)
             )
             key = task, len(visits)
             denied = frozenset(
-                (TEAM, shape, False) for shape in self.formations if is_denied(shape, come, shapes, self.goals)
+                (TEAM, shape, False) for shape in self.formations if is_denied(shape, come, asked, self.goals)
             )
             if denied:
                 says = (*says, TimedLiterals(denied, 0.0, lasts * self.mission.step))
-            kept = tuple(shape for shape in _shapes(each.before) if shape.formation is not None)
-            visits.append(Visit(key, each, come, regions, shapes, lasts, after, kept, says, before))
+            kept = tuple(shape for shape in shapes(each.before) if shape.formation is not None)
+            visits.append(Visit(key, each, come, regions, asked, lasts, after, kept, says, before))
             stack.extend((later, key) for later in reversed(each.then))
         for hold in holds:
             come = attendance(self.mission, (hold,))

@@ -10,7 +10,7 @@ from math import ceil
 import numpy as np
 
 from missionc.backends.clot.schedule.attendance import Attendance
-from missionc.backends.clot.schedule.gather_team import can_be_gathered, gather_team
+from missionc.backends.clot.schedule.gather_team import gather_team
 from missionc.backends.clot.schedule.goal_sets import GoalSet, GoalSets
 from missionc.backends.clot.schedule.mutex_literals import (
     TEAM,
@@ -24,8 +24,7 @@ from missionc.backends.clot.schedule.tasks import Decision, Hold, Option, Outlin
 from missionc.backends.clot.schedule.visits import Appointment, Key, Leg, Place, Run, Schedule, Visit
 from missionc.base.trace import Array
 from missionc.ir import Mission, Predicate
-from missionc.kernel.nodes import Atom, Node
-from missionc.kernel.walk import graph_of, postorder
+from missionc.kernel.nodes import Node
 from missionc.world.dynamics import speeds
 
 ROUNDING = 1e-6
@@ -52,28 +51,6 @@ class _Draft:
         return _Draft(left, {task: option for task, option in self.options.items() if task not in tasks}, self.cost)
 
 
-def tied_agents(outline: Outline, company: Attendance) -> frozenset[int]:
-    """The agents of whom a formation or links are asked for, at any time, and who always has to be near one of them."""
-    tied: set[int] = set()
-    for node in _asked(outline):
-        graph = graph_of(node)
-        if graph is not None:
-            tied.update(graph.agents)
-        elif isinstance(node, Atom) and (node.predicate.formation is not None or node.predicate.graph is not None):
-            tied.update(node.predicate.others)
-    left = list(company.meetings)
-    while near := [each for each in left if not tied.isdisjoint(each.agents)]:
-        tied.update(*(each.agents for each in near))
-        left = [each for each in left if each not in near]
-    return frozenset(tied)
-
-
-def formations(outline: Outline) -> tuple[Predicate, ...]:
-    """The formations that are asked for, at any time, each once."""
-    found = (node.predicate for node in _asked(outline) if isinstance(node, Atom))
-    return tuple(dict.fromkeys(each for each in found if each.formation is not None))
-
-
 def _kept(sure: Iterable[TimedLiterals]) -> Iterator[tuple[float, float, Predicate]]:
     """The formations that are sure to be kept, from when and until when, seconds."""
     for each in sure:
@@ -82,30 +59,8 @@ def _kept(sure: Iterable[TimedLiterals]) -> Iterator[tuple[float, float, Predica
                 yield each.low, each.high, what
 
 
-def _asked(outline: Outline) -> Iterable[Node]:
-    """The formulas of all holds, those of events included, and what they are made of."""
-    holds = list(outline.holds)
-    events = [event for task in outline.tasks for option in task.options for event in option.events]
-    holds.extend(hold for task in outline.tasks for option in task.options for hold in option.holds)
-    while events:
-        event = events.pop()
-        holds.extend((*event.holds, *event.before))
-        events.extend(event.then)
-    return postorder(dict.fromkeys(hold.node for hold in holds))
-
-
 def _deadline(options: tuple[Option, ...]) -> int:
     return min((event.high for option in options for event in option.events), default=0)
-
-
-def _shapes(holds: tuple[Hold, ...]) -> Iterator[Predicate]:
-    """The formations and graphs that holds ask for, each once."""
-    seen: set[Predicate] = set()
-    for hold in holds:
-        node = hold.node
-        if isinstance(node, Atom) and can_be_gathered(node.predicate) and node.predicate not in seen:
-            seen.add(node.predicate)
-            yield node.predicate
 
 
 def _schedule(

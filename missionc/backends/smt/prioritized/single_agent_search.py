@@ -101,7 +101,7 @@ class SingleAgentSearch:
         self.work = 0
         """Moves looked at so far."""
         self.most = math.inf
-        """Of which there may be no more."""
+        """A search gives up after so many moves."""
 
     def way(
         self, agent: int, formulas: Sequence[Node], reservations: Reservations, *, most: float = np.inf
