@@ -12,8 +12,9 @@ Source:
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Callable, Generator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import TypeAlias, TypeVar
 
@@ -39,7 +40,7 @@ from missionc.backends.smt.sat.proof import CNF, DRAT, Proof, Unproved, prove
 from missionc.backends.smt.sat.solve import Solvers, Stopped, Unsatisfiable
 from missionc.backends.smt.sat.wait_for_process import is_over
 from missionc.backends.smt.shorten.improve import improve
-from missionc.backends.work import CLAUSE, CLAUSE_CONFLICT, QUESTION, conflicts_of, driven
+from missionc.backends.work import CLAUSE, CLAUSE_CONFLICT, QUESTION, driven
 from missionc.base.memory import left
 from missionc.base.signals import hold
 from missionc.base.trace import Flags, Trace
@@ -330,12 +331,10 @@ class Run:
         work = min(self.granted, self.most) - self.account.work
         if search.solvers.takes_turns:
             work = min(work, max(FIRST, search.work))
-        conflicts = conflicts_of(work, search.clauses.count)
-        if conflicts is None:
+        if math.isinf(work):
             return None
-        return Effort(
-            max(LEAST_CONFLICTS, conflicts), Effort(conflicts, ROUNDS).within(work, search.clauses.count).rounds
-        )
+        effort = Effort(sys.maxsize, ROUNDS).within(work, search.clauses.count)
+        return replace(effort, conflicts=max(LEAST_CONFLICTS, effort.conflicts))
 
     def solvers(self) -> Solvers:
         return Solvers(self.options.solver, left(self.budget.memory_bytes), self.budget.seed, self.budget.deadline)

@@ -42,7 +42,7 @@ USED = 0.5
 LEAST_SPARE = 1e-6
 """Metres, for margins that are to have nothing to spare."""
 
-PRECISION, PATIENCE = 1e-4, 40
+PRECISION, PATIENCE = 1e-4, 20
 """Precision of a program, and iterations of its solver: those that have an answer take about fifteen."""
 
 CONVEX = 1e-6

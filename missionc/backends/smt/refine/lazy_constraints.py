@@ -33,6 +33,10 @@ PRESOLVED = 100
 """Conflicts that a presolve is taken to meet; it does not say how many."""
 
 
+LEAST_ROUNDS = 8
+"""So many rounds of collisions a question has in any case."""
+
+
 @dataclass(frozen=True, slots=True)
 class Effort:
     """The effort of one question, counted so that it is the same on every machine.
@@ -44,10 +48,10 @@ class Effort:
     rounds: int
 
     def within(self, work: float, clauses: int) -> Effort:
-        """No more than that many units of work allow with so many clauses, but one question in any case."""
+        """No more than that many units of work allow with so many clauses, but for some rounds: the first is dear."""
         conflicts, rounds = conflicts_of(work, clauses), work / question_work(max(1, clauses), 0)
         fewer = self.conflicts if conflicts is None else min(self.conflicts, conflicts)
-        return Effort(fewer, int(max(1.0, min(self.rounds, rounds))))
+        return Effort(fewer, int(min(self.rounds, max(LEAST_ROUNDS, rounds))))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
