@@ -8,7 +8,8 @@ predicates that hold in no place both (``altitude <= 20 m`` and ``altitude >= 40
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from functools import lru_cache
 from typing import TypeAlias
 
 from missionc.backends.clot.schedule.tasks import Hold, Outline
@@ -19,6 +20,9 @@ Literal: TypeAlias = tuple[int, Predicate, bool]
 """A literal: an agent, or -1 for the team; a predicate; and whether it holds."""
 
 TEAM = -1
+
+KNOWN = 4096
+"""So many sets of literals have opposites that are not worked out anew."""
 
 ROUNDING = 1e-6
 """Seconds that do not count."""
@@ -37,14 +41,19 @@ class TimedLiterals:
     gap: float = 0.0
 
     def shifted(self, by: float) -> TimedLiterals:
-        return replace(self, low=self.low + by, high=self.high + by)
+        return TimedLiterals(self.literals, self.low + by, self.high + by, self.gap)
 
     def mutex_time(self, other: TimedLiterals) -> float | None:
         """For how many seconds it is mutex with the other; None where it never is, 0 for one moment."""
         both = min(self.high + self.gap, other.high + other.gap) - max(self.low - self.gap, other.low - other.gap)
-        if both < 0 or not any((agent, what, not holds) in other.literals for agent, what, holds in self.literals):
+        if both < 0 or _opposites(self.literals).isdisjoint(other.literals):
             return None
         return both
+
+
+@lru_cache(KNOWN)
+def _opposites(literals: frozenset[Literal]) -> frozenset[Literal]:
+    return frozenset((agent, what, not holds) for agent, what, holds in literals)
 
 
 @dataclass(frozen=True, slots=True)
@@ -157,9 +166,11 @@ def earliest_time(
         later: list[float] = []
         for each in says:
             here = each.shifted(begin)
+            low, high = here.low - here.gap, here.high + here.gap
+            meanwhile = [other for other in sure if other.low - other.gap <= high and other.high + other.gap >= low]
             later += [
                 other.high + other.gap + each.gap - each.low + step
-                for other in sure
+                for other in meanwhile
                 if here.mutex_time(other) is not None
             ]
             untils = [capacity.until(here, sure) for capacity in capacities]

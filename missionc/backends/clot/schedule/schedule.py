@@ -130,9 +130,11 @@ class Scheduler(Timetable):
         for number in first:
             self._put(draft, number, perturbed)
         loose = [number for number in first if all(map(self._is_loose, draft.visits(number)))]
-        if len(loose) > 1:
-            draft = self._with_exchanges(self._repaired(draft, loose, perturbed), loose, perturbed)
-        return self._settled(draft, perturbed)
+        draft = self._repaired(draft, loose, perturbed) if len(loose) > 1 else draft
+        made = self._settled(draft, perturbed)
+        if made.late > 0 and len(loose) > 1:
+            made = self._settled(self._with_exchanges(draft, loose, perturbed), perturbed)
+        return made
 
     # --------------------------------------------------------------- inserting
 

@@ -51,14 +51,6 @@ class _Draft:
         return _Draft(left, {task: option for task, option in self.options.items() if task not in tasks}, self.cost)
 
 
-def _kept(sure: Iterable[TimedLiterals]) -> Iterator[tuple[float, float, Predicate]]:
-    """The formations that are sure to be kept, from when and until when, seconds."""
-    for each in sure:
-        for who, what, holds in each.literals:
-            if who == TEAM and holds and what.formation is not None:
-                yield each.low, each.high, what
-
-
 def _deadline(options: tuple[Option, ...]) -> int:
     return min((event.high for option in options for event in option.events), default=0)
 
@@ -111,6 +103,7 @@ class Timetable:
     stopping: Array
     goals: GoalSets
     capacities: tuple[Capacity, ...]
+    formations: tuple[Predicate, ...]
     tied: frozenset[int]
     unhurried: float
     shaped: dict[tuple[tuple[Predicate, ...], bytes], Array]
@@ -171,7 +164,7 @@ class Timetable:
             run.late += max(0.0, begin - high)
             for agent in shaped:  # whoever is in shape may go on, all of them together
                 free[agent], since[agent] = max(begin, free[agent]), number
-            kept = [shape for first, last, shape in _kept(sure) if first <= begin <= last]
+            kept = [shape for first, last, shape in self._in_formation(sure) if first <= begin <= last]
             for agent, shift in self._carried((*visit.kept, *kept), places, where):
                 where[agent] += shift
                 free[agent], since[agent] = max(begin, free[agent]), number
@@ -211,12 +204,19 @@ class Timetable:
             takes: seconds of each agent's way.
         """
         denied = {what for each in visit.says for who, what, holds in each.literals if who == TEAM and not holds}
-        for low, high, shape in _kept(sure):
+        for low, high, shape in self._in_formation(sure):
             if low <= begin:
                 there = high + max((takes.get(agent, 0.0) for agent in shape.others), default=0.0)
                 if there > high and (there <= latest or shape in denied):
                     begin = max(begin, there)
         return begin
+
+    def _in_formation(self, sure: Iterable[TimedLiterals]) -> Iterator[tuple[float, float, Predicate]]:
+        """The formations that are sure to be kept, from when and until when, seconds."""
+        for each in sure if self.formations else ():
+            for who, what, holds in each.literals:
+                if who == TEAM and holds and what.formation is not None:
+                    yield each.low, each.high, what
 
     def _carried(self, kept: Iterable[Predicate], places: list[Place], where: Array) -> Iterator[tuple[int, Array]]:
         """Who goes nowhere of their own, but with others in a formation that is kept; and how far, (dim,), metres."""
