@@ -55,10 +55,10 @@ WHOLE = 100_000
 GEODESIC = 20.0
 """The units of work that one roadmap of shortest ways may take before sampled ones are asked."""
 
-PRIORITIZED, PRIORITIZED_EACH = 30.0, 1.0
+PRIORITIZED, PRIORITIZED_EACH = 30.0, 2.0
 """The units of work that may go into prioritized planning on one roadmap, or for each agent if that is more."""
 
-FEW_EACH, MORE_WORK = 1.0, 2.0
+FEW_EACH, MORE_WORK = 2.0, 2.0
 """Its first try has the work of a turn, or so much for each agent if that is more; another one so many times as much.
 """
 
