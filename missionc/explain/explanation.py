@@ -32,7 +32,7 @@ from missionc.ir import (
     Proximity,
     Requirement,
 )
-from missionc.ir.wording import listed, seconds
+from missionc.ir.wording import all_listed, listed, seconds
 from missionc.language.walk_formulas import bottom_up, goals
 from missionc.lower.choose_backend import Choice, needs_of
 from missionc.resolve.show_ir_formula import number
@@ -173,7 +173,7 @@ def _part_lines(part: Explained, mission: Mission, unicode: bool) -> Iterator[st
     yield from _wrapped(f"time: {_horizon(part, mission)}", 2, 4)
     if part.needs:
         who = listed(part.backends) if part.backends else "no backend"
-        yield from _wrapped(f"needs {_and(part.needs)}; {who} can express that", 2, 4)
+        yield from _wrapped(f"needs {all_listed(part.needs)}; {who} can express that", 2, 4)
     if part.traps:
         yield from _wrapped(f"others may read it otherwise: {'; '.join(trap.name for trap in part.traps)}", 2, 4)
 
@@ -184,10 +184,6 @@ def _horizon(part: Explained, mission: Mission) -> str:
         return f"no mission is long enough for it; this one lasts {lasts}"
     far = seconds(mission, part.looks)
     return f"looks as far as {far}, and takes {seconds(mission, part.needed)} at least; the mission lasts {lasts}"
-
-
-def _and(names: tuple[str, ...]) -> str:
-    return " and ".join([", ".join(names[:-1]), names[-1]]) if len(names) > 1 else names[0]
 
 
 def _wrapped(text: str, indent: int, more: int | None = None) -> list[str]:

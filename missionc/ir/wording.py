@@ -37,7 +37,11 @@ def seconds(mission: Mission, steps: float) -> str:
 
 def listed(names: Sequence[str]) -> str:
     """``a``, ``a and b``, ``a, b and c``, ``a, b, c and 5 more``."""
-    head = list(names[:SHOWN])
     if len(names) > SHOWN:
-        return f"{', '.join(head)} and {len(names) - SHOWN:,} more"
-    return f"{', '.join(head[:-1])} and {head[-1]}" if len(head) > 1 else "".join(head)
+        return f"{', '.join(names[:SHOWN])} and {len(names) - SHOWN:,} more"
+    return all_listed(names)
+
+
+def all_listed(names: Sequence[str]) -> str:
+    """``a, b, c, d and e``, however many there are."""
+    return f"{', '.join(names[:-1])} and {names[-1]}" if len(names) > 1 else "".join(names)

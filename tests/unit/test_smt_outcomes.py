@@ -10,10 +10,12 @@ import pytest
 import missionc
 from missionc.backends.api import Budget, Impossible, NotFound, Reason
 from missionc.backends.options import Options
-from missionc.backends.smt.backend import SmtBackend
+from missionc.backends.smt.backend import Run, SmtBackend
 from missionc.backends.smt.roadmap.roadmap import NoRoadmap, build_roadmaps
 from missionc.base.limits import Limits
 from missionc.base.source import Source
+from missionc.ir import Mission
+from missionc.kernel.nodes import Kernel
 from missionc.pipeline.results import Verified
 
 GREENHOUSE = Path(__file__).parents[2] / "missions" / "field" / "greenhouse.mission"
@@ -106,12 +108,21 @@ def test_a_missing_roadmap_names_every_roadmap_that_was_refused_before_it(monkey
     assert outcome.statement == "no way out of `base`; roadmaps of 110 and 187 nodes hold no plan"
 
 
-def test_a_try_for_few_agents_ends_with_the_turn() -> None:
-    """Four tasks that either can do, and two that come again and again: too much for one agent after the other."""
+def checked_mission() -> tuple[Mission, Kernel]:
     checked = missionc.check(Source("greenhouse.mission", GREENHOUSE.read_text()))
     assert checked.mission is not None
     assert checked.kernel is not None
-    turns = SmtBackend().turns(checked.mission, checked.kernel, Options(), Budget(deadline=1e12))
+    return checked.mission, checked.kernel
+
+
+def test_a_try_for_few_agents_ends_with_the_turn() -> None:
+    """Four tasks that either can do, and two that come again and again: too much for one agent after the other."""
+    turns = SmtBackend().turns(*checked_mission(), Options(), Budget(deadline=1e12))
     assert next(turns) == 0.0
     assert 0.5 <= turns.send(0.5) <= 5.0  # two agents have four units in any case
     turns.close()
+
+
+def test_a_refusal_names_every_requirement_of_the_conflict() -> None:
+    run = Run(*checked_mission(), Options(), Budget(deadline=1e12))
+    assert run.refusal(("a", "b", "c", "d", "e")).endswith("`a`, `b`, `c`, `d` and `e` cannot hold together")

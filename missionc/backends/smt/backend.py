@@ -46,7 +46,7 @@ from missionc.base.signals import hold
 from missionc.base.trace import Flags, Trace
 from missionc.diagnostics.model import Diagnostic
 from missionc.ir import Mission, Objective
-from missionc.ir.wording import listed
+from missionc.ir.wording import all_listed
 from missionc.kernel.nodes import Kernel
 
 WHOLE = 100_000
@@ -359,14 +359,14 @@ class Run:
                 self.account.notes.append(statement)
 
     def refusal(self, conflict: tuple[str, ...]) -> str:
-        names = listed([f"`{name}`" for name in conflict])
+        names = all_listed([f"`{name}`" for name in conflict])
         what = {0: "the agents cannot move as they must", 1: f"{names} cannot hold"}.get(
             len(conflict), f"{names} cannot hold together"
         )
-        return f"on roadmaps of {listed([str(nodes) for nodes in self.tried])} nodes {what}"
+        return f"on roadmaps of {all_listed([str(nodes) for nodes in self.tried])} nodes {what}"
 
     def not_found(self, reason: Reason, detail: str) -> NotFound:
-        nodes = listed([str(nodes) for nodes in self.refused])
+        nodes = all_listed([str(nodes) for nodes in self.refused])
         refused = f"roadmaps of {nodes} nodes hold no plan" if nodes else ""
         ended = f"the search ended while {self.under_way()}" if self.layer and reason is not Reason.NO_ROADMAP else ""
         statement = "; ".join(part for part in (detail, ended, refused) if part)

@@ -46,11 +46,5 @@ def shapes(holds: tuple[Hold, ...]) -> Iterator[Predicate]:
 
 def _asked(outline: Outline) -> Iterable[Node]:
     """The formulas of all holds, those of events included, and what they are made of."""
-    holds = list(outline.holds)
-    events = [event for task in outline.tasks for option in task.options for event in option.events]
-    holds.extend(hold for task in outline.tasks for option in task.options for hold in option.holds)
-    while events:
-        event = events.pop()
-        holds.extend((*event.holds, *event.before))
-        events.extend(event.then)
+    holds = [*outline.fixed, *(hold for event in outline.events for hold in (*event.holds, *event.before))]
     return postorder(dict.fromkeys(hold.node for hold in holds))

@@ -114,14 +114,8 @@ def denials(outline: Outline, apart: Callable[[int, Predicate, Predicate], float
         apart: seconds that an agent takes at least from where one predicate holds to where another does. It is asked
             where one of them is to hold for a while.
     """
-    events = [event for task in outline.tasks for option in task.options for event in option.events]
-    lasting = [*outline.holds, *(hold for task in outline.tasks for option in task.options for hold in option.holds)]
-    visits: list[Hold] = []
-    while events:
-        event = events.pop()
-        visits.extend(event.holds)
-        lasting.extend(event.before)
-        events.extend(event.then)
+    visits = [hold for event in outline.events for hold in event.holds]
+    lasting = [*outline.fixed, *(hold for event in outline.events for hold in event.before)]
     long = {literal for hold in lasting for literal in literals(hold.agent, hold.node)}
     everything = long.union(literal for hold in visits for literal in literals(hold.agent, hold.node))
     found: Denials = {}

@@ -14,7 +14,7 @@ Source:
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from itertools import combinations, product
 from math import comb, prod
@@ -100,6 +100,25 @@ class Outline:
 
     holds: tuple[Hold, ...]
     tasks: tuple[Task, ...]
+
+    @property
+    def options(self) -> Iterator[Option]:
+        """Those of all tasks."""
+        return (option for task in self.tasks for option in task.options)
+
+    @property
+    def fixed(self) -> list[Hold]:
+        """What holds at fixed steps, whatever is chosen or with some option."""
+        return [*self.holds, *(hold for option in self.options for hold in option.holds)]
+
+    @property
+    def events(self) -> Iterator[Event]:
+        """Those of all options, and what comes after them."""
+        left = [event for option in self.options for event in option.events]
+        while left:
+            event = left.pop()
+            yield event
+            left.extend(event.then)
 
 
 def outline(graph: Kernel, steps: int) -> Outline:

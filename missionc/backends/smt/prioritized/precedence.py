@@ -21,7 +21,6 @@ from missionc.kernel.walk import children, rebuilt
 AMPLE, SPARE = 1.25, 2
 """What is waited for may take so many times the steps that it takes at least, and so many more."""
 
-
 LATER = 0.0, 0.5, 1.0
 """It is waited for so far into the time that is left in its window then, first to last."""
 
@@ -49,9 +48,10 @@ def _goal_chosen(goal: Goal, order: PlanningOrder, later: float) -> Goal:
 
 def is_precedence(conjunct: Conjunct) -> bool:
     """Whether it is an ``until`` from the beginning whose sides are not about one agent alone."""
+    if conjunct.windows or not isinstance(conjunct.formula, Until):
+        return False
     formula = _formula(conjunct)
-    several = len(named_agents((formula,))[formula]) > 1
-    return isinstance(conjunct.formula, Until) and not conjunct.windows and several
+    return len(named_agents((formula,))[formula]) > 1
 
 
 def _formula(conjunct: Conjunct) -> Node:
