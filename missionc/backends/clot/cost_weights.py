@@ -106,7 +106,7 @@ class Aim:
     cuts: int = field(default=4, metadata={"unit": "programs", "says": "for a step, each with what the last one broke"})
 
 
-METRES = Aim(length=0.01, bend=0.05, metres=1.0, steps=40, gain=2e-4, cuts=2)
+METRES = Aim(length=0.01, bend=0.05, metres=1.0, steps=40, gain=4e-4, cuts=2)
 """For the distance itself, from a motion of which the squares of its steps are least."""
 
 AIMS = {

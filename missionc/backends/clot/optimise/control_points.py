@@ -108,6 +108,8 @@ class Splines:
         """Centres, metres, ``part`` of a step (0 to 1) after each step, (arguments,) each."""
         smooth, part = self.smooth[agent][:, None], np.asarray(part, dtype=float)[:, None]
         straight = np.concatenate([1 - part, part, 0 * part], axis=1)
+        if not smooth.any():
+            return Arguments(agent, step, straight)
         spline = np.concatenate([(1 - part) ** 2 / 2, 0.5 + part - part**2, part**2 / 2], axis=1)
         return Arguments(agent, step, np.where(smooth, spline, straight))
 

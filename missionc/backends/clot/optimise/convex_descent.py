@@ -42,8 +42,9 @@ USED = 0.5
 LEAST_SPARE = 1e-6
 """Metres, for margins that are to have nothing to spare."""
 
-PRECISION, PATIENCE = 1e-4, 20
-"""Precision of a program, and iterations of its solver: those that have an answer take about fifteen."""
+PRECISION, GAP, PATIENCE = 1e-4, 1e-3, 20
+"""Precision of a program, by how much its answer may be worse than the best, and iterations of its solver: those that
+have an answer take about fifteen."""
 
 CONVEX = 1e-6
 """Added to the diagonal, so that a program has one answer."""
@@ -68,7 +69,7 @@ def descend(
     """
     system, here = System(costs, control), Vicinity(control, costs, demand)
     reach = REACH
-    for _ in range(steps):
+    for left in reversed(range(steps)):
         if not go_on() or reach < LEAST_REACH or not system.count:
             break
         ahead = here.best(system, reach, cuts)
@@ -79,7 +80,7 @@ def descend(
         if after >= before:
             break
         control = ahead
-        if before - after < gain * before:
+        if left == 0 or before - after < gain * before:
             break
         here = Vicinity(control, costs, demand)
         if costs.weights.metres:
@@ -161,8 +162,11 @@ class _Program:
     def solved(self) -> Array | None:
         """The movement, (unknowns,), metres; None where there is none."""
         solver = piqp.SparseSolver()
-        solver.settings.eps_abs = solver.settings.eps_rel = PRECISION
-        solver.settings.max_iter = PATIENCE
+        settings = solver.settings
+        settings.kkt_solver = piqp.KKTSolver.sparse_ldlt_ineq_cond
+        settings.eps_abs = settings.eps_rel = PRECISION
+        settings.eps_duality_gap_abs = settings.eps_duality_gap_rel = GAP
+        settings.max_iter = PATIENCE
         side = sparse.vstack(self.sides, format="csc")
         solver.setup(self.matrix, self.pull, None, None, side, None, np.concatenate(self.bounds), -self.box, self.box)
         if solver.solve() != piqp.PIQP_SOLVED:

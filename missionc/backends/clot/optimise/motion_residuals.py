@@ -70,15 +70,17 @@ class Costs:
     start: int = 0
     samples: Samples = field(init=False)
     turns: Turns = field(init=False)
+    always: tuple[Group, ...] = field(init=False)
+    """The groups that are the same of all candidates: ends and limits."""
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "samples", _samples(self.mission, self.splines, self.start))
         object.__setattr__(self, "turns", turns(self.mission, self.splines))
+        object.__setattr__(self, "always", (*self.ends(), *self.limits()))
 
     def groups(self, control: Array, active: Active) -> Iterator[Group]:
         """All residual groups of a candidate."""
-        yield from self.ends()
-        yield from self.limits()
+        yield from self.always
         yield from self.obstacles(control)
         yield from self.separation(control)
         yield from TaskCosts(self.mission, self.splines, self.weights, self.spare).groups(control, active)

@@ -71,8 +71,11 @@ def stand_still(
         demand: what is asked of it, whatever makes that hold.
         accept: the motion of control points, if it is as good a plan.
     """
-    run = _Calm(control, demand, costs)
     count = len(control)
+    groups = [list(range(count)), *([agent] for agent in range(count))]
+    if _of_team(demand) and not any(_creeps(lengths(*_path(control, group, costs))) for group in groups):
+        return control, made
+    run = _Calm(control, demand, costs)
     if count > 1:
         run.tune(tuple(range(count)))
         if run.control is not control:
@@ -103,7 +106,6 @@ class _Asked:
 
     Args:
         about: whose motion matters, (agents,).
-        of_team: whether it reads the team as a whole.
     """
 
     formula: Node
@@ -112,7 +114,6 @@ class _Asked:
     order: Sequence[Node]
     about: Flags
     reads_speed: bool
-    of_team: bool
 
     def worst(self, demand: Demand, states: States) -> Array:
         """How well it holds where it has to, at each of its steps, (batch, some), metres."""
@@ -126,9 +127,25 @@ class _Asked:
 def _asked(formula: Node, mask: Flags) -> _Asked:
     steps, order = np.flatnonzero(mask.any(axis=0)), postorder((formula,))
     about: Flags = np.asarray(about_whom((formula,), len(mask))[formula][:, mask.any(axis=1)].any(axis=1))
-    predicates = [each.predicate for each in order if isinstance(each, Atom)]
-    reads_speed, of_team = any(each.reads_speed for each in predicates), any(each.about_team for each in predicates)
-    return _Asked(formula, steps, mask[:, steps], order, about, reads_speed, of_team)
+    reads_speed = any(each.predicate.reads_speed for each in order if isinstance(each, Atom))
+    return _Asked(formula, steps, mask[:, steps], order, about, reads_speed)
+
+
+def _of_team(demand: Demand) -> bool:
+    """Whether something is asked of the team as a whole."""
+    return any(isinstance(node, Atom) and node.predicate.about_team for node in demand.order)
+
+
+def _path(control: Array, members: list[int], costs: Costs) -> tuple[Array, Array]:
+    """The control points that are moved, (members, points, dim), and a step at top speed, (members,); metres."""
+    made, mission = costs.splines, costs.mission
+    unit = np.array([mission.agents[each].dynamics.top_speed for each in members]) * made.step
+    return control[members, : made.steps + 1 + bool(made.smooth[members[0]])], unit
+
+
+def _creeps(pace: Array) -> bool:
+    """Whether it goes slowly for so much of its way that it may as well rest."""
+    return bool(((pace > 0) & (pace < CREEP)).sum() >= SHARE * len(pace))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -183,11 +200,9 @@ class _Calm:
         smooth = bool(made.smooth[members[0]])
         if not all(can_wait(each.dynamics) for each in agents) or (made.smooth[members] != smooth).any():
             return
-        path = self.control[members, : made.steps + 1 + smooth]
-        unit = np.array([each.dynamics.top_speed for each in agents]) * made.step
+        path, unit = _path(self.control, members, self.costs)
         steps = lengths(path, unit)
-        creeping = (steps > 0) & (steps < CREEP)
-        if not steps.any() or (creeping.sum() < SHARE * len(steps) and not self._may_stay(members, path[:, :1])):
+        if not steps.any() or not (_creeps(steps) or self._may_stay(members, path[:, :1])):
             return
         gain = min(each.dynamics.top_acceleration * made.step / each.dynamics.top_speed for each in agents)
         fine = int(np.clip(np.ceil(2 / gain), FINER, FINEST)) if smooth else FINE
@@ -233,8 +248,7 @@ class _Calm:
 
     def _may_stay(self, members: list[int], start: Array) -> bool:
         """Whether agents of whom nothing is asked as a team may stay where they start, (agents, 1, dim), metres."""
-        asked = (asked for need in self.needs for asked in need.asked if asked.about[members].any())
-        return not any(each.of_team for each in asked) and bool(self._allowed(members, start, 0.0)[0].all())
+        return not _of_team(self.demand) and bool(self._allowed(members, start, 0.0)[0].all())
 
     def _as_good(self, tried: Array, cell: float) -> bool:
         """Whether each goal holds as well as it did."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cached_property
 from itertools import pairwise, product
 
 import numpy as np
@@ -42,10 +43,18 @@ class Geodesics:
         self.cell = float((np.prod(size) / CELLS) ** (1 / len(size)))
         self.low = low
         self.shape = tuple(int(count) for count in np.maximum(np.ceil(size / self.cell), 1))
-        axes = [low[axis] + (np.arange(count) + 0.5) * self.cell for axis, count in enumerate(self.shape)]
-        self.points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
-        self.room = self.room_at(self.points)
         self.graphs: dict[float, sparse.csr_matrix] = {}
+
+    @cached_property
+    def points(self) -> Array:
+        """The middles of the cells, (grid, dim), metres."""
+        axes = [low + (np.arange(count) + 0.5) * self.cell for low, count in zip(self.low, self.shape, strict=True)]
+        return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
+
+    @cached_property
+    def room(self) -> Array:
+        """Room at the middles of the cells, (grid,), metres."""
+        return self.room_at(self.points)
 
     def room_at(self, points: Array) -> Array:
         """Room at points, of the part that has least: metres to standing obstacles and bounds, (..., dim) -> (...)."""
