@@ -24,6 +24,8 @@ from missionc.base.trace import Array, Flags
 from missionc.ir import Ball, Box, Difference, Disc, Intersection, Mission, Path, Polygon, Prism, Shape, Still, Union
 from missionc.world import displacement
 
+Indices = NDArray[np.int64]
+
 ROUNDING = 5e-10
 """Metres by which a body may be nearer than asked and only touch, which is allowed."""
 
@@ -35,6 +37,9 @@ BULGE = 0.01
 
 BLOCK = 1 << 17
 """Segments that are measured at once."""
+
+FEW = 16
+"""So many solids are each compared with all segments; of more those nearby are looked up in a tree."""
 
 CORNERS = 64
 """Corners of the polygon that stands for a disc cut by another shape."""
@@ -126,18 +131,28 @@ def clear_of(obstacles: tuple[Solid, ...], start: Array, end: Array, margin: Arr
     clear = np.ones(len(start), dtype=bool)
     if not len(start) or not obstacles:
         return clear
-    bounds = [_bounds(solid, start.shape[1]) for solid in obstacles]
-    tree = shapely.STRtree(_rectangles(np.array([low for low, _ in bounds]), np.array([high for _, high in bounds])))
     reach = margin[:, None]
-    near, solid = tree.query(_rectangles(np.minimum(start, end) - reach, np.maximum(start, end) + reach))
-    order = np.lexsort((near, solid))
-    first = np.searchsorted(solid[order], np.arange(len(obstacles) + 1))
-    for number, (begin, until) in enumerate(pairwise(first.tolist())):
-        for block in range(begin, until, BLOCK):
-            here = near[order[block : min(block + BLOCK, until)]]
+    for number, near in _within_reach(obstacles, np.minimum(start, end) - reach, np.maximum(start, end) + reach):
+        for block in range(0, len(near), BLOCK):
+            here = near[block : block + BLOCK]
             here = here[clear[here]]
             clear[here] = ~_touches(obstacles[number], start[here], end[here], margin[here])
     return clear
+
+
+def _within_reach(obstacles: tuple[Solid, ...], low: Array, high: Array) -> Iterator[tuple[int, Indices]]:
+    """For each obstacle, by number, the boxes, (some,), from low to high, (boxes, dim), metres, that may touch it."""
+    bounds = [_bounds(solid, low.shape[1]) for solid in obstacles]
+    if len(obstacles) <= FEW:
+        for number, (lowest, highest) in enumerate(bounds):
+            yield number, np.flatnonzero(((low <= highest) & (high >= lowest)).all(axis=1))
+        return
+    tree = shapely.STRtree(_rectangles(np.array([each for each, _ in bounds]), np.array([each for _, each in bounds])))
+    near, solid = tree.query(_rectangles(low, high))
+    order = np.lexsort((near, solid))
+    first = np.searchsorted(solid[order], np.arange(len(obstacles) + 1))
+    for number in np.flatnonzero(np.diff(first)).tolist():
+        yield number, near[order[first[number] : first[number + 1]]]
 
 
 def _rectangles(low: Array, high: Array) -> NDArray[np.object_]:

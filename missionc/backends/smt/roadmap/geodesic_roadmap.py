@@ -283,9 +283,8 @@ def _visibility_graph(ground: Ground, nodes: Array, places: int) -> csr_array:
         near = np.asarray(tree.query(nodes, k=NEAREST + 1)[1])[:, 1:]
         further = np.asarray(tree.query(nodes[:places], k=looks)[1])
         one = np.r_[np.repeat(np.arange(count), NEAREST), np.repeat(np.arange(places), looks)]
-        pairs = np.stack([one, np.r_[near.ravel(), further.ravel()]], axis=1)
-        pairs = np.unique(np.sort(pairs[pairs[:, 0] != pairs[:, 1]], axis=1), axis=0)
-        one, other = pairs.T
+        other = np.r_[near.ravel(), further.ravel()]
+        one, other = np.divmod(np.unique(np.minimum(one, other) * count + np.maximum(one, other)), count)
     length = np.linalg.norm(nodes[one] - nodes[other], axis=1)
     apart = length > 0
     one, other, length = one[apart], other[apart], length[apart]

@@ -28,6 +28,9 @@ BLOCK = 1 << 20
 DENSE = 32
 """So many links for each place, and groups save more than they cost."""
 
+SAMPLED = 128
+"""Points at which links are counted."""
+
 WIDTH = 4
 """Places, or groups, in a group."""
 
@@ -71,15 +74,20 @@ def links_between(graph: Graph, position: Array) -> Links:
     """The links between places, (places, dim), metres."""
     first, point = distinct(position)
     points = position[first]
-    place = Places(graph, points, first, point)
-    sizes, linked = place.links(np.arange(len(position)), 0)
-    groups = np.zeros((0, WIDTH), dtype=np.int64)
-    if len(linked) > DENSE * len(points):
+    order, levels, groups = np.arange(len(position)), 0, np.zeros((0, WIDTH), dtype=np.int64)
+    if _linked_to_each(graph, points, position) > DENSE:
         order = _neighbours_together(position)
         levels = max(1, (len(position).bit_length() - 1) // 2)
         groups = _groups(order, levels)
-        sizes, linked = place.links(order, levels)
-    return Links(np.concatenate([[0], np.cumsum(sizes)]), linked, groups, first[place.point])
+    sizes, linked = Places(graph, points, first, point).links(order, levels)
+    return Links(np.concatenate([[0], np.cumsum(sizes)]), linked, groups, first[point])
+
+
+def _linked_to_each(graph: Graph, points: Array, position: Array) -> float:
+    """How many places, (places, dim), metres, are linked to one of the points, (points, dim), in the mean of some."""
+    some = points[:: max(1, len(points) // SAMPLED)]
+    linked = link_margin(graph, some[:, None, :], position[None, :, :]) > 0
+    return float(np.asarray(linked).sum() / max(1, len(some)))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
