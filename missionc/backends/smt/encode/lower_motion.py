@@ -14,7 +14,7 @@ Source:
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cache
 from typing import overload
 
@@ -22,8 +22,10 @@ import numpy as np
 
 from missionc.backends.smt.encode.clauses import FALSE, TRUE, Clauses, Literals
 from missionc.backends.smt.roadmap.roadmap import Indices, Roadmap
+from missionc.backends.smt.roadmap.roadmap_links import Links, links_between
 from missionc.base.memory import reserve
 from missionc.base.trace import Array, Flags
+from missionc.ir import Graph
 
 MOVE_BYTES = 100
 """Bytes that a move at a step takes on its way into clauses, about."""
@@ -47,6 +49,8 @@ class Motion:
         states: for each agent, (steps + 1, states): the literal that says the
             agent is there then; FALSE where it cannot be, and everywhere for
             agents that are left out.
+        links: between places, of each graph that was asked about; other
+            motions of the same roadmaps may share them.
     """
 
     roadmaps: tuple[Roadmap, ...]
@@ -54,6 +58,7 @@ class Motion:
     first_place: Indices
     ways: Sequence[Flags]
     states: tuple[Literals, ...]
+    links: dict[Graph, Links] = field(default_factory=dict)
 
     @property
     def agents(self) -> int:
@@ -80,6 +85,12 @@ class Motion:
 
     def roadmap(self, agent: int) -> Roadmap:
         return self.roadmaps[int(self.roadmap_of[agent])]
+
+    def linked(self, graph: Graph) -> Links:
+        """The links between all places."""
+        if graph not in self.links:
+            self.links[graph] = links_between(graph, self.position)
+        return self.links[graph]
 
 
 def lower_motion(

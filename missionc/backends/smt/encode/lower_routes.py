@@ -12,7 +12,6 @@ from missionc.backends.smt.encode.clauses import NOTHING, TRUE, Literals
 from missionc.backends.smt.encode.lower_on_demand import choose
 from missionc.backends.smt.encode.occupancy import Agents, Define, Occupancy, Tables
 from missionc.backends.smt.roadmap.roadmap import Indices
-from missionc.backends.smt.roadmap.roadmap_links import Links, links_between
 from missionc.ir import Graph
 from missionc.kernel.nodes import Node
 
@@ -52,7 +51,6 @@ class Routes:
         motion = occupancy.motion
         self._tables = Tables(motion.steps + 1, motion.places)
         self._groups: dict[Graph, Tables] = {}
-        self._links: dict[Graph, Links] = {}
         self._isolated: dict[Route, Literals] = {}
 
     def agent_beside(self, graph: Graph, body: Node, some: bool, steps: Indices, places: Indices) -> Literals:
@@ -120,7 +118,7 @@ class Routes:
             table[step, place] = names = self.clauses.fresh(len(step))
             self.clauses.add(-names, self.of_places.among(route.end, False, route.members, step, place))
             through = self.of_places.among(route.through, False, route.members, step, place)
-            _, owner, linked = self._linked(route.graph).beside(place)
+            _, owner, linked = self.occupancy.motion.linked(route.graph).beside(place)
             beyond = self._each(
                 (route, "cut off"), route.graph, False, lambda *cells: table[cells], step[owner], linked
             )
@@ -132,7 +130,7 @@ class Routes:
     ) -> Literals:
         """What is asked holds at some linked place; or, not ``some``, at every one."""
 
-        links = self._linked(graph)
+        links = self.occupancy.motion.linked(graph)
 
         def define(steps: Indices, places: Indices) -> Literals:
             sizes, owner, linked = links.beside(places)
@@ -143,7 +141,7 @@ class Routes:
 
     def _each(self, what: Hashable, graph: Graph, some: bool, ask: Define, steps: Indices, linked: Indices) -> Literals:
         """What is asked of each of these places; of a group, that it holds at some place of it, or at every one."""
-        places, groups = self.occupancy.motion.places, self._linked(graph).groups
+        places, groups = self.occupancy.motion.places, self.occupancy.motion.linked(graph).groups
         if not len(groups):
             return ask(steps, linked)
 
@@ -162,8 +160,3 @@ class Routes:
             tables = self._groups[graph]
             result[~alone] = tables.look_up(what, steps[~alone], linked[~alone] - places, define)
         return result
-
-    def _linked(self, graph: Graph) -> Links:
-        if graph not in self._links:
-            self._links[graph] = links_between(graph, self.occupancy.motion.position)
-        return self._links[graph]

@@ -29,11 +29,12 @@ class Tables:
             self._tables[key] = np.full(self._shape, NOTHING, dtype=np.int32)
         table = self._tables[key]
         literals = table[steps, places]
-        missing = np.zeros(self._shape, dtype=np.bool_)
-        missing[steps, places] = literals == NOTHING
-        step, place = np.nonzero(missing)
-        if not step.size:
+        unknown = literals == NOTHING
+        if not unknown.any():
             return literals
+        missing = np.zeros(self._shape, dtype=np.bool_)
+        missing[steps[unknown], places[unknown]] = True
+        step, place = np.nonzero(missing)
         table[step, place] = define(step, place)
         return table[steps, places]
 

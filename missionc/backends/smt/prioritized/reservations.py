@@ -129,6 +129,9 @@ class ReservationTable:
         going = np.flatnonzero((roadmap.allowed & self.leads_on).any(axis=1))
         self.over = int(going[-1]) + 1 if going.size else 0
         """From this step on nobody can but wait."""
+        shortest = np.min(np.where(roadmap.allowed, self.length, np.inf), axis=1, initial=np.inf)
+        self.to_come = np.append(np.cumsum(shortest[::-1])[::-1], 0.0)
+        """Metres that whoever keeps going makes at least from each step on, (steps + 1,); 0 where it can wait."""
         self.middle, self.reach = _disc(*self.moves, mission.step)
         self._tree = cKDTree(self.middle)
         self._weight = np.zeros(roadmap.allowed.shape, dtype=np.int32)
@@ -176,8 +179,8 @@ class ReservationTable:
 
     def free(self, step: int, move: Indices, *, pushing: bool) -> Flags:
         """Which of these moves, (rows,), come too near nobody at the step; ``pushing``, nobody who cannot be moved."""
-        free: Flags = self.roadmap.allowed[step, move] & (self._fixed[step, move] == 0)
-        return free if pushing else free & (self._weight[step, move] == 0)
+        free: Flags = self.roadmap.allowed[step].take(move) & (self._fixed[step].take(move) == 0)
+        return free if pushing else free & (self._weight[step].take(move) == 0)
 
     def weight(self, step: int, move: Indices) -> Indices:
         """What those weigh whom each move comes too near, (rows,)."""

@@ -17,6 +17,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from contextlib import suppress
+from dataclasses import replace
 
 import numpy as np
 
@@ -294,7 +295,7 @@ class SingleAgentSearch:
         if self._known is None or len(self._known[0] ^ settled) > changed * len(agents):
             motion, clauses = reservations.motion, Clauses(self._limit)  # what is known needs none
             ways = reservations.fixed(motion.ways)
-            known = lower_motion(motion.roadmaps, ways, frozenset(agents), clauses)
+            known = replace(lower_motion(motion.roadmaps, ways, frozenset(agents), clauses), links=motion.links)
             formulas = Formulas(self._labels.mission, known, clauses, Occupancy(known, clauses), LINKS)
             self._known = settled, formulas
         return self._known[1]
@@ -355,7 +356,7 @@ class SingleAgentSearch:
         """
         table = reservations.tables[self._labels.roadmap_of[agent]]
         may, starts = self._may(agent, reservations), self.starts(agent, reservations)
-        least = float(task.bound(task.begin)[starts].min(initial=np.inf))
+        least = max(float(task.bound(task.begin)[starts].min(initial=np.inf)), float(table.to_come[0]))
         most = min(most, least + more)
         if not np.isfinite(least) or most < least:
             return None

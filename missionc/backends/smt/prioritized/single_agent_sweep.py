@@ -131,6 +131,8 @@ class Task:
         """At least so many metres are left, (rows,)."""
         if len(self._stacked) < len(self.metres):
             self._stacked = np.stack(self.metres)
+        if len(self.metres) == 1:
+            return np.asarray(self._stacked[0, states])
         return np.asarray(self._stacked[np.array(self.bounds)[residual], states])
 
     def place(self, step: int, states: Indices) -> Indices:
@@ -186,7 +188,7 @@ class Sweep:
         """
         task, table = self.task, self.table
         states, steps = len(task.finish), len(table.roadmap.allowed)
-        target = table.roadmap.moves[:, 1]
+        target = np.ascontiguousarray(table.roadmap.moves[:, 1])
         done = task.number(True)
         key = task.number(task.begin) * states + self.starts
         cost = np.zeros(len(key))
@@ -201,22 +203,24 @@ class Sweep:
             self.work += STEP_WORK + len(move)
             if self.work > self.most:
                 raise TooComplex
-            free = self.may[step + 1, target[move]] & table.free(step, move, pushing=self.pushing)
-            row, move = row[free], move[free]
+            there = target.take(move)
+            free = np.flatnonzero(self.may[step + 1].take(there) & table.free(step, move, pushing=self.pushing))
+            if len(free) < len(move):
+                row, move, there = row[free], move[free], there[free]
             place = task.place(step, state)
             if len(task.move_letters) == 1:
                 left = task.after(step, residual, place, np.zeros_like(place))[row]
             else:
                 left = task.after(step, residual[row], place[row], task.moves[move])
             if step == steps - 1:
-                alive = (left >= 0) & task.finish[target[move]]
-                row, move, left = row[alive], move[alive], left[alive]
-                left = task.after(steps, left, task.place(steps, target[move]), task.ends[move])
+                alive = np.flatnonzero((left >= 0) & task.finish[there])
+                row, move, there, left = row[alive], move[alive], there[alive], left[alive]
+                left = task.after(steps, left, task.place(steps, there), task.ends[move])
                 left[left != done] = -1
             self.work += task.work - known
-            alive = left >= 0
-            row, move, left = row[alive], move[alive], left[alive]
-            there = target[move]
+            alive = np.flatnonzero(left >= 0)
+            if len(alive) < len(left):
+                row, move, there, left = row[alive], move[alive], there[alive], left[alive]
             after = cost[row] + table.length[move] + RESTLESS * (1 + step / (1 + steps)) * table.leads_on[move]
             after += self.step_cost * goes[row]
             if self.pushing:
@@ -226,7 +230,7 @@ class Sweep:
             to_go = task.to_go(left, there)
             going, resting = max(table.over - step - 1, 0), steps - max(table.over, step + 1)
             in_time = to_go <= going * self.stride + resting * self.rest + FAR
-            near = np.flatnonzero((after + to_go <= bound) & in_time)
+            near = np.flatnonzero((after + np.maximum(to_go, table.to_come[step + 1]) <= bound) & in_time)
             key, cost = left[near] * states + there[near], after[near]
             key, first = _cheapest(key, cost)
             cost, near = cost[first], near[first]
@@ -245,18 +249,21 @@ class Sweep:
 
 def _cheapest(key: Indices, cost: Array) -> tuple[Indices, Indices]:
     """Each key once, ascending, and the first of those with this key that cost least: (keys,) each."""
-    most = int(key.max(initial=-1)) + 1
-    if most <= DENSE * len(key):  # a table of all keys there may be is quicker than sorting them
-        keys, group = np.arange(most), key
+    count = int(key.max(initial=-1)) + 1
+    if count <= DENSE * len(key):  # a table of all keys there may be is quicker than sorting them
+        keys, group = None, key
     else:
         keys, group = np.unique(key, return_inverse=True)
-    least = np.full(len(keys), np.inf)
+        count = len(keys)
+    least = np.full(count, np.inf)
     np.minimum.at(least, group, cost)
     best = np.flatnonzero(cost == least[group])[::-1]  # of several the first is written last
-    first = np.full(len(keys), -1)
+    first = np.full(count, -1)
     first[group[best]] = best
-    there = first >= 0
-    return keys[there], first[there]
+    if keys is not None:
+        return keys, first
+    there = np.flatnonzero(first >= 0)
+    return there, first[there]
 
 
 def _letters(rows: Sequence[Flags], size: int) -> tuple[Indices, list[Letter]]:
