@@ -10,8 +10,9 @@ children. *Margin* is the smallest of the plan in metres: of a requirement, to a
 nothing but reaching (of named agents, or of every agent of a team, to be in regions or beyond lines: once, in a row, or
 from some time on), that is the longest of an agent's tasks: from where it starts in the plan to the first region, from
 there to the one after it, and so on; or to its finish. A leg is the shortest way between the nearest points of the two
-for a body of its size, round the obstacles that stand still (in a volume: the straight distance), so that a task in
-parts is longer than its bound by what it goes within regions. Of all other missions it is a dash.
+for a body of its size, round the obstacles that stand still (in a volume: the straight distance, or that by the best
+hole in a floor between the two), so that a task in parts is longer than its bound by what it goes within regions. Of
+all other missions it is a dash.
 
 ``--json`` keeps what was measured, and ``--against`` such a file adds columns: the seconds of the processor and the
 length over those before.
@@ -50,11 +51,15 @@ from missionc.kernel.nodes import All, Always, At, Atom, Eventually, Node, Not, 
 from missionc.pipeline import driver
 from missionc.world.area import Area
 from missionc.world.configuration_space import Atlas
+from missionc.world.signed_distance import signed_distance
 
 MISSIONS = ROOT / "missions" / "field"
 
 MARGINS = ("requirement", "obstacle", "separation")
 """The checks of a certificate that are about room, in metres."""
+
+PITCH = 0.1
+"""Metres between places at which a way may pass a height."""
 
 HAIR = 1e-6
 """Metres by which a line of sight may cut into an obstacle."""
@@ -171,11 +176,34 @@ class Ground:
     def way(self, whose: int, start: Area, places: list[Area]) -> float:
         """The length of the legs from a start through places, at least, metres."""
         legs = list(pairwise([start, *places]))
-        if self.mission.dimension == 3:
-            return sum(self.atlas.distance(first, second) for first, second in legs)
         radius = float(self.mission.agents[whose].radius)
+        if self.mission.dimension == 3:
+            return sum(max(self.atlas.distance(*leg), self.climb(*leg, radius)) for leg in legs)
         plane = self.planes.get(radius) or self.planes.setdefault(radius, self.plane(radius))
         return sum(plane.geodesic(first.geometry()[0], second.geometry()[0]) for first, second in legs)
+
+    def climb(self, start: Area, goal: Area, radius: float) -> float:
+        """The least that a way from one area up or down to another is long, metres, by where it can pass a height.
+
+        Heights are the middles of obstacles that stand still; in one, all places of a grid are tried.
+        """
+        still = [each.shape for each in self.mission.obstacles if isinstance(each.motion, Still)]
+        floors = [self.atlas.bounds(self.atlas.inner(shape)) for shape in still]
+        ends = (self.atlas.bounds(each) for each in (start, goal))
+        below, above = sorted((low[2], high[2]) for low, high in ends)
+        world, longest, room = self.mission.world, 0.0, radius + float(self.mission.clearance)
+        sides = zip(world.low[:2], world.high[:2], strict=True)
+        axes = [np.arange(low + room, high - room + PITCH, PITCH) for low, high in sides]
+        level = np.stack(np.meshgrid(*axes), axis=-1).reshape(-1, 2)
+        for height in {(low[2] + high[2]) / 2 for low, high in floors}:
+            if not below[1] < height < above[0]:
+                continue
+            places = np.column_stack([level, np.full(len(level), height)])
+            free = np.min([signed_distance(np, shape, places) for shape in still], axis=0) >= -PITCH
+            open_places = [tuple(place) for place in places[free].tolist()]
+            ways = zip(self.atlas.distances(open_places, start), self.atlas.distances(open_places, goal), strict=True)
+            longest = max(longest, min(map(sum, ways), default=math.inf) - 2 * PITCH)
+        return longest
 
     def plane(self, radius: float) -> Plane:
         """Where the centre of a body can be, at least: what moves is left out, and corners are cut."""
