@@ -157,11 +157,12 @@ def requirement(name: str, encoding: Encoding, window: int) -> list[z3.BoolRef]:
             return [eventually(0, window, both(label("threat"), away))(0, 0)]
         case "strel_goal":
             return [until(0, window, encoding.reach(drone, label("base"), 0, 2), label("goal"))(0, 0)]
-        case "strel_avoid":
-            linked = eventually(0, window, encoding.reach(drone, label("base"), 0, 2))(0, 0)
+        case "strel_avoid" | "strel_avoid_all":
+            linked = eventually(0, window, encoding.reach(drone, label("base"), 1, 2))
             threats = [label(f"threat{number}") for number in (1, 2, 3)]
             avoid = always(0, window, both(*map(no, threats)))
-            return [linked, *(avoid(agent, 0) for agent in range(encoding.agents))]
+            egos = range(encoding.agents if name == "strel_avoid_all" else 1)
+            return [*(linked(agent, 0) for agent in egos), *(avoid(agent, 0) for agent in range(encoding.agents))]
     raise ValueError(name)
 
 

@@ -75,7 +75,8 @@ def cells(teams: list[int]) -> list[Cell]:
     if teams:
         return [cell for cell in table if cell.agents in teams]
     table += [Cell("strel_deliver", 10, window, published) for window, published in HORIZONS.items()]
-    table += [Cell("strel_avoid", 10, window, published) for window, published in AVOIDING.items()]
+    for name in ("strel_avoid", "strel_avoid_all"):
+        table += [Cell(name, 10, window, published) for window, published in AVOIDING.items()]
     return table
 
 

@@ -25,6 +25,7 @@ SHIPPED = {
     "crazyflie_corridor": (3, 150, 0, 2, (2,), 2),
     "crazyflie_corridor_flight": (3, 150, 0, 2, (2,), 2),
     "strel_avoid": (5, 10, 7, 2, (), 2),
+    "strel_avoid_all": (5, 10, 7, 2, (), 2),
     "strel_deliver": (5, 10, 4, 2, (), 1),
     "strel_escape": (5, 13, 4, 2, (), 1),
     "strel_goal": (5, 10, 4, 2, (), 1),
