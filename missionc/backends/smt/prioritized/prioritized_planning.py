@@ -20,6 +20,7 @@ import numpy as np
 from missionc.backends.api import Planned, Progress
 from missionc.backends.smt.encode.lower_motion import Ways
 from missionc.backends.smt.lift import lift
+from missionc.backends.smt.prioritized.iterative_deepening import deepened
 from missionc.backends.smt.prioritized.requirement_parts import (
     NOBODY,
     Agents,
@@ -204,15 +205,19 @@ class PrioritizedPlanner(SingleAgentPlanning):
             ways = reservations.fixed(
                 [open_ways[agent] if agent in batch else way for agent, way in enumerate(standing)]
             )
-            if self.infeasible(formulas, ways, before | batch):
-                return False
-        goal = Goal("all parts", All(tuple(formulas)), setting.mission.span)
-        problem = setting.problem((goal,), roadmaps, ways, batch, before, LINKS, self.solvers)
-        if problem.lowered.infeasible:
-            return False
-        effort = EFFORT.within(self.most - setting.account.work, problem.search.clauses.count)
-        result = problem.search.find(problem.lowered.goals, effort=effort)
-        if not isinstance(result, JointMotion):
+        for asked in deepened(formulas, setting.mission.steps):
+            with setting.account.stage("lower"):
+                if self.infeasible(asked, ways, before | batch):
+                    continue
+            goal = Goal("all parts", All(tuple(asked)), setting.mission.span)
+            problem = setting.problem((goal,), roadmaps, ways, batch, before, LINKS, self.solvers)
+            if problem.lowered.infeasible:
+                continue
+            effort = EFFORT.within(self.most - setting.account.work, problem.search.clauses.count)
+            result = problem.search.find(problem.lowered.goals, effort=effort)
+            if isinstance(result, JointMotion):
+                break
+        else:
             return False
         if reservations is not self.reservations:
             self.reservations, self.guaranteed = reservations, guaranteed

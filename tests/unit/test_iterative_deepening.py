@@ -1,0 +1,30 @@
+"""Windows that grow: shorter ones imply longer ones, and the last are those that were asked for."""
+
+from __future__ import annotations
+
+from missionc.backends.smt.prioritized.iterative_deepening import FIRST, deepened, within
+from missionc.kernel.nodes import All, Always, At, Eventually, Is, Until
+
+HERE = Is(frozenset((0,)))
+
+
+def test_windows_grow_and_end_as_they_were_asked_for() -> None:
+    asked = [At(0, Eventually(HERE, 2, 100)), At(1, Always(HERE, 0, None))]
+    windows = [[formula.body.high for formula in formulas] for formulas in deepened(asked, 100)]  # type: ignore[attr-defined]
+    assert windows == [[2 + FIRST, None], [2 + 2 * FIRST, None], [100, None]]
+
+
+def test_what_waits_for_nothing_is_asked_for_once() -> None:
+    asked = [At(0, Always(Eventually(HERE, 0, 90), 0, 9)), At(0, Eventually(HERE, 0, FIRST))]
+    assert list(deepened(asked, 100)) == [asked]
+
+
+def test_a_window_without_end_ends_with_the_mission() -> None:
+    formula = All((At(0, Until(HERE, HERE, 1, None)),))
+    shorter = within(formula, FIRST, 100)
+    assert isinstance(shorter, All)
+    (part,) = shorter.parts
+    assert isinstance(part, At)
+    assert isinstance(part.body, Until)
+    assert (part.body.low, part.body.high) == (1, 1 + FIRST)
+    assert within(formula, 60, 100) is formula
