@@ -2,7 +2,7 @@
 
     in   Mission, its Kernel
     out  nothing but findings
-    says MC307 MC510 MC511 MC514 MC515 MC517
+    says MC307 MC510 MC511 MC514 MC515 MC517 MC521
 
 Nothing is said without a proof, so much that is impossible is left to the solver.
 """
@@ -14,6 +14,7 @@ from itertools import islice
 
 from missionc.base.late_dataclass import dataclass
 from missionc.checks.check_contradictions import contradictions
+from missionc.checks.check_first_step import check_first_step
 from missionc.checks.check_routes import check_routes, too_few_agents
 from missionc.checks.free_space import FreeSpace
 from missionc.checks.must_analysis import FALSE, TRUE, MustAnalysis, must_analysis
@@ -47,12 +48,13 @@ def check_requirements(mission: Mission, kernel: Kernel, ground: FreeSpace | Non
     for requirement, goal in zip(mission.requirements, kernel.requirements, strict=True):
         number = known.of(requirement.formula).number
         if number not in (TRUE, FALSE):
-            undecided.append(goal)
+            undecided.append((requirement, goal))
         elif not too_few_agents((culprit := _culprit(known, requirement.formula)).formula):
             findings.append((_never_violated if number == TRUE else _never_holds)(requirement, culprit))
     places, necessary = ground.places(mission.agents), NecessaryConditions.of(mission, kernel)
-    contradicting = contradictions(mission, places, necessary, undecided)
-    return in_text_order([*findings, *islice(contradicting, MOST_FINDINGS)])
+    contradicting = contradictions(mission, places, necessary, [goal for _, goal in undecided])
+    at_once = check_first_step(mission, undecided, ground)
+    return in_text_order([*findings, *at_once, *islice(contradicting, MOST_FINDINGS)])
 
 
 def _dead_comparisons(mission: Mission, known: MustAnalysis) -> Iterator[Diagnostic]:
