@@ -17,12 +17,11 @@ from scipy.spatial.distance import cdist
 from w9_pathfinding.envs import Grid
 from w9_pathfinding.mapf import CBS
 
-from missionc.backends.clot.cost_graph.cost_graph import build, formulas_below
 from missionc.base.trace import Array, Trace
-from missionc.ir import Box, Inside, Mission
-from missionc.kernel.nodes import Atom, Kernel
+from missionc.ir import Box, Mission
+from missionc.kernel.nodes import Kernel
 from missionc.world.signed_distance import signed_distance
-from table1.scene import Unsupported, box, speed, together, trace
+from table1.scene import Unsupported, legs, speed, together, trace
 
 
 def plan(mission: Mission, kernel: Kernel, seed: int, limit: float) -> Trace | str:
@@ -39,7 +38,7 @@ def plan(mission: Mission, kernel: Kernel, seed: int, limit: float) -> Trace | s
         free &= signed_distance(np, obstacle.shape, centres) >= radius + mission.clearance + pitch / 2
     grid = Grid(weights=np.where(free, 1.0, -1.0).T.tolist(), edge_collision=True)
     cells = np.argwhere(free)
-    places = [_cells(cells, centres, area, count, generator) for area in _legs(mission, kernel)]
+    places = [_cells(cells, centres, area, count, generator) for area in legs(mission, kernel)]
     solver, path = CBS(grid), [[tuple(map(int, cell))] for cell in places[0]]
     for there in places[1:]:
         here = [each[-1] for each in path]
@@ -59,17 +58,6 @@ def plan(mission: Mission, kernel: Kernel, seed: int, limit: float) -> Trace | s
         return f"takes {len(path[0]) - 1} steps of {mission.steps}"
     cell = np.array([each + [each[-1]] * (mission.steps + 1 - len(each)) for each in path])
     return trace(mission, centres[cell[..., 0], cell[..., 1]])
-
-
-def _legs(mission: Mission, kernel: Kernel) -> list[Box]:
-    """The dock, the regions of the requirements in their order, the pad."""
-    named = [
-        term.predicate.region.shape
-        for term in formulas_below(build(kernel))
-        if isinstance(term, Atom) and isinstance(term.predicate, Inside)
-    ]
-    boxes = [shape for number, shape in enumerate(named) if isinstance(shape, Box) and shape not in named[:number]]
-    return [box(mission.agents[0].start), *boxes, box(mission.agents[0].finish)]
 
 
 def _cells(cells: Array, centres: Array, area: Box, count: int, generator: np.random.Generator) -> Array:

@@ -6,8 +6,10 @@ import numpy as np
 from scipy.sparse.csgraph import minimum_spanning_tree
 from scipy.spatial.distance import cdist
 
+from missionc.backends.clot.cost_graph.cost_graph import build, formulas_below
 from missionc.base.trace import Array, Trace
-from missionc.ir import Anywhere, Box, Mission, Place
+from missionc.ir import Anywhere, Box, Inside, Mission, Place
+from missionc.kernel.nodes import Atom, Kernel
 
 
 class Unsupported(Exception):
@@ -19,6 +21,17 @@ def box(place: Place | None) -> Box:
     if isinstance(place, Anywhere) and isinstance(place.region.shape, Box):
         return place.region.shape
     raise Unsupported("starts and finishes have to be boxes")
+
+
+def legs(mission: Mission, kernel: Kernel) -> list[Box]:
+    """The dock, the regions of the requirements in their order, the pad."""
+    named = [
+        term.predicate.region.shape
+        for term in formulas_below(build(kernel))
+        if isinstance(term, Atom) and isinstance(term.predicate, Inside)
+    ]
+    boxes = [shape for number, shape in enumerate(named) if isinstance(shape, Box) and shape not in named[:number]]
+    return [box(mission.agents[0].start), *boxes, box(mission.agents[0].finish)]
 
 
 def speed(mission: Mission) -> float:

@@ -244,6 +244,7 @@ class Run:
                 resumed,
             )
         self.account.work += SEARCH * sketch_work(self.agent_steps)
+        self.account.sizes |= search.sizes
         if not search.motions and (self.furthest is None or search.rank > self.furthest.rank):
             self.furthest = search
         return search.motions

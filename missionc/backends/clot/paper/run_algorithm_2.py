@@ -95,8 +95,8 @@ def run_algorithm_2(
     )
     if preset.order is SequenceChoice.TOGETHER:
         candidates = expansion.together(preset.search.many_samples, int(generator.integers(2**63)))
-        cheapest = sorted(candidates, key=lambda one: one.cost)[:MOST]
-        return Searched(tuple(each.trajectory for each in cheapest), most, best)
+        together = sorted(candidates, key=lambda one: one.cost)[:MOST]
+        return Searched(tuple(each.trajectory for each in together), most, best, 1, len(candidates))
     offers = _offers(preset, coupled, starts)
     if resume is None:
         search = TreeSearch(agents, offers, expansion, preset.search, generator)
@@ -115,7 +115,8 @@ def run_algorithm_2(
 
     with expansion.spread(processes):
         solutions = search.run(budget.deadline, stop).solutions
-    return Searched(tuple(solution.trajectories for solution in solutions[:MOST]), most, best)
+    cheapest = tuple(solution.trajectories for solution in solutions[:MOST])
+    return Searched(cheapest, most, best, search.rounds, len(solutions))
 
 
 def _offers(preset: Preset, coupled: Couplings, starts: Array) -> Offers:
