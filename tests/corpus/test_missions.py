@@ -52,7 +52,15 @@ PLANNED_BY_CLOT = ("clot_visit", "clot_star", "clot_dynamic", "crazyflie_corrido
 WHOLE = ("wildfire", "wildfire_flight")
 """Without a number of agents to choose."""
 
-PLANNED_BY_SMT = (*WHOLE, "strel_deliver", "strel_threat", "strel_escape", "strel_goal", "strel_avoid", "strel_avoid_all")
+PLANNED_BY_SMT = (
+    *WHOLE,
+    "strel_deliver",
+    "strel_threat",
+    "strel_escape",
+    "strel_goal",
+    "strel_avoid",
+    "strel_avoid_all",
+)
 
 
 def title(path: Path) -> str:

@@ -3,19 +3,26 @@
 from __future__ import annotations
 
 from missionc.backends.smt.prioritized.iterative_deepening import FIRST, deepened, within
-from missionc.kernel.nodes import All, Always, At, Eventually, Is, Until
+from missionc.kernel.nodes import All, Always, At, Eventually, Is, Node, Until, WindowNode
 
 HERE = Is(frozenset((0,)))
 
 
+def _end(formula: Node) -> int | None:
+    """The last step of an agent's window."""
+    assert isinstance(formula, At)
+    assert isinstance(formula.body, WindowNode)
+    return formula.body.high
+
+
 def test_windows_grow_and_end_as_they_were_asked_for() -> None:
-    asked = [At(0, Eventually(HERE, 2, 100)), At(1, Always(HERE, 0, None))]
-    windows = [[formula.body.high for formula in formulas] for formulas in deepened(asked, 100)]  # type: ignore[attr-defined]
+    asked: list[Node] = [At(0, Eventually(HERE, 2, 100)), At(1, Always(HERE, 0, None))]
+    windows = [[_end(formula) for formula in formulas] for formulas in deepened(asked, 100)]
     assert windows == [[2 + FIRST, None], [2 + 2 * FIRST, None], [100, None]]
 
 
 def test_what_waits_for_nothing_is_asked_for_once() -> None:
-    asked = [At(0, Always(Eventually(HERE, 0, 90), 0, 9)), At(0, Eventually(HERE, 0, FIRST))]
+    asked: list[Node] = [At(0, Always(Eventually(HERE, 0, 90), 0, 9)), At(0, Eventually(HERE, 0, FIRST))]
     assert list(deepened(asked, 100)) == [asked]
 
 

@@ -21,6 +21,7 @@ from missionc.backends.api import Planned, Progress
 from missionc.backends.smt.encode.lower_motion import Ways
 from missionc.backends.smt.lift import lift
 from missionc.backends.smt.prioritized.iterative_deepening import deepened
+from missionc.backends.smt.prioritized.receding_horizon import SHORTER, continued, first_steps, last_asked
 from missionc.backends.smt.prioritized.requirement_parts import (
     NOBODY,
     Agents,
@@ -209,20 +210,31 @@ class PrioritizedPlanner(SingleAgentPlanning):
             with setting.account.stage("lower"):
                 if self.infeasible(asked, ways, before | batch):
                     continue
+            last = last_asked(asked, setting.mission)
+            if SHORTER * last > setting.mission.steps:
+                last = setting.mission.steps
+            with setting.account.stage("lower"):
+                shorter = first_steps(setting, roadmaps, ways, last)
             goal = Goal("all parts", All(tuple(asked)), setting.mission.span)
-            problem = setting.problem((goal,), roadmaps, ways, batch, before, LINKS, self.solvers)
+            problem = shorter[0].problem((goal,), *shorter[1:], batch, before, LINKS, self.solvers)
             if problem.lowered.infeasible:
                 continue
             effort = EFFORT.within(self.most - setting.account.work, problem.search.clauses.count)
             result = problem.search.find(problem.lowered.goals, effort=effort)
-            if isinstance(result, JointMotion):
+            if not isinstance(result, JointMotion):
+                continue
+            states: Indices | None = result.states
+            if last < setting.mission.steps:
+                with setting.account.stage("bystanders"):
+                    states = continued(self, reservations, sorted(batch), result.states)
+            if states is not None:
                 break
         else:
             return False
         if reservations is not self.reservations:
             self.reservations, self.guaranteed = reservations, guaranteed
         with setting.account.stage("bystanders"):
-            self.reserve(batch, result.states, parts, alone=False)
+            self.reserve(batch, states, parts, alone=False)
         self.taken += 1
         self.rounds += problem.search.rounds
         if self.largest is None or problem.search.clauses.count > self.largest.search.clauses.count:

@@ -1,0 +1,79 @@
+"""A receding horizon: a joint problem of the first steps alone, after which each agent goes on by itself.
+
+    in   roadmaps, where each agent can be, and the last step that is asked about
+    out  the same of those steps; then each agent's whole way, beginning with what was found
+
+Where nothing is asked of several agents after a step, the solver need not know of the steps after it. An agent may be
+at the last of these steps wherever it can still be then, if it is to come to where it has to in time.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from missionc.backends.smt.prioritized.reservations import Reservations
+from missionc.backends.smt.prioritized.single_agent_planning import SingleAgentPlanning
+from missionc.backends.smt.prioritized.single_agent_search import SingleAgentSearch
+from missionc.backends.smt.refine.problem import Setting
+from missionc.backends.smt.roadmap.roadmap import Indices, Roadmap
+from missionc.base.trace import Flags
+from missionc.base.units import Steps
+from missionc.ir import Mission
+from missionc.kernel.analysis import steps_ahead
+from missionc.kernel.nodes import Node
+
+SHORTER = 2
+"""So many times as many steps has a mission at least for a part of them to be looked at alone."""
+
+
+def last_asked(formulas: Sequence[Node], mission: Mission) -> int:
+    """The last step that decides formulas of the first step, and the motion that starts there."""
+    ahead = steps_ahead(formulas, mission.steps)
+    return min(mission.steps, max((ahead[formula] for formula in formulas), default=0) + 1)
+
+
+def first_steps(
+    setting: Setting, roadmaps: tuple[Roadmap, ...], ways: Sequence[Flags], last: int
+) -> tuple[Setting, tuple[Roadmap, ...], tuple[Flags, ...]]:
+    """The setting, the roadmaps and the ways, (steps + 1, states) each, up to a step."""
+    mission = replace(setting.mission, steps=Steps(last))
+    shorter = tuple(
+        replace(
+            roadmap,
+            standing=roadmap.standing[: last + 1],
+            allowed=roadmap.allowed[:last],
+            finishes=tuple(np.flatnonzero(ways[agent][last]) for agent in roadmap.agents),
+        )
+        for roadmap in roadmaps
+    )
+    return replace(setting, mission=mission), shorter, tuple(way[: last + 1] for way in ways)
+
+
+def continued(
+    planning: SingleAgentPlanning, reservations: Reservations, agents: Sequence[int], begun: Indices
+) -> Indices | None:
+    """Whole ways of agents, (agents of the mission, steps + 1), one after the other clear of all; None if one has none.
+
+    Args:
+        reservations: those of all others.
+        begun: their first steps, (agents of the mission, some steps).
+    """
+    whole, limit = reservations.copy(), planning.setting.budget.limits.clauses
+    never, exclusions = planning.requirements.never, planning.requirements.exclusions
+    for agent in agents:
+        elsewhere = np.zeros_like(whole.motion.roadmap(agent).standing)
+        steps = np.arange(begun.shape[1])
+        elsewhere[steps] = True
+        elsewhere[steps, begun[agent]] = False
+        kept = {agent: elsewhere | never[agent] if agent in never else elsewhere}
+        with planning.counted(
+            SingleAgentSearch(planning.order.labels, kept, whole, limit, exclusions=exclusions)
+        ) as search:
+            way = search.way(agent, (), whole)
+        if way is None:
+            return None
+        whole.reserve((agent,), np.broadcast_to(way, whole.states.shape))
+    return np.asarray(whole.states)
