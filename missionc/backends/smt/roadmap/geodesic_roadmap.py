@@ -26,6 +26,7 @@ from missionc.backends.smt.roadmap.greedy_spanner import greedy_spanner
 from missionc.backends.smt.roadmap.sample_nodes import Ground, NoRoadmap, exact_places
 from missionc.backends.smt.roadmap.shortest_ways import left_at, on_shortest_ways
 from missionc.backends.smt.roadmap.unique_rows import distinct
+from missionc.backends.smt.roadmap.visibility_graph import Visibility
 from missionc.base.trace import Array
 from missionc.ir import Ball, Predicate
 from missionc.kernel.analysis import agents_asked, linked_by
@@ -43,14 +44,8 @@ SPARE = 0.006
 SPARE_BODY = 0.25
 """Likewise in radii of the body, where that is more."""
 
-TIGHT = 1.1
-"""How many times as long a way counts that has no room to spare."""
-
 DETOUR = 1.25
 """How many times as long a way counts that was taken once, when a second one is looked for."""
-
-NEAREST, PAIRS = 40, 200_000
-"""Candidates that each looks at; and pairs of a place and a candidate that are looked at in all."""
 
 GOALS = 2048
 """Points of the world among which those are looked for at which a predicate holds."""
@@ -70,8 +65,8 @@ TOUCHING = 1e-6
 DEEP, EDGE = 0.5, 0.15
 """The shares of the depth of a goal's deepest place at which agents rest in it, and at which they come to it."""
 
-ALL_PAIRS = 400
-"""So many candidates: all pairs are looked at; of more, so many for where a goal is come to."""
+LOOKS = 400
+"""So many nodes are looked at for where a goal is come to."""
 
 MOST_ENTRIES = 60
 """At most so many entries."""
@@ -130,8 +125,12 @@ def geodesic_roadmap(
         world = ground.mission.world
         corners = np.concatenate([corners, scatter(world.low, world.high, FILL, generator)])
     corners = corners[ground.is_free(corners) & ground.keeps_within(corners)]
-    places = np.concatenate([places, _entries(ground, places, corners, goals)])
-    return _roadmap(ground, places, corners)
+    seen = Visibility(ground, _spare(ground))
+    entries = _entries(ground, places, corners, goals, seen)
+    names = np.arange(len(places) + len(corners) + len(entries))
+    first, last = len(places), len(places) + len(corners)
+    names = np.concatenate([names[:first], names[last:], names[first:last]])
+    return _roadmap(ground, np.concatenate([places, entries]), corners, names, seen)
 
 
 def _goals(ground: Ground, kernel: Kernel, generator: np.random.Generator) -> list[Goal]:
@@ -241,10 +240,10 @@ def _corners(ground: Ground, kernel: Kernel) -> Array:
     return np.concatenate(made)
 
 
-def _entries(ground: Ground, places: Array, corners: Array, goals: list[Goal]) -> Array:
+def _entries(ground: Ground, places: Array, corners: Array, goals: list[Goal], seen: Visibility) -> Array:
     """Where the shortest ways from the places come to where each goal holds: (entries, dim)."""
     nodes = np.concatenate([places, corners])
-    tree, looks, nears, lasts, made = cKDTree(nodes), min(len(nodes), ALL_PAIRS), [], [], [places[:0]]
+    tree, looks, nears, lasts, made = cKDTree(nodes), min(len(nodes), LOOKS), [], [], [places[:0]]
     for goal in goals:
         near = np.sort(np.asarray(tree.query(goal.points[0], k=looks)[1]))
         entry = _toward(ground, goal, nodes[near])
@@ -252,7 +251,7 @@ def _entries(ground: Ground, places: Array, corners: Array, goals: list[Goal]) -
         nears.append(near[clear])
         lasts.append(np.linalg.norm(entry - nodes[near], axis=1)[clear])
         made.append(entry[clear])
-    graph = _visibility_graph(ground, nodes, len(places))
+    graph = seen.graph(nodes, np.arange(len(nodes)), len(places))
     for number, left in enumerate(left_at(graph, nears, lasts)):
         made[number + 1] = made[number + 1][np.isin(nears[number], left[: len(places)])]
     entries = np.concatenate(made)
@@ -273,32 +272,14 @@ def _toward(ground: Ground, goal: Goal, nodes: Array) -> Array:
     return nodes + (target - nodes) * high[:, None]
 
 
-def _visibility_graph(ground: Ground, nodes: Array, places: int) -> csr_array:
-    """Straight ways between nodes, of which the first are places: lengths, longer where there is no room to spare."""
-    count = len(nodes)
-    if count <= ALL_PAIRS:
-        one, other = np.triu_indices(count, 1)
-    else:
-        tree, looks = cKDTree(nodes), min(count, max(NEAREST, PAIRS // places))
-        near = np.asarray(tree.query(nodes, k=NEAREST + 1)[1])[:, 1:]
-        further = np.asarray(tree.query(nodes[:places], k=looks)[1])
-        one = np.r_[np.repeat(np.arange(count), NEAREST), np.repeat(np.arange(places), looks)]
-        other = np.r_[near.ravel(), further.ravel()]
-        one, other = np.divmod(np.unique(np.minimum(one, other) * count + np.maximum(one, other)), count)
-    length = np.linalg.norm(nodes[one] - nodes[other], axis=1)
-    apart = length > 0
-    one, other, length = one[apart], other[apart], length[apart]
-    clear = clear_of(ground.obstacles, nodes[one], nodes[other], np.full(len(one), ground.margin))
-    one, other, length = one[clear], other[clear], length[clear]
-    roomy = clear_of(ground.obstacles, nodes[one], nodes[other], np.full(len(one), ground.margin + _spare(ground)))
-    weight = np.where(roomy, length, TIGHT * length)
-    return csr_array(coo_array((weight, (one, other)), shape=(count, count)))
+def _roadmap(ground: Ground, places: Array, corners: Array, names: Indices, seen: Visibility) -> tuple[States, Edges]:
+    """The shortest ways between all places, and second ones, with waypoints.
 
-
-def _roadmap(ground: Ground, places: Array, corners: Array) -> tuple[States, Edges]:
-    """The shortest ways between all places, and second ones, with waypoints."""
+    Args:
+        names: of the places and corners, (nodes,), by which ``seen`` knows them.
+    """
     nodes = np.concatenate([places, corners])
-    graph = _visibility_graph(ground, nodes, len(places))
+    graph = seen.graph(nodes, names, len(places))
     used = np.zeros((0, 2), dtype=np.int64)
     for _ in range(WAYS):
         used = np.unique(np.concatenate([used, on_shortest_ways(graph, nodes, len(places))]), axis=0)

@@ -1,0 +1,96 @@
+"""The visibility graph of a geodesic roadmap: straight ways between nodes that no obstacle is in.
+
+    in   Ground, nodes, of which the first are places
+    out  lengths of the ways, longer where there is no room to spare
+
+What was seen of two nodes is known when they are asked about again, among others.
+
+Source:
+    de Berg et al., "Computational Geometry" (2008), 15.1.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import coo_array, csr_array
+from scipy.spatial import cKDTree
+
+from missionc.backends.smt.roadmap.sample_nodes import Ground
+from missionc.base.trace import Array, Flags
+from missionc.world.clearance import clear_of
+
+Indices = NDArray[np.int64]
+
+NEAREST, PAIRS = 40, 200_000
+"""Nodes that each looks at; and pairs of a place and a node that are looked at in all."""
+
+ALL_PAIRS = 400
+"""So many nodes: all pairs are looked at."""
+
+TIGHT = 1.1
+"""How many times as long a way counts that has no room to spare."""
+
+MOST_NODES = 1 << 31
+"""More than there can be."""
+
+
+@dataclass(slots=True, eq=False)
+class Visibility:
+    """What is known of pairs of nodes, by their names.
+
+    ``spare``: metres of room that a way is better off with.
+    """
+
+    ground: Ground
+    spare: float
+    pairs: Indices = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    clear: Flags = field(default_factory=lambda: np.zeros(0, dtype=np.bool_))
+    roomy: Flags = field(default_factory=lambda: np.zeros(0, dtype=np.bool_))
+
+    def graph(self, nodes: Array, names: Indices, places: int) -> csr_array:
+        """The graph of nodes, (nodes, dim), metres, of which the first are places.
+
+        Args:
+            names: (nodes,), a number for each that it has whenever it is asked about.
+        """
+        one, other = _pairs(nodes, places)
+        length = np.linalg.norm(nodes[one] - nodes[other], axis=1)
+        apart = length > 0
+        one, other, length = one[apart], other[apart], length[apart]
+        pair = np.minimum(names[one], names[other]) * MOST_NODES + np.maximum(names[one], names[other])
+        self._look(pair, nodes[one], nodes[other])
+        at = np.searchsorted(self.pairs, pair)
+        clear = self.clear[at]
+        weight = np.where(self.roomy[at], length, TIGHT * length)[clear]
+        return csr_array(coo_array((weight, (one[clear], other[clear])), shape=(len(nodes), len(nodes))))
+
+    def _look(self, pair: Indices, start: Array, end: Array) -> None:
+        """Looks at the pairs that are not known yet."""
+        new = np.flatnonzero(~np.isin(pair, self.pairs))
+        margin = np.full(len(new), self.ground.margin)
+        clear = clear_of(self.ground.obstacles, start[new], end[new], margin)
+        roomy, seen = np.zeros(len(new), dtype=np.bool_), new[clear]
+        roomy[clear] = clear_of(self.ground.obstacles, start[seen], end[seen], margin[clear] + self.spare)
+        pairs = np.concatenate([self.pairs, pair[new]])
+        order = np.argsort(pairs, kind="stable")
+        self.pairs = pairs[order]
+        self.clear = np.concatenate([self.clear, clear])[order]
+        self.roomy = np.concatenate([self.roomy, roomy])[order]
+
+
+def _pairs(nodes: Array, places: int) -> tuple[Indices, Indices]:
+    """The nodes, (pairs,) twice, between which a way may be straight."""
+    count = len(nodes)
+    if count <= ALL_PAIRS:
+        one, other = np.triu_indices(count, 1)
+        return one, other
+    tree, looks = cKDTree(nodes), min(count, max(NEAREST, PAIRS // places))
+    near = np.asarray(tree.query(nodes, k=NEAREST + 1)[1])[:, 1:]
+    further = np.asarray(tree.query(nodes[:places], k=looks)[1])
+    one = np.r_[np.repeat(np.arange(count), NEAREST), np.repeat(np.arange(places), looks)]
+    other = np.r_[near.ravel(), further.ravel()]
+    one, other = np.divmod(np.unique(np.minimum(one, other) * count + np.maximum(one, other)), count)
+    return one, other
