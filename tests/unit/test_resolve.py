@@ -15,11 +15,11 @@ from tests.support.resolved_missions import codes, demo, findings, mission, only
 
 SHIPPED = {
     # name: agents, steps, regions, obstacles, edges of its formations, requirements
-    "clot_corridor": (12, 47, 3, 3, (11,), 4),
+    "clot_corridor": (12, 47, 3, 3, (66,), 4),
     "clot_dynamic": (5, 31, 2, 2, (4,), 2),
     "clot_regions": (15, 47, 10, 2, (), 6),
-    "clot_split": (30, 47, 5, 3, (5,) * 5, 3),
-    "clot_split100": (100, 47, 10, 5, (9,) * 10, 3),
+    "clot_split": (30, 47, 5, 3, (15,) * 5, 3),
+    "clot_split100": (100, 47, 10, 5, (45,) * 10, 3),
     "clot_star": (5, 47, 2, 3, (4, 4), 3),
     "clot_visit": (5, 47, 4, 3, (), 3),
     "crazyflie_corridor": (3, 150, 0, 2, (2,), 2),
