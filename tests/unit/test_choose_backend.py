@@ -32,8 +32,14 @@ def test_auto_takes_the_first_backend_that_offers_all() -> None:
     assert choice(text(TOTAL)).backend == "clot"
     assert choice(text(HOPS, TOTAL)).backend == "hybrid"
     assert choice(text(METRES)).backend == "clot"
-    assert choice(text(METRES, HOPS)).backend == "hybrid"
+    assert choice(text(METRES, HOPS)).engines == ("smt", "hybrid")
     assert choice(text(TOTAL, "minimize duration")).backend == "clot"
+
+
+def test_lengths_in_metres_are_given_to_transport_before_they_are_rounded() -> None:
+    assert choice(text(METRES)).engines == ("clot", "smt")
+    restless = text(METRES, agents=RESTLESS)
+    assert choice(restless).engines == ("clot", "smt")
 
 
 def test_the_words_that_rule_a_backend_out_are_in_the_explanation() -> None:
@@ -110,7 +116,6 @@ def test_a_backend_that_cannot_express_the_mission_is_refused_with_the_words_in_
     ("parts", "feature"),
     [
         (TOTAL, Feature.TOTAL_TOLERANCE),
-        ("require r: every drone: eventually[0, 20 s] (drone reach[distance 1 m..3 m] goal)", Feature.METRIC_LENGTH),
         (ROW + "\nminimize energy", Feature.ENERGY),
     ],
 )

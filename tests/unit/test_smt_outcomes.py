@@ -10,8 +10,9 @@ import pytest
 import missionc
 from missionc.backends.api import Budget, Impossible, NotFound, Reason
 from missionc.backends.options import Options
-from missionc.backends.smt.backend import Run, SmtBackend
+from missionc.backends.smt.backend import SmtBackend
 from missionc.backends.smt.roadmap.roadmap import NoRoadmap, build_roadmaps
+from missionc.backends.smt.roadmap_answers import refusal
 from missionc.base.limits import Limits
 from missionc.base.source import Source
 from missionc.ir import Mission
@@ -124,5 +125,4 @@ def test_a_try_for_few_agents_ends_with_the_turn() -> None:
 
 
 def test_a_refusal_names_every_requirement_of_the_conflict() -> None:
-    run = Run(*checked_mission(), Options(), Budget(deadline=1e12))
-    assert run.refusal(("a", "b", "c", "d", "e")).endswith("`a`, `b`, `c`, `d` and `e` cannot hold together")
+    assert refusal(("a", "b", "c", "d", "e"), [110]).endswith("`a`, `b`, `c`, `d` and `e` cannot hold together")

@@ -15,6 +15,7 @@ CLOT = Offer(
     leads=frozenset(
         {
             Feature.FORMATION,
+            Feature.METRIC_LENGTH,
             Feature.TOTAL_TOLERANCE,
             Feature.CONNECTED,
             Feature.SECOND_ORDER,

@@ -18,13 +18,13 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import TypeAlias, TypeVar
 
-from missionc.backends.acceptance import attempt as come_to
-from missionc.backends.api import Attempt, Budget, Impossible, NotFound, Outcome, Planned, Progress, Reason, Turns
+from missionc.backends.api import Budget, Impossible, NotFound, Outcome, Planned, Progress, Reason, Turns
 from missionc.backends.options import Options
 from missionc.backends.run_account import Account
 from missionc.backends.smt.encode.clauses import Clauses, TooLarge
 from missionc.backends.smt.encode.dimacs import dimacs, smt2
 from missionc.backends.smt.encode.lower_motion import all_ways
+from missionc.backends.smt.encode.metric_bounds import bounded_above, measured_goals, without_metres
 from missionc.backends.smt.lift import lift
 from missionc.backends.smt.prioritized.prioritized_plan import PrioritizedPlan
 from missionc.backends.smt.prioritized.prioritized_planning import PrioritizedPlanner
@@ -32,14 +32,15 @@ from missionc.backends.smt.refine.lazy_constraints import Effort, JointMotion, L
 from missionc.backends.smt.refine.problem import LINKS, Problem, Setting
 from missionc.backends.smt.refine.unsat_core import minimise
 from missionc.backends.smt.roadmap.labels import Unexpressible
-from missionc.backends.smt.roadmap.roadmap import NoRoadmap, Roadmap
+from missionc.backends.smt.roadmap.roadmap import NoRoadmap, Roadmap, whole_moves
 from missionc.backends.smt.roadmap.sequence import ROADMAPS, roadmaps_to_try
-from missionc.backends.smt.roadmap_answers import NoPlan, TimeOver, TooDear, TooFewLinks, Unsettled
+from missionc.backends.smt.roadmap_answers import NoPlan, TimeOver, TooDear, TooFewLinks, Unsettled, refusal
 from missionc.backends.smt.sat.installed_solvers import solver_missing
 from missionc.backends.smt.sat.proof import CNF, DRAT, Proof, Unproved, prove
 from missionc.backends.smt.sat.solve import Solvers, Stopped, Unsatisfiable
 from missionc.backends.smt.sat.wait_for_process import is_over
 from missionc.backends.smt.shorten.improve import improve
+from missionc.backends.smt.undecided import FEW, nearest, under_way
 from missionc.backends.work import CLAUSE, CLAUSE_CONFLICT, QUESTION, driven
 from missionc.base.memory import left
 from missionc.base.signals import hold
@@ -73,9 +74,6 @@ FIRST = 4.0
 
 LEAST_CONFLICTS, ROUNDS = 500, 20
 """And so many conflicts be met; after so many rounds of collisions a question pauses as well."""
-
-FEW = "planning few agents at a time"
-"""What is under way in prioritized planning."""
 
 Made = TypeVar("Made")
 
@@ -122,6 +120,7 @@ BACKEND = SmtBackend()
 class Run:
     mission: Mission
     kernel: Kernel
+    """As roadmaps are asked for it: lengths in metres in stronger form than those ``given``."""
     options: Options
     budget: Budget
     account: Account = field(default_factory=Account)
@@ -141,6 +140,13 @@ class Run:
     """The problem of all agents on the last roadmap, once it was lowered."""
     layer: str = ""
     """What is under way, in words; empty before the first roadmap."""
+    given: Kernel = field(init=False)
+    measured: frozenset[str] = field(init=False)
+    """The goals about lengths in metres, which are rounded: a refusal that rests on one of them proves nothing."""
+
+    def __post_init__(self) -> None:
+        self.given, self.kernel = self.kernel, bounded_above(self.kernel)
+        self.measured = measured_goals(self.given.requirements + self.given.preferences)
 
     def turns(self) -> Turns:
         yield from self.pause()
@@ -172,13 +178,15 @@ class Run:
             refused = result
             self.refused.append(attempt.nodes)
             self.conflicting.update(refused.conflict)
-        if missing or refused is None:
+        if missing or not self.tried:
             return self.not_found(Reason.NO_ROADMAP, missing)
+        if refused is None or len(self.refused) < len(self.tried):
+            return self.not_found(Reason.SOLVER, "no plan was found with lengths in metres rounded")
         if self.options.certify:
             with self.account.stage("proof"):
                 self.certify(refused)
-        conflict = tuple(goal.name for goal in self.kernel.requirements if goal.name in self.conflicting)
-        return Impossible(conflict, self.refusal(conflict), self.account.report())
+        conflict = tuple(goal.name for goal in self.given.requirements if goal.name in self.conflicting)
+        return Impossible(conflict, refusal(conflict, self.tried), self.account.report())
 
     def pause(self, needed: float = 0.0) -> Pausing[None]:
         """Until more than so many units of work are left to do, if there are fewer.
@@ -226,6 +234,9 @@ class Run:
     def with_all_links(self, roadmaps: tuple[Roadmap, ...], solvers: Solvers) -> Pausing[Outcome | NoPlan | Unsettled]:
         """A plan from one problem with all agents, first with short routes, then with as many links as there may be."""
         ways = all_ways(roadmaps, {})
+        refused = (yield from self.without_metres(roadmaps, ways, solvers)) if self.measured else None
+        if refused is not None:
+            return refused
         for most_links in (LINKS, len(self.mission.agents)):
             if not solvers.alive:
                 solvers = self.solvers()
@@ -235,6 +246,26 @@ class Run:
                 break
         assert not isinstance(result, TooFewLinks)
         return result
+
+    def without_metres(
+        self, roadmaps: tuple[Roadmap, ...], ways: tuple[Flags, ...], solvers: Solvers
+    ) -> Pausing[NoPlan | None]:
+        """A refusal of what follows from the requirements without any metres, if the work of a turn shows one."""
+        requirements, agents = without_metres(self.given).requirements, range(len(self.mission.agents))
+
+        def build(setting: Setting) -> Problem:
+            return setting.problem(requirements, roadmaps, ways, frozenset(agents), frozenset(), len(agents), solvers)
+
+        problem = yield from self.within_clauses(build)
+        search, asked = problem.search, problem.lowered.goals
+        result = search.find(asked, self.effort(search))
+        if not isinstance(result, Unsatisfiable):
+            return None
+        with self.account.stage("core"):
+            core = result.core if self.options.brief else minimise(result.core, search)
+        self.record(problem, search.rounds, solvers)
+        conflict = tuple(goal.name for goal, literal in zip(requirements, asked, strict=True) if literal in core)
+        return NoPlan(conflict, search.clauses, core)
 
     def prioritized(self, roadmaps: tuple[Roadmap, ...], solvers: Solvers) -> Pausing[Planned | NoPlan | None]:
         """A plan made for few agents at a time, if there is one: with the work of a turn, then with all it may take."""
@@ -292,6 +323,7 @@ class Run:
         problem = yield from self.within_clauses(build)
         self.problem, self.layer = problem, "solving"
         search, lowered = problem.search, problem.lowered
+        search.proves = not self.measured
         required = lowered.goals[: len(kernel.requirements)]
         core: tuple[int, ...] = ()
         self.budget.listen(Progress("solve"))
@@ -322,7 +354,7 @@ class Run:
             case Unsatisfiable():
                 pairs = zip(kernel.requirements, required, strict=True)
                 conflict = tuple(goal.name for goal, literal in pairs if literal in core)
-                return NoPlan(conflict, search.clauses, core)
+                return Unsettled() if self.measured.intersection(conflict) else NoPlan(conflict, search.clauses, core)
             case Stopped(reason, detail):
                 return self.not_found(reason, detail)
 
@@ -358,42 +390,11 @@ class Run:
             case Unproved(statement):
                 self.account.notes.append(statement)
 
-    def refusal(self, conflict: tuple[str, ...]) -> str:
-        names = all_listed([f"`{name}`" for name in conflict])
-        what = {0: "the agents cannot move as they must", 1: f"{names} cannot hold"}.get(
-            len(conflict), f"{names} cannot hold together"
-        )
-        return f"on roadmaps of {all_listed([str(nodes) for nodes in self.tried])} nodes {what}"
-
     def not_found(self, reason: Reason, detail: str) -> NotFound:
         nodes = all_listed([str(nodes) for nodes in self.refused])
         refused = f"roadmaps of {nodes} nodes hold no plan" if nodes else ""
-        ended = f"the search ended while {self.under_way()}" if self.layer and reason is not Reason.NO_ROADMAP else ""
+        way = "" if reason is Reason.NO_ROADMAP else under_way(self.mission, self.layer, self.planner, self.problem)
+        ended = f"the search ended while {way}" if way else ""
         statement = "; ".join(part for part in (detail, ended, refused) if part)
-        return NotFound(reason, statement or reason.value, self.account.report(), self.best())
-
-    def under_way(self) -> str:
-        """The layer at which the search ended, and how far that had come."""
-        if self.problem is not None:
-            search = self.problem.search
-            least = "once" if search.fewest == 1 else f"{search.fewest} times"
-            met = f", in which agents came too near each other {least} at least" if search.fewest else ""
-            asked = f"{search.rounds} rounds of collisions" if search.rounds != 1 else "the first round"
-            return f"{self.layer} {search.clauses.count} clauses about all agents, in {asked}{met}"
-        if self.layer == FEW and self.planner is not None:
-            settled, agents = len(self.planner.reservations.agents), len(self.mission.agents)
-            return f"{self.layer}, with {settled} of {agents} settled"
-        return self.layer
-
-    def best(self) -> Attempt | None:
-        """The candidate in which least is wrong: each satisfies what another breaks, and none is a plan."""
-        traces = [] if self.planner is None or self.planner.nearest is None else [self.planner.nearest]
-        if self.problem is not None and self.problem.search.nearest is not None:
-            traces.append(lift(self.problem.search.nearest, self.problem.motion, self.mission))
-        attempts = [come_to(self.mission, self.kernel, trace) for trace in traces]
-        return min(attempts, key=lambda each: each.wrong, default=None)
-
-
-def whole_moves(roadmaps: tuple[Roadmap, ...]) -> int:
-    """The moves of all agents at all steps."""
-    return sum(len(roadmap.agents) * roadmap.allowed.size for roadmap in roadmaps)
+        best = nearest(self.mission, self.given, self.planner, self.problem)
+        return NotFound(reason, statement or reason.value, self.account.report(), best)

@@ -6,7 +6,7 @@ from missionc.backends.features import EVERYTHING, Feature, Offer
 
 SMT = Offer(
     "smt",
-    EVERYTHING - {Feature.METRIC_LENGTH, Feature.TOTAL_TOLERANCE, Feature.ENERGY},
+    EVERYTHING - {Feature.TOTAL_TOLERANCE, Feature.ENERGY},
     frozenset({"solver", "certify", "margin", "stretch"}),
     checkpoints=False,
     home="missionc.backends.smt.backend",

@@ -1,17 +1,56 @@
 """``count[a..b] f >= n``: so many agents with ``f`` have their shortest way from here within the bounds.
 
 The agent itself counts where the lower bound is 0, also outside the graph.
+
+One agent that counts is a route to an agent with ``f``, whoever that is: ``reach`` says it without a name for each
+agent. It is necessary of more than one too, and worth at least as much, so that a count of more is an *and* of both
+and its robustness stays the ``n``-th largest.
 """
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from missionc.ir import Apply
 from missionc.kernel.nodes import All, At, AtLeast, Is, Node, Not
-from missionc.language.operator import Bounds, Fixity, Operator, Use
-from missionc.language.route_lengths import distance_to, no_hops
+from missionc.language.operator import Bounds, Fixity, Operator, TooLarge, Use
+from missionc.language.operators.reach import reach
+from missionc.language.route_lengths import always_true, distance_to, measured_in_hops, no_hops
 
 
-def expand(use: Use) -> Node:
+def expand(use: Use) -> Node | TooLarge:
+    some = _some_agent(use)
+    if isinstance(some, TooLarge):
+        return some
+    every, span, number = _each_agent(use), use.span, use.number
+
+    def at_least(count: int) -> Node:
+        if some is None or count < 1:
+            return AtLeast(count, every, span)
+        if count == 1 and use.length.low <= 1:
+            return some
+        return All((some, AtLeast(count, every, span)), span)
+
+    def fewer_than(count: int) -> Node:
+        return Not(at_least(count) if count == 1 else AtLeast(count, every, span), span)
+
+    match use.comparison:
+        case ">=":
+            return at_least(number)
+        case ">":
+            return at_least(number + 1)
+        case "<=":
+            return fewer_than(number + 1)
+        case "<":
+            return fewer_than(number)
+        case "=":
+            return All((at_least(number), fewer_than(number + 1)), span)
+        case _:
+            raise AssertionError(use.comparison)
+
+
+def _each_agent(use: Use) -> tuple[Node, ...]:
+    """For each agent that may count, that it does."""
     (body,) = use.arguments
     length, span = use.length, use.span
 
@@ -20,25 +59,20 @@ def expand(use: Use) -> Node:
         return All((other, distance_to(length, agent, span), At(agent, body, span)), span)
 
     itself = (body,) if length.low <= 0 else ()
-    parts = itself + tuple(counts(agent) for agent in length.graph.agents)
-    return _compared(parts, use)
+    return itself + tuple(counts(agent) for agent in length.graph.agents)
 
 
-def _compared(parts: tuple[Node, ...], use: Use) -> Node:
-    span, number = use.span, use.number
-    match use.comparison:
-        case ">=":
-            return AtLeast(number, parts, span)
-        case ">":
-            return AtLeast(number + 1, parts, span)
-        case "<=":
-            return Not(AtLeast(number + 1, parts, span), span)
-        case "<":
-            return Not(AtLeast(number, parts, span), span)
-        case "=":
-            return All((AtLeast(number, parts, span), Not(AtLeast(number + 1, parts, span), span)), span)
-        case _:
-            raise AssertionError(use.comparison)
+def _some_agent(use: Use) -> Node | TooLarge | None:
+    """A route no longer than the upper bound to an agent with ``f``, another than this one where that does not count.
+
+    None of lengths in metres that are bounded below, where routes would be tried one by one.
+    """
+    (body,) = use.arguments
+    length = use.length
+    if length.low > 0 and not measured_in_hops(length):
+        return None
+    nearer = replace(use, bounds=replace(length, low=min(length.low, 1.0)))
+    return reach(nearer, always_true(use.span), body)
 
 
 def traps(use: Apply) -> tuple[str, ...]:

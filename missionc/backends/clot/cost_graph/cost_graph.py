@@ -14,7 +14,6 @@ Source:
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 from typing import TypeAlias
 
@@ -27,7 +26,6 @@ from missionc.kernel.nodes import (
     Atom,
     EveryNeighbour,
     EveryReach,
-    EveryRoute,
     Is,
     Kernel,
     Neighbour,
@@ -36,8 +34,8 @@ from missionc.kernel.nodes import (
     PathLength,
     Reach,
     ReachNode,
-    Route,
 )
+from missionc.kernel.path_routes import as_routes
 from missionc.kernel.walk import children, postorder, rebuilt
 
 Unrolled: TypeAlias = ReachNode | PathLength
@@ -87,9 +85,9 @@ def _rewritten(node: Node, parts: tuple[Node, ...]) -> Node:
             most = min(hops, max(len(graph.agents) - 1, 0))
             return _unrolled(graph, parts[0], parts[1], most, isinstance(node, Reach))
         case PathLength(graph, agent, low_m, high_m):
-            return _apart(graph, agent, low_m, high_m, True)
+            return as_routes(graph, agent, low_m, high_m, True)
         case Not(PathLength(graph, agent, low_m, high_m)):
-            return _apart(graph, agent, low_m, high_m, False)
+            return as_routes(graph, agent, low_m, high_m, False)
         case _:
             return rebuilt(node, parts)
 
@@ -132,20 +130,6 @@ def at_least(count: int, parts: tuple[Node, ...]) -> Node:
     if count == len(parts):
         return parts[0] if count == 1 else All(parts)
     return Any(parts) if count == 1 else AtLeast(count, parts)
-
-
-def _apart(graph: Graph, agent: int, low: float, high: float, holds: bool) -> Node:
-    """The shortest way to an agent: some route is at most ``high`` long, and none is shorter than ``low``."""
-
-    def way(most: float, holds: bool) -> Node:
-        there = Is(frozenset((agent,)))
-        return Route(graph, All(()), there, 0.0, most) if holds else EveryRoute(graph, Any(()), Not(there), 0.0, most)
-
-    near = way(high, holds)
-    if low <= 0:
-        return near
-    far = way(math.nextafter(low, 0.0), not holds)
-    return All((near, far)) if holds else Any((near, far))
 
 
 def _unrolled(graph: Graph, through: Node, end: Node, hops: int, holds: bool) -> Node:

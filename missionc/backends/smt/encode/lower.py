@@ -26,14 +26,13 @@ from missionc.backends.smt.encode.clauses import FALSE, NOTHING, TRUE, Clauses, 
 from missionc.backends.smt.encode.lower_atoms import Atoms
 from missionc.backends.smt.encode.lower_motion import Motion
 from missionc.backends.smt.encode.lower_on_demand import Ask, at_least, choose, join
-from missionc.backends.smt.encode.lower_places import Places, cheap_first
-from missionc.backends.smt.encode.lower_routes import Route
+from missionc.backends.smt.encode.lower_places import Places, cheap_first, leads_on
 from missionc.backends.smt.encode.lower_windows import Windows
 from missionc.backends.smt.encode.occupancy import Occupancy
-from missionc.backends.smt.roadmap.labels import Labels, Unexpressible
+from missionc.backends.smt.roadmap.labels import Labels
 from missionc.backends.smt.roadmap.roadmap import Indices
 from missionc.ir import Mission
-from missionc.kernel.analysis import reads_lengths, same_for_all
+from missionc.kernel.analysis import same_for_all
 from missionc.kernel.nodes import (
     All,
     Any,
@@ -151,11 +150,9 @@ class Formulas:
                 return self.windows.window(node, agents, steps)
             case UntilNode():
                 return self.windows.until(node, agents, steps)
-            case ReachNode():
+            case ReachNode() | RouteNode():
                 return self._reach(node, agents, steps)
-            case _ if reads_lengths(node):
-                raise Unexpressible("a route bounded in metres")
-            case LeafNode() | Not() | At() | NeighbourNode() | RouteNode():
+            case LeafNode() | Not() | At() | NeighbourNode():
                 raise AssertionError("these are seen to above")
             case _:
                 assert_never(node)
@@ -174,17 +171,16 @@ class Formulas:
             if len(members) > 1:
                 self.holds(body, np.repeat(members, len(moments)), np.tile(moments, len(members)))
 
-    def _reach(self, node: ReachNode, agents: Indices, steps: Indices) -> Literals:
+    def _reach(self, node: ReachNode | RouteNode, agents: Indices, steps: Indices) -> Literals:
         """Routes whose ends the places do not decide: whoever starts them is asked by name."""
-        graph, links = node.graph, min(node.hops, len(node.graph.agents) - 1) - 1
-        route, some = Route(graph, node.through, node.end), not node.every
+        some = not node.every
         result = self.holds(node.end, agents, steps)
-        rows = np.flatnonzero(np.isin(agents, graph.agents)) if links >= 0 else np.zeros(0, dtype=np.int64)
+        rows = np.flatnonzero(np.isin(agents, node.graph.agents) & leads_on(node))
         agents, steps = agents[rows], steps[rows]
 
         def onward(rows: Indices) -> Literals:
             def beside(_: int, *cells: Indices) -> Literals:
-                return self.places.routes.route_beside(route, links, some, *cells)
+                return self.places.onward(node, some, *cells)
 
             return self._by_place(beside, agents[rows], steps[rows])
 

@@ -21,12 +21,13 @@ from typing import Protocol
 import numpy as np
 
 from missionc.backends.smt.encode.clauses import FALSE, TRUE, Literals
+from missionc.backends.smt.encode.lower_metric_routes import MetricRoutes
 from missionc.backends.smt.encode.lower_on_demand import Ask, at_least, choose, join
 from missionc.backends.smt.encode.lower_routes import Route, Routes
 from missionc.backends.smt.encode.occupancy import Agents, Occupancy, Tables
 from missionc.backends.smt.roadmap.labels import Labels
 from missionc.backends.smt.roadmap.roadmap import Indices
-from missionc.kernel.nodes import All, Any, AtLeast, Atom, Is, NeighbourNode, Node, Not, ReachNode
+from missionc.kernel.nodes import All, Any, AtLeast, Atom, Is, NeighbourNode, Node, Not, ReachNode, RouteNode
 from missionc.kernel.walk import children
 
 
@@ -45,6 +46,7 @@ class Places:
         self.labels, self.occupancy, self.of_agents = labels, occupancy, of_agents
         self.motion, self.clauses = occupancy.motion, occupancy.clauses
         self.routes = Routes(occupancy, self, most_links)
+        self.metric_routes = MetricRoutes(occupancy, self)
         self._tables = Tables(self.motion.steps + 1, self.motion.places)
         self._decides: dict[Node, bool] = {}
         self._told_apart: dict[Node, tuple[Agents, ...]] = {}
@@ -89,14 +91,14 @@ class Places:
                 return join(self.clauses, not some, len(steps), asks)
             case AtLeast(count, parts):
                 return both(present(agents), at_least(self.clauses, count, [ask(part, some, agents) for part in parts]))
-            case NeighbourNode() | ReachNode() if node.every is some:
+            case NeighbourNode() | ReachNode() | RouteNode() if node.every is some:
                 return both(present(agents), ask(node, not some, agents))
             case NeighbourNode(graph, body):
                 return both(
                     present(agents.intersection(graph.agents)),
                     lambda rows: self.routes.agent_beside(graph, body, some, steps[rows], places[rows]),
                 )
-            case ReachNode():
+            case ReachNode() | RouteNode():
                 start = ask(node.through, some, agents.intersection(node.graph.agents))
                 return self._reach(node, some, ask(node.end, some, agents), start, steps, places)
             case _ if self.of_agents.of_team(node):
@@ -132,7 +134,7 @@ class Places:
                     known = self.labels.of_places(predicate)
                 case Is() | NeighbourNode():
                     known = True
-                case Not() | All() | Any() | AtLeast() | ReachNode():
+                case Not() | All() | Any() | AtLeast() | ReachNode() | RouteNode():
                     known = all(map(self.decides, children(node)))
                 case _:
                     known = False
@@ -172,7 +174,7 @@ class Places:
                 if agent not in graph.agents:
                     return constant(node.every)
                 return self.routes.agent_beside(graph, body, not node.every, steps, places)
-            case ReachNode():
+            case ReachNode() | RouteNode():
                 if agent not in node.graph.agents:
                     return self.standing(node.end, agent, steps, places)
                 return self._reach(node, not node.every, ask(node.end), ask(node.through), steps, places)
@@ -185,7 +187,7 @@ class Places:
             match node:
                 case Is(members):
                     own: tuple[Agents, ...] = (members,)
-                case NeighbourNode(graph) | ReachNode(graph):
+                case NeighbourNode(graph) | ReachNode(graph) | RouteNode(graph):
                     own = (frozenset(graph.agents),)
                 case _:
                     own = ()
@@ -196,19 +198,34 @@ class Places:
 
     # ---------------------------------------------------------------- asks
 
+    def onward(self, node: ReachNode | RouteNode, some: bool, steps: Indices, places: Indices) -> Literals:
+        """Some route goes on from here to a linked agent; or all that do are as asked."""
+        route = Route(node.graph, node.through, node.end)
+        if isinstance(node, RouteNode):
+            assert node.low <= 0, "`metric_bounds` leaves none"
+            return self.metric_routes.route_beside(route, node.high, some, steps, places)
+        links = min(node.hops, len(node.graph.agents) - 1) - 1
+        return self.routes.route_beside(route, links, some, steps, places)
+
     def _of_team(self, node: Node, steps: Indices) -> Ask:
         return lambda rows: self.of_agents.holds(node, np.zeros_like(rows), steps[rows])
 
-    def _reach(self, node: ReachNode, some: bool, here: Ask, start: Ask, steps: Indices, places: Indices) -> Literals:
+    def _reach(
+        self, node: ReachNode | RouteNode, some: bool, here: Ask, start: Ask, steps: Indices, places: Indices
+    ) -> Literals:
         """Routes from who is there, of whom ``here`` asks for their end and ``start`` for what leads onward."""
-        links, route = min(node.hops, len(node.graph.agents) - 1) - 1, Route(node.graph, node.through, node.end)
-        if links < 0:
+        if not leads_on(node):
             return here(np.arange(len(steps)))
 
         def onward(rows: Indices) -> Literals:
-            return self.routes.route_beside(route, links, some, steps[rows], places[rows])
+            return self.onward(node, some, steps[rows], places[rows])
 
         return choose(self.clauses, some, len(steps), here, start, onward)
+
+
+def leads_on(node: ReachNode | RouteNode) -> bool:
+    """Whether a route of it may have a link."""
+    return len(node.graph.agents) > 1 and (isinstance(node, RouteNode) or node.hops > 0)
 
 
 def _narrowed(node: All | Any, parts: tuple[Node, ...], agents: Agents) -> tuple[Agents, list[Node]]:

@@ -27,6 +27,7 @@ from missionc.backends.smt.encode.lower_motion import lower_motion
 from missionc.backends.smt.encode.occupancy import Occupancy
 from missionc.backends.smt.prioritized.distance_to_go import DistanceToGo
 from missionc.backends.smt.prioritized.exclusions import Exclusion, may_be
+from missionc.backends.smt.prioritized.metric_routes_beside import holds_beside, is_measured
 from missionc.backends.smt.prioritized.progression import (
     Progression,
     Relaxation,
@@ -277,6 +278,8 @@ class SingleAgentSearch:
             except ValueError as error:
                 raise TooComplex from error
             return np.broadcast_to(np.asarray(holds(leaf.predicate, np.asarray(margins))) == (leaf is node), shape)
+        if is_measured(node):
+            return holds_beside(node, agent, reservations, labels, self._may(agent, reservations))
         known = self._formulas(reservations, changed=CHANGED if self._monotone[node] else 0.0)
         if not known.places.decides(node):
             raise TooComplex

@@ -79,6 +79,8 @@ class LazyConstraints:
     solvers: Solvers
     account: Account
     listen: Callable[[Progress], None]
+    proves: bool = True
+    """Whether a refusal shows that the roadmaps hold no such plan; not where more was asked for than is required."""
     rounds: int = 0
     work: float = 0.0
     """Units of ``work`` that its questions took."""

@@ -216,3 +216,8 @@ def _written(place: Place | None) -> str:
             return "the world"
         case _:
             assert_never(place)
+
+
+def whole_moves(roadmaps: tuple[Roadmap, ...]) -> int:
+    """The moves of all agents at all steps."""
+    return sum(len(roadmap.agents) * roadmap.allowed.size for roadmap in roadmaps)

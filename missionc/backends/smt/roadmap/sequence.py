@@ -14,8 +14,7 @@ import numpy as np
 
 from missionc.backends.smt.roadmap.roadmap import NoRoadmap, Roadmap, build_geodesic_roadmaps, build_roadmaps
 from missionc.ir import Mission
-from missionc.kernel.analysis import linked_by
-from missionc.kernel.nodes import Atom, Kernel
+from missionc.kernel.nodes import Atom, Kernel, NeighbourNode, PathLength, ReachNode, RouteNode
 from missionc.kernel.walk import postorder
 from missionc.world.dynamics import can_wait
 
@@ -80,5 +79,8 @@ def _has_geodesics(mission: Mission) -> bool:
 def _is_linked(kernel: Kernel) -> bool:
     """Whether it asks for links between agents, or for formations, which want places all over."""
     formulas = [goal.formula for goal in (*kernel.requirements, *kernel.preferences)]
-    atoms = (node.predicate for node in postorder(formulas) if isinstance(node, Atom))
-    return bool(linked_by(formulas)) or any(each.graph or each.formation for each in atoms)
+    nodes = postorder(formulas)
+    atoms = (node.predicate for node in nodes if isinstance(node, Atom))
+    return any(isinstance(node, NeighbourNode | ReachNode | RouteNode | PathLength) for node in nodes) or any(
+        each.graph or each.formation for each in atoms
+    )

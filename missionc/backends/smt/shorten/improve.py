@@ -34,7 +34,8 @@ def improve(plan: JointMotion, kernel: Kernel, literals: tuple[int, ...], search
                 formulas.append(goal.formula)
                 search.account.notes.append(f"`{goal.name}` is kept")
             case Unsatisfiable():
-                search.account.notes.append(f"`{goal.name}` is not kept: no plan on this roadmap keeps it too")
+                why = "no plan on this roadmap keeps it too" if search.proves else "no plan was found that keeps it too"
+                search.account.notes.append(f"`{goal.name}` is not kept: {why}")
             case Stopped():
                 search.account.notes.append(f"`{goal.name}` is not kept: the search ended first")
 

@@ -58,7 +58,9 @@ def shorten_distance(
     except TooLarge:
         search.account.notes.append("too many clauses to look for a shorter plan")
     what = f"{distance_search.best:.6g} m in all"
-    if distance_search.over:
+    if not search.proves:
+        search.account.notes.append(f"{what}, the least that was found on this roadmap")
+    elif distance_search.over:
         search.account.notes.append(f"{what}, the least on this roadmap")
     else:
         gap = 1 - distance_search.bound / distance_search.best

@@ -35,7 +35,9 @@ def shorten_duration(plan: JointMotion, required: tuple[int, ...], search: LazyC
                 impossible = vain = target
             case Stopped():
                 vain, stops = target, stops + 1
-    if best - impossible <= 1:
+    if not search.proves:
+        known = ", the fewest that were found on this roadmap"
+    elif best - impossible <= 1:
         known = ", the fewest on this roadmap"
     else:
         known = f"; no plan on this roadmap takes less than {impossible + 1}" if impossible >= 0 else ""

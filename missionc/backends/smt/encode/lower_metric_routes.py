@@ -1,0 +1,178 @@
+"""The encoding of routes bounded in metres: bounded search over places and the length that is left.
+
+Links between places have known lengths, in units that the bound is divided into. Of some route they are
+rounded up, of every route down, so that what is said of units holds of metres too. A link alone is never rounded
+past the bound: with up to one link, nothing is lost.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from missionc.backends.smt.encode.clauses import FALSE, NOTHING, TRUE, Literals
+from missionc.backends.smt.encode.lower_on_demand import choose
+from missionc.backends.smt.encode.lower_routes import OfPlaces, Route
+from missionc.backends.smt.encode.occupancy import Occupancy, Tables
+from missionc.backends.smt.roadmap.roadmap import Indices
+from missionc.backends.smt.roadmap.roadmap_links import BLOCK
+from missionc.backends.smt.roadmap.unique_rows import distinct
+from missionc.base.trace import Array
+from missionc.ir import Graph
+from missionc.language.margins.predicate_margins import link_margin
+from missionc.world.signed_distance import distance_between
+
+UNITS = 12
+"""What a bound is divided into: a route of n links loses n - 1 units at most."""
+
+ROUNDING = 1e-9
+"""The share of a length that adding lengths up may be off by."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MeasuredLinks:
+    """For each place the places linked to it by no more than a bound, itself never among them.
+
+    Args:
+        first: (places + 1,): where the links of each begin.
+        linked: (links,): places; ``units``, (links,), how long each link is, rounded one way.
+    """
+
+    first: Indices
+    linked: Indices
+    units: Indices
+
+    def beside(self, places: Indices, most: int) -> tuple[Indices, Indices, Indices, Indices]:
+        """Of these places the links of at most so many units.
+
+        Returns:
+            how many each has, (places,); whose each is, by position in ``places``; what is linked; its units.
+        """
+        sizes = np.diff(self.first)[places]
+        owner = np.repeat(np.arange(len(places)), sizes)
+        link = self.first[places][owner] + np.arange(len(owner)) - np.repeat(np.cumsum(sizes) - sizes, sizes)
+        kept = self.units[link] <= most
+        owner, link = owner[kept], link[kept]
+        return np.bincount(owner, minlength=len(places)), owner, self.linked[link], self.units[link]
+
+
+class MetricRoutes:
+    """Literals about routes of a length in metres. Cells are a step and a place each, (cells,) twice."""
+
+    def __init__(self, occupancy: Occupancy, of_places: OfPlaces) -> None:
+        self.occupancy, self.of_places, self.clauses = occupancy, of_places, occupancy.clauses
+        self._shape = (occupancy.motion.steps + 1, occupancy.motion.places)
+        self._tables = Tables(*self._shape)
+        self._every: dict[tuple[Route, float], Literals] = {}
+        self._lengths: dict[tuple[Graph, float], tuple[Indices, Indices, Array]] = {}
+        self._links: dict[tuple[Graph, float, bool], MeasuredLinks] = {}
+
+    def route_beside(self, route: Route, metres: float, some: bool, steps: Indices, places: Indices) -> Literals:
+        """A route of at most so many metres leads on from here to a linked agent; or all that do are as asked."""
+        if some:
+            return self._onward(route, metres, UNITS, steps, places)
+        self._name_every(route, metres, steps)
+        sizes, owner, linked, units = self._measured(route.graph, metres, False).beside(places, UNITS)
+        return self.clauses.all_of_ragged(self._every[route, metres][steps[owner], UNITS - units, linked], sizes)
+
+    # ------------------------------------------------------------- some route
+
+    def _onward(self, route: Route, metres: float, left: int, steps: Indices, places: Indices) -> Literals:
+        def define(steps: Indices, places: Indices) -> Literals:
+            sizes, owner, linked, units = self._measured(route.graph, metres, True).beside(places, left)
+            literals = np.full(len(owner), FALSE, dtype=np.int32)
+            for unit in np.unique(units).tolist():
+                rows = np.flatnonzero(units == unit)
+                literals[rows] = self._start(route, metres, left - unit, steps[owner[rows]], linked[rows])
+            return self.clauses.any_of_ragged(literals, sizes)
+
+        return self._tables.look_up(("onward", route, metres, left), steps, places, define)
+
+    def _start(self, route: Route, metres: float, left: int, steps: Indices, places: Indices) -> Literals:
+        """A route of at most so many units starts at an agent of the graph there."""
+
+        def define(steps: Indices, places: Indices) -> Literals:
+            def start_at(node: object, rows: Indices) -> Literals:
+                asked = route.end if node == "end" else route.through
+                return self.of_places.among(asked, True, route.members, steps[rows], places[rows])
+
+            return choose(
+                self.clauses,
+                True,
+                len(steps),
+                lambda rows: start_at("end", rows),
+                lambda rows: start_at("through", rows),
+                lambda rows: self._onward(route, metres, left, steps[rows], places[rows]),
+            )
+
+        return self._tables.look_up(("start", route, metres, left), steps, places, define)
+
+    # ------------------------------------------------------------ every route
+
+    def _name_every(self, route: Route, metres: float, steps: Indices) -> None:
+        """Names, for each length that is left, the places from which all such routes are as asked.
+
+        They are a set that no link within its length leads out of. A link may be of no units, so all places of a step
+        are named together.
+        """
+        shape = (self._shape[0], UNITS + 1, self._shape[1])
+        table = self._every.setdefault((route, metres), np.full(shape, NOTHING, dtype=np.int32))
+        moments = np.unique(steps[table[steps, 0, 0] == NOTHING])
+        if not moments.size:
+            return
+        step, place = np.repeat(moments, shape[2]), np.tile(np.arange(shape[2]), len(moments))
+        possible = self.occupancy.presence(route.members, step, place) != FALSE
+        table[moments] = TRUE
+        step, place = step[possible], place[possible]
+        ends = self.of_places.among(route.end, False, route.members, step, place)
+        through = self.of_places.among(route.through, False, route.members, step, place)
+        links = self._measured(route.graph, metres, False)
+        _, owner, linked, units = links.beside(place, UNITS)
+        self.clauses.reserve((UNITS + 1) * (len(place) + len(owner)) // 2)
+        for left in range(UNITS + 1):
+            table[step, left, place] = self.clauses.fresh(len(step))
+        for left in range(UNITS + 1):
+            names = table[step, left, place]
+            self.clauses.add(-names, ends)
+            near = np.flatnonzero(units <= left)
+            beyond = table[step[owner[near]], left - units[near], linked[near]]
+            self.clauses.add(-names[owner[near]], through[owner[near]], beyond)
+
+    # ---------------------------------------------------------------- lengths
+
+    def _measured(self, graph: Graph, metres: float, up: bool) -> MeasuredLinks:
+        """The links of at most so many metres, their lengths rounded up or down."""
+        key = graph, metres, up
+        if key not in self._links:
+            first, linked, length = self._within(graph, metres)
+            share = length / metres * UNITS if metres > 0 else length
+            if up:
+                units = np.clip(np.ceil(share * (1 + ROUNDING)), 1, UNITS)
+                units[length > metres] = UNITS + 1
+            else:
+                units = np.floor(share * (1 - ROUNDING))
+            self._links[key] = MeasuredLinks(first, linked, units.astype(np.int64))
+        return self._links[key]
+
+    def _within(self, graph: Graph, metres: float) -> tuple[Indices, Indices, Array]:
+        """Where the links of each place begin, (places + 1,), what each leads to, and its length: (links,) twice."""
+        key = graph, metres
+        if key not in self._lengths:
+            position = self.occupancy.motion.position
+            _, point = distinct(position)
+            sizes, linked, lengths = [np.zeros(0, np.int64)], [np.zeros(0, np.int64)], [np.zeros(0)]
+            block = max(1, BLOCK // max(1, len(position)))
+            for start in range(0, len(position), block):
+                rows = np.arange(start, min(start + block, len(position)))
+                here, there = position[rows, None, :], position[None, :, :]
+                length = np.asarray(distance_between(np, here, there))
+                near = np.asarray(link_margin(graph, here, there) > 0) & (length <= metres * (1 + ROUNDING))
+                near &= point[rows, None] != point[None, :]
+                row, column = np.nonzero(near)
+                sizes.append(np.bincount(row, minlength=len(rows)))
+                linked.append(column)
+                lengths.append(length[row, column])
+            begins = np.concatenate([[0], np.cumsum(np.concatenate(sizes))])
+            self._lengths[key] = begins, np.concatenate(linked), np.concatenate(lengths)
+        return self._lengths[key]

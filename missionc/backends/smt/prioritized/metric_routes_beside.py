@@ -1,0 +1,52 @@
+"""Routes in metres beside the settled: where one agent may be so that they hold.
+
+The others are where they are, or far away where they are not settled. The monitor judges, so that nothing is rounded.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from missionc.backends.smt.prioritized.progression import TooComplex
+from missionc.backends.smt.prioritized.reservations import Reservations
+from missionc.backends.smt.roadmap.labels import Labels
+from missionc.base.trace import Flags, Trace
+from missionc.kernel.analysis import reads_lengths, steps_ahead
+from missionc.kernel.nodes import At, Atom, Node
+from missionc.kernel.walk import postorder
+from missionc.monitoring.monitor import truths
+
+AWAY = 1e12
+"""Metres from each other, and from the world, of agents that are not settled: no link is so long."""
+
+
+def is_measured(node: Node) -> bool:
+    """Whether lengths in metres are read by the formula or below it."""
+    return any(map(reads_lengths, postorder((node,))))
+
+
+def holds_beside(node: Node, agent: int, reservations: Reservations, labels: Labels, may: Flags) -> Flags:
+    """At which steps in which of the states where the agent may be it holds: (steps + 1, states).
+
+    Raises:
+        TooComplex: it is about other steps, or about agents by name that are not settled.
+    """
+    present = {agent, *reservations.agents}
+    for part in postorder((node,)):
+        unknown = isinstance(part, At) and part.agent not in present
+        unknown |= isinstance(part, Atom) and not labels.of_places(part.predicate)
+        if unknown:
+            raise TooComplex
+    if steps_ahead((node,))[node]:
+        raise TooComplex
+    mission, motion = labels.mission, reservations.motion
+    step, state = np.nonzero(may)
+    position = np.full((motion.agents, len(step), mission.dimension), AWAY)
+    position[:, :, 0] *= np.arange(1, motion.agents + 1)[:, None]
+    for other in reservations.agents:
+        position[other] = motion.roadmap(other).position[reservations.states[other]][step]
+    position[agent] = motion.roadmap(agent).position[state]
+    trace = Trace(mission.step, position, np.zeros_like(position), np.zeros(position.shape[:2]))
+    found = np.zeros(may.shape, dtype=np.bool_)
+    found[step, state] = truths((node,), mission, trace)[node][agent]
+    return found

@@ -1,0 +1,39 @@
+"""How far a search had come that ended without an answer: what was under way, and the candidate nearest to a plan."""
+
+from __future__ import annotations
+
+from missionc.backends.acceptance import attempt as come_to
+from missionc.backends.api import Attempt
+from missionc.backends.smt.lift import lift
+from missionc.backends.smt.prioritized.prioritized_planning import PrioritizedPlanner
+from missionc.backends.smt.refine.problem import Problem
+from missionc.ir import Mission
+from missionc.kernel.nodes import Kernel
+
+FEW = "planning few agents at a time"
+"""What is under way in prioritized planning."""
+
+
+def under_way(mission: Mission, layer: str, planner: PrioritizedPlanner | None, problem: Problem | None) -> str:
+    """The layer at which the search ended, and how far that had come."""
+    if problem is not None:
+        search = problem.search
+        least = "once" if search.fewest == 1 else f"{search.fewest} times"
+        met = f", in which agents came too near each other {least} at least" if search.fewest else ""
+        asked = f"{search.rounds} rounds of collisions" if search.rounds != 1 else "the first round"
+        return f"{layer} {search.clauses.count} clauses about all agents, in {asked}{met}"
+    if layer == FEW and planner is not None:
+        settled, agents = len(planner.reservations.agents), len(mission.agents)
+        return f"{layer}, with {settled} of {agents} settled"
+    return layer
+
+
+def nearest(
+    mission: Mission, kernel: Kernel, planner: PrioritizedPlanner | None, problem: Problem | None
+) -> Attempt | None:
+    """The candidate in which least is wrong: each satisfies what another breaks, and none is a plan."""
+    traces = [] if planner is None or planner.nearest is None else [planner.nearest]
+    if problem is not None and problem.search.nearest is not None:
+        traces.append(lift(problem.search.nearest, problem.motion, mission))
+    attempts = [come_to(mission, kernel, trace) for trace in traces]
+    return min(attempts, key=lambda each: each.wrong, default=None)
