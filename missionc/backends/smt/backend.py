@@ -32,7 +32,8 @@ from missionc.backends.smt.refine.lazy_constraints import Effort, JointMotion, L
 from missionc.backends.smt.refine.problem import LINKS, Problem, Setting
 from missionc.backends.smt.refine.unsat_core import minimise
 from missionc.backends.smt.roadmap.labels import Unexpressible
-from missionc.backends.smt.roadmap.roadmap import NoRoadmap, Roadmap
+from missionc.backends.smt.roadmap.roadmap import NoRoadmap, Roadmap, whole_moves
+from missionc.backends.smt.roadmap.roadmap_graph import graphs_of
 from missionc.backends.smt.roadmap.sequence import ROADMAPS, roadmaps_to_try
 from missionc.backends.smt.roadmap_answers import NoPlan, TimeOver, TooDear, TooFewLinks, Unsettled
 from missionc.backends.smt.sat.installed_solvers import solver_missing
@@ -163,6 +164,8 @@ class Run:
                     self.account.sizes["nodes"] = attempt.nodes
                 missing = ""
                 result = yield from self.on_roadmaps(roadmaps, solvers)
+            if isinstance(result, Planned):
+                return replace(result, report=replace(result.report, roadmaps=graphs_of(self.mission, roadmaps)))
             if not isinstance(result, NoPlan | Unsettled):
                 return result
             if not attempt.sampled or isinstance(
@@ -392,8 +395,3 @@ class Run:
             traces.append(lift(self.problem.search.nearest, self.problem.motion, self.mission))
         attempts = [come_to(self.mission, self.kernel, trace) for trace in traces]
         return min(attempts, key=lambda each: each.wrong, default=None)
-
-
-def whole_moves(roadmaps: tuple[Roadmap, ...]) -> int:
-    """The moves of all agents at all steps."""
-    return sum(len(roadmap.agents) * roadmap.allowed.size for roadmap in roadmaps)

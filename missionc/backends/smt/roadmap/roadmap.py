@@ -7,13 +7,13 @@ Source:
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import assert_never
 
 import numpy as np
 from numpy.typing import NDArray
 
-from missionc.backends.smt.roadmap.edges import Edges
+from missionc.backends.smt.roadmap.edges import NONE, Edges
 from missionc.backends.smt.roadmap.geodesic_roadmap import geodesic_roadmap
 from missionc.backends.smt.roadmap.grow import grow
 from missionc.backends.smt.roadmap.passages import passage_nodes
@@ -28,7 +28,7 @@ from missionc.world.clearance import Motions, clear_of_movers, clear_places
 from missionc.world.dynamics import States, motion_of
 from missionc.world.signed_distance import signed_distance
 
-__all__ = ["NoRoadmap", "Roadmap", "build_geodesic_roadmaps", "build_roadmaps"]
+__all__ = ["NoRoadmap", "Roadmap", "build_geodesic_roadmaps", "build_roadmaps", "whole_moves"]
 
 Indices = NDArray[np.int64]
 
@@ -52,6 +52,9 @@ class Roadmap:
         starts: for each of ``agents``, the states it may start from.
         finishes: for each of ``agents``, the states it may be in at the last
             step (all of them where the mission names no finish).
+        nodes: what it was made of, before its edges were unrolled to steps.
+        edges: between those nodes.
+        names: of the nodes, where the user gave them.
     """
 
     agents: tuple[int, ...]
@@ -63,6 +66,9 @@ class Roadmap:
     allowed: Flags
     starts: tuple[Indices, ...]
     finishes: tuple[Indices, ...]
+    nodes: States = field(default_factory=lambda: States(np.zeros((0, 2)), np.zeros((0, 2))))
+    edges: Edges = NONE
+    names: tuple[str, ...] = ()
 
 
 def build_roadmaps(
@@ -160,6 +166,8 @@ def _build(ground: Ground, kernel: Kernel, nodes: States, edges: Edges) -> Roadm
         allowed=clear_of_movers(mission, motions, ground.margin),
         starts=tuple(np.flatnonzero(start[useful]) for start in starts),
         finishes=tuple(np.flatnonzero(finish[useful]) for finish in finishes),
+        nodes=nodes,
+        edges=edges,
     )
 
 
@@ -216,3 +224,8 @@ def _written(place: Place | None) -> str:
             return "the world"
         case _:
             assert_never(place)
+
+
+def whole_moves(roadmaps: tuple[Roadmap, ...]) -> int:
+    """The moves of all agents at all steps."""
+    return sum(len(roadmap.agents) * roadmap.allowed.size for roadmap in roadmaps)
