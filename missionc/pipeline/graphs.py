@@ -27,9 +27,9 @@ def roadmap_graphs(mission: Checked | Compiled, *, seed: int = 0) -> tuple[netwo
     """The roadmaps of a mission, one for each kind of agent, in the order in which it names the kinds.
 
     Of a ``Compiled`` those that its plan was found on; else the first ones that the smt backend would plan on, built
-    without solving. A node has ``x``, ``y`` (and ``z``) in metres, ``labels``, the regions that it is in, ``starts``, the
-    agents that may start there, and of agents that brake ``vx``, ``vy`` in m/s; an edge has ``steps``, ``duration`` in
-    seconds and ``length`` in metres; the graph has ``agents``. Several words are one text with spaces between.
+    without solving. A node has ``x``, ``y`` (and ``z``) in metres, ``labels``, the regions that it is in, ``starts``,
+    the agents that may start there, and of agents that brake ``vx``, ``vy`` in m/s; an edge has ``steps``,
+    ``duration`` in seconds and ``length`` in metres; the graph has ``agents``. Several words are one text with spaces.
 
     Args:
         seed: of the roadmaps that are built.
@@ -52,8 +52,8 @@ def roadmap_graphs(mission: Checked | Compiled, *, seed: int = 0) -> tuple[netwo
 def link_graph(mission: Checked, trace: Trace, graph: str, step: int) -> networkx.Graph:
     """Who is linked to whom at a step of a motion: the agents of one of the mission's graphs, and their links.
 
-    A node is an agent with ``x``, ``y`` (and ``z``) in metres and its ``team``; an edge has ``length`` and ``margin``, by
-    how much the link holds, in metres; the graph has ``graph``, ``step`` and ``time``, in seconds.
+    A node is an agent with ``x``, ``y`` (and ``z``) in metres and its ``team``; an edge has ``length`` and ``margin``,
+    by how much the link holds, in metres; the graph has ``graph``, ``step`` and ``time``, in seconds.
 
     Args:
         trace: of the mission's agents, such as ``Verified.plan.trace``.

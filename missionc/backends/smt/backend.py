@@ -366,7 +366,9 @@ class Run:
         what = {0: "the agents cannot move as they must", 1: f"{names} cannot hold"}.get(
             len(conflict), f"{names} cannot hold together"
         )
-        return f"on roadmaps of {all_listed([str(nodes) for nodes in self.tried])} nodes {what}"
+        lanes = self.mission.solve.roadmap
+        tried = f"roadmaps of {all_listed([str(nodes) for nodes in self.tried])} nodes"
+        return f"on {tried if lanes is None else f'the roadmap of `{lanes.path}`'} {what}"
 
     def not_found(self, reason: Reason, detail: str) -> NotFound:
         nodes = all_listed([str(nodes) for nodes in self.refused])

@@ -35,8 +35,8 @@ def draw_roadmap(axes: Axes, roadmap: RoadmapGraph, number: int, view: View) -> 
         before, after = (
             (float(at[view.across]), float(at[view.up])) for at in (_along(edge, 0.52), _along(edge, 0.58))
         )
-        arrow: dict[str, Any] = {"arrowstyle": "-|>", "color": colour, "lw": 0, "mutation_scale": 7, "alpha": 0.9}
-        axes.annotate("", after, before, arrowprops=arrow, zorder=2.5)
+        arrow: dict[str, Any] = {"arrowstyle": "-|>", "color": colour, "lw": 0, "mutation_scale": 8, "alpha": 0.95}
+        axes.annotate("", after, before, arrowprops=arrow, zorder=4.6)
     places = roadmap.position[:, planes]
     axes.plot(*places.T, ls="", marker="o", ms=2.6, mfc="white", mec=colour, mew=0.7, zorder=2.6, clip_on=False)
 
