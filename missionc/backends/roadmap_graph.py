@@ -67,7 +67,7 @@ def _lines(roadmap: RoadmapGraph) -> list[str]:
         + (f", {len(one_way)} one-way" if one_way else ""),
     ]
     width = max(map(len, roadmap.names), default=0)
-    moves = roadmap.velocity.any(axis=1)
+    moves = [any(velocity) for velocity in roadmap.velocity.tolist()]
     for node, (name, labels, starts) in enumerate(zip(roadmap.names, roadmap.labels, roadmap.starts, strict=True)):
         says = [*labels, *([f"start of {', '.join(starts)}"] if starts else [])]
         says += [f"moving {_vector(roadmap.velocity[node])} m/s"] if moves[node] else []

@@ -22,20 +22,16 @@ def check_lanes(mission: Mission) -> list[Diagnostic]:
 
     outside = nodes_outside(mission, lanes)
     findings = [_outside(lanes, node) for node in outside]
-    wrong, shut = set(outside), set[int]()
+    wrong, shut = set(outside), set[frozenset[int]]()
     for agent in agents_by_kind(mission.agents):
-        for node in nodes_blocked(mission, agent, lanes):
-            if node not in wrong:
-                findings.append(_blocked_node(lanes, node, agent))
-        wrong.update(nodes_blocked(mission, agent, lanes))
-        for number_ in lanes_blocked(mission, agent, lanes):
-            lane = lanes.lanes[number_]
-            way_back = any(
-                lanes.lanes[other].source == lane.target and lanes.lanes[other].target == lane.source for other in shut
-            )
-            if number_ not in shut and not way_back and lane.source not in wrong and lane.target not in wrong:
-                findings.append(_blocked_lane(lanes, number_, agent))
-            shut.add(number_)
+        blocked = [node for node in nodes_blocked(mission, agent, lanes) if node not in wrong]
+        findings += [_blocked_node(lanes, node, agent) for node in blocked]
+        wrong.update(blocked)
+        for lane in lanes_blocked(mission, agent, lanes):
+            ends = frozenset((lanes.lanes[lane].source, lanes.lanes[lane].target))
+            if ends not in shut and wrong.isdisjoint(ends):
+                findings.append(_blocked_lane(lanes, lane, agent))
+            shut.add(ends)
     return findings if findings else [*_places(mission, lanes), *_regions(mission, lanes)]
 
 

@@ -69,7 +69,11 @@ def _planned(backend: Backend, mission: Mission, kernel: Kernel, options: Option
     if not isinstance(outcome, Planned):
         return outcome
     straighten = load_straighten(outcome.report.engine)
-    return outcome if straighten is None or mission.solve.roadmap is not None else straighten(mission, kernel, outcome, budget)
+    return (
+        outcome
+        if straighten is None or mission.solve.roadmap is not None
+        else straighten(mission, kernel, outcome, budget)
+    )
 
 
 def further_attempts(mission: Mission, options: Options, budget: Budget) -> Iterator[tuple[Options, Budget]]:

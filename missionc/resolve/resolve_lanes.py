@@ -72,7 +72,9 @@ def _nodes(context: Context, graph: Graphml) -> tuple[ir.LaneNode, ...]:
             _wrong(context, node.span, f"a name of a node has {context.limits.name_length} letters at most")
         missing = [axis for axis in axes if axis not in node.data]
         if missing:
-            _attribute(context, node.span, f"node `{node.name[:40]}` has no `{missing[0]}`", "give it a place, in metres")
+            _attribute(
+                context, node.span, f"node `{node.name[:40]}` has no `{missing[0]}`", "give it a place, in metres"
+            )
         place = tuple(_number(context, node.data, axis, -math.inf) for axis in axes if axis in node.data)
         nodes.append(ir.LaneNode(node.name, place, node.span))
     return tuple(nodes)

@@ -196,7 +196,10 @@ class _Reader:
             if not key.name or key.owner not in ("node", "edge", "all"):
                 continue
             self.graph.keys[key.owner, key.name] = key.span
-            elements = [*(self.graph.nodes if key.owner != "edge" else ()), *(self.graph.edges if key.owner != "node" else ())]
+            elements = [
+                *(self.graph.nodes if key.owner != "edge" else ()),
+                *(self.graph.edges if key.owner != "node" else ()),
+            ]
             for element in elements if key.default is not None else ():
                 element.data.setdefault(key.name, key.default)
 

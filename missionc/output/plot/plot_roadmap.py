@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 
 INK = ("#7A7F87", "#A07A4E", "#5E8C73", "#8E6C93")
 """For each kind of agent; another round begins after the last."""
+HEAD = "#333333"
+"""Of an arrow, which lies above the paths."""
 ARROWS = 400
 """More one-way edges than these have no arrowheads, which would hide the rest."""
 
@@ -35,7 +37,7 @@ def draw_roadmap(axes: Axes, roadmap: RoadmapGraph, number: int, view: View) -> 
         before, after = (
             (float(at[view.across]), float(at[view.up])) for at in (_along(edge, 0.52), _along(edge, 0.58))
         )
-        arrow: dict[str, Any] = {"arrowstyle": "-|>", "color": colour, "lw": 0, "mutation_scale": 8, "alpha": 0.95}
+        arrow: dict[str, Any] = {"arrowstyle": "-|>", "fc": HEAD, "ec": "white", "lw": 0.4, "mutation_scale": 9}
         axes.annotate("", after, before, arrowprops=arrow, zorder=4.6)
     places = roadmap.position[:, planes]
     axes.plot(*places.T, ls="", marker="o", ms=2.6, mfc="white", mec=colour, mew=0.7, zorder=2.6, clip_on=False)

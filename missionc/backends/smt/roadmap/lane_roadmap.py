@@ -27,7 +27,8 @@ def lane_roadmap(ground: Ground, lanes: Lanes) -> tuple[States, Edges, tuple[str
     """Its nodes and edges for one kind of agent; a lane that such agents cannot go, as too short for their least speed,
     is left out.
 
-    An exact place that is no node is one more, joined to the nearest node that a straight clear way leads to, both ways.
+    An exact place that is no node is one more, joined to the nearest node that a straight clear way leads to, there
+    and back.
     """
     mission = ground.mission
     places = [tuple(place) for place in positions(lanes).tolist()]

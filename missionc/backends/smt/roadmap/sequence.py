@@ -12,7 +12,13 @@ from functools import partial
 
 import numpy as np
 
-from missionc.backends.smt.roadmap.roadmap import NoRoadmap, Roadmap, build_geodesic_roadmaps, build_lane_roadmaps, build_roadmaps
+from missionc.backends.smt.roadmap.roadmap import (
+    NoRoadmap,
+    Roadmap,
+    build_geodesic_roadmaps,
+    build_lane_roadmaps,
+    build_roadmaps,
+)
 from missionc.ir import Mission
 from missionc.kernel.analysis import linked_by
 from missionc.kernel.nodes import Atom, Kernel
@@ -48,7 +54,7 @@ class Attempt:
 def roadmaps_to_try(mission: Mission, kernel: Kernel, seed: int, sampled: int = ROADMAPS) -> Iterator[Attempt]:
     """The roadmaps of a mission, in the order in which they are tried.
 
-    Where the mission brings its own it is that one alone. A mission that says ``nodes`` gets samples alone, so many and no others. Else
+    A mission that brings its own has that one alone, and one that says ``nodes`` gets samples alone, so many and no others. Else
     the shortest ways come first, or second where agents are linked to each
     other, which asks for places all over; and samples are denser in passages.
 
