@@ -54,9 +54,10 @@ class Attempt:
 def roadmaps_to_try(mission: Mission, kernel: Kernel, seed: int, sampled: int = ROADMAPS) -> Iterator[Attempt]:
     """The roadmaps of a mission, in the order in which they are tried.
 
-    A mission that brings its own has that one alone, and one that says ``nodes`` gets samples alone, so many and no others. Else
-    the shortest ways come first, or second where agents are linked to each
-    other, which asks for places all over; and samples are denser in passages.
+    A mission that brings its own has that one alone, and one that says ``nodes``
+    gets samples alone, so many and no others. Else the shortest ways come first,
+    or second where agents are linked to each other, which asks for places all
+    over; and samples are denser in passages.
 
     Args:
         seed: the same one gives the same arrays.
