@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 INK = ("#7A7F87", "#A07A4E", "#5E8C73", "#8E6C93")
 """For each kind of agent; another round begins after the last."""
 HEAD = "#333333"
-"""Of an arrow, which lies above the paths."""
+"""An arrowhead has this colour, and lies above the paths."""
 ARROWS = 400
 """More one-way edges than these have no arrowheads, which would hide the rest."""
 
