@@ -385,5 +385,7 @@ def test_the_option_is_printed_and_laid_out_as_it_is_written(
     assert main(["fmt", str(file)]) == 0
     assert file.read_text().splitlines()[-1] == MISSION.splitlines()[-1]
     capsys.readouterr()
-    assert main(["compile", str(file), "--emit", "ast"]) == 0
-    assert 'solve with smt { roadmap = "lanes.graphml" }' in capsys.readouterr().out
+    assert main(["compile", str(file), "--emit", "ast,ir"]) == 0
+    said = capsys.readouterr().out
+    assert 'solve with smt { roadmap = "lanes.graphml" }' in said
+    assert "solve with smt roadmap = lanes.graphml, 4 nodes, 4 lanes" in said
