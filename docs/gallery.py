@@ -125,6 +125,8 @@ def shows(mission: ir.Mission) -> Iterator[str]:
         yield "a moving obstacle"
     if mission.preferences:
         yield "`prefer`"
+    if mission.solve.roadmap is not None:
+        yield "a roadmap of its own"
     if mission.objective is not ir.Objective.NONE:
         yield f"`minimize {mission.objective.value}`"
 
@@ -136,7 +138,8 @@ def picture(path: Path, seed: int = 0) -> bytes | str:
     if checked.mission is None or not isinstance(compiled.outcome, Verified):
         return "; ".join(finding.message for finding in compiled.findings)
     plan = compiled.outcome.plan
-    drawn = plot(checked.mission, plan.trace, plan.backend, "png")
+    roadmaps = compiled.outcome.report.roadmaps if checked.mission.solve.roadmap is not None else ()
+    drawn = plot(checked.mission, plan.trace, plan.backend, "png", roadmaps=roadmaps)
     return drawn.message if isinstance(drawn, Diagnostic) else smaller(drawn)
 
 

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from missionc.diagnostics.model import Diagnostic
     from missionc.pipeline.checked import Checked
     from missionc.pipeline.driver import check, compile, monitor
+    from missionc.pipeline.graphs import link_graph, roadmap_graphs
     from missionc.pipeline.results import (
         Blame,
         Change,
@@ -32,6 +33,7 @@ if TYPE_CHECKING:
         Unverified,
         Verified,
     )
+    from missionc.syntax.lark_grammar import grammar
 
 __all__ = [
     "Attempt",
@@ -61,7 +63,10 @@ __all__ = [
     "__version__",
     "check",
     "compile",
+    "grammar",
+    "link_graph",
     "monitor",
+    "roadmap_graphs",
 ]
 
 HOMES = {
@@ -94,6 +99,8 @@ HOMES = {
         "Verified",
     ),
     "missionc.base.source": ("Source",),
+    "missionc.pipeline.graphs": ("link_graph", "roadmap_graphs"),
+    "missionc.syntax.lark_grammar": ("grammar",),
 }
 """Where each public name lives: loaded when it is first used, so that a child process loads only its own module."""
 

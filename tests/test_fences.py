@@ -24,7 +24,7 @@ from tests.support.small_missions import CONFLICT, LATE, SMALL
 
 ROOT = Path(__file__).resolve().parent.parent
 PAGES = [*sorted(ROOT.glob("*.md")), ROOT / "tests" / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
-RUN_ELSEWHERE = frozenset({"mission", "console", "diff"})
+RUN_ELSEWHERE = frozenset({"mission", "console", "diff", "xml"})
 EDITORS_OWN = frozenset({"lua", "vim", "lisp", "kdl"})
 """Settings in languages that only the editor they are for can read."""
 READERS = {"json": json.loads, "toml": tomllib.loads}

@@ -9,7 +9,7 @@ import pytest
 from missionc.base.source import Source
 from missionc.diagnostics.code import CODES
 from missionc.pipeline import driver
-from tests.support.golden_pages import Block, blocks, file_name, is_excerpt, is_fragment, play
+from tests.support.golden_pages import Block, blocks, file_name, is_excerpt, is_file, is_fragment, play
 
 ROOT = Path(__file__).resolve().parent.parent
 GOLDEN = sorted((ROOT / "tests" / "golden").glob("*.md"))
@@ -65,13 +65,13 @@ def test_the_first_mission_of_an_error_page_earns_its_code(page: Path, tmp_path:
     earning = under(page, "earns")
     assert earning, "the page has no block under `A mission that earns it`"
     shown = any("$ missionc" in block.body and page.stem in block.body for block in earning)
-    assert shown or page.stem in codes(missions_of(earning), tmp_path)
+    assert shown or page.stem in codes(earning, tmp_path)
 
 
 @pytest.mark.parametrize("page", ERRORS, ids=title)
 def test_the_repaired_mission_of_an_error_page_has_no_errors(page: Path, tmp_path: Path) -> None:
-    repaired = missions_of(under(page, "repaired"))
-    if repaired:
+    repaired = under(page, "repaired")
+    if missions_of(repaired):
         found = codes(repaired, tmp_path)
         assert page.stem not in found
         assert [name for name in found if not CODES[name].warning] == []
@@ -99,8 +99,11 @@ def errors(text: str, name: str) -> list[str]:
     return [f"{each.code.name}: {each.message}" for each in checked.findings if not each.code.warning]
 
 
-def codes(missions: list[Block], folder: Path) -> list[str]:
-    """What checking the last of some files finds, the others beside it."""
+def codes(blocks: list[Block], folder: Path) -> list[str]:
+    """What checking the last mission of some blocks finds, the other files beside it."""
+    missions = missions_of(blocks)
+    for block in filter(is_file, blocks):
+        (folder / block.info.split()[1]).write_text(block.body, encoding="utf-8")
     for block in missions:
         (folder / file_name(block)).write_text(block.body, encoding="utf-8")
     checked = driver.check(folder / file_name(missions[-1]))

@@ -37,6 +37,8 @@ HEADINGS = {
     "missionc.backends.api": "Planning: progress, outcomes",
     "missionc.diagnostics.code": "Findings: how severe",
     "missionc.diagnostics.model": "Findings",
+    "missionc.pipeline.graphs": "Graphs",
+    "missionc.syntax.lark_grammar": "The grammar",
     "missionc.base.limits": "Limits of size",
     "missionc.base.source": "Texts",
 }

@@ -15,6 +15,7 @@ from enum import Enum
 from typing import Any, Protocol, TypeAlias
 
 from missionc.backends.options import Options
+from missionc.backends.roadmap_graph import RoadmapGraph
 from missionc.base.figures import counted
 from missionc.base.judgement import Judgement
 from missionc.base.limits import Limits
@@ -160,6 +161,8 @@ class Report:
     """Which engine of a portfolio gave the plan, the refusal or the best candidate; empty where there was none."""
     tried: tuple[Tried, ...] = ()
     """The engines of a portfolio, in their order."""
+    roadmaps: tuple[RoadmapGraph, ...] = ()
+    """Those that a plan was found on, before it was straightened; none where it was found on none."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

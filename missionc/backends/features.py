@@ -28,6 +28,7 @@ class Feature(Enum):
     DURATION = "`minimize duration`"
     RESTLESS_DURATION = "`minimize duration` of agents that cannot wait"
     ENERGY = "`minimize energy`"
+    LANES = "a roadmap of its own"
 
 
 EVERYTHING = frozenset(Feature) - {Feature.RESTLESS_DURATION}

@@ -28,6 +28,10 @@ from missionc.pipeline.results import Compiled, Refused, Unverified, Verified
 if TYPE_CHECKING:
     from missionc.output.folder.overlap import Output
 
+ROADMAP = "roadmap"
+PLOT_KINDS = ("motion", ROADMAP)
+"""What ``--plot`` draws; the first is the default."""
+
 
 @dataclass(frozen=True, slots=True)
 class CompileRequest:
@@ -55,6 +59,7 @@ class CompileRequest:
     """The folder to write; that of the mission's name where it is left out."""
     force: bool = False
     plot: Path | None = None
+    plot_kind: str = PLOT_KINDS[0]
     form: str = "text"
     quiet: bool = False
     timings: bool = False
@@ -84,7 +89,7 @@ def run_request(request: CompileRequest) -> CompileResult:
     compiled = answer.compiled
     lines = [] if request.quiet or request.wanted else summary.compiled_lines(compiled, answer.output)
     lines += summary.timing_lines(compiled.seconds) if request.timings else []
-    texts = emit_stages.of_compiled(compiled, request.wanted)
+    texts = emit_stages.of_compiled(compiled, request.wanted, request.seed)
     document = summary.compiled_document(compiled, answer.output, texts)
     say(compiled.findings, [*_stage_lines(texts), *lines], request.form, document)
     return answer
@@ -148,7 +153,7 @@ def _planned(request: CompileRequest, checked: Checked, folder: Path | None, bud
     compiled = driver.plan(
         checked, request.options, budget, checkpoints, request.exports, request.continuous, request.explain_limit
     )
-    answer = _answer(compiled, folder, request.force, request.plot)
+    answer = _answer(request, compiled, folder)
     if kept_run.wrong:
         findings = (*answer.compiled.findings, kept_run.wrong)
         return CompileResult(replace(answer.compiled, findings=findings), Status.MISSION_ERRORS, answer.output)
@@ -166,7 +171,7 @@ def _paths(request: CompileRequest, checked: Checked, folder: Path | None) -> tu
     return outputs, [request.file, *(Path(source.name) for source in checked.sources[1:]), *resumed]
 
 
-def _answer(compiled: Compiled, folder: Path | None, force: bool, plot: Path | None) -> CompileResult:
+def _answer(request: CompileRequest, compiled: Compiled, folder: Path | None) -> CompileResult:
     """What was planned, written."""
     match compiled.outcome:
         case Refused():
@@ -174,43 +179,49 @@ def _answer(compiled: Compiled, folder: Path | None, force: bool, plot: Path | N
         case Unverified():
             return CompileResult(compiled, Status.NOT_VERIFIED)
         case NotFound():
-            return _write(compiled, Status.UNDECIDED, folder, force, None)
+            return _write(request, compiled, Status.UNDECIDED, folder)
         case Impossible():
-            return _write(compiled, Status.IMPOSSIBLE, folder, force, None)
+            return _write(request, compiled, Status.IMPOSSIBLE, folder)
         case Verified():
             status = Status.MISSION_ERRORS if has_errors(list(compiled.findings)) else Status.DONE
-            return _write(compiled, status, folder, force, plot)
+            return _write(request, compiled, status, folder)
         case _:
             assert_never(compiled.outcome)
 
 
-def _write(
-    compiled: Compiled,
-    status: Status,
-    folder: Path | None,
-    force: bool,
-    plot: Path | None,
-) -> CompileResult:
-    """The folder, whole or not at all; then the map."""
+def _write(request: CompileRequest, compiled: Compiled, status: Status, folder: Path | None) -> CompileResult:
+    """The folder, whole or not at all; then the map of a plan."""
     from missionc.output.folder.write_file import write_file
     from missionc.output.folder.write_folder import write_folder
-    from missionc.output.plot.plot import plot as draw
 
-    mission = compiled.checked.mission
-    picture: bytes | Diagnostic = b""
-    if plot and mission and isinstance(compiled.outcome, Verified):
-        plan = compiled.outcome.plan
-        picture = draw(mission, plan.trace, plan.backend, plot.suffix[1:])
-    if isinstance(picture, Diagnostic):
-        return _refused(compiled, picture)
+    plot = request.plot if isinstance(compiled.outcome, Verified) else None
+    picture = _picture(request, compiled, plot) if plot else b""
     written = folder if compiled.files else None
-    wrong = write_folder(written, compiled.files, force) if written else None
+    wrong = write_folder(written, compiled.files, request.force) if written else None
     if wrong:
         return _refused(compiled, wrong)
-    wrong = write_file(plot, picture) if plot and picture else None
+    if isinstance(picture, Diagnostic):
+        wrong = picture
+    elif plot:
+        wrong = write_file(plot, picture)
     if wrong:
         compiled, status = replace(compiled, findings=(*compiled.findings, wrong)), Status.MISSION_ERRORS
     return CompileResult(compiled, status, str(written or ""))
+
+
+def _picture(request: CompileRequest, compiled: Compiled, plot: Path) -> bytes | Diagnostic:
+    """The map as asked for: of the motion alone, or with the roadmaps that it was found on, or might have been."""
+    from missionc.output.plot.plot import plot as draw
+    from missionc.pipeline.graphs import first_roadmaps, planned_on
+
+    assert isinstance(compiled.outcome, Verified)
+    assert compiled.checked.mission is not None
+    plan, mission = compiled.outcome.plan, compiled.checked.mission
+    with_roadmap = request.plot_kind == ROADMAP
+    roadmaps = planned_on(compiled) or first_roadmaps(compiled.checked, request.seed) if with_roadmap else ()
+    if isinstance(roadmaps, Diagnostic):
+        return roadmaps
+    return draw(mission, plan.trace, plan.backend, plot.suffix[1:], roadmaps=roadmaps)
 
 
 def _refused(compiled: Compiled, finding: Diagnostic) -> CompileResult:

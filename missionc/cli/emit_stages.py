@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+from missionc.backends.roadmap_graph import show_roadmaps
 from missionc.checks.show_horizons import show_horizons
 from missionc.cli.summary import tried_lines
+from missionc.diagnostics.model import Diagnostic
 from missionc.kernel.show import show as show_kernel
 from missionc.pipeline.checked import Checked
+from missionc.pipeline.graphs import first_roadmaps, planned_on
 from missionc.pipeline.results import Compiled, Refused, Verified
 from missionc.resolve.show_ir import show_ir
 from missionc.syntax.show_tree import show as show_program
 
 
-def of_checked(checked: Checked, stages: tuple[str, ...]) -> list[tuple[str, str]]:
-    """The stages before planning, as far as the mission came: name and text."""
+def of_checked(checked: Checked, stages: tuple[str, ...], seed: int = 0) -> list[tuple[str, str]]:
+    """The stages before planning, as far as the mission came: name and text; ``seed`` is that of the roadmap."""
     texts: dict[str, str] = {}
     if checked.program:
         texts["ast"] = show_program(checked.program)
@@ -27,15 +30,20 @@ def of_checked(checked: Checked, stages: tuple[str, ...]) -> list[tuple[str, str
             from missionc.backends.clot.cost_graph.show_cost_graph import show_cost_graph
 
             texts["cost-graph"] = show_cost_graph(build(checked.kernel), checked.mission)
+        if "roadmap" in stages:
+            built = first_roadmaps(checked, seed)
+            texts["roadmap"] = f"{built.message}\n" if isinstance(built, Diagnostic) else show_roadmaps(built)
     if checked.choice:
         texts["backend"] = checked.choice.explanation + "\n"
     return [(stage, texts[stage]) for stage in stages if stage in texts]
 
 
-def of_compiled(compiled: Compiled, stages: tuple[str, ...]) -> list[tuple[str, str]]:
-    """All stages that came to be: name and text."""
-    outcome = compiled.outcome
-    texts = dict(of_checked(compiled.checked, stages))
+def of_compiled(compiled: Compiled, stages: tuple[str, ...], seed: int = 0) -> list[tuple[str, str]]:
+    """All stages that came to be: name and text; the roadmap is that which the plan was found on, if it was on one."""
+    outcome, planned = compiled.outcome, planned_on(compiled)
+    texts = dict(of_checked(compiled.checked, tuple(each for each in stages if each != "roadmap" or not planned), seed))
+    if planned:
+        texts["roadmap"] = show_roadmaps(planned)
     if isinstance(outcome, Verified):
         texts |= {"plan": dict(outcome.files)["plan.json"].decode("utf-8")}
     if not isinstance(outcome, Refused):

@@ -40,6 +40,8 @@ INCLUDE_CYCLE = Code("MC011", "a file includes itself")
 INCLUDE_TOO_DEEP = Code("MC012", "includes too deep")
 DECLARED_AGAIN = Code("MC013", "said twice, once is allowed")
 DECLARATION_MISSING = Code("MC014", "a declaration is missing")
+NOT_GRAPHML = Code("MC031", "a roadmap that cannot be read")
+LANE_ATTRIBUTE = Code("MC032", "an attribute that is not one of a roadmap")
 
 # 1xx: names
 UNKNOWN_NAME = Code("MC101", "no such name")
@@ -100,6 +102,9 @@ FASTER_THAN_VEHICLE = Code("MC518", "faster than the vehicle flies", warning=Tru
 NO_FLYING_ROOM = Code("MC519", "no room for the vehicle to fly")
 OUTSIDE_FLYING_ROOM = Code("MC520", "a start or finish where the vehicle does not fly")
 ASKS_NOTHING = Code("MC521", "a requirement that starts satisfy", warning=True)
+LANE_NODE_MISPLACED = Code("MC541", "a node of a roadmap where no agent may be")
+LANE_BLOCKED = Code("MC542", "a lane through an obstacle")
+NOT_ON_LANES = Code("MC543", "a start or finish that no lane leads to")
 
 # 6xx: outcome of planning
 IMPOSSIBLE = Code("MC601", "no plan exists on the roadmap")

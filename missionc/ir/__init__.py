@@ -9,6 +9,7 @@ from missionc.ir.agents import Agent, AgentSet, Anywhere, Exactly, Place
 from missionc.ir.couplings import BeaconCover, Formation, FormationEdge, Graph, Proximity
 from missionc.ir.dynamics import DoubleIntegrator, Dynamics, SingleIntegrator, Unicycle
 from missionc.ir.formulas import About, Apply, AtLeastOf, Belongs, Formula, Holds, Length, OfAgent, Truth, Window
+from missionc.ir.lanes import Lane, LaneNode, Lanes
 from missionc.ir.mission import Connectivity, Mission, Objective, Preference, Requirement, SolveWith
 from missionc.ir.places import Beacon, Obstacle, Path, Region, Still, World
 from missionc.ir.predicates import (
@@ -68,6 +69,9 @@ __all__ = [
     "InFormation",
     "Inside",
     "Intersection",
+    "Lane",
+    "LaneNode",
+    "Lanes",
     "Length",
     "Mission",
     "Objective",

@@ -11,6 +11,7 @@ from missionc.base.units import Metres, Seconds, Steps
 from missionc.ir.agents import Agent, AgentSet
 from missionc.ir.couplings import Formation, Graph
 from missionc.ir.formulas import Formula
+from missionc.ir.lanes import Lanes
 from missionc.ir.places import Beacon, Obstacle, Region, World
 from missionc.ir.shapes import Vector
 
@@ -52,6 +53,8 @@ class SolveWith:
     options: tuple[tuple[str, float], ...] = ()
     connectivity: Connectivity = Connectivity.BOTTLENECK
     span: Span | None = None
+    roadmap: Lanes | None = None
+    """The user's own, in the place of those that are made."""
 
     def option(self, name: str, default: float) -> float:
         return dict(self.options).get(name, default)

@@ -70,7 +70,7 @@ def _in_order(able: list[str], required: tuple[Need, ...]) -> tuple[str, ...]:
 
 def needs(mission: Mission) -> tuple[Need, ...]:
     """Each feature the mission uses, once, at the first words that need it."""
-    return _once((*_of_world(mission), *_of_goals(mission), *_of_objective(mission)))
+    return _once((*_of_world(mission), *_of_goals(mission), *_of_objective(mission), *_of_solve(mission)))
 
 
 def needs_of(formula: Formula) -> tuple[Need, ...]:
@@ -140,6 +140,11 @@ def _of_objective(mission: Mission) -> Iterator[Need]:
             return
         case _:
             assert_never(mission.objective)
+
+
+def _of_solve(mission: Mission) -> Iterator[Need]:
+    if mission.solve.roadmap is not None:
+        yield Need(Feature.LANES, mission.solve.roadmap.span)
 
 
 def _restless(mission: Mission) -> list[str]:

@@ -22,7 +22,7 @@ from missionc.resolve.names import AGENTS, STATE_WORDS, Kind
 from missionc.resolve.resolve_dynamics import SETTINGS as DYNAMICS
 from missionc.resolve.resolve_formations import SETTINGS as FORMATIONS
 from missionc.resolve.resolve_formulas import FORMULAS
-from missionc.resolve.resolve_goals import BACKENDS, CONNECTIVITY, OPTIONS
+from missionc.resolve.resolve_goals import BACKENDS, CONNECTIVITY, OPTIONS, ROADMAP
 from missionc.syntax.tokens import DECLARATIONS, NAME, NUMBER, UNIT, WORDS, Token
 
 ARGUMENTS: dict[str, tuple[Kind, ...]] = {
@@ -146,7 +146,7 @@ def _words(place: Spot) -> Iterator[tuple[str, str]]:
     elif place.bracket == "{" and head is not None and head.word == "vehicle":
         yield from ((name, f"{figure.dimension.value} {figure.says}") for name, figure in ir.FIGURES.items())
     elif place.bracket == "{" and first == "solve":
-        yield from ((name, "an option") for name in (*OPTIONS, CONNECTIVITY))
+        yield from ((name, "an option") for name in (*OPTIONS, CONNECTIVITY, ROADMAP))
     elif "dynamics" in place.expected:
         yield from ((name, "a setting") for name in ("radius", "altitude"))
     elif "total" in place.expected:

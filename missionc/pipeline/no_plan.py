@@ -52,8 +52,15 @@ def impossible(mission: Mission, outcome: Impossible, explained: Explained | Non
         notes,
         _smallest(explained)
         if explained and explained.relaxations
-        else "relax one of them, give the agents more time, or a finer roadmap: `solve with smt { nodes = 400 }`",
+        else f"relax one of them, give the agents more time, or {_roadmap(mission)}",
     )
+
+
+def _roadmap(mission: Mission) -> str:
+    """What a roadmap might have that would help."""
+    lanes = mission.solve.roadmap
+    finer = "a finer roadmap: `solve with smt { nodes = 400 }`"
+    return finer if lanes is None else f"more nodes and lanes in `{lanes.path}`"
 
 
 def _smallest(explained: Explained) -> str:

@@ -64,12 +64,16 @@ def plan_with_margin(backend: Backend, mission: Mission, kernel: Kernel, options
 
 
 def _planned(backend: Backend, mission: Mission, kernel: Kernel, options: Options, budget: Budget) -> Outcome:
-    """What a backend says. A plan of a portfolio that comes from a roadmap is straightened."""
+    """What a backend says. A plan of a portfolio that comes from a roadmap is straightened, but for the user's own."""
     outcome = backend.plan(mission, kernel, options, budget)
     if not isinstance(outcome, Planned):
         return outcome
     straighten = load_straighten(outcome.report.engine)
-    return outcome if straighten is None else straighten(mission, kernel, outcome, budget)
+    return (
+        outcome
+        if straighten is None or mission.solve.roadmap is not None
+        else straighten(mission, kernel, outcome, budget)
+    )
 
 
 def further_attempts(mission: Mission, options: Options, budget: Budget) -> Iterator[tuple[Options, Budget]]:

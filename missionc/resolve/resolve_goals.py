@@ -10,13 +10,15 @@ from dataclasses import replace
 
 from missionc import ir
 from missionc.backends.offers import AUTO, OFFERS
+from missionc.base.source import Span
 from missionc.base.units import Dimension
 from missionc.diagnostics import code
 from missionc.diagnostics.model import Diagnostic, Label
 from missionc.resolve.context import Context
 from missionc.resolve.resolve_formulas import resolve_goal
+from missionc.resolve.resolve_lanes import resolve_lanes
 from missionc.resolve.resolve_quantities import excerpt, number, whole
-from missionc.resolve.resolve_settings import known_settings, relation, unknown_word
+from missionc.resolve.resolve_settings import known_settings, relation, said_twice, unknown_word
 from missionc.syntax import ast
 
 BACKENDS = (AUTO, *OFFERS)
@@ -25,6 +27,9 @@ OPTIONS = ("nodes", "neighbors")
 
 CONNECTIVITY = "connectivity"
 """What it may set to a word."""
+
+ROADMAP = "roadmap"
+"""What it may set to a file."""
 
 
 def resolve_requirements(
@@ -92,18 +97,41 @@ def resolve_solve(context: Context, solve: ast.Solve | None) -> ir.SolveWith:
         return ir.SolveWith()
     if solve.backend.text not in BACKENDS:
         unknown_word(context, solve.backend, BACKENDS, "`solve with`", "backend")
-    settings = known_settings(context, solve.settings, (*OPTIONS, CONNECTIVITY), "`solve with`")
+    settings = known_settings(context, solve.settings, (*OPTIONS, CONNECTIVITY, ROADMAP), "`solve with`")
     options = []
     connectivity = ir.Connectivity.BOTTLENECK
     for name, setting in settings.items():
         relation(context, setting, "=", "")
+        if name == ROADMAP:
+            _no_file(context, setting.span)
+            continue
         if name == CONNECTIVITY:
             connectivity = _connectivity(context, setting)
             continue
         value = whole(context, setting.high, f"`{name}`", least=1)
         if not math.isnan(value):
             options.append((name, value))
-    return ir.SolveWith(solve.backend.text, tuple(options), connectivity, solve.span)
+    return ir.SolveWith(
+        solve.backend.text, tuple(options), connectivity, solve.span, _roadmap(context, solve, settings)
+    )
+
+
+def _roadmap(context: Context, solve: ast.Solve, settings: dict[str, ast.Setting]) -> ir.Lanes | None:
+    """The user's own roadmap, if there is one; it has its nodes, so that the mission says no number of them."""
+    files: dict[str, ast.FileSetting] = {}
+    for file in solve.files:
+        if file.name.text != ROADMAP:
+            unknown_word(context, file.name, (ROADMAP,), "`solve with`", "file")
+        elif ROADMAP in files:
+            said_twice(context, f"`{ROADMAP}`", file.span, files[ROADMAP].span)
+        else:
+            files[ROADMAP] = file
+    if ROADMAP not in files:
+        return None
+    for name in OPTIONS:
+        if name in settings:
+            _nodes_of_both(context, name, settings[name].span, files[ROADMAP].span)
+    return resolve_lanes(context, files[ROADMAP])
 
 
 def _connectivity(context: Context, setting: ast.Setting) -> ir.Connectivity:
@@ -126,4 +154,20 @@ def _label_twice(label: ast.Name, first: ast.Name) -> Diagnostic:
         Label(label.span, "labelled again"),
         labels=(Label(first.span, "labelled here first"),),
         help="give one of them another label",
+    )
+
+
+def _no_file(context: Context, span: Span) -> None:
+    context.report(
+        code.UNKNOWN_SETTING, f"`{ROADMAP}` is not given like this", span, help=f'write `{ROADMAP} = "lanes.graphml"`'
+    )
+
+
+def _nodes_of_both(context: Context, name: str, span: Span, file: Span) -> None:
+    context.report(
+        code.UNKNOWN_SETTING,
+        f"`{name}` is of a roadmap that is sampled, and this mission brings its own",
+        span,
+        labels=(Label(file, "the roadmap is here"),),
+        help=f"leave one of them out: `{name}`, or `{ROADMAP}`",
     )

@@ -50,6 +50,9 @@ def _lines(mission: ir.Mission) -> Iterator[str]:
     options = "".join(f" {name} = {number(value)}" for name, value in mission.solve.options)
     if mission.solve.connectivity is not ir.Connectivity.BOTTLENECK:
         options += f" connectivity = {mission.solve.connectivity.value}"
+    lanes = mission.solve.roadmap
+    if lanes is not None:
+        options += f" roadmap = {lanes.path}, {len(lanes.nodes)} nodes, {len(lanes.lanes)} lanes"
     yield f"solve with {mission.solve.backend}{options}"
 
 

@@ -229,8 +229,13 @@ def prefer(span: Span, label: ast.Name | None, body: ast.Formula, weight: ast.Qu
     return ast.Prefer(span, label, as_formula(body), weight)
 
 
-def solve(span: Span, backend: ast.Name, *settings: ast.Setting | None) -> ast.Solve:
-    return ast.Solve(span, backend, tuple(setting for setting in settings if setting is not None))
+def file_setting(span: Span, name: ast.Name, sign: Token, path: Token) -> ast.FileSetting:
+    return ast.FileSetting(span, name, path.text[1:-1])
+
+
+def solve(span: Span, backend: ast.Name, *options: ast.Setting | ast.FileSetting | None) -> ast.Solve:
+    settings = tuple(option for option in options if isinstance(option, ast.Setting))
+    return ast.Solve(span, backend, settings, tuple(each for each in options if isinstance(each, ast.FileSetting)))
 
 
 FUNCTIONS: dict[str, Callable[..., object]] = FORMULAS | {
@@ -249,6 +254,7 @@ FUNCTIONS: dict[str, Callable[..., object]] = FORMULAS | {
     "distance": distance,
     "dynamics": dynamics,
     "finish": ast.Finish,
+    "file_setting": file_setting,
     "formation": formation,
     "goal": goal,
     "graph": graph,

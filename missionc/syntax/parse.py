@@ -10,8 +10,9 @@ next, so that all the errors of a file are found in one run.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Sequence
-from dataclasses import field
+from dataclasses import field, replace
 from typing import TypeAlias, cast
 
 from missionc.base.late_dataclass import dataclass
@@ -39,6 +40,9 @@ from missionc.syntax.tokens import LABEL, MOST_FINDINGS, NAME, Token, tokenise
 Load: TypeAlias = Callable[[str, Span], Source | Diagnostic]
 """The file of an ``include``, by its path as written and the span of the declaration."""
 
+
+_LINK = re.compile(r'include "([^"\n]*)"\n')
+"""The text of a link: where it leads."""
 
 Outcome: TypeAlias = ast.Declaration | Diagnostic
 
@@ -112,10 +116,29 @@ class _Reader:
                     included, more = self._follow(outcome, source, chain)
                     declarations += included
                     findings += [(outcome.span.start, finding) for finding in more]
+                case ast.Solve(files=files) if files:
+                    read = [self._with_source(each, source, chain) for each in files]
+                    findings += [(outcome.span.start, each) for each in read if isinstance(each, Diagnostic)]
+                    found = tuple(each for each in read if isinstance(each, ast.FileSetting))
+                    declarations.append(replace(outcome, files=found))
                 case _:
                     declarations.append(outcome)
         findings.sort(key=lambda pair: pair[0])
         return declarations, [finding for _, finding in findings]
+
+    def _with_source(
+        self, setting: ast.FileSetting, source: Source, chain: tuple[Span, ...]
+    ) -> ast.FileSetting | Diagnostic:
+        """The setting with the file that it names, through one link if there is one, within the size of the whole."""
+        loaded = self.load(setting.path, setting.span)
+        if isinstance(loaded, Source) and (link := _LINK.fullmatch(loaded.text)):
+            loaded = self.load(link[1], Span(loaded, 0, len(loaded.text)))
+        if isinstance(loaded, Diagnostic):
+            return loaded
+        self.sizes.append(len(loaded.text.encode("utf-8", "replace")))
+        if sum(self.sizes) > self.limits.file_bytes:
+            return _too_large(loaded, self.sizes, (*chain, setting.span), self.limits)
+        return replace(setting, source=loaded)
 
     def _follow(
         self, include: ast.Include, source: Source, chain: tuple[Span, ...]

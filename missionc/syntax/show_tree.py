@@ -55,8 +55,8 @@ def _declaration(node: ast.Declaration) -> str:
             return f"prefer {_labelled(label, body)}" + ("" if weight is None else f" weight {tight(weight)}")
         case ast.Minimize(_, goal):
             return f"minimize {goal.text}"
-        case ast.Solve(_, backend, settings):
-            options = ", ".join(map(_setting, settings))
+        case ast.Solve(_, backend, settings, files):
+            options = ", ".join([*map(_setting, settings), *(f'{each.name.text} = "{each.path}"' for each in files)])
             return f"solve with {backend.text}" + (f" {{ {options} }}" if options else "")
         case _:
             assert_never(node)

@@ -19,6 +19,7 @@ from missionc.verify.certificate import Certificate, Check, Figure
 from missionc.verify.flight.verify_polynomials import verify_polynomials
 from missionc.verify.plan.agent_separation import check_separation
 from missionc.verify.plan.algebraic_connectivity import connectivity
+from missionc.verify.plan.lanes_kept import check_lanes_kept
 from missionc.verify.plan.obstacle_clearance import check_obstacles
 from missionc.verify.plan.requirements_at_steps import check_requirements
 from missionc.verify.plan.starts_and_finishes import check_places, check_world
@@ -42,6 +43,7 @@ def verify(mission: Mission, kernel: Kernel, trace: Trace) -> Certificate:
         shape,
         *check_dynamics(mission, trace),
         *check_places(mission, trace),
+        *check_lanes_kept(mission, trace),
         check_world(mission, curves),
         *check_obstacles(mission, curves),
         *check_separation(mission, curves),

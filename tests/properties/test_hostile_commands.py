@@ -111,10 +111,13 @@ COMMANDS: dict[str, tuple[tuple[Draw, ...], dict[str, Draw | None]]] = {
             "--memory-limit": number,
             "--checkpoint": output,
             "--resume": name,
-            "--emit": drawn("ast", "ir", "kernel", "cost-graph", "horizons", "backend", "dimacs", "ast,ir", "", ODD),
+            "--emit": drawn(
+                "ast", "ir", "kernel", "cost-graph", "horizons", "backend", "roadmap", "dimacs", "ast,ir", "", ODD
+            ),
             "--export": drawn("cflib", "crazyswarm2", "", ODD, "mcap,ros2"),
             "--timings": None,
             "--plot": output,
+            "--plot-kind": drawn("motion", "roadmap", "", ODD),
             "--certify": None,
             "--continuous": None,
             "--explain-limit": number,

@@ -5,6 +5,7 @@ A few kinds of fenced blocks mean something; every other block is prose.
 ```mission NAME.mission      a file. Without a name it is called after the mission it declares.
 ```mission NAME.mission wrong   the same, of a mission with errors.
 ```mission fragment NAME.mission   declarations; that mission of the page is checked with them.
+```xml NAME.graphml          a file that missions of the page may name.
 ```mission excerpt PATH     lines that stand in a mission of this repository.
 ```console                  commands, each `$ missionc …`, and below each what it prints and its exit status
                             (`[exit status 1]`, left out where it is 0).
@@ -66,6 +67,12 @@ def file_name(block: Block) -> str:
         return words[1]
     declared = NAME.search(block.body)
     return f"{declared[1]}.mission" if declared else "example.mission"
+
+
+def is_file(block: Block) -> bool:
+    """Whether it is a file that is no mission."""
+    words = block.info.split()
+    return len(words) == 2 and words[0] == "xml"
 
 
 def is_fragment(block: Block) -> bool:
@@ -130,6 +137,8 @@ def play(page: str, folder: Path) -> str:
             text = block.body
             if kind == "mission" and not is_fragment(block) and not is_excerpt(block):
                 (folder / file_name(block)).write_text(text, encoding="utf-8")
+            elif is_file(block):
+                (folder / block.info.split()[1]).write_text(text, encoding="utf-8")
             elif block.info == "console":
                 actual = transcript(text)
                 text = text if agrees(text, actual) else actual

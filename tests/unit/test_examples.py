@@ -7,6 +7,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 ROOT = Path(__file__).resolve().parents[2]
 
 
@@ -37,6 +39,16 @@ def test_a_flight_is_judged() -> None:
     assert calm.startswith("wind 0.0 m: satisfied")
     assert breeze.startswith("wind 0.02 m: ")
     assert storm.startswith("wind 0.5 m: violated")
+
+
+def test_a_roadmap_is_looked_at_as_a_graph(tmp_path: Path) -> None:
+    pytest.importorskip("networkx")
+    file = tmp_path / "lanes.graphml"
+    lines = output("roadmap_as_graph.py", "missions/gallery/factory_lanes.mission", str(file))
+    assert lines[0] == "tug[0] tug[1] tug[2]: 20 nodes, 28 edges"
+    assert lines[1].endswith("p0, p1, p2, t1, t2, t3")
+    assert "  to bays: 48 s at most, from the farthest node" in lines
+    assert file.read_bytes().startswith(b"<?xml")
 
 
 def test_every_example_is_run_here() -> None:

@@ -33,6 +33,7 @@ from missionc.backends.smt.refine.problem import LINKS, Problem, Setting
 from missionc.backends.smt.refine.unsat_core import minimise
 from missionc.backends.smt.roadmap.labels import Unexpressible
 from missionc.backends.smt.roadmap.roadmap import NoRoadmap, Roadmap, whole_moves
+from missionc.backends.smt.roadmap.roadmap_graph import graphs_of
 from missionc.backends.smt.roadmap.sequence import ROADMAPS, roadmaps_to_try
 from missionc.backends.smt.roadmap_answers import NoPlan, TimeOver, TooDear, TooFewLinks, Unsettled, refusal
 from missionc.backends.smt.sat.installed_solvers import solver_missing
@@ -169,12 +170,12 @@ class Run:
                     self.account.sizes["nodes"] = attempt.nodes
                 missing = ""
                 result = yield from self.on_roadmaps(roadmaps, solvers)
+            if isinstance(result, Planned):
+                return replace(result, report=replace(result.report, roadmaps=graphs_of(self.mission, roadmaps)))
             if not isinstance(result, NoPlan | Unsettled):
                 return result
-            if not attempt.sampled or isinstance(
-                result, Unsettled
-            ):  # samples have more, and tell why they have no plan
-                continue
+            if not attempt.sampled or isinstance(result, Unsettled):
+                continue  # samples have more, and tell why they have no plan
             refused = result
             self.refused.append(attempt.nodes)
             self.conflicting.update(refused.conflict)
@@ -186,7 +187,7 @@ class Run:
             with self.account.stage("proof"):
                 self.certify(refused)
         conflict = tuple(goal.name for goal in self.given.requirements if goal.name in self.conflicting)
-        return Impossible(conflict, refusal(conflict, self.tried), self.account.report())
+        return Impossible(conflict, refusal(conflict, self.tried, self.mission.solve.roadmap), self.account.report())
 
     def pause(self, needed: float = 0.0) -> Pausing[None]:
         """Until more than so many units of work are left to do, if there are fewer.
@@ -391,8 +392,7 @@ class Run:
                 self.account.notes.append(statement)
 
     def not_found(self, reason: Reason, detail: str) -> NotFound:
-        nodes = all_listed([str(nodes) for nodes in self.refused])
-        refused = f"roadmaps of {nodes} nodes hold no plan" if nodes else ""
+        refused = f"roadmaps of {all_listed([*map(str, self.refused)])} nodes hold no plan" if self.refused else ""
         way = "" if reason is Reason.NO_ROADMAP else under_way(self.mission, self.layer, self.planner, self.problem)
         ended = f"the search ended while {way}" if way else ""
         statement = "; ".join(part for part in (detail, ended, refused) if part)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from missionc.backends.smt.encode.clauses import Clauses
+from missionc.ir import Lanes
 from missionc.ir.wording import all_listed
 
 
@@ -36,10 +37,11 @@ class Unsettled:
     """Neither a plan nor a refusal, in the work that these roadmaps may take."""
 
 
-def refusal(conflict: tuple[str, ...], tried: list[int]) -> str:
-    """The words of a refusal by roadmaps of so many nodes, for these requirements in conflict."""
+def refusal(conflict: tuple[str, ...], tried: list[int], lanes: Lanes | None = None) -> str:
+    """The words of a refusal by roadmaps of so many nodes, or by the user's own, for these requirements in conflict."""
     names = all_listed([f"`{name}`" for name in conflict])
     what = {0: "the agents cannot move as they must", 1: f"{names} cannot hold"}.get(
         len(conflict), f"{names} cannot hold together"
     )
-    return f"on roadmaps of {all_listed([str(nodes) for nodes in tried])} nodes {what}"
+    sampled = f"roadmaps of {all_listed([str(nodes) for nodes in tried])} nodes"
+    return f"on {sampled if lanes is None else f'the roadmap of `{lanes.path}`'} {what}"

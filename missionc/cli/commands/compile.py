@@ -11,7 +11,7 @@ from missionc.backends.offers import AUTO, OFFERS
 from missionc.backends.options import PRESETS, Options
 from missionc.base.units import Seconds
 from missionc.cli import options, stage_names
-from missionc.cli.compile_request import CompileRequest, run_request
+from missionc.cli.compile_request import PLOT_KINDS, CompileRequest, run_request
 from missionc.cli.exit_status import Status
 from missionc.cli.options import (
     Number,
@@ -79,6 +79,13 @@ from missionc.pipeline import driver
 )
 @click.option("--timings", is_flag=True, help="Say how long each stage took.")
 @click.option("--plot", type=file_to_write, metavar="FILE", help="Draw the plan: FILE.svg or FILE.png.")
+@click.option(
+    "--plot-kind",
+    type=click.Choice(PLOT_KINDS),
+    default=PLOT_KINDS[0],
+    show_default=True,
+    help="Draw the motion alone, or with the roadmap that it was found on.",
+)
 @options.of_a_plan("certify")
 @click.option("--continuous", is_flag=True, help="Refuse a plan whose requirements fail between the steps.")
 @options.explain_limit
@@ -106,6 +113,7 @@ def command(
     exported: tuple[tuple[str, ...], ...],
     timings: bool,
     plot: Path | None,
+    plot_kind: str,
     continuous: bool,
     explain_limit: float,
     quiet: bool,
@@ -116,6 +124,8 @@ def command(
     """Turn a mission into a verified plan and its files."""
     if plot and plot.suffix not in (".svg", ".png"):
         raise click.BadParameter(f"`{plot}` ends neither in .svg nor in .png", param_hint="--plot")
+    if plot_kind != PLOT_KINDS[0] and plot is None:
+        raise click.UsageError("`--plot-kind` says how to draw; add `--plot FILE.svg`")
     wanted = stage_names.in_order(stage for group in emitted for stage in group)
     captures = frozenset(wanted) & frozenset(stage_names.BY_A_BACKEND)
     chosen = Options(captures=captures, **of_a_plan)
@@ -147,6 +157,7 @@ def command(
         output=output,
         force=force,
         plot=plot,
+        plot_kind=plot_kind,
         form=form,
         quiet=quiet,
         timings=timings,

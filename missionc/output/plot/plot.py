@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from missionc.backends.api import Attempt, Fault
+from missionc.backends.roadmap_graph import RoadmapGraph
 from missionc.base.judgement import Judgement
 from missionc.base.trace import Array, Trace
 from missionc.curves.piecewise_polynomials import motion, values
@@ -25,6 +26,7 @@ from missionc.diagnostics.model import Diagnostic
 from missionc.ir import Agent, Mission, Obstacle, Path, Still
 from missionc.output.plot.label_places import name_place
 from missionc.output.plot.parallel_lanes import lanes
+from missionc.output.plot.plot_roadmap import draw_roadmap, roadmap_entry
 from missionc.output.plot.silhouette import View, draw_shape, inner_point
 
 if TYPE_CHECKING:
@@ -66,18 +68,26 @@ def missing() -> Diagnostic | None:
     return Diagnostic(EXTRA_MISSING, message, None, help="install it with `pip install 'missionc[viz]'`")
 
 
-def plot(mission: Mission, trace: Trace, backend: str, kind: str, miss: Attempt | None = None) -> bytes | Diagnostic:
+def plot(
+    mission: Mission,
+    trace: Trace,
+    backend: str,
+    kind: str,
+    miss: Attempt | None = None,
+    roadmaps: tuple[RoadmapGraph, ...] = (),
+) -> bytes | Diagnostic:
     """The map as a file's bytes, the same each time.
 
     Args:
         backend: who planned it, for the title; empty where nobody did.
         kind: ``svg`` or ``png``.
         miss: what the motion comes to, where it is no plan: said in the title, and ringed.
+        roadmaps: drawn below the motion.
     """
     absent = missing()
     if absent:
         return absent
-    return rendered(lambda figure: _draw(figure, mission, trace, backend, miss), kind)
+    return rendered(lambda figure: _draw(figure, mission, trace, backend, miss, roadmaps), kind)
 
 
 def rendered(draw: Callable[[Figure], None], kind: str) -> bytes:
@@ -111,10 +121,19 @@ def rendered(draw: Callable[[Figure], None], kind: str) -> bytes:
     return buffer.getvalue()
 
 
-def _draw(figure: Figure, mission: Mission, trace: Trace, backend: str, miss: Attempt | None) -> None:
+def _draw(
+    figure: Figure,
+    mission: Mission,
+    trace: Trace,
+    backend: str,
+    miss: Attempt | None,
+    roadmaps: tuple[RoadmapGraph, ...],
+) -> None:
     panels = _panels(figure, mission)
     for axes, view in panels:
         draw_view(axes, mission, trace, view)
+        for number, roadmap in enumerate(roadmaps):
+            draw_roadmap(axes, roadmap, number, view)
         _draw_agents(axes, mission, trace, view)
         for wrong in miss.shown if miss else ():
             _ring(axes, mission, trace, view, wrong)
@@ -135,7 +154,7 @@ def _draw(figure: Figure, mission: Mission, trace: Trace, backend: str, miss: At
     if miss is not None:
         says: dict[str, Any] = {"xycoords": "axes fraction", "textcoords": "offset points", "fontsize": 8.5}
         top.annotate(f"no plan: {miss.violation(mission.step)}", (1, 1), (0, 6), ha="right", color=BROKEN, **says)
-    _legend(top, mission)
+    _legend(top, mission, roadmaps)
 
 
 def _ring(axes: Axes, mission: Mission, trace: Trace, view: View, wrong: Judgement | Fault) -> None:
@@ -310,7 +329,7 @@ def _name(axes: Axes, place: tuple[float, float], name: str, colour: str, size: 
     axes.annotate(name, place, fontsize=size, color=colour, path_effects=[halo], zorder=8, **centred)
 
 
-def _legend(axes: Axes, mission: Mission) -> None:
+def _legend(axes: Axes, mission: Mission, roadmaps: tuple[RoadmapGraph, ...]) -> None:
     from matplotlib.lines import Line2D
 
     entries = []
@@ -329,5 +348,6 @@ def _legend(axes: Axes, mission: Mission) -> None:
         entries.append(Line2D([], [], ls="", marker="o", ms=3.2, mew=0, color=INK, label=f"every {mission.step:g} s"))
     if any(isinstance(obstacle.motion, Path) for obstacle in mission.obstacles):
         entries.append(Line2D([], [], color=OBSTACLE, lw=0.9, ls=(0, (3, 2)), label="moving obstacle"))
+    entries += [roadmap_entry(roadmap, number) for number, roadmap in enumerate(roadmaps)]
     place: dict[str, Any] = {"loc": "upper left", "bbox_to_anchor": (1.01, 1.0), "borderaxespad": 0}
     axes.legend(handles=entries, frameon=False, fontsize=8.5, handlelength=2.4, labelspacing=0.45, **place)

@@ -102,6 +102,8 @@ def teams(checked: Checked) -> list[Knob]:
 
 def roadmap(checked: Checked, nodes: int) -> list[Knob]:
     """A roadmap finer than those that were refused, the finest of which had so many nodes."""
+    if checked.mission is not None and checked.mission.solve.roadmap is not None:
+        return []  # it is the mission's own
     finer = round(nodes * FINER)
     says = f"a finer roadmap, of {finer} nodes"
     solves = declared(checked, ast.Solve)

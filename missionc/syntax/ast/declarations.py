@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TypeAlias
 
 from missionc.base.late_dataclass import dataclass
-from missionc.base.source import Span
+from missionc.base.source import Source, Span
 from missionc.syntax.ast.agents import Setting, TeamItem
 from missionc.syntax.ast.formulas import Formula
 from missionc.syntax.ast.quantities import Member, Name, Point, Quantity
@@ -168,12 +168,23 @@ class Minimize:
 
 
 @dataclass(frozen=True, slots=True)
+class FileSetting:
+    """``roadmap = "lanes.graphml"``; ``source`` is the file, once it has been read."""
+
+    span: Span
+    name: Name
+    path: str
+    source: Source | None = None
+
+
+@dataclass(frozen=True, slots=True)
 class Solve:
     """``solve with smt { nodes = 110, neighbors = 6 }``"""
 
     span: Span
     backend: Name
     settings: tuple[Setting, ...]
+    files: tuple[FileSetting, ...] = ()
 
 
 Declaration: TypeAlias = (

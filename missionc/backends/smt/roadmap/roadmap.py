@@ -7,28 +7,29 @@ Source:
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import assert_never
 
 import numpy as np
 from numpy.typing import NDArray
 
-from missionc.backends.smt.roadmap.edges import Edges
+from missionc.backends.smt.roadmap.edges import NONE, Edges
 from missionc.backends.smt.roadmap.geodesic_roadmap import geodesic_roadmap
 from missionc.backends.smt.roadmap.grow import grow
+from missionc.backends.smt.roadmap.lane_roadmap import lane_roadmap
 from missionc.backends.smt.roadmap.passages import passage_nodes
 from missionc.backends.smt.roadmap.sample_nodes import Ground, NoRoadmap, free_ground, sample_nodes, spacing
 from missionc.backends.smt.roadmap.slow_paths import always_slow, slow_paths
 from missionc.backends.smt.roadmap.unroll import Unrolled, unroll
 from missionc.base.memory import reserve
 from missionc.base.trace import Array, Flags
-from missionc.ir import Agent, Anywhere, Exactly, Mission, Place
+from missionc.ir import Agent, Anywhere, Exactly, Lanes, Mission, Place
 from missionc.kernel.nodes import Kernel
 from missionc.world.clearance import Motions, clear_of_movers, clear_places
 from missionc.world.dynamics import States, motion_of
 from missionc.world.signed_distance import signed_distance
 
-__all__ = ["NoRoadmap", "Roadmap", "build_geodesic_roadmaps", "build_roadmaps"]
+__all__ = ["NoRoadmap", "Roadmap", "build_geodesic_roadmaps", "build_lane_roadmaps", "build_roadmaps", "whole_moves"]
 
 Indices = NDArray[np.int64]
 
@@ -52,6 +53,9 @@ class Roadmap:
         starts: for each of ``agents``, the states it may start from.
         finishes: for each of ``agents``, the states it may be in at the last
             step (all of them where the mission names no finish).
+        nodes: what it was made of, before its edges were unrolled to steps.
+        edges: between those nodes.
+        names: of the nodes, where the user gave them.
     """
 
     agents: tuple[int, ...]
@@ -63,6 +67,9 @@ class Roadmap:
     allowed: Flags
     starts: tuple[Indices, ...]
     finishes: tuple[Indices, ...]
+    nodes: States = field(default_factory=lambda: States(np.zeros((0, 2)), np.zeros((0, 2))))
+    edges: Edges = NONE
+    names: tuple[str, ...] = ()
 
 
 def build_roadmaps(
@@ -100,8 +107,15 @@ def build_geodesic_roadmaps(
     return _of_each_kind(mission, kernel, lambda ground: geodesic_roadmap(ground, kernel, generator))
 
 
+def build_lane_roadmaps(mission: Mission, lanes: Lanes) -> tuple[Roadmap, ...] | NoRoadmap:
+    """The same of the user's own nodes and lanes, each in its direction and at its own pace."""
+    return _of_each_kind(mission, Kernel((), ()), lambda ground: lane_roadmap(ground, lanes))
+
+
 def _of_each_kind(
-    mission: Mission, kernel: Kernel, nodes_and_edges: Callable[[Ground], tuple[States, Edges] | NoRoadmap]
+    mission: Mission,
+    kernel: Kernel,
+    nodes_and_edges: Callable[[Ground], tuple[States, Edges] | tuple[States, Edges, tuple[str, ...]] | NoRoadmap],
 ) -> tuple[Roadmap, ...] | NoRoadmap:
     kinds: dict[object, list[Agent]] = {}
     for agent in mission.agents:
@@ -129,10 +143,14 @@ def _sampled(
     return grow(ground, points, neighbours, generator)
 
 
-def _build(ground: Ground, kernel: Kernel, nodes: States, edges: Edges) -> Roadmap | NoRoadmap:
+def _build(
+    ground: Ground, kernel: Kernel, nodes: States, edges: Edges, names: tuple[str, ...] = ()
+) -> Roadmap | NoRoadmap:
+    """The roadmap on these nodes and edges; those with names are the user's own, and may lead one way alone."""
     mission, dynamics = ground.mission, ground.agents[0].dynamics
     slow = list(slow_paths(ground, kernel, nodes, edges))
-    whole = unroll(dynamics, nodes, edges, mission.step, slow, fast_too=not always_slow(ground, kernel))
+    fast_too = not always_slow(ground, kernel)
+    whole = unroll(dynamics, nodes, edges, mission.step, slow, fast_too=fast_too, one_way=bool(names))
     is_node = np.arange(len(whole.states)) < len(nodes)
     starts = [_may_be(ground, agent.start, 0, whole.states) & is_node for agent in ground.agents]
     finishes = [_may_be(ground, agent.finish, mission.steps, whole.states) for agent in ground.agents]
@@ -160,6 +178,9 @@ def _build(ground: Ground, kernel: Kernel, nodes: States, edges: Edges) -> Roadm
         allowed=clear_of_movers(mission, motions, ground.margin),
         starts=tuple(np.flatnonzero(start[useful]) for start in starts),
         finishes=tuple(np.flatnonzero(finish[useful]) for finish in finishes),
+        nodes=nodes,
+        edges=edges,
+        names=names,
     )
 
 

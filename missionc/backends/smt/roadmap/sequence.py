@@ -12,7 +12,13 @@ from functools import partial
 
 import numpy as np
 
-from missionc.backends.smt.roadmap.roadmap import NoRoadmap, Roadmap, build_geodesic_roadmaps, build_roadmaps
+from missionc.backends.smt.roadmap.roadmap import (
+    NoRoadmap,
+    Roadmap,
+    build_geodesic_roadmaps,
+    build_lane_roadmaps,
+    build_roadmaps,
+)
 from missionc.ir import Mission
 from missionc.kernel.nodes import Atom, Kernel, NeighbourNode, PathLength, ReachNode, RouteNode
 from missionc.kernel.walk import postorder
@@ -47,14 +53,19 @@ class Attempt:
 def roadmaps_to_try(mission: Mission, kernel: Kernel, seed: int, sampled: int = ROADMAPS) -> Iterator[Attempt]:
     """The roadmaps of a mission, in the order in which they are tried.
 
-    A mission that says ``nodes`` gets samples alone, so many and no others. Else
-    the shortest ways come first, or second where agents are linked to each
-    other, which asks for places all over; and samples are denser in passages.
+    A mission that brings its own has that one alone, and one that says ``nodes``
+    gets samples alone, so many and no others. Else the shortest ways come first,
+    or second where agents are linked to each other, which asks for places all
+    over; and samples are denser in passages.
 
     Args:
         seed: the same one gives the same arrays.
         sampled: how many sampled roadmaps there are at most.
     """
+    lanes = mission.solve.roadmap
+    if lanes is not None:
+        yield Attempt(1, len(lanes.nodes), partial(build_lane_roadmaps, mission, lanes))
+        return
     said = "nodes" in dict(mission.solve.options)
     order: list[int | None] = [*range(sampled)]
     if not said and _has_geodesics(mission):

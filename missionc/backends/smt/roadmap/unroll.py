@@ -54,6 +54,7 @@ def unroll(
     slow: Sequence[tuple[int, Array]] = (),
     *,
     fast_too: bool = True,
+    one_way: bool = False,
 ) -> Unrolled:
     """The states and one-step moves of a roadmap.
 
@@ -61,11 +62,12 @@ def unroll(
         slow: edges and their positions at the steps, (count + 1, dim), at a slower pace; for dynamics of first order
             that turn at once.
         fast_too: they are there at their own pace as well.
+        one_way: an edge is not the way back of another, so that each is unrolled by itself.
     """
     limit = turn_in_step(dynamics, step)
     if math.isfinite(limit):
         return _unroll_headings(dynamics, nodes, edges, step, limit)
-    symmetric = not dynamics.has_momentum
+    symmetric = not dynamics.has_momentum and not one_way
     parts, moves = [nodes], [np.zeros((0, 2), dtype=np.int64)]
     size = len(nodes)
     for edge, path in slow:

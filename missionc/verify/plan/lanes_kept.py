@@ -1,0 +1,66 @@
+"""Lanes of a trace, step by step: where a mission brings its own roadmap, nobody leaves it or goes against a lane."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from missionc.base.trace import Array, Trace
+from missionc.ir import Agent, Exactly, Lanes, Mission
+from missionc.verify.certificate import Check, judged
+from missionc.verify.tolerances import MOTION
+
+
+def check_lanes_kept(mission: Mission, trace: Trace) -> list[Check]:
+    """For each agent whether every step leads along one lane, forward and no faster than the lane allows.
+
+    Between a place where it starts or finishes and a node it goes straight, either way.
+    """
+    lanes = mission.solve.roadmap
+    if lanes is None:
+        return []
+    return [_along_lanes(agent, lanes, trace.position[agent.index], float(trace.step)) for agent in mission.agents]
+
+
+def _along_lanes(agent: Agent, lanes: Lanes, position: Array, step: float) -> Check:
+    start, way, most = _segments(agent, lanes, step)
+    length = np.linalg.norm(way, axis=-1)
+    direction = np.divide(way, length[:, None], out=np.zeros_like(way), where=length[:, None] > 0)
+    amiss = np.zeros((len(position), len(start)))
+    along = np.zeros_like(amiss)
+    for number, (origin, ahead, far) in enumerate(zip(start, direction, length, strict=True)):
+        offset = position - origin
+        along[:, number] = offset @ ahead
+        nearest = np.clip(along[:, number], 0.0, far)
+        amiss[:, number] = np.linalg.norm(offset - nearest[:, None] * ahead, axis=-1)
+    gone = np.diff(along, axis=0)
+    wrong = np.maximum(amiss[:-1], amiss[1:])
+    wrong = np.maximum(wrong, np.maximum(-gone, gone - most))  # who waits goes 0 m forward
+    margin = 0.0 - (wrong.min(axis=1) if len(gone) else amiss[:1].min(axis=1))
+    at = int(margin.argmin())
+    detail = f"every step leads along a lane of `{lanes.path}`"
+    return judged("lane", agent.name, float(margin[at]), "m", MOTION, at=at * step, agents=(agent.name,), detail=detail)
+
+
+def _segments(agent: Agent, lanes: Lanes, step: float) -> tuple[Array, Array, Array]:
+    """Where it may go: starts and ways, (segments, dim), metres, and the metres of one step at most, (segments,).
+
+    A node is one of no length.
+    """
+    nodes = np.array([node.position for node in lanes.nodes], dtype=np.float64)
+    source = np.array([lane.source for lane in lanes.lanes], dtype=np.int64)
+    target = np.array([lane.target for lane in lanes.lanes], dtype=np.int64)
+    length = np.linalg.norm(nodes[target] - nodes[source], axis=-1)
+    seconds = np.array([max(each / lane.speed, lane.duration) for each, lane in zip(length, lanes.lanes, strict=True)])
+    starts, ends = [nodes[source], nodes], [nodes[target], nodes]
+    most = [
+        np.divide(length * step, seconds, out=np.full(len(length), np.inf), where=seconds > 0),
+        np.zeros(len(nodes)),
+    ]
+    for place in (agent.start, agent.finish):
+        if isinstance(place, Exactly):
+            here = np.broadcast_to(np.array(place.point), nodes.shape)
+            starts += [here, nodes]
+            ends += [nodes, here]
+            most.append(np.full(2 * len(nodes), np.inf))
+    begin = np.concatenate(starts)
+    return begin, np.concatenate(ends) - begin, np.concatenate(most)

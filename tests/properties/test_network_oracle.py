@@ -1,0 +1,127 @@
+"""Routes, distances and connectivity by networkx: what the monitor says of links, and the graphs given out, agree."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import missionc
+from missionc.base.trace import Trace
+from missionc.base.units import Seconds
+
+nx = pytest.importorskip("networkx")
+
+AGENTS, RADIUS, SIDE = 9, 3.1, 8.0
+FIELD, BASE = (0.0, 5.5), (5.0, 8.0)
+"""From where to where on the x axis each region is."""
+
+HEAD = f"""mission oracle
+time  step 1 s, horizon 1 s
+world (0, 0) to ({SIDE:g}, {SIDE:g})
+region field = box ({FIELD[0]:g}, 0) to ({FIELD[1]:g}, {SIDE:g})
+region base  = box ({BASE[0]:g}, 0) to ({BASE[1]:g}, {SIDE:g})
+team drone[{AGENTS}] {{ radius 0.01 m  dynamics single_integrator(speed <= 100 m/s)  start in field }}
+graph radio = proximity {RADIUS:g} m
+"""
+ASKED = {
+    "near": "field reach[hops 0..2 on radio] base",
+    "short": "field reach[distance 0 m..4.5 m on radio] base",
+    "away": "escape[hops 3.. on radio] field",
+    "far": "escape[distance 5 m.. on radio] field",
+}
+SEEDS = range(12)
+
+
+def text() -> str:
+    lines = [f"require {name}_{i}: drone[{i}]: {asked}\n" for name, asked in ASKED.items() for i in range(AGENTS)]
+    return HEAD + "".join(lines) + "require whole: connected(radio, drone)\n"
+
+
+def links(places: np.ndarray) -> object:
+    """The agents as numbers, an edge between those strictly closer than the radius."""
+    graph = nx.Graph()
+    graph.add_nodes_from(range(AGENTS))
+    for one in range(AGENTS):
+        for other in range(one):
+            length = math.dist(places[one], places[other])
+            if length < RADIUS:
+                graph.add_edge(one, other, length=length)
+    return graph
+
+
+def reaches(graph: object, agent: int, through: set[int], ends: set[int], most: float, weight: str | None) -> bool:
+    """Whether some route over ``through`` comes to one of ``ends`` in that length."""
+    for end in ends:
+        part = graph.subgraph(through | {agent, end})  # type: ignore[attr-defined]
+        if agent != end and agent not in through:
+            continue
+        if nx.has_path(part, agent, end) and nx.shortest_path_length(part, agent, end, weight=weight) <= most:
+            return True
+    return False
+
+
+def escapes(graph: object, agent: int, through: set[int], least: float, weight: str | None) -> bool:
+    """Whether some route over ``through`` comes to somebody that far away in the whole graph."""
+    if agent not in through:
+        return False
+    distance = nx.single_source_dijkstra_path_length(graph, agent, weight=weight or (lambda *_: 1))
+    part = nx.node_connected_component(graph.subgraph(through), agent)  # type: ignore[attr-defined]
+    return any(distance[other] >= least for other in part)
+
+
+def random_places(seed: int) -> np.ndarray:
+    return np.random.default_rng(seed).uniform(0.2, SIDE - 0.2, (AGENTS, 2))
+
+
+def by_networkx(places: np.ndarray) -> dict[str, bool]:
+    """What each requirement of ``text`` is at these places."""
+    graph = links(places)
+    field = {i for i in range(AGENTS) if FIELD[0] <= places[i, 0] <= FIELD[1]}
+    base = {i for i in range(AGENTS) if BASE[0] <= places[i, 0] <= BASE[1]}
+    expected = {"whole": nx.is_connected(graph)}
+    for i in range(AGENTS):
+        expected |= {
+            f"near_{i}": reaches(graph, i, field, base, 2, None),
+            f"short_{i}": reaches(graph, i, field, base, 4.5, "length"),
+            f"away_{i}": escapes(graph, i, field, 3, None),
+            f"far_{i}": escapes(graph, i, field, 5.0, "length"),
+        }
+    return expected
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_the_monitor_finds_the_routes_that_networkx_finds(seed: int, tmp_path: Path) -> None:
+    places = random_places(seed)
+    trace = tmp_path / "trace.csv"
+    rows = [f"drone[{i}],{t},{x!r},{y!r}" for i, (x, y) in enumerate(places.tolist()) for t in (0, 1)]
+    trace.write_text("agent,t,x,y\n" + "\n".join(rows) + "\n")
+    monitored = missionc.monitor(missionc.Source("oracle.mission", text()), trace)
+    assert monitored.ok, monitored.findings
+    assert {each.name: each.satisfied for each in monitored.requirements} == by_networkx(places)
+
+
+def test_both_answers_come_of_each_kind_of_requirement() -> None:
+    """The comparison would say little of one that is always true, or never."""
+    answers = {name.partition("_")[0]: set[bool]() for name in by_networkx(random_places(0))}
+    for seed in SEEDS:
+        for name, holds in by_networkx(random_places(seed)).items():
+            answers[name.partition("_")[0]].add(holds)
+    assert answers == {name: {True, False} for name in (*ASKED, "whole")}
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_the_graph_given_out_has_the_links_of_the_step(seed: int) -> None:
+    position = np.random.default_rng(seed).uniform(0.2, SIDE - 0.2, (AGENTS, 2, 2))
+    trace = Trace(Seconds(1.0), position, np.zeros_like(position), np.zeros((AGENTS, 2)))
+    checked = missionc.check(missionc.Source("oracle.mission", text()))
+    for step in (0, 1):
+        given = missionc.link_graph(checked, trace, "radio", step)
+        expected = nx.relabel_nodes(links(position[:, step]), {i: f"drone[{i}]" for i in range(AGENTS)})
+        assert set(given) == set(expected)
+        assert {frozenset(edge) for edge in given.edges} == {frozenset(edge) for edge in expected.edges}
+        for one, other, length in given.edges(data="length"):
+            assert length == pytest.approx(expected.edges[one, other]["length"])
+            assert given.edges[one, other]["margin"] == pytest.approx(RADIUS - length)
