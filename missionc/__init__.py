@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from missionc.pipeline.checked import Checked
     from missionc.pipeline.driver import check, compile, monitor
     from missionc.pipeline.results import (
+        Alternative,
         Blame,
         Change,
         Compiled,
@@ -34,6 +35,7 @@ if TYPE_CHECKING:
     )
 
 __all__ = [
+    "Alternative",
     "Attempt",
     "Blame",
     "Change",
@@ -81,6 +83,7 @@ HOMES = {
     "missionc.base.limits": ("Limits",),
     "missionc.pipeline.checked": ("Checked",),
     "missionc.pipeline.results": (
+        "Alternative",
         "Blame",
         "Change",
         "Compiled",

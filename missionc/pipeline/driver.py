@@ -87,6 +87,7 @@ def compile(
     continuous: bool = False,
     explain_limit: Seconds = NO_EXPLANATION,
     vehicle: str = "",
+    alternatives: int = 1,
 ) -> Compiled:
     """``check``; then, where there is no error, ``plan``.
 
@@ -107,12 +108,22 @@ def compile(
         exports: names of ``missionc.output.export.formats.FORMATS``, to be written as well.
         continuous: as for ``plan``.
         explain_limit: seconds of the time limit that may go into what would make an impossible mission possible.
+        alternatives: as for ``plan``.
     """
     budget = Budget(time.monotonic() + time_limit, memory_limit, seed, limits or Limits(), listen)
     checked = check_within(budget, file, overrides=overrides or {}, backend=backend, vehicle=vehicle)
     if not isinstance(checked, Checked):
         return checked
-    return plan(checked, options or Options(), budget, Checkpoints(keep, resume), exports, continuous, explain_limit)
+    return plan(
+        checked,
+        options or Options(),
+        budget,
+        Checkpoints(keep, resume),
+        exports,
+        continuous,
+        explain_limit,
+        alternatives,
+    )
 
 
 def check_within(
@@ -146,6 +157,7 @@ def plan(
     exports: tuple[str, ...] = (),
     continuous: bool = False,
     explain_limit: Seconds = NO_EXPLANATION,
+    alternatives: int = 1,
 ) -> Compiled:
     """A verified plan of a checked mission, or what stands in its way.
 
@@ -158,9 +170,20 @@ def plan(
         continuous: whether a requirement must hold between the steps too; where it does not, ``further_attempts`` are
             planned while there is time, without checkpoints.
         explain_limit: seconds for ``Compiled.explained``; 0 leaves that out.
+        alternatives: how many plans are wanted that differ from each other; there may be fewer.
+
+    Raises:
+        ValueError: several plans are wanted, and slower ones.
     """
+    if alternatives > 1 and options.stretch != 1:
+        raise ValueError("alternatives are planned at the mission's own pace, and cannot be stretched")
     with limited(budget.memory_bytes):
-        return _throughout(checked, options, budget, checkpoints or Checkpoints(), exports, continuous, explain_limit)
+        first = _throughout(checked, options, budget, checkpoints or Checkpoints(), exports, continuous, explain_limit)
+        if alternatives == 1 or not isinstance(first.outcome, Verified):
+            return first
+        from missionc.pipeline.alternatives.ranked_plans import with_alternatives  # for those who ask for them
+
+        return with_alternatives(first, alternatives, options, budget, exports, continuous)
 
 
 def _throughout(
