@@ -11,8 +11,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import NamedTuple
 
-from missionc.kernel.nodes import All, Always, Any, At, AtLeast, Node, UntilNode, WindowNode
-from missionc.kernel.walk import rebuilt
+from missionc.kernel.nodes import All, Any, At, AtLeast, Node
+from missionc.kernel.walk import awaited, children, rebuilt
 
 
 class Asked(NamedTuple):
@@ -71,14 +71,9 @@ def _below(asked: Asked) -> list[Asked]:
             return [Asked(part, agent) for part in parts]
         case At(other, body):
             return [Asked(body, other)]
-        case Always(body, low, high) if low != high:
-            return []
-        case WindowNode(body):
-            return [Asked(body, agent)]
-        case UntilNode(_, end) if not node.every:
-            return [Asked(end, agent)]
         case _:
-            return []
+            ask = awaited(node)
+            return [] if ask is None else [Asked(ask.node, agent)]
 
 
 def _needed(node: Node) -> int:
@@ -92,7 +87,5 @@ def _rewritten(asked: Asked, below: list[Node], removed: frozenset[int]) -> Node
             return rebuilt(node, tuple(part for number, part in enumerate(below) if number not in removed))
         case _ if not below or all(new is old.node for new, old in zip(below, _below(asked), strict=True)):
             return node
-        case UntilNode(hold):
-            return rebuilt(node, (hold, *below))
         case _:
-            return rebuilt(node, tuple(below))
+            return rebuilt(node, (*children(node)[: -len(below)], *below))

@@ -117,6 +117,7 @@ COMMANDS: dict[str, tuple[tuple[Draw, ...], dict[str, Draw | None]]] = {
             "--plot": output,
             "--certify": None,
             "--continuous": None,
+            "--alternatives": drawn("0", "1", "2", "-1", "x"),
             "--explain-limit": number,
             "--quiet": None,
         },

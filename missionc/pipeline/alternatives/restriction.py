@@ -30,7 +30,7 @@ BARRED = "barred"
 """The name of what is an obstacle in planning alone; no identifier, so that no mission has it."""
 
 THICK = 1 / 150
-"""Of the world's longer side, how thick it is."""
+"""How thick it is, as a share of the world's longer side."""
 
 PASSING = np.pi / 3
 """Radians that an agent sweeps about what it passes, at least."""
