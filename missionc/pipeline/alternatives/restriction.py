@@ -78,15 +78,20 @@ class Restriction:
         return goal if formula is goal.formula else replace(goal, formula=formula)
 
 
-def restrictions(before: Restriction, signature: Signature, mission: Mission, position: Array) -> Iterator[Restriction]:
+def restrictions(
+    before: Restriction, signature: Signature, mission: Mission, position: Array, sides: bool = True
+) -> Iterator[Restriction]:
     """Restrictions that each forbid one thing that a plan decided, on top of those that it was planned with.
 
     Options, orders and sides in turns, so that a few tries see some of each.
 
     Args:
         position: of the plan, (agents, steps + 1, dim), metres.
+        sides: whether sides are forbidden too.
     """
-    kinds = [_options(before, signature), _sides(before, signature, mission, position), _orders(before, signature)]
+    kinds = [_options(before, signature), _orders(before, signature)]
+    if sides:
+        kinds.insert(1, _sides(before, signature, mission, position))
     while kinds:
         for kind in list(kinds):
             made = next(kind, None)

@@ -23,11 +23,11 @@ from missionc.backends.options import Options
 from missionc.base.deadline import last_call
 from missionc.base.figures import counted
 from missionc.base.signals import asked
-from missionc.base.trace import Trace
 from missionc.diagnostics.model import Diagnostic
-from missionc.ir import Mission, Objective
+from missionc.ir import Mission
 from missionc.kernel.nodes import Kernel
 from missionc.monitoring.signature import Signature, Signatures, differences
+from missionc.pipeline.alternatives.quality import Quality, quality
 from missionc.pipeline.alternatives.restriction import Restriction, restrictions
 from missionc.pipeline.certify_plan import Certified, certify_plan, reserved_time
 from missionc.pipeline.checked import Checked
@@ -53,7 +53,7 @@ class Candidate:
 
     planned: Planned
     signature: Signature
-    value: float
+    value: Quality
     seed: int
     verified: Verified | None = None
 
@@ -72,7 +72,7 @@ class _Search:
     kernel: Kernel
     signatures: Signatures
     candidates: list[Candidate] = field(default_factory=list)
-    waiting: list[tuple[float, int, int, Restriction]] = field(default_factory=list)
+    waiting: list[tuple[Quality, int, int, Restriction]] = field(default_factory=list)
     seen: set[Hashable] = field(default_factory=set)
     numbers: count[int] = field(default_factory=count)
     seeds: Iterator[int] = field(default_factory=lambda: iter(range(1, SEEDS + 1)))
@@ -81,7 +81,7 @@ class _Search:
         """Keep a plan that differs, and what may be forbidden of it; of one that does not, that alone."""
         trace = planned.trace
         signature = self.signatures.of(trace)
-        value = objective_value(self.mission.objective, trace)
+        value = quality(self.mission, self.kernel, planned)
         if all(differences(each.signature, signature) for each in self.candidates):
             self.candidates.append(Candidate(planned, signature, value, seed, verified))
         for place, each in enumerate(restrictions(restriction, signature, self.mission, trace.position)):
@@ -95,17 +95,6 @@ class _Search:
             return heapq.heappop(self.waiting)[-1], 0
         more = next(self.seeds, None)
         return None if more is None else (Restriction(), more)
-
-
-def objective_value(objective: Objective, trace: Trace) -> float:
-    """What a plan is ranked by, the less the better: what is to be least, and metres where nothing is."""
-    match objective:
-        case Objective.DURATION:
-            return float(trace.lasts)
-        case Objective.ENERGY:
-            return trace.effort
-        case _:
-            return trace.metres
 
 
 def search_alternatives(

@@ -34,8 +34,11 @@ function plansTable(whole, rank, state) {
     row.insertCell().textContent = plan.margin === null ? "any" : `${short(plan.margin)} m`;
     row.addEventListener("click", () => {
       if (plan.rank === rank) return;
-      const shown = new URLSearchParams({ plan: plan.rank, t: state.time.toFixed(3), speed: state.speed, theme: state.theme });
+      const shown = new URLSearchParams(location.hash.slice(1));
+      const now = { plan: plan.rank, t: state.time.toFixed(3), speed: state.speed, theme: state.theme };
+      for (const [name, value] of Object.entries(now)) shown.set(name, value);
       if (state.playing) shown.set("play", "");
+      else shown.delete("play");
       location.hash = String(shown);
       location.reload();
     });
