@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from missionc.pipeline.driver import check, compile, monitor
     from missionc.pipeline.graphs import link_graph, roadmap_graphs
     from missionc.pipeline.results import (
+        Alternative,
         Blame,
         Change,
         Compiled,
@@ -36,6 +37,7 @@ if TYPE_CHECKING:
     from missionc.syntax.lark_grammar import grammar
 
 __all__ = [
+    "Alternative",
     "Attempt",
     "Blame",
     "Change",
@@ -86,6 +88,7 @@ HOMES = {
     "missionc.base.limits": ("Limits",),
     "missionc.pipeline.checked": ("Checked",),
     "missionc.pipeline.results": (
+        "Alternative",
         "Blame",
         "Change",
         "Compiled",

@@ -99,7 +99,13 @@ def documents() -> dict[str, Any]:
     planned = dict(driver.compile(Source("small.mission", SMALL)).files)
     missed = dict(driver.compile(Source("a.mission", CONFLICT), explain_limit=60.0).files)
     late = render_json(list(driver.check(Source("late.mission", LATE)).findings))
-    written = [json.loads(planned["plan.json"]), json.loads(missed["near_miss.json"])]
+    either = SMALL.replace("eventually[0, 6 s] goal", "eventually[0, 6 s] (goal or base)")
+    several = dict(driver.compile(Source("small.mission", either), alternatives=2).files)
+    written = [
+        json.loads(planned["plan.json"]),
+        json.loads(missed["near_miss.json"]),
+        json.loads(several["alternatives.json"]),
+    ]
     return {
         **{document["schema"]: document for document in written},
         "boxes": json.loads(planned["certificate.json"])["boxes"][0],

@@ -157,6 +157,8 @@ class Report:
     """The limit or signal that ended the search: another run, with more time, may find another plan."""
     work: float = 0.0
     """Units of ``work`` that were done."""
+    kept: float = 1.0
+    """The share of the margin that was asked for by which the plan keeps its requirements."""
     engine: str = ""
     """Which engine of a portfolio gave the plan, the refusal or the best candidate; empty where there was none."""
     tried: tuple[Tried, ...] = ()

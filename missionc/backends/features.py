@@ -48,6 +48,7 @@ class Offer:
         package: what has to be installed to load it; empty for nothing.
         extra: the extra of this package that installs that.
         repeats: the backend whose attempts it makes as well; where that takes turns in a portfolio, it does not.
+        weighs: whether what it makes least of is so over all options at once, and not of one that it chose before.
         leads: features with which it takes the first turn in a portfolio, whatever the order of the table.
     """
 
@@ -59,4 +60,5 @@ class Offer:
     package: str = ""
     extra: str = ""
     repeats: str = ""
+    weighs: bool = False
     leads: frozenset[Feature] = frozenset()

@@ -46,6 +46,19 @@ class Trace:
         moves = self.position[:, 1:] - self.position[:, :-1]
         return float(((moves**2).sum(axis=-1) ** 0.5).sum())
 
+    @property
+    def effort(self) -> float:
+        """The square of all agents' accelerations, summed over time: m²/s³. [clot] (2)."""
+        changes = self.velocity[:, 1:] - self.velocity[:, :-1]
+        return float((changes**2).sum() / self.step)
+
+    @property
+    def lasts(self) -> int:
+        """After how many steps nobody moves any more."""
+        moved = (self.position[:, 1:] != self.position[:, :-1]) | (self.velocity[:, :-1] != 0)
+        steps = moved.any(axis=(0, 2)).nonzero()[0]
+        return int(steps[-1]) + 1 if steps.size else 0
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Plan:

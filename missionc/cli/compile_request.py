@@ -50,6 +50,8 @@ class CompileRequest:
     memory_limit: int = driver.DEFAULT_MEMORY_LIMIT
     explain_limit: Seconds = driver.NO_EXPLANATION
     continuous: bool = False
+    alternatives: int = 1
+    """How many plans are wanted that differ."""
     exports: tuple[str, ...] = ()
     checkpoint: Path | None = None
     resume: Path | None = None
@@ -151,7 +153,14 @@ def _planned(request: CompileRequest, checked: Checked, folder: Path | None, bud
     if isinstance(checkpoints, Diagnostic):
         return _refused(Compiled(checked, Refused(), checked.findings, checked.seconds), checkpoints)
     compiled = driver.plan(
-        checked, request.options, budget, checkpoints, request.exports, request.continuous, request.explain_limit
+        checked,
+        request.options,
+        budget,
+        checkpoints,
+        request.exports,
+        request.continuous,
+        request.explain_limit,
+        request.alternatives,
     )
     answer = _answer(request, compiled, folder)
     if kept_run.wrong:

@@ -19,6 +19,7 @@ from missionc.resolve.show_vehicle import figures_of
 
 if TYPE_CHECKING:
     from missionc.base.judgement import Judgement
+    from missionc.output.documents.alternatives_json import AlternativeRow
     from missionc.replay.reverify import Reverified
     from missionc.replay.simulate_folder import Simulated
     from missionc.verify.certificate import Between, Certificate, Check
@@ -64,8 +65,27 @@ def compiled_lines(compiled: Compiled, output: str) -> list[str]:
         *margin_lines(certificate),
         *(f"note: {warning}" for warning in certificate.warnings),
         *between_lines(certificate.between),
+        *alternative_lines([each.row for each in compiled.alternatives]),
     ]
     return [*lines, f"written to {output}", *file_lines(compiled.outcome.files)] if output else lines
+
+
+def alternative_lines(alternatives: list[AlternativeRow]) -> list[str]:
+    """A table of the plans that differ: length, duration and the smallest margin, and below each what is different."""
+    if not alternatives:
+        return []
+    columns = [
+        [f"{each.rank}" for each in alternatives],
+        [f"{each.length:.2f} m" for each in alternatives],
+        [f"{each.duration:g} s" for each in alternatives],
+        [f"margin {decimals(each.margin)} m" for each in alternatives],
+    ]
+    wide = [max(map(len, column)) for column in columns]
+    lines = [f"{counted(len(alternatives), 'plan')} that differ{'' if len(alternatives) > 1 else 's'}, the best first"]
+    for number, each in enumerate(alternatives):
+        figures = "  ".join(f"{column[number]:>{width}}" for column, width in zip(columns, wide, strict=True))
+        lines += [f"  {figures}", *(f"     {words}" for words in each.differs)]
+    return lines
 
 
 def tried_lines(report: Report) -> list[str]:
@@ -156,6 +176,7 @@ def compiled_document(compiled: Compiled, output: str, texts: list[tuple[str, st
         document["notes"] = list(outcome.report.notes)
         document["cut_short"] = outcome.report.cut_short.value if outcome.report.cut_short else None
         document["between_steps"] = [_between(each) for each in outcome.certificate.between]
+        document["alternatives"] = [each.row.as_record() for each in compiled.alternatives]
         document["certificate"] = {"checks": len(outcome.certificate.checks), "passed": outcome.certificate.passed}
     if isinstance(outcome, NotFound):
         document["best_attempt"] = _attempt(outcome.best)
@@ -192,6 +213,11 @@ def reverified_lines(reverified: Reverified) -> list[str]:
     lines = [
         f"{certificate.mission}: verified, {counted(len(certificate.checks), 'check')} from the folder's files alone"
     ]
+    lines += [
+        f"  {each.folder}: verified, {counted(len(each.certificate.checks), 'check')}"
+        for each in reverified.others
+        if each.certificate is not None
+    ]
     return [
         *lines,
         *margin_lines(certificate),
@@ -218,6 +244,7 @@ def reverified_document(reverified: Reverified) -> dict[str, object]:
             for check in failures
         ],
         "between_steps": [_between(each) for each in certificate.between] if certificate else [],
+        "alternatives": [{"folder": str(each.folder), **reverified_document(each)} for each in reverified.others],
     }
 
 

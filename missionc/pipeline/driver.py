@@ -23,14 +23,10 @@ from typing import TYPE_CHECKING
 from missionc.backends.api import (
     Backend,
     Budget,
-    CutShort,
     Impossible,
     NotFound,
-    Outcome,
     Planned,
     Progress,
-    Reason,
-    Report,
     Tried,
     UnusableSnapshot,
     ignore,
@@ -45,14 +41,14 @@ from missionc.base.source import Source
 from missionc.base.units import Seconds
 from missionc.diagnostics.code import NOT_BETWEEN, TRACE_UNREADABLE
 from missionc.diagnostics.model import Diagnostic
-from missionc.ir import Mission
-from missionc.kernel.nodes import Kernel
 from missionc.pipeline import no_plan
-from missionc.pipeline.certify_plan import Certified, certify_plan, reserved_time, to_draw
+from missionc.pipeline.alternatives.weighs_options import weighs_options
+from missionc.pipeline.ask_backend import ask_backend, not_found
+from missionc.pipeline.certify_plan import Certified, certify_plan, reserved_time
 from missionc.pipeline.checked import Checked
 from missionc.pipeline.checkpoints import Checkpoints, unusable, with_checkpoints
 from missionc.pipeline.front_end import ANY_BACKEND, Stopwatch, check
-from missionc.pipeline.plan_with_margin import further_attempts, plan_with_margin
+from missionc.pipeline.plan_with_margin import further_attempts
 from missionc.pipeline.provenance import with_manifest
 from missionc.pipeline.results import Compiled, CompileOutcome, Monitored, Refused, Unverified, Verified
 from missionc.pipeline.run_limited import Ended, within
@@ -64,9 +60,6 @@ if TYPE_CHECKING:
 DEFAULT_TIME_LIMIT = Seconds(600.0)
 DEFAULT_MEMORY_LIMIT = 8 << 30
 NO_EXPLANATION = Seconds(0.0)
-KEPT_BACK = 0.25
-"""The share kept back from a search that refuses nothing, and so may take all the time: for why it found no plan."""
-
 __all__ = ["ANY_BACKEND", "DEFAULT_MEMORY_LIMIT", "DEFAULT_TIME_LIMIT", "check", "compile", "monitor", "plan"]
 
 
@@ -87,6 +80,7 @@ def compile(
     continuous: bool = False,
     explain_limit: Seconds = NO_EXPLANATION,
     vehicle: str = "",
+    alternatives: int = 1,
 ) -> Compiled:
     """``check``; then, where there is no error, ``plan``.
 
@@ -107,12 +101,22 @@ def compile(
         exports: names of ``missionc.output.export.formats.FORMATS``, to be written as well.
         continuous: as for ``plan``.
         explain_limit: seconds of the time limit that may go into what would make an impossible mission possible.
+        alternatives: as for ``plan``.
     """
     budget = Budget(time.monotonic() + time_limit, memory_limit, seed, limits or Limits(), listen)
     checked = check_within(budget, file, overrides=overrides or {}, backend=backend, vehicle=vehicle)
     if not isinstance(checked, Checked):
         return checked
-    return plan(checked, options or Options(), budget, Checkpoints(keep, resume), exports, continuous, explain_limit)
+    return plan(
+        checked,
+        options or Options(),
+        budget,
+        Checkpoints(keep, resume),
+        exports,
+        continuous,
+        explain_limit,
+        alternatives,
+    )
 
 
 def check_within(
@@ -133,7 +137,7 @@ def check_within(
     if isinstance(checked, Checked):
         return checked
     name = file.name if isinstance(file, Source) else str(file)
-    outcome = _not_found(checked, "check")
+    outcome = not_found(checked, "check")
     unread = Checked(name, ())
     return Compiled(unread, outcome, (no_plan.not_found(unread, outcome, None),), ())
 
@@ -146,6 +150,7 @@ def plan(
     exports: tuple[str, ...] = (),
     continuous: bool = False,
     explain_limit: Seconds = NO_EXPLANATION,
+    alternatives: int = 1,
 ) -> Compiled:
     """A verified plan of a checked mission, or what stands in its way.
 
@@ -158,9 +163,20 @@ def plan(
         continuous: whether a requirement must hold between the steps too; where it does not, ``further_attempts`` are
             planned while there is time, without checkpoints.
         explain_limit: seconds for ``Compiled.explained``; 0 leaves that out.
+        alternatives: how many plans are wanted that differ from each other; there may be fewer.
+
+    Raises:
+        ValueError: several plans are wanted, and slower ones.
     """
+    if alternatives > 1 and options.stretch != 1:
+        raise ValueError("alternatives are planned at the mission's own pace, and cannot be stretched")
     with limited(budget.memory_bytes):
-        return _throughout(checked, options, budget, checkpoints or Checkpoints(), exports, continuous, explain_limit)
+        first = _throughout(checked, options, budget, checkpoints or Checkpoints(), exports, continuous, explain_limit)
+        if alternatives == 1 or not isinstance(first.outcome, Verified):
+            return first
+        from missionc.pipeline.alternatives.ranked_plans import with_alternatives  # for those who ask for them
+
+        return with_alternatives(first, alternatives, options, budget, exports, continuous)
 
 
 def _throughout(
@@ -254,12 +270,18 @@ def _plan_by_all(
     left = run_budget.deadline - time.monotonic()
     whole = replace(run_budget, deadline=run_budget.deadline - reserved_time(len(mission.agents), mission.steps, left))
     try:
-        outcome = _found(backend, mission, kernel, options, whole, explain_limit, moment)
+        outcome = ask_backend(backend, mission, kernel, options, whole, explain_limit, moment)
     except UnusableSnapshot as wrong:
         return ended(Refused(), unusable(checkpoints.name, wrong))
     watch.seconds.extend(outcome.report.seconds)
     if isinstance(outcome, Planned):
         hold()
+        if weighs_options(mission, outcome, choice):
+            from missionc.pipeline.alternatives.compare_options import compare_options  # for those who have any
+
+            planner = outcome.report.engine or choice.backend
+            with watch.stage("compare"):
+                outcome = compare_options(mission, kernel, outcome, planner, options, whole, moment)
         home = within(moment, partial(certify_plan, checked, outcome, options, run_budget, watch, exports, continuous))
         if isinstance(home, Certified):
             checked = home.checked
@@ -283,36 +305,6 @@ def _plan_by_all(
     return with_manifest(replace(ended(outcome, finding), explained=explained))
 
 
-def _found(
-    backend: Backend,
-    mission: Mission,
-    kernel: Kernel,
-    options: Options,
-    budget: Budget,
-    explain_limit: Seconds,
-    moment: float,
-) -> Outcome:
-    """A backend's answer; the last plan that it had, where a limit ended the search for a better one.
-
-    Raises:
-        UnusableSnapshot: the run that is to go on cannot.
-    """
-    plans: list[Planned] = []
-    stage = "lower"
-
-    def listen(progress: Progress) -> None:
-        nonlocal stage
-        stage = progress.stage
-        budget.listen(progress)
-
-    until = _to_search(budget.deadline, to_draw(explain_limit) if backend.refutes else explain_limit)
-    asked_of = replace(budget, deadline=until, listen=listen, found=plans.append)
-    answer = within(moment, partial(plan_with_margin, backend, mission, kernel, options, asked_of))
-    if plans and isinstance(answer, Ended | NotFound) and answer.reason in CUT_SHORT:
-        return _cut_short(plans[-1], CUT_SHORT[answer.reason])
-    return _not_found(answer, stage) if isinstance(answer, Ended) else answer
-
-
 def _for_trials(backend: Backend, outcome: Impossible | NotFound, options: Options) -> Backend:
     """Who is asked about variants, many and soon: of a portfolio the engine that refused, or came nearest."""
     engine = load_backend((outcome.report.engine,), options) if outcome.report.engine else backend
@@ -321,24 +313,6 @@ def _for_trials(backend: Backend, outcome: Impossible | NotFound, options: Optio
 
 UNVERIFIED = "a plan that does not pass verification"
 """What an engine says whose plan was refused."""
-
-CUT_SHORT = {Reason.TIME: CutShort.TIME, Reason.MEMORY: CutShort.MEMORY}
-
-
-def _cut_short(plan: Planned, why: CutShort) -> Planned:
-    report = plan.report
-    return replace(plan, report=replace(report, notes=(*report.notes, why.note), cut_short=why))
-
-
-def _not_found(ended: Ended, stage: str) -> NotFound:
-    """A limit came before there was a plan. Which stage was under way when time ended depends on the machine alone."""
-    timed = ended.reason is Reason.TIME
-    return NotFound(ended.reason, ended.reason.value if timed else ended.during(stage), Report())
-
-
-def _to_search(deadline: float, explain_limit: Seconds) -> float:
-    """Until when a search goes on that nothing but a plan or the deadline ends: some time is left to explain it."""
-    return deadline - min(explain_limit, KEPT_BACK * max(0.0, deadline - time.monotonic()))
 
 
 def monitor(

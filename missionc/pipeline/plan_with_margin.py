@@ -97,4 +97,4 @@ def _after(planned: Planned, late: bool) -> Planned:
 def _noted(planned: Planned, margin: Metres, part: float) -> Planned:
     achieved = f"; this one keeps them by {part * margin * 100:g} cm" if part else ""
     note = f"no plan was found that keeps the requirements by {margin * 100:g} cm, the margin of a flight{achieved}"
-    return replace(planned, report=replace(planned.report, notes=(*planned.report.notes, note)))
+    return replace(planned, report=replace(planned.report, notes=(*planned.report.notes, note), kept=part))

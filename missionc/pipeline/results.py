@@ -21,6 +21,7 @@ from missionc.pipeline.checked import Checked, below
 if TYPE_CHECKING:
     from missionc.base.judgement import Judgement
     from missionc.base.trace import Plan
+    from missionc.output.documents.alternatives_json import AlternativeRow
     from missionc.verify.certificate import Between, Certificate
 
 
@@ -51,6 +52,18 @@ class Verified:
     def page(self) -> str:
         """The report."""
         return dict(self.files)[REPORT].decode("utf-8")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Alternative:
+    """One of several plans that differ, by its rank.
+
+    Args:
+        row: its rank, where its files are, what is different from the best one, and its figures.
+    """
+
+    row: AlternativeRow
+    verified: Verified
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -148,6 +161,8 @@ class Compiled:
     """The explanation of a mission that is impossible, or has a best candidate at least, where that was asked for."""
     listing: tuple[tuple[str, bytes], ...] = ()
     """The manifest of the files that there are without a plan; nothing where there are none."""
+    alternatives: tuple[Alternative, ...] = ()
+    """The plans that were asked for, the best first, which is the outcome; nothing where one was to do."""
 
     @property
     def files(self) -> tuple[tuple[str, bytes], ...]:

@@ -16,7 +16,7 @@ import hashlib
 import os
 import stat
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from missionc.backends.options import SLOWEST
@@ -30,7 +30,15 @@ from missionc.diagnostics.model import Diagnostic
 from missionc.ir import Mission
 from missionc.kernel.nodes import Kernel
 from missionc.monitoring.read_trace import read_trace
-from missionc.output.folder.file_names import MANIFEST, MANIFEST_SCHEMA, MISSION, file_names, polynomials_file
+from missionc.output.folder.file_names import (
+    ALTERNATIVES_FOLDER,
+    MANIFEST,
+    MANIFEST_SCHEMA,
+    MISSION,
+    MOST_ALTERNATIVES,
+    file_names,
+    polynomials_file,
+)
 from missionc.output.folder.walk_folder import MOST_ENTRIES, contents, is_normal, kind, printable, read_inside
 from missionc.pipeline.checked import Checked
 from missionc.pipeline.front_end import ANY_BACKEND, check
@@ -54,6 +62,7 @@ class OutputFolder:
         checked: its mission, without an error.
         trace: its plan.
         flights: the text of each agent's polynomials, by the agent's name; empty where the file is missing.
+        alternatives: the folders of further plans in it, by their names relative to it.
     """
 
     path: Path
@@ -66,6 +75,7 @@ class OutputFolder:
     kernel: Kernel
     trace: Trace
     flights: Mapping[str, str]
+    alternatives: Mapping[str, OutputFolder] = field(default_factory=dict)
 
     def text(self, name: str) -> str:
         """A file as text; empty where there is none."""
@@ -94,7 +104,39 @@ def read_folder(folder: Path, limits: Limits | None = None) -> OutputFolder | tu
         if isinstance(content, Diagnostic):
             return (content,)
         files[name] = content
-    return _read(folder, manifest, lying, files, limits)
+    opened = _read(folder, manifest, lying, files, limits)
+    return _with_alternatives(opened, lying, limits) if isinstance(opened, OutputFolder) else opened
+
+
+def _with_alternatives(
+    opened: OutputFolder, lying: Mapping[str, os.stat_result], limits: Limits
+) -> OutputFolder | tuple[Diagnostic, ...]:
+    """The folder with those of further plans, each read from the files that are in hand."""
+    inside: dict[str, OutputFolder] = {}
+    for rank in range(2, MOST_ALTERNATIVES + 1):
+        name = f"{ALTERNATIVES_FOLDER}/{rank}"
+        own = {
+            file.removeprefix(f"{name}/"): content
+            for file, content in opened.files.items()
+            if file.startswith(f"{name}/")
+        }
+        if MANIFEST not in own:
+            continue
+        path = opened.path / name
+        manifest = _parsed(path, own[MANIFEST])
+        if isinstance(manifest, Diagnostic):
+            return (manifest,)
+        inputs, listed = _names(manifest.get("inputs")), _names(manifest.get("files"))
+        there = {file.removeprefix(f"{name}/"): status for file, status in lying.items() if file.startswith(f"{name}/")}
+        wanted = [*listed, *(f"{MISSION}/{file}" for file in inputs)]
+        if not inputs or PLAN not in listed or any(file not in own for file in wanted):
+            return (_unusable(path, f"its `{MANIFEST}` names no mission, no `{PLAN}`, or files that are not in it"),)
+        files = {file: own[file] for file in dict.fromkeys(wanted)}
+        read = _read(path, manifest, there, files, limits)
+        if not isinstance(read, OutputFolder):
+            return read
+        inside[name] = read
+    return replace(opened, alternatives=inside)
 
 
 def _read(
@@ -204,8 +246,10 @@ def _unlisted(lying: Iterable[str], names: Iterable[str]) -> tuple[str, ...]:
 def _manifest(folder: Path, limits: Limits) -> dict[str, object] | Diagnostic:
     """The manifest, of whatever shape within."""
     content = read_inside(folder, MANIFEST, limits.trace_bytes)
-    if isinstance(content, Diagnostic):
-        return content
+    return content if isinstance(content, Diagnostic) else _parsed(folder, content)
+
+
+def _parsed(folder: Path, content: bytes) -> dict[str, object] | Diagnostic:
     try:
         manifest = parse_json(content.decode("utf-8"))
     except UnicodeDecodeError:

@@ -18,8 +18,9 @@ from missionc.output.folder.manifest import relisted
 from missionc.output.folder.unwritable import shown
 from missionc.output.folder.write_file import write_file
 from missionc.replay.read_folder import OutputFolder, read_folder
+from missionc.replay.rebuild.alternatives import table_of
 from missionc.replay.rebuild.rebuild_documents import page
-from missionc.replay.reverify import Reverified, reverify_opened
+from missionc.replay.reverify import Reverified, plans_of, reverify_opened
 
 
 def render_report(reverified: Reverified) -> bytes:
@@ -31,7 +32,8 @@ def render_report(reverified: Reverified) -> bytes:
     if opened is None or certificate is None or flown is None:
         return b""
     sound = all(check.passed or check.subject == REPORT for check in certificate.checks)
-    return page(opened, flown if sound else certificate)
+    judged = plans_of(reverified.others)
+    return page(opened, flown if sound else certificate, None, judged, table_of(opened, flown, judged))
 
 
 def add_simulation(folder: Path, simulation: bytes, limits: Limits | None = None) -> tuple[Diagnostic, ...]:

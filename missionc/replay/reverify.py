@@ -16,8 +16,9 @@ from missionc.diagnostics.code import FOLDER_REFUSED, NOT_JUDGED
 from missionc.diagnostics.model import Diagnostic
 from missionc.output.folder.walk_folder import printable
 from missionc.replay.read_folder import CERTIFICATE, PLAN, OutputFolder, read_folder
+from missionc.replay.rebuild.alternatives import Judged
 from missionc.replay.rebuild.rebuild_documents import check_documents
-from missionc.replay.rebuild.verdict import DOCUMENT, UNJUDGED
+from missionc.replay.rebuild.verdict import DOCUMENT, UNJUDGED, unjudged, verdict
 from missionc.verify.certificate import Certificate, Check
 from missionc.verify.check_certificate import check_certificate
 from missionc.verify.verify_plan import verify, verify_between, verify_polynomials
@@ -40,6 +41,8 @@ class Reverified:
     opened: OutputFolder | None = None
     certificate: Certificate | None = None
     flown: Certificate | None = None
+    others: tuple[Reverified, ...] = ()
+    """The further plans in the folder, in the order of their ranks."""
 
     @property
     def passed(self) -> bool:
@@ -61,6 +64,7 @@ def reverify(folder: Path, limits: Limits | None = None) -> Reverified:
 
 def reverify_opened(opened: OutputFolder, limits: Limits | None) -> Reverified:
     """``reverify``, of what was read already; without limits a simulation is not flown once more."""
+    others = tuple(reverify_opened(each, limits) for each in opened.alternatives.values())
     mission, kernel, trace = opened.mission, opened.kernel, opened.trace
     flown = verify(mission, kernel, trace)
     if flown.passed:
@@ -68,12 +72,26 @@ def reverify_opened(opened: OutputFolder, limits: Limits | None) -> Reverified:
     documents: tuple[Check, ...] = ()
     if flown.passed:
         flown = flown.joined(verify_between(mission, kernel, trace, opened.flights))
-        documents = (*_stated(opened, flown), *check_documents(opened, flown, limits))
+        documents = (*_stated(opened, flown), *check_documents(opened, flown, limits, plans_of(others)))
     certificate = Certificate(mission.name, _files(opened)).joined(flown)
-    certificate = certificate.joined(Certificate(mission.name, documents))
+    certificate = certificate.joined(
+        Certificate(mission.name, (*documents, *map(_of_other, opened.alternatives, others)))
+    )
     say = _not_judged if _undecided(certificate) else _refused
     findings = () if certificate.passed else (say(opened.path, certificate),)
-    return Reverified(opened.path, findings, opened, certificate, flown)
+    return Reverified(opened.path, findings, opened, certificate, flown, others)
+
+
+def plans_of(others: tuple[Reverified, ...]) -> list[Judged]:
+    """The further plans with what was verified of each."""
+    return [(each.opened, each.flown) for each in others if each.opened is not None and each.flown is not None]
+
+
+def _of_other(name: str, other: Reverified) -> Check:
+    """That a further plan passes every check of a folder of its own; the first one that fails, where it does not."""
+    failures = other.certificate.failures if other.certificate else ()
+    say = unjudged if other.undecided else verdict
+    return say(name, _reason(failures[0]) if failures else "")
 
 
 def _files(opened: OutputFolder) -> tuple[Check, ...]:

@@ -252,6 +252,35 @@ def test_text_that_looks_like_markup_is_shown_as_it_is(browser: Any, tmp_path: P
     found.page.close()
 
 
+def test_a_table_goes_from_one_of_several_plans_to_another(browser: Any, tmp_path: Path) -> None:
+    best = plotted(RELAY, MOTION)
+    other = plotted(RELAY, [[[9.0, 1.0]] * 5, MOTION[1], MOTION[2]])
+    rows: list[dict[str, object]] = [
+        {
+            "rank": rank,
+            "folder": folder,
+            "differs": differs,
+            "length": 9.0,
+            "duration": 2.0,
+            "energy": 1.0,
+            "margin": 0.2,
+        }
+        for rank, folder, differs in ((1, None, []), (2, "alternatives/2", ["drone[0]: `far` <b> first"]))
+    ]
+    found = opened(browser, tmp_path / "several.html", report(best, list(zip(rows, (best, other), strict=True))))
+    assert found.page.locator("#plans tbody tr").count() == 2
+    assert "drone[0]: `far` <b> first" in found.text("#plans")
+    before = found.picture()
+    found.page.keyboard.press("ArrowRight")
+    shown = found.now()
+    found.page.click("#plans tbody tr:nth-child(2) button")
+    found.page.wait_for_selector("#plans tbody tr:nth-child(2)[aria-current=true]")
+    assert found.now() == shown
+    assert found.picture() != before
+    assert found.said == []
+    found.page.close()
+
+
 def test_a_hundred_agents_play_smoothly(browser: Any, tmp_path: Path) -> None:
     text = RELAY.replace("drone[3]", "drone[100]").replace("horizon 4 s", "horizon 50 s").replace("4 s]", "50 s]")
     time = np.linspace(0, 6, 51)

@@ -120,6 +120,7 @@ COMMANDS: dict[str, tuple[tuple[Draw, ...], dict[str, Draw | None]]] = {
             "--plot-kind": drawn("motion", "roadmap", "", ODD),
             "--certify": None,
             "--continuous": None,
+            "--alternatives": drawn("0", "1", "2", "-1", "x"),
             "--explain-limit": number,
             "--quiet": None,
         },

@@ -10,4 +10,5 @@ SMT = Offer(
     frozenset({"solver", "certify", "margin", "stretch"}),
     checkpoints=False,
     home="missionc.backends.smt.backend",
+    weighs=True,
 )

@@ -27,6 +27,7 @@ from missionc.cli.options import (
     several_of,
     staged,
 )
+from missionc.output.folder.file_names import MOST_ALTERNATIVES
 from missionc.pipeline import driver
 
 
@@ -88,6 +89,14 @@ from missionc.pipeline import driver
 )
 @options.of_a_plan("certify")
 @click.option("--continuous", is_flag=True, help="Refuse a plan whose requirements fail between the steps.")
+@click.option(
+    "--alternatives",
+    type=click.IntRange(1, MOST_ALTERNATIVES),
+    default=1,
+    show_default=True,
+    metavar="K",
+    help="Plan so many that differ: another option, order or side of an obstacle.",
+)
 @options.explain_limit
 @click.option("--quiet", is_flag=True, help="No summary and no progress.")
 @options.watch
@@ -115,6 +124,7 @@ def command(
     plot: Path | None,
     plot_kind: str,
     continuous: bool,
+    alternatives: int,
     explain_limit: float,
     quiet: bool,
     watch: bool,
@@ -134,6 +144,8 @@ def command(
             f"`--samples` is for presets that transport trajectories, and `{chosen.preset}` does not; "
             f"add `--preset` with one of {', '.join(PRESETS[1:])}"
         )
+    if alternatives > 1 and chosen.stretch != 1:
+        raise click.UsageError("`--alternatives` plans at the mission's own pace; leave `--stretch` out")
     if watch and (form != "text" or emitted or resume):
         raise click.UsageError("`--watch` goes on and on, in words; leave `--format`, `--emit` and `--resume` out")
     if no_open and not watch:
@@ -150,6 +162,7 @@ def command(
         memory_limit=memory_limit,
         explain_limit=Seconds(explain_limit),
         continuous=continuous,
+        alternatives=alternatives,
         exports=tuple(name for group in exported for name in group),
         checkpoint=checkpoint,
         resume=resume,

@@ -17,6 +17,10 @@ REPORT = "report.html"
 """The page that is drawn of a folder."""
 MANIFEST, MANIFEST_SCHEMA = "manifest.json", "missionc.manifest/1"
 """The file that lists all others of a folder, and what that says it is."""
+ALTERNATIVES, ALTERNATIVES_FOLDER = "alternatives.json", "alternatives"
+"""The table of several plans in one folder, and where all but the best lie, each in a folder of its rank."""
+MOST_ALTERNATIVES = 20
+"""Plans that one folder may hold."""
 PLAN, NEAR_MISS, PROOF, EXPORT = "plan", "near_miss", "proof", "export"
 """What a folder may hold, as its manifest says; one that does not say so holds a plan."""
 

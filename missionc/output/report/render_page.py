@@ -29,6 +29,7 @@ SCRIPTS = (
     "tracks.js",
     "timeline.js",
     "words.js",
+    "plans.js",
     "player.js",
     "main.js",
 )

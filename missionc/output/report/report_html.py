@@ -6,12 +6,22 @@ out  the bytes of ``report.html``, the same each time
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from missionc.output.report.page_data import Plotted, data
 from missionc.output.report.render_page import page
 
 __all__ = ["Plotted", "data", "report"]
 
 
-def report(plotted: Plotted) -> bytes:
-    """The page: whole, in UTF-8, without a reference to anything outside it."""
-    return page(plotted.mission.name, data(plotted)).encode("utf-8")
+def report(plotted: Plotted, plans: Sequence[tuple[dict[str, object], Plotted]] = ()) -> bytes:
+    """The page: whole, in UTF-8, without a reference to anything outside it.
+
+    Args:
+        plans: of a folder with several, each with its row of the table; the first is the one that is plotted.
+    """
+    shown = data(plotted)
+    if plans:
+        shown["plans"] = [row for row, _ in plans]
+        shown["others"] = [data(other) for _, other in plans[1:]]
+    return page(plotted.mission.name, shown).encode("utf-8")

@@ -11,12 +11,22 @@ from collections.abc import Callable, Iterator, Mapping
 
 from missionc.backends.api import CutShort
 from missionc.backends.offers import OFFERS
-from missionc.backends.options import DESCRIBED, Recorded
+from missionc.backends.options import DESCRIBED, Recorded, Whole
 from missionc.data.vehicles import profiles
-from missionc.output.folder.file_names import MANIFEST, MISSION, REPORT, SIMULATION, file_names, polynomials_file
+from missionc.output.folder.file_names import (
+    ALTERNATIVES,
+    MANIFEST,
+    MISSION,
+    MOST_ALTERNATIVES,
+    REPORT,
+    SIMULATION,
+    file_names,
+    polynomials_file,
+)
 from missionc.output.folder.manifest import PACKAGES
+from missionc.output.with_alternatives import OPTION
 from missionc.pipeline.provenance import inputs
-from missionc.replay.read_folder import CERTIFICATE, PLAN, VEHICLE, OutputFolder
+from missionc.replay.read_folder import CERTIFICATE, PLAN, VEHICLE, OutputFolder, options
 from missionc.replay.rebuild.export_files import FOLDER
 from missionc.replay.rebuild.verdict import verdict
 from missionc.verify.certificate import Check
@@ -67,6 +77,7 @@ def _versions(versions: object) -> str:
 OPTIONS: Mapping[str, Callable[[str], bool]] = {
     **{each.name: each.kind.admits for each in DESCRIBED.values() if each.recorded is not Recorded.NEVER},
     VEHICLE: lambda text: text in profiles(),
+    OPTION: lambda text: Whole(2, MOST_ALTERNATIVES).admits(text),
     "backend": lambda text: text == "auto",
     "export": lambda text: bool(text) and len(set(text.split(","))) == text.count(",") + 1,
 }
@@ -103,4 +114,6 @@ def _known(opened: OutputFolder) -> set[str]:
     """Every file that a folder of this mission may hold beside exports and the mission."""
     names = file_names(opened.mission.agents)
     flights = (polynomials_file(names[agent.name]) for agent in opened.mission.agents)
-    return {PLAN, "trajectories.csv", CERTIFICATE, REPORT, SIMULATION, *flights}
+    further = (file for file in opened.files if file.startswith(tuple(f"{name}/" for name in opened.alternatives)))
+    table = (ALTERNATIVES,) if OPTION in options(opened.manifest) else ()
+    return {PLAN, "trajectories.csv", CERTIFICATE, REPORT, SIMULATION, *flights, *table, *further}

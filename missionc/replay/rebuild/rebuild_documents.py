@@ -17,6 +17,7 @@ from missionc.curves.crazyflie_csv import Pieces, read, written
 from missionc.output.documents.trajectories_csv import trajectories
 from missionc.output.folder.file_names import REPORT, SIMULATION, file_names, polynomials_file
 from missionc.replay.read_folder import CERTIFICATE, PLAN, OutputFolder
+from missionc.replay.rebuild.alternatives import Judged, check_alternatives, table_of
 from missionc.replay.rebuild.export_files import check_exports
 from missionc.replay.rebuild.manifest_entries import check_manifest
 from missionc.replay.rebuild.plan_document import check_plan, plan_of
@@ -32,28 +33,33 @@ ALWAYS = (PLAN, TRAJECTORIES, CERTIFICATE, REPORT)
 """What every folder holds, beside polynomials and the mission."""
 
 
-def check_documents(opened: OutputFolder, flown: Certificate, limits: Limits | None) -> Iterator[Check]:
+def check_documents(
+    opened: OutputFolder, flown: Certificate, limits: Limits | None, others: list[Judged]
+) -> Iterator[Check]:
     """What the files say and hold, compared with what the mission, the plan and the polynomials come to.
 
     Args:
         flown: of the plan, its polynomials and the time between the steps; it has passed.
         limits: absent where a simulation was flown just now, and is not to be flown once more.
+        others: the further plans in the folder, with what was verified of each.
     """
     plan = plan_of(opened)
     names = file_names(opened.mission.agents)
-    table = trajectories(opened.mission, opened.trace).encode()
+    states = trajectories(opened.mission, opened.trace).encode()
     yield from check_manifest(opened)
     yield from (verdict(name, "it is missing") for name in ALWAYS if name not in opened.files)
     yield check_plan(opened, plan)
-    same = opened.files.get(TRAJECTORIES, table) == table
+    same = opened.files.get(TRAJECTORIES, states) == states
     yield verdict(TRAJECTORIES, "" if same else f"it does not hold the states of `{PLAN}`")
     for agent in opened.mission.agents:
         yield _polynomials(polynomials_file(names[agent.name]), opened.flights[agent.name])
     yield from check_exports(opened)
     if SIMULATION in opened.files and limits:
         yield check_simulation(opened, limits)
+    table = table_of(opened, flown, others)
+    yield from check_alternatives(opened, others, table)
     if REPORT in opened.files:
-        yield check_page(opened, plan, flown)
+        yield check_page(opened, plan, flown, others, table)
 
 
 def _polynomials(name: str, text: str) -> Check:

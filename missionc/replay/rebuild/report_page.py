@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 from missionc.base.strict_json import parse_json
 from missionc.base.trace import Plan
+from missionc.output.documents.alternatives_json import AlternativeRow
 from missionc.output.folder.file_names import REPORT, SIMULATION
 from missionc.output.report.report_html import Plotted, report
+from missionc.output.with_alternatives import others
 from missionc.pipeline.provenance import texts
 from missionc.replay.read_folder import OutputFolder
+from missionc.replay.rebuild.alternatives import Judged
 from missionc.replay.rebuild.plan_document import plan_of
 from missionc.replay.rebuild.verdict import verdict
 from missionc.verify.certificate import Certificate, Check
@@ -21,9 +25,25 @@ NOISE = 1e-6
 """A margin no larger is met to rounding: when it is tightest, and whose it is, depends on the machine."""
 
 
-def page(opened: OutputFolder, certificate: Certificate, plan: Plan | None = None) -> bytes:
-    """The page of a folder, with what a certificate says of it."""
-    plotted = Plotted(
+def page(
+    opened: OutputFolder,
+    certificate: Certificate,
+    plan: Plan | None = None,
+    judged: Sequence[Judged] = (),
+    table: Sequence[AlternativeRow] = (),
+) -> bytes:
+    """The page of a folder, with what a certificate says of it.
+
+    Args:
+        judged: the further plans in it, with what was verified of each.
+        table: of all of them; nothing of a folder with one plan.
+    """
+    plots = [_plotted(opened, certificate, plan), *(_plotted(each, own) for each, own in judged)]
+    return report(plots[0], others(plots, table) if table else ())
+
+
+def _plotted(opened: OutputFolder, certificate: Certificate, plan: Plan | None = None) -> Plotted:
+    return Plotted(
         opened.mission,
         opened.kernel,
         plan or plan_of(opened),
@@ -32,12 +52,17 @@ def page(opened: OutputFolder, certificate: Certificate, plan: Plan | None = Non
         texts(opened.checked),
         simulation=opened.text(SIMULATION),
     )
-    return report(plotted)
 
 
-def check_page(opened: OutputFolder, plan: Plan, flown: Certificate) -> Check:
+def check_page(
+    opened: OutputFolder,
+    plan: Plan,
+    flown: Certificate,
+    judged: Sequence[Judged] = (),
+    table: Sequence[AlternativeRow] = (),
+) -> Check:
     """The same program, words and pictures; numbers but for rounding."""
-    drawn, lying = page(opened, flown, plan).decode("utf-8"), opened.files[REPORT]
+    drawn, lying = page(opened, flown, plan, judged, table).decode("utf-8"), opened.files[REPORT]
     if lying == drawn.encode("utf-8"):
         return verdict(REPORT, None)
     try:
@@ -66,6 +91,9 @@ def _split(text: str) -> tuple[tuple[str, str], Any]:
 
 def _settled(data: Any, names: set[str], end: float) -> Any:
     """Without the time and the agents of what is met to rounding, where they can be right."""
+    further = data.get("others") if isinstance(data, dict) else None
+    for other in further if isinstance(further, list) else []:
+        _settled(other, names, end)
     rows = data.get("checks") if isinstance(data, dict) else None
     for row in rows if isinstance(rows, list) else []:
         if isinstance(row, dict) and is_number(row.get("margin")) and abs(row["margin"]) <= NOISE:

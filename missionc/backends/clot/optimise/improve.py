@@ -9,8 +9,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
-import numpy as np
-
 from missionc.backends.clot.cost_weights import AIMS, TIDY
 from missionc.backends.clot.optimise.convex_descent import descend
 from missionc.backends.clot.optimise.goal_terms import Demand
@@ -118,7 +116,7 @@ def travelled(made: Trace) -> float:
 
 def effort(made: Trace) -> float:
     """The square of all agents' accelerations, summed over time: m²/s³. [clot] (2)."""
-    return float((np.diff(made.velocity, axis=1) ** 2).sum() / made.step)
+    return made.effort
 
 
 MEASURES = {Objective.DISTANCE: travelled, Objective.ENERGY: effort}

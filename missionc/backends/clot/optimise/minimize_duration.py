@@ -67,9 +67,7 @@ def shorten(
 
 def duration(made: Trace) -> int:
     """After how many steps nobody moves any more."""
-    moved = (made.position[:, 1:] != made.position[:, :-1]) | (made.velocity[:, :-1] != 0)
-    steps = np.flatnonzero(moved.any(axis=(0, 2)))
-    return int(steps[-1]) + 1 if steps.size else 0
+    return made.lasts
 
 
 def _starts(position: Array, lasts: int, target: int) -> Iterator[Array]:

@@ -1,5 +1,6 @@
 // One state; whatever changes it asks for a frame, and the frame draws what it touches.
-const data = JSON.parse(document.getElementById("data").textContent);
+const whole = JSON.parse(document.getElementById("data").textContent);
+const { data, rank } = chosenPlan(whole);
 const model = readModel(data);
 const state = {
   time: 0,
@@ -105,6 +106,7 @@ const map = scene(model, state, change);
 const tracks = timeline(model, state, change, words);
 const clockwork = player(model, state, change);
 margins(model, change);
+plansTable(whole, rank, state);
 describe();
 
 document.getElementById("theme").addEventListener("click", () => change({ theme: state.theme === "dark" ? "light" : "dark" }));

@@ -1,0 +1,49 @@
+"""The files of a folder with several plans: those of the best, and those of every other one in a folder of its own.
+
+in   the plans as they are drawn, the files of each, the table of them
+out  the files of the folder: its manifest lists all, its report shows all
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+
+from missionc.output.documents.alternatives_json import AlternativeRow, alternatives_json
+from missionc.output.folder.file_names import ALTERNATIVES, MANIFEST, REPORT
+from missionc.output.folder.manifest import relisted
+from missionc.output.report.report_html import Plotted, report
+
+OPTION = "alternatives"
+
+Files = tuple[tuple[str, bytes], ...]
+
+
+def with_alternatives(
+    plots: Sequence[Plotted], files: Sequence[Files], table: Sequence[AlternativeRow], wanted: int
+) -> Files:
+    """The whole folder.
+
+    Args:
+        plots: of each plan, the best first.
+        files: of each plan, as a folder of its own would have them.
+        wanted: how many were asked for, which the manifest records among the options.
+    """
+    best = dict(files[0])
+    before = json.loads(best.pop(MANIFEST))
+    before["options"] |= {OPTION: str(wanted)}
+    best[ALTERNATIVES] = alternatives_json(plots[0].mission, table).encode()
+    for row, own in zip(table[1:], files[1:], strict=True):
+        best |= {f"{row.folder}/{name}": content for name, content in own}
+    best[REPORT] = report(plots[0], others(plots, table))
+    best[MANIFEST] = relisted(before, _listed(best))
+    return tuple(best.items())
+
+
+def others(plots: Sequence[Plotted], table: Sequence[AlternativeRow]) -> list[tuple[dict[str, object], Plotted]]:
+    """What the report of the best plan shows of all: the row of each, and the plan."""
+    return [(row.as_record(), plotted) for row, plotted in zip(table, plots, strict=True)]
+
+
+def _listed(files: Mapping[str, bytes]) -> dict[str, bytes]:
+    return {name: content for name, content in files.items() if name != MANIFEST}

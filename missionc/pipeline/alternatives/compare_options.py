@@ -1,0 +1,123 @@
+"""Comparison of the options of a mission: a plan's options and orders are forbidden in turn, and the best plan is kept.
+
+    in   a plan, of a backend that chose among options before it planned
+    out  the same plan or a better one; its notes say what the others come to
+
+What cannot be better by a lower bound is not planned. The work is bounded, and counted, so that one seed gives one
+plan.
+"""
+
+from __future__ import annotations
+
+import heapq
+import time
+from collections.abc import Iterator
+from dataclasses import replace
+from functools import partial
+from itertools import count
+
+from missionc.backends.api import Budget, CutShort, NotFound, Planned, Reason, forget, unheard
+from missionc.backends.load import load_engines
+from missionc.backends.options import Options
+from missionc.base.signals import asked
+from missionc.checks.lower_bounds import lower_bounds
+from missionc.diagnostics.model import Diagnostic
+from missionc.ir import Mission, Objective
+from missionc.kernel.nodes import Kernel
+from missionc.monitoring.signature import Signature, Signatures, differences
+from missionc.pipeline.alternatives.quality import amount, objective_value, quality
+from missionc.pipeline.alternatives.restriction import Restriction, restrictions
+from missionc.pipeline.plan_with_margin import plan_with_margin
+from missionc.pipeline.run_limited import Ended, within
+
+MOST = 3
+"""Restricted missions that are planned."""
+
+LEAST_WORK, TIMES = 8.0, 2.0
+"""Units of ``work`` of all of them: so many, or so many times the work of the plan."""
+
+
+def compare_options(
+    mission: Mission,
+    kernel: Kernel,
+    planned: Planned,
+    engine: str,
+    options: Options,
+    budget: Budget,
+    moment: float,
+) -> Planned:
+    """The best of a plan and of those with other options and orders.
+
+    Args:
+        engine: the name of the backend that planned.
+        moment: when what is still at work is interrupted, on the clock of ``time.monotonic``.
+    """
+    backend = load_engines((engine,), options)
+    if isinstance(backend, Diagnostic):
+        return planned
+    signatures = Signatures(mission, kernel)
+    compared = [(planned, signatures.of(planned.trace))]
+    waiting: list[tuple[float, int, Restriction]] = []
+    numbers = count()
+    left, late = max(LEAST_WORK, TIMES * planned.report.work), False
+
+    def wait_for(restriction: Restriction, of: Planned, signature: Signature) -> None:
+        best = min(objective_value(mission.objective, each.trace) for each, _ in compared)
+        for each in _decided(restriction, signature, mission, of):
+            bound = _bound(mission, kernel, each)
+            if bound < best:
+                heapq.heappush(waiting, (bound, next(numbers), each))
+
+    wait_for(Restriction(), planned, compared[0][1])
+    tries = 0
+    while waiting and tries < MOST and left > 0:
+        late = late or asked() or time.monotonic() >= budget.deadline
+        if late:
+            break
+        _, _, restriction = heapq.heappop(waiting)
+        tries += 1
+        short = replace(budget, work=left, keep=forget, resume=None, found=unheard)
+        narrower = restriction.applied(mission, kernel)
+        outcome = within(moment, partial(plan_with_margin, backend, *narrower, options, short))
+        if isinstance(outcome, Ended) or (isinstance(outcome, NotFound) and outcome.reason is Reason.TIME):
+            late = True
+            break
+        left -= outcome.report.work
+        if isinstance(outcome, Planned):
+            signature = signatures.of(outcome.trace)
+            compared.append((outcome, signature))
+            wait_for(restriction, outcome, signature)
+    return _best(mission, kernel, compared, late)
+
+
+def _decided(before: Restriction, signature: Signature, mission: Mission, planned: Planned) -> Iterator[Restriction]:
+    return restrictions(before, signature, mission, planned.trace.position, sides=False)
+
+
+def _bound(mission: Mission, kernel: Kernel, restriction: Restriction) -> float:
+    """What every plan of a restricted mission comes to at least."""
+    if mission.objective is Objective.ENERGY or mission.world.flat:
+        return 0.0
+    bounds = lower_bounds(*restriction.applied(mission, kernel))
+    return float(bounds.steps) if mission.objective is Objective.DURATION else bounds.metres
+
+
+def _best(mission: Mission, kernel: Kernel, compared: list[tuple[Planned, Signature]], late: bool) -> Planned:
+    """The best, with what was done for all, and what the others come to that differ."""
+    first = compared[0][0]
+    best, own = min(compared, key=lambda each: quality(mission, kernel, each[0]))
+    notes = [
+        f"{words[0]} comes to {amount(mission.objective, each.trace)}"
+        for each, signature in compared
+        if each is not best and (words := differences(own, signature))
+    ]
+    report = replace(
+        best.report,
+        notes=(*best.report.notes, *([f"options compared: {'; '.join(notes)}"] if notes else [])),
+        seconds=first.report.seconds,
+        work=sum(each.report.work for each, _ in compared),
+        tried=first.report.tried,
+        engine=first.report.engine,
+        cut_short=CutShort.TIME if late and not asked() else CutShort.SIGNAL if late else best.report.cut_short,
+    )
+    return replace(best, report=report) if len(compared) > 1 or late else best

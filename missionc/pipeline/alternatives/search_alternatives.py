@@ -1,0 +1,185 @@
+"""Search for alternative plans: what the plans so far decided is forbidden, one thing after the other.
+
+    in   a checked mission and its verified plan, how many are wanted
+    out  Found: plans that differ from each other (``monitoring.signature``), each verified, the best first
+
+A restricted mission is planned by the backend that planned the mission; what comes of it counts only where it differs
+from every plan before. Of those found the best are verified and written against the mission itself. The attempts, and
+the work of each, are counted, so that one seed gives the same plans.
+"""
+
+from __future__ import annotations
+
+import heapq
+import time
+from collections.abc import Hashable, Iterator
+from dataclasses import dataclass, field, replace
+from functools import partial
+from itertools import count
+
+from missionc.backends.api import Backend, Budget, Planned, forget, unheard
+from missionc.backends.load import load_engines
+from missionc.backends.options import Options
+from missionc.base.deadline import last_call
+from missionc.base.figures import counted
+from missionc.base.signals import asked
+from missionc.diagnostics.model import Diagnostic
+from missionc.ir import Mission
+from missionc.kernel.nodes import Kernel
+from missionc.monitoring.signature import Signature, Signatures, differences
+from missionc.pipeline.alternatives.quality import Quality, quality
+from missionc.pipeline.alternatives.restriction import Restriction, restrictions
+from missionc.pipeline.certify_plan import Certified, certify_plan, reserved_time
+from missionc.pipeline.checked import Checked
+from missionc.pipeline.front_end import Stopwatch
+from missionc.pipeline.plan_with_margin import plan_with_margin
+from missionc.pipeline.results import Verified
+from missionc.pipeline.run_limited import within
+
+LEAST_TRIES, TRIES = 2, 5
+"""Restricted missions that are planned for each plan that is wanted: so many in any case, so that the best of several
+are kept; and so many at most."""
+
+SEEDS = 2
+"""Other seeds that are tried once nothing is left to forbid."""
+
+LEAST_WORK, TIMES = 4.0, 3.0
+"""Units of ``work`` of an attempt: so many, or so many times the work of the first plan."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Candidate:
+    """A plan that differs; ``verified`` where it is the first one, which is written already."""
+
+    planned: Planned
+    signature: Signature
+    value: Quality
+    seed: int
+    verified: Verified | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Found:
+    """Plans with their signatures, the best first; ``note`` says why there are fewer than were wanted."""
+
+    plans: tuple[tuple[Verified, Signature], ...]
+    note: str
+
+
+@dataclass(slots=True, eq=False)
+class _Search:
+    mission: Mission
+    kernel: Kernel
+    signatures: Signatures
+    candidates: list[Candidate] = field(default_factory=list)
+    waiting: list[tuple[Quality, int, int, Restriction]] = field(default_factory=list)
+    seen: set[Hashable] = field(default_factory=set)
+    numbers: count[int] = field(default_factory=count)
+    seeds: Iterator[int] = field(default_factory=lambda: iter(range(1, SEEDS + 1)))
+
+    def add(self, planned: Planned, seed: int, restriction: Restriction, verified: Verified | None = None) -> None:
+        """Keep a plan that differs, and what may be forbidden of it; of one that does not, that alone."""
+        trace = planned.trace
+        signature = self.signatures.of(trace)
+        value = quality(self.mission, self.kernel, planned)
+        if all(differences(each.signature, signature) for each in self.candidates):
+            self.candidates.append(Candidate(planned, signature, value, seed, verified))
+        for place, each in enumerate(restrictions(restriction, signature, self.mission, trace.position)):
+            if each.key not in self.seen:
+                self.seen.add(each.key)
+                heapq.heappush(self.waiting, (value, place, next(self.numbers), each))
+
+    def next_attempt(self) -> tuple[Restriction, int] | None:
+        """What to forbid next, of the best plan first; and what to add to the seed, once nothing is left."""
+        if self.waiting:
+            return heapq.heappop(self.waiting)[-1], 0
+        more = next(self.seeds, None)
+        return None if more is None else (Restriction(), more)
+
+
+def search_alternatives(
+    checked: Checked,
+    first: Verified,
+    wanted: int,
+    options: Options,
+    budget: Budget,
+    watch: Stopwatch,
+    exports: tuple[str, ...],
+    continuous: bool,
+) -> Found:
+    """As many plans as are wanted, the first among them unless better ones were found, or as many as were found.
+
+    Args:
+        checked: the mission that the first plan was verified by.
+    """
+    mission, kernel = checked.mission, checked.kernel
+    assert mission is not None
+    assert kernel is not None
+    backend = load_engines((first.plan.backend,), options)
+    search = _Search(mission, kernel, Signatures(mission, kernel))
+    search.add(Planned(first.plan.trace, first.report), budget.seed, Restriction(), first)
+    kept_back = (wanted + 1) * reserved_time(len(mission.agents), mission.steps, budget.deadline - time.monotonic())
+    until = budget.deadline - min(kept_back, (budget.deadline - time.monotonic()) / 2)
+    tries, late = 0, False
+    while not isinstance(backend, Diagnostic) and not _enough(len(search.candidates), wanted, tries):
+        late = asked() or time.monotonic() >= until
+        attempt = None if late else search.next_attempt()
+        if attempt is None:
+            break
+        restriction, more = attempt
+        tries += 1
+        seed = budget.seed + more
+        with watch.stage("alternatives"):
+            planned = _planned(backend, search, restriction, options, replace(budget, deadline=until, seed=seed), first)
+        if planned is not None:
+            search.add(planned, seed, restriction)
+    plans: list[tuple[Verified, Signature]] = []
+    for each in sorted(search.candidates, key=lambda each: each.value):
+        if len(plans) < wanted:
+            home = each.verified or within(
+                last_call(budget.deadline),
+                partial(_certified, checked, each, options, budget, watch, exports, continuous),
+            )
+            plans.extend([(home, each.signature)] if isinstance(home, Verified) else [])
+    if not plans:  # time was up before the better ones were written
+        plans.append((first, search.candidates[0].signature))
+    return Found(tuple(plans), _note(len(plans), wanted, tries, late))
+
+
+def _enough(found: int, wanted: int, tries: int) -> bool:
+    least, most = LEAST_TRIES * (wanted - 1), TRIES * (wanted - 1)
+    return tries >= most or (found >= wanted and tries >= least)
+
+
+def _planned(
+    backend: Backend, search: _Search, restriction: Restriction, options: Options, budget: Budget, first: Verified
+) -> Planned | None:
+    """A plan of the restricted mission, if one was found with the work of an attempt."""
+    work = max(LEAST_WORK, TIMES * first.report.work)
+    short = replace(budget, work=work, keep=forget, resume=None, found=unheard)
+    narrower = restriction.applied(search.mission, search.kernel)
+    outcome = within(last_call(budget.deadline), partial(plan_with_margin, backend, *narrower, options, short))
+    if not isinstance(outcome, Planned):
+        return None
+    return replace(outcome, report=replace(outcome.report, engine=outcome.report.engine or backend.name))
+
+
+def _certified(
+    checked: Checked,
+    candidate: Candidate,
+    options: Options,
+    budget: Budget,
+    watch: Stopwatch,
+    exports: tuple[str, ...],
+    continuous: bool,
+) -> Verified | None:
+    of_its_own = replace(budget, seed=candidate.seed)
+    home = certify_plan(checked, candidate.planned, options, of_its_own, watch, exports, continuous)
+    return home.outcome if isinstance(home, Certified) and isinstance(home.outcome, Verified) else None
+
+
+def _note(found: int, wanted: int, tries: int, late: bool) -> str:
+    if found >= wanted:
+        return ""
+    why = "time was up" if late else "no further one that differs was found"
+    return f"{counted(found, 'plan')} of {wanted}: {why} in {counted(tries, 'attempt')}"
