@@ -281,7 +281,9 @@ _DECLARED = {
     "group": Declared("entity.name.type.group"),
     "graph": Declared(
         "entity.name.type.graph",
-        body=(_after("=", "keyword.operator.assignment", _any(("proximity", "beacons")), "keyword.other.kind"),),
+        body=(
+            _after("=", "keyword.operator.assignment", _any(("proximity", "beacons", "sight")), "keyword.other.kind"),
+        ),
     ),
     "formation": Declared(
         "entity.name.type.formation",

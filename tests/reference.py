@@ -184,6 +184,10 @@ class Meaning:
         match graph:
             case ir.Proximity():
                 return self.strict(graph.radius - math.dist(here, there))
+            case ir.Sight():
+                near = self.strict(graph.radius - math.dist(here, there))
+                clear = (least_on_line(shape, here, there) - graph.room for shape in graph.shapes)
+                return self.all((near, *map(self.strict, clear)))
             case ir.BeaconCover():
                 return self.any(
                     self.all(self.strict(graph.radius - math.dist(place, beacon)) for place in (here, there))
@@ -264,6 +268,19 @@ def simple_routes(start: int, members: tuple[int, ...]) -> Iterator[tuple[int, .
                 yield from onward((*route, agent))
 
     return onward((start,)) if start in members else iter([(start,)])
+
+
+def least_on_line(shape: ir.Shape, here: Point, there: Point) -> float:
+    """The least signed distance of the points between two, for convex shapes: it falls, then rises."""
+    low, high = 0.0, 1.0
+
+    def at(share: float) -> float:
+        return signed_distance(shape, tuple(a + share * (b - a) for a, b in zip(here, there, strict=True)))
+
+    for _ in range(80):
+        one, other = low + (high - low) / 3, high - (high - low) / 3
+        low, high = (low, other) if at(one) < at(other) else (one, high)
+    return min(at(low), at(0.0), at(1.0))
 
 
 def signed_distance(shape: ir.Shape, point: Point) -> float:

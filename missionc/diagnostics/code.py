@@ -99,6 +99,7 @@ NEVER_HOLDS = Code("MC517", "a comparison that can never hold", warning=True)
 FASTER_THAN_VEHICLE = Code("MC518", "faster than the vehicle flies", warning=True)
 NO_FLYING_ROOM = Code("MC519", "no room for the vehicle to fly")
 OUTSIDE_FLYING_ROOM = Code("MC520", "a start or finish where the vehicle does not fly")
+SIGHT_PAST_MOTION = Code("MC530", "a sight past an obstacle that moves")
 
 # 6xx: outcome of planning
 IMPOSSIBLE = Code("MC601", "no plan exists on the roadmap")

@@ -31,6 +31,7 @@ from missionc.ir import (
     Preference,
     Proximity,
     Requirement,
+    Sight,
 )
 from missionc.ir.wording import all_listed, listed, seconds
 from missionc.language.walk_formulas import bottom_up, goals
@@ -128,6 +129,11 @@ def _named(part: Formula) -> Iterator[Graph | Formation]:
 def _graph(graph: Graph) -> str:
     if isinstance(graph, Proximity):
         return f"`{graph.name}` links two agents that are closer than {number(graph.radius)} m to each other"
+    if isinstance(graph, Sight):
+        return (
+            f"`{graph.name}` links two agents that are closer than {number(graph.radius)} m to each other, "
+            "with no obstacle on the straight line between them"
+        )
     return f"`{graph.name}` links two agents that are both closer than {number(graph.radius)} m to one beacon"
 
 

@@ -6,7 +6,7 @@ their declaration; an agent set is a tuple of such numbers in the order meant.
 """
 
 from missionc.ir.agents import Agent, AgentSet, Anywhere, Exactly, Place
-from missionc.ir.couplings import BeaconCover, Formation, FormationEdge, Graph, Proximity
+from missionc.ir.couplings import BeaconCover, Formation, FormationEdge, Graph, Proximity, Sight
 from missionc.ir.dynamics import DoubleIntegrator, Dynamics, SingleIntegrator, Unicycle
 from missionc.ir.formulas import About, Apply, AtLeastOf, Belongs, Formula, Holds, Length, OfAgent, Truth, Window
 from missionc.ir.mission import Connectivity, Mission, Objective, Preference, Requirement, SolveWith
@@ -83,6 +83,7 @@ __all__ = [
     "Region",
     "Requirement",
     "Shape",
+    "Sight",
     "SingleIntegrator",
     "SolveWith",
     "Speed",

@@ -7,12 +7,14 @@ from typing import TypeAlias
 from missionc.base.late_dataclass import dataclass
 from missionc.base.source import Span
 from missionc.base.units import Metres
-from missionc.ir.shapes import Vector
+from missionc.ir.shapes import Shape, Vector
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Proximity:
     """An edge where two agents are strictly closer than ``radius``. [strel] ε-proximity graphs."""
+
+    by_distance = True
 
     name: str
     radius: Metres
@@ -24,6 +26,7 @@ class Proximity:
 class BeaconCover:
     """Two agents both strictly closer than ``radius`` to one beacon. [strel] ε-connectivity graphs."""
 
+    by_distance = False
     name: str
     radius: Metres
     beacons: tuple[Vector, ...]
@@ -31,7 +34,21 @@ class BeaconCover:
     span: Span
 
 
-Graph: TypeAlias = Proximity | BeaconCover
+@dataclass(frozen=True, slots=True, eq=False)
+class Sight:
+    """Two agents strictly closer than ``radius``, whose straight line stays more than ``room`` clear of ``shapes``."""
+
+    by_distance = True
+    name: str
+    radius: Metres
+    shapes: tuple[Shape, ...]
+    agents: tuple[int, ...]
+    span: Span
+    room: Metres = Metres(0.0)
+
+
+Graph: TypeAlias = Proximity | BeaconCover | Sight
+"""``by_distance``: whether a link is never longer than the radius."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -108,6 +108,7 @@ WORDS: tuple[Word, ...] = (
     Word("path", "a way to turn", reserved=False),
     Word("proximity", "a kind of graph", reserved=False),
     Word("beacons", "a kind of graph", reserved=False),
+    Word("sight", "a kind of graph", reserved=False),
     Word("total", "a part of a formation", reserved=False),
     Word("least", "a quantifier", reserved=False),
     Word("hops", "a measure", reserved=False),

@@ -78,6 +78,10 @@ def mission_of(size: int, steps: int, *requirements: ir.Requirement) -> ir.Missi
     )
 
 
+OPAQUE: tuple[ir.Shape, ...] = (ir.Box((0.71, 0.63), (1.23, 1.31)), ir.Disc((1.7, 0.3), 0.21))
+"""Shapes of which no line between two places of the grid grazes a corner."""
+
+
 @cache
 def graphs_of(size: int) -> tuple[ir.Graph, ...]:
     everyone = tuple(range(size))
@@ -86,6 +90,7 @@ def graphs_of(size: int) -> tuple[ir.Graph, ...]:
         ir.Proximity("wide", Metres(1.5), everyone[::-1], SPAN),
         ir.Proximity("part", Metres(1.5), everyone[1:], SPAN),
         ir.BeaconCover("cell", Metres(1.0), ((0.5, 0.5), (2.0, 1.0)), everyone, SPAN),
+        ir.Sight("eyes", Metres(1.5), OPAQUE, everyone, SPAN),
     )
 
 
