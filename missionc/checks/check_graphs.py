@@ -1,4 +1,4 @@
-"""Check of graphs and formations: enough agents, nothing that moves in a sight, formations whose agents would not touch.
+"""Check of graphs and formations: enough agents, no sight past what moves, formations whose agents would not touch.
 
 says MC506 MC507 MC508 MC530
 """

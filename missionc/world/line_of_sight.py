@@ -5,8 +5,8 @@ The clearance of a line is the least signed distance of its points. Along a line
 operations that numpy, torch and ``plain_floats`` share.
 
 Source:
-    Boyd and Vandenberghe, "Convex Optimization" (2004), 3.1.5 and 3.4: distances to convex sets are convex, and the larger
-    of functions that fall and then rise is one.
+    Boyd and Vandenberghe, "Convex Optimization" (2004), 3.1.5 and 3.4: distances to convex sets are convex, and the
+    larger of functions that fall and then rise is one.
 """
 
 from __future__ import annotations

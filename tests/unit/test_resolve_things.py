@@ -438,11 +438,27 @@ def test_a_graph_is_over_all_agents_or_those_named() -> None:
     assert cell.beacons == ((1.0, 2.0),)
 
 
+def test_a_sight_is_past_the_obstacles_that_stand() -> None:
+    more = "obstacle wall = box (4, 4) to (5, 6)\ngraph eyes = sight 3 over drone\nrequire connected(eyes)"
+    (eyes,) = mission(demo(more=more)).graphs
+    assert isinstance(eyes, ir.Sight)
+    assert (eyes.radius, eyes.agents, eyes.room) == (3.0, (0, 1), 0.0)
+    assert eyes.shapes[-1] == ir.Box((4.0, 4.0), (5.0, 6.0))
+
+
+def test_a_sight_past_more_pieces_than_a_shape_may_have_is_refused() -> None:
+    holes = " - ".join(f"({' * '.join(f'box ({x}, {y}) to ({x + 0.5}, 9)' for x in range(1, 4))})" for y in range(1, 7))
+    more = f"obstacle wall = box (0, 0) to (9, 9) - {holes}\ngraph eyes = sight 3\nrequire connected(eyes)"
+    assert codes(demo(more=more)) == ["MC207"]
+
+
 @pytest.mark.parametrize(
     ("graph", "code"),
     [
         ("proximity 0 m", "MC210"),
         ("proximity 1 s", "MC201"),
+        ("sight 0 m", "MC210"),
+        ("sight 1 over goal", "MC104"),
         ("beacons 1 m", "MC014"),
         ("proximity 1 over goal", "MC104"),
     ],
