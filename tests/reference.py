@@ -138,16 +138,17 @@ class Meaning:
             case ir.Compare(terms, constant, strict):
                 value = constant + sum(weight * self.feature(feature, agent, step) for weight, feature in terms)
                 return (self.strict if strict else self.closed)(value / metres_of(terms))
-            case ir.Connected(graph, agents):
-                routes = {
-                    (one, other): self.any(
-                        self.links_of(graph, route, step) for route in simple_routes(one, agents) if route[-1] == other
+            case ir.Connected(graph, agents, order):
+                return self.all(
+                    self.any(
+                        self.links_of(graph, route, step) for route in simple_routes(one, left) if route[-1] == other
                     )
-                    for one in agents
-                    for other in agents
+                    for lost in range(order)
+                    for left in itertools.combinations(agents, len(agents) - lost)
+                    for one in left
+                    for other in left
                     if one != other
-                }
-                return self.all(routes.values())
+                )
             case ir.InFormation(formation):
                 errors = [self.edge_error(edge, step) for edge in formation.edges]
                 return self.closed(formation.tolerance - (sum(errors) if formation.total else max(errors, default=0.0)))

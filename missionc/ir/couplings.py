@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Hashable
 from typing import TypeAlias
 
 from missionc.base.late_dataclass import dataclass
@@ -21,6 +22,10 @@ class Proximity:
     agents: tuple[int, ...]
     span: Span
 
+    @property
+    def rule(self) -> Hashable:
+        return type(self), self.radius
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class BeaconCover:
@@ -32,6 +37,10 @@ class BeaconCover:
     beacons: tuple[Vector, ...]
     agents: tuple[int, ...]
     span: Span
+
+    @property
+    def rule(self) -> Hashable:
+        return type(self), self.radius, self.beacons
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -46,9 +55,13 @@ class Sight:
     span: Span
     room: Metres = Metres(0.0)
 
+    @property
+    def rule(self) -> Hashable:
+        return type(self), self.radius, self.shapes, self.room
+
 
 Graph: TypeAlias = Proximity | BeaconCover | Sight
-"""``by_distance``: whether a link is never longer than the radius."""
+"""``by_distance``: a link is never longer than the radius. ``rule``: what links two, whoever else is on the graph."""
 
 
 @dataclass(frozen=True, slots=True)

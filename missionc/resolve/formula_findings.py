@@ -30,9 +30,9 @@ def not_a_formula(context: Context, name: ast.Name, kind: str, way_out: str, fix
 def no_such_call(context: Context, call: ast.Call) -> None:
     word = call.name.text
     if word in CALLED:
-        parameters = [f"one {parameter}" for parameter in CALLED[word].parameters if not parameter.endswith("?")]
-        parameters += [f"{parameter[:-1]} if you like" for parameter in CALLED[word].parameters if parameter[-1] == "?"]
-        takes = " and ".join(parameters)
+        takes = " and ".join(f"one {each}" for each in CALLED[word].parameters if not each.endswith("?"))
+        more = " and ".join(each[:-1] for each in CALLED[word].parameters if each.endswith("?"))
+        takes += f" and, if you like, {more}" if more else ""
         context.report(
             code.WRONG_KIND,
             f"`{word}` takes {takes}; here are {len(call.arguments)}",

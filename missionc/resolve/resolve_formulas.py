@@ -128,22 +128,57 @@ def _call(context: Context, call: ast.Call) -> Typed:
     match called.parameters, call.arguments:
         case ("region",), (region,):
             predicate = called.meant(_region(context, region))
-        case ("graph", "agents?"), (graph,) | (graph, _):
-            predicate = called.meant(*_graph_and_agents(context, graph, call.arguments[1:]))
+        case ("graph", "agents?", "a number?"), (graph, *rest):
+            number = rest.pop() if rest and _is_number(context, rest[-1]) else None
+            if len(rest) > 1 or any(isinstance(each, ast.Number) for each in rest):
+                no_such_call(context, call)
+                return stand_in(call.span)
+            on, over = _graph_and_agents(context, graph, tuple(rest))
+            order = None if number is None else _order(context, number, on, on.agents if over is None else over)
+            predicate = called.meant(on, over, order)
+            size = math.comb(len(predicate.agents), (order or 1) - 1) * len(predicate.agents) if order else 1.0
+            return _within_limits(context, Typed(ir.Holds(predicate, call.span), called.about, call.span, size=size))
         case _:
             no_such_call(context, call)
             return stand_in(call.span)
     return Typed(ir.Holds(predicate, call.span), called.about, call.span)
 
 
-def _region(context: Context, argument: ast.Name | ast.Member) -> ir.Region:
+def _is_number(context: Context, argument: ast.Name | ast.Member | ast.Number) -> bool:
+    """Whether an argument is a number, as written or by the name of a parameter."""
+    if isinstance(argument, ast.Name):
+        declared = context.names.declared.get(argument.text)
+        return declared is not None and declared.kind is Kind.PARAM
+    return isinstance(argument, ast.Number)
+
+
+def _order(
+    context: Context, number: ast.Name | ast.Member | ast.Number, graph: ir.Graph, agents: tuple[int, ...]
+) -> int | None:
+    """How many agents have to be lost to part a graph: fewer than there are, for nothing parts all who are linked."""
+    assert not isinstance(number, ast.Member)
+    value = whole(context, number, f"how often `{graph.name}` is connected", least=1)
+    if math.isnan(value) or not agents or value == 1 or value < len(agents):
+        return None if math.isnan(value) or not agents else int(value)
+    most = max(1, len(agents) - 1)
+    context.report(
+        code.VALUE_OUT_OF_RANGE,
+        f"without {shown(value - 1)} of {len(agents)} agents nobody is left to be connected",
+        number.span,
+        labels=(Label(graph.span, "declared here"),),
+        help=f"write a number from 1 to {most}",
+    )
+    return None
+
+
+def _region(context: Context, argument: ast.Name | ast.Member | ast.Number) -> ir.Region:
     nowhere = ir.Region(excerpt(argument.span), NOWHERE, argument.span)
     name = _whole_name(context, argument, Kind.REGION)
     return nowhere if isinstance(name, Unresolved) else context.regions.get(name, nowhere)
 
 
 def _graph_and_agents(
-    context: Context, argument: ast.Name | ast.Member, over: tuple[ast.Name | ast.Member, ...]
+    context: Context, argument: ast.Name | ast.Member | ast.Number, over: tuple[ast.Name | ast.Member, ...]
 ) -> tuple[ir.Graph, tuple[int, ...] | None]:
     name = _whole_name(context, argument, Kind.GRAPH)
     nothing = no_graph(argument.span)
@@ -157,14 +192,15 @@ def _graph_and_agents(
     return graph, agents
 
 
-def _whole_name(context: Context, argument: ast.Name | ast.Member, kind: Kind) -> str | Unresolved:
-    """The name of something of this kind; a member of a team is none."""
+def _whole_name(context: Context, argument: ast.Name | ast.Member | ast.Number, kind: Kind) -> str | Unresolved:
+    """The name of something of this kind; a member of a team is none, nor is a number."""
     if isinstance(argument, ast.Name):
         declared = context.find(argument, kind)
         return declared if isinstance(declared, Unresolved) else argument.text
     context.report(
         code.WRONG_KIND,
-        f"`{excerpt(argument.span)}` is a member of a team; {kind.value} is needed here",
+        f"`{excerpt(argument.span)}` is {'a number' if isinstance(argument, ast.Number) else 'a member of a team'};"
+        f" {kind.value} is needed here",
         argument.span,
         help=f"name {kind.value}",
     )

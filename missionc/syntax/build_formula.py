@@ -80,7 +80,7 @@ def comparison(span: Span, left: ast.Formula, relation: Token, right: ast.Formul
     return ast.Compare(span, relation.text, as_quantity(left), as_quantity(right))
 
 
-def call(span: Span, name: ast.Name, *arguments: ast.Name | ast.Member) -> ast.Call:
+def call(span: Span, name: ast.Name, *arguments: ast.Name | ast.Member | ast.Number) -> ast.Call:
     return ast.Call(span, name, arguments)
 
 

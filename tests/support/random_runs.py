@@ -230,6 +230,11 @@ def leaves(size: int) -> st.SearchStrategy[ir.Formula]:
         st.builds(ir.Touches, st.sampled_from(REGIONS)),
         comparisons(size),
         st.builds(ir.Connected, st.just(graphs_of(size)[0]), members),
+        st.builds(
+            lambda agents, order: ir.Connected(graphs_of(size)[0], agents, min(order, max(len(agents) - 1, 1))),
+            members,
+            st.integers(2, 3),
+        ),
     ]
     if formations_of(size):
         predicates.append(st.builds(ir.InFormation, st.sampled_from(formations_of(size))))

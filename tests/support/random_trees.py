@@ -141,7 +141,7 @@ formulas = st.recursive(
     st.one_of(
         st.builds(ast.Truth, st.just(NOWHERE), st.booleans()),
         agents,
-        st.builds(ast.Call, st.just(NOWHERE), names, st.lists(agents, min_size=1, max_size=3).map(tuple)),
+        st.builds(ast.Call, st.just(NOWHERE), names, st.lists(agents | _numbers, min_size=1, max_size=3).map(tuple)),
         st.builds(ast.Compare, st.just(NOWHERE), st.sampled_from(["<=", "<", ">", ">="]), measures, measures),
     ),
     _larger,

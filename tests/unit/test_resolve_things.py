@@ -467,6 +467,46 @@ def test_a_graph_that_cannot_be_meant_is_refused(graph: str, code: str) -> None:
     assert codes(demo(more=f"graph g = {graph}\nrequire connected(g)")) == [code]
 
 
+@pytest.mark.parametrize(
+    ("call", "agents", "order"),
+    [
+        ("connected(g)", (0, 1, 2, 3), 1),
+        ("connected(g, 2)", (0, 1, 2, 3), 2),
+        ("connected(g, drone[1..3])", (1, 2, 3), 1),
+        ("connected(g, drone[1..3], 2)", (1, 2, 3), 2),
+        ("connected(g, K)", (0, 1, 2, 3), 3),
+        ("connected(g, drone, K)", (0, 1, 2, 3), 3),
+    ],
+)
+def test_how_many_may_be_lost_is_a_number_after_the_agents(call: str, agents: tuple[int, ...], order: int) -> None:
+    found = mission(
+        demo(team="drone[4]", more=f"param K = 3\ngraph g = proximity 2\nrequire connected(g, K) or {call}")
+    )
+    (formula,) = (each.formula for each in found.requirements if "connected" in each.formula.span.text)
+    assert isinstance(formula, ir.Apply)
+    last = formula.operands[-1]
+    assert isinstance(last, ir.Holds)
+    assert last.predicate == ir.Connected(found.graphs[0], agents, order)
+
+
+@pytest.mark.parametrize(
+    ("call", "code"),
+    [
+        ("connected(g, 2)", "MC210"),
+        ("connected(g, 0)", "MC210"),
+        ("connected(g, 1.5)", "MC209"),
+        ("connected(g, 2 m)", "MC201"),
+        ("connected(g, 1, drone)", "MC104"),
+        ("connected(g, 1, 1)", "MC104"),
+        ("connected(g, drone, 1, 1)", "MC104"),
+        ("(every drone: inside(2))", "MC104"),
+    ],
+)
+def test_a_number_that_no_call_takes_is_refused(call: str, code: str) -> None:
+    more = f"graph g = proximity 2\nlet kept = connected(g)\nrequire kept and {call}"
+    assert codes(demo(more=more)) == [code]
+
+
 # ---------------------------------------------------------------- formations
 
 
