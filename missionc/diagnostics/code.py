@@ -61,6 +61,7 @@ TOO_LARGE_TO_EXPAND = Code("MC207", "a formula too large")
 GRAPH_MISSING = Code("MC208", "which graph is meant")
 NOT_WHOLE = Code("MC209", "a whole number is needed")
 VALUE_OUT_OF_RANGE = Code("MC210", "a value out of range")
+ASKED_OF_THE_LOST = Code("MC220", "asked of an agent that may be lost")
 
 # 3xx: time and length
 BEYOND_HORIZON = Code("MC301", "the mission ends too early")

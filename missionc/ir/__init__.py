@@ -8,7 +8,19 @@ their declaration; an agent set is a tuple of such numbers in the order meant.
 from missionc.ir.agents import Agent, AgentSet, Anywhere, Exactly, Place
 from missionc.ir.couplings import BeaconCover, Formation, FormationEdge, Graph, Proximity, Sight
 from missionc.ir.dynamics import DoubleIntegrator, Dynamics, SingleIntegrator, Unicycle
-from missionc.ir.formulas import About, Apply, AtLeastOf, Belongs, Formula, Holds, Length, OfAgent, Truth, Window
+from missionc.ir.formulas import (
+    About,
+    Apply,
+    AtLeastOf,
+    Belongs,
+    Formula,
+    Holds,
+    Length,
+    OfAgent,
+    Truth,
+    Window,
+    Without,
+)
 from missionc.ir.mission import Connectivity, Mission, Objective, Preference, Requirement, SolveWith
 from missionc.ir.places import Beacon, Obstacle, Path, Region, Still, World
 from missionc.ir.predicates import (
@@ -95,6 +107,7 @@ __all__ = [
     "Vector",
     "Vehicle",
     "Window",
+    "Without",
     "World",
     "Yaw",
 ]

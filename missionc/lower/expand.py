@@ -77,6 +77,8 @@ class _Expansion:
                 return _of_agents(kind, number, tuple(At(agent, inner, span) for agent in agents.agents), span)
             case ir.OfAgent(agent, body):
                 return At(agent, self.nodes[body], span)
+            case ir.Without(cases=cases):
+                return All(tuple(self.nodes[case] for case in cases), span)
             case _:
                 assert_never(formula)
 

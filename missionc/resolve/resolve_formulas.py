@@ -1,6 +1,6 @@
 """Resolution of formulas: names become predicates, bounds become steps and hops, every ``let`` one shared object.
 
-says MC005 MC101 MC104 MC201 MC203 MC204 MC207 MC208 MC209 MC210
+says MC005 MC101 MC104 MC201 MC203 MC204 MC207 MC208 MC209 MC210 MC220
 """
 
 from __future__ import annotations
@@ -20,7 +20,8 @@ from missionc.language.predicates import CALLED
 from missionc.resolve.check_types import check, check_definition
 from missionc.resolve.context import Context
 from missionc.resolve.definitions import ordered
-from missionc.resolve.formula_findings import no_such_call, not_a_formula, not_on_the_graph
+from missionc.resolve.formula_findings import asked_of_the_lost, no_such_call, not_a_formula, not_on_the_graph
+from missionc.resolve.lost_agents import without_any
 from missionc.resolve.names import AGENTS, STATE_WORDS, UNRESOLVED, Kind, Unresolved
 from missionc.resolve.resolve_agents import resolve_set
 from missionc.resolve.resolve_comparisons import one_agent, resolve_comparison
@@ -130,14 +131,16 @@ def _call(context: Context, call: ast.Call) -> Typed:
             predicate = called.meant(_region(context, region))
         case ("graph", "agents?", "a number?"), (graph, *rest):
             number = rest.pop() if rest and _is_number(context, rest[-1]) else None
-            if len(rest) > 1 or any(isinstance(each, ast.Number) for each in rest):
+            over = tuple(each for each in rest if not isinstance(each, ast.Number))
+            if len(rest) > 1 or len(over) < len(rest):
                 no_such_call(context, call)
                 return stand_in(call.span)
-            on, over = _graph_and_agents(context, graph, tuple(rest))
-            order = None if number is None else _order(context, number, on, on.agents if over is None else over)
-            predicate = called.meant(on, over, order)
-            size = math.comb(len(predicate.agents), (order or 1) - 1) * len(predicate.agents) if order else 1.0
-            return _within_limits(context, Typed(ir.Holds(predicate, call.span), called.about, call.span, size=size))
+            on, some = _graph_and_agents(context, graph, over)
+            agents = on.agents if some is None else some
+            order = 1 if number is None else _order(context, number, on, len(agents))
+            holds = ir.Holds(called.meant(on, agents, order), call.span)
+            size = 1.0 if order == 1 else math.comb(len(agents), order - 1) * len(agents)
+            return _within_limits(context, Typed(holds, called.about, call.span, size=size))
         case _:
             no_such_call(context, call)
             return stand_in(call.span)
@@ -152,23 +155,22 @@ def _is_number(context: Context, argument: ast.Name | ast.Member | ast.Number) -
     return isinstance(argument, ast.Number)
 
 
-def _order(
-    context: Context, number: ast.Name | ast.Member | ast.Number, graph: ir.Graph, agents: tuple[int, ...]
-) -> int | None:
-    """How many agents have to be lost to part a graph: fewer than there are, for nothing parts all who are linked."""
+def _order(context: Context, number: ast.Name | ast.Member | ast.Number, graph: ir.Graph, agents: int) -> int:
+    """How many of so many agents have to be lost to part a graph; 1 where that cannot be meant, and is reported."""
     assert not isinstance(number, ast.Member)
     value = whole(context, number, f"how often `{graph.name}` is connected", least=1)
-    if math.isnan(value) or not agents or value == 1 or value < len(agents):
-        return None if math.isnan(value) or not agents else int(value)
-    most = max(1, len(agents) - 1)
-    context.report(
-        code.VALUE_OUT_OF_RANGE,
-        f"without {shown(value - 1)} of {len(agents)} agents nobody is left to be connected",
-        number.span,
-        labels=(Label(graph.span, "declared here"),),
-        help=f"write a number from 1 to {most}",
-    )
-    return None
+    if agents == 0 or math.isnan(value):
+        return 1
+    if value >= agents and value > 1:
+        context.report(
+            code.VALUE_OUT_OF_RANGE,
+            f"without {shown(value - 1)} of {agents} agents there are no two left to be connected",
+            number.span,
+            labels=(Label(graph.span, "declared here"),),
+            help=f"write a number from 1 to {max(1, agents - 1)}",
+        )
+        return 1
+    return int(value)
 
 
 def _region(context: Context, argument: ast.Name | ast.Member | ast.Number) -> ir.Region:
@@ -294,7 +296,8 @@ def _within_limits(context: Context, formula: Typed) -> Typed:
 def _quantified(context: Context, formula: ast.Quantified) -> Typed:
     agents = resolve_set(context, formula.agents)
     body = resolve_formula(context, formula.body)
-    check(context, body, About.AGENT, f"{formula.kind} {agents.name}:")
+    of_team = formula.kind == "without any"
+    check(context, body, About.TEAM if of_team else About.AGENT, f"{formula.kind} {agents.name}:")
     count = len(agents.agents)
     number = {"every": count, "some": 1}.get(formula.kind, 0)
     if formula.number is not None:
@@ -308,8 +311,22 @@ def _quantified(context: Context, formula: ast.Quantified) -> Typed:
                 labels=(Label(agents.span),),
                 help=f"write a number from 1 to {count}",
             )
+    if of_team:
+        return _without(context, formula, number, agents, body)
     resolved = ir.AtLeastOf(formula.kind, number, agents, body.formula, formula.span)
     return Typed(resolved, About.TEAM, formula.span, size=1 + body.size, depth=1 + body.depth)
+
+
+def _without(context: Context, formula: ast.Quantified, number: int, agents: ir.AgentSet, body: Typed) -> Typed:
+    """The body of whoever is left; spelt out only where there is room for all cases."""
+    size = 1 + math.comb(len(agents.agents), number) * body.size
+    nothing = Typed(ir.Truth(True, formula.span), About.TEAM, formula.span, size=size, depth=1 + body.depth)
+    if not size <= context.limits.formula_nodes:
+        return nothing
+    resolved, named = without_any(number, agents, body.formula, formula.span)
+    for part in named:
+        asked_of_the_lost(context, part, formula)
+    return replace(nothing, formula=resolved)
 
 
 def _one_agent(context: Context, formula: ast.OneAgent) -> Typed:

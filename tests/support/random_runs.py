@@ -22,6 +22,7 @@ from missionc.base.trace import Trace
 from missionc.base.units import Metres, Seconds, Steps
 from missionc.language.operator import Bounds, Operator
 from missionc.language.operators import OPERATORS
+from missionc.resolve.lost_agents import without_any
 from missionc.syntax.ast import Metric
 from tests.reference import Run
 
@@ -173,6 +174,12 @@ def formulas(size: int, budget: int, depth: int) -> st.SearchStrategy[ir.Formula
 @st.composite
 def quantified(draw: st.DrawFn, size: int, budget: int, depth: int) -> ir.Formula:
     body = draw(formulas(size, budget, depth - 1))
+    if size > 1 and draw(st.integers(0, 3)) == 0:
+        anybody = ir.AgentSet("these", tuple(range(draw(st.integers(1, size)))), SPAN)
+        kind = draw(st.sampled_from(["every", "some"]))
+        whole = ir.AtLeastOf(kind, len(anybody.agents) if kind == "every" else 1, anybody, body, SPAN)
+        found, named = without_any(draw(st.integers(1, min(2, len(anybody.agents)))), anybody, whole, SPAN)
+        return whole if named else found
     if draw(st.booleans()):
         return ir.OfAgent(draw(st.integers(0, size - 1)), body, SPAN)
     kind = draw(st.sampled_from(["every", "some", "at least"]))

@@ -132,7 +132,7 @@ def _larger(part: st.SearchStrategy[ast.Formula]) -> st.SearchStrategy[ast.Formu
             counts,
         ),
         st.builds(ast.Quantified, st.just(NOWHERE), st.sampled_from(["every", "some"]), st.none(), agents, part),
-        st.builds(ast.Quantified, st.just(NOWHERE), st.just("at least"), counts, agents, part),
+        st.builds(ast.Quantified, st.just(NOWHERE), st.sampled_from(["at least", "without any"]), counts, agents, part),
         st.builds(ast.OneAgent, st.just(NOWHERE), agents, part),
     )
 

@@ -467,6 +467,9 @@ def test_a_graph_that_cannot_be_meant_is_refused(graph: str, code: str) -> None:
     assert codes(demo(more=f"graph g = {graph}\nrequire connected(g)")) == [code]
 
 
+FOUR = "team drone[4] { dynamics single_integrator(speed <= 2 m/s)  start line (1, 1) to (4, 1) }"
+
+
 @pytest.mark.parametrize(
     ("call", "agents", "order"),
     [
@@ -479,9 +482,7 @@ def test_a_graph_that_cannot_be_meant_is_refused(graph: str, code: str) -> None:
     ],
 )
 def test_how_many_may_be_lost_is_a_number_after_the_agents(call: str, agents: tuple[int, ...], order: int) -> None:
-    found = mission(
-        demo(team="drone[4]", more=f"param K = 3\ngraph g = proximity 2\nrequire connected(g, K) or {call}")
-    )
+    found = mission(demo(team=FOUR, more=f"param K = 3\ngraph g = proximity 2\nrequire connected(g, K) or {call}"))
     (formula,) = (each.formula for each in found.requirements if "connected" in each.formula.span.text)
     assert isinstance(formula, ir.Apply)
     last = formula.operands[-1]

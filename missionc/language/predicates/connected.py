@@ -14,5 +14,5 @@ PREDICATE = Predicate(
     called=True,
     says="every one of the agents has a route to every other on the graph, also without fewer of them than the number",
     example="connected(radio, east)",
-    meant=lambda graph, agents, order: Connected(graph, graph.agents if agents is None else agents, order or 1),
+    meant=Connected,
 )

@@ -83,7 +83,7 @@ class Apply:
 
 @dataclass(frozen=True, slots=True)
 class Quantified:
-    """``every G: f``, ``some G: f``, ``at least 2 G: f``; ``kind`` is ``every``, ``some`` or ``at least``."""
+    """``every G: f``, ``some G: f``, ``at least 2 G: f``, ``without any 1 G: f``; ``kind`` is the words before."""
 
     span: Span
     kind: str
