@@ -240,11 +240,12 @@ def _items() -> Rule:
 
 
 def _formula() -> list[Rule]:
-    least = _match(_any(("least",)), "keyword.control.quantifier")
+    least, any_ = (_match(_any((word,)), "keyword.control.quantifier") for word in ("least", "any"))
     called = sorted(CALLED)
     return [
         # A number of agents has no unit: in `at least 2 m: …`, the team is called `m`.
         _after(_any(("at",)), "keyword.other.preposition", _NUMBER, "constant.numeric", least),
+        _after(_any(("without",)), "keyword.control.quantifier", _NUMBER, "constant.numeric", any_),
         _match(_any(called) + r"(?=\s*\()", "support.function.predicate"),
         _match(_any(sorted(STATES)), "variable.language.state"),
     ]
@@ -281,7 +282,9 @@ _DECLARED = {
     "group": Declared("entity.name.type.group"),
     "graph": Declared(
         "entity.name.type.graph",
-        body=(_after("=", "keyword.operator.assignment", _any(("proximity", "beacons")), "keyword.other.kind"),),
+        body=(
+            _after("=", "keyword.operator.assignment", _any(("proximity", "beacons", "sight")), "keyword.other.kind"),
+        ),
     ),
     "formation": Declared(
         "entity.name.type.formation",

@@ -53,7 +53,7 @@ def ahead(formula: ir.Formula) -> int:
                 return max(high + last, high - 1 + before if high > 0 else 0)
             return further + high
         return further + (formula.operator.name == "next")
-    if isinstance(formula, ir.AtLeastOf | ir.OfAgent):
+    if isinstance(formula, ir.AtLeastOf | ir.OfAgent | ir.Without):
         return ahead(formula.body)
     return 0
 
@@ -61,8 +61,8 @@ def ahead(formula: ir.Formula) -> int:
 class Meaning:
     """One of the two logics on one run."""
 
-    def __init__(self, run: Run, number: bool) -> None:
-        self.run, self.number = run, number
+    def __init__(self, run: Run, number: bool, lost: frozenset[int] = frozenset()) -> None:
+        self.run, self.number, self.lost = run, number, lost
         self.true: Value = math.inf if number else True
         self.false: Value = -math.inf if number else False
         self.known: dict[tuple[ir.Formula, int, int], Value] = {}
@@ -107,9 +107,16 @@ class Meaning:
                 return self.predicate(predicate, agent, step)
             case ir.OfAgent(other, body):
                 return self.of(body, other, step)
-            case ir.AtLeastOf(_, number, agents, body):
-                each = sorted((self.of(body, other, step) for other in agents.agents), reverse=True)
-                return self.so_many(each, number)
+            case ir.AtLeastOf(kind, number, agents, body):
+                left = self.left(agents.agents)
+                each = sorted((self.of(body, other, step) for other in left), reverse=True)
+                return self.so_many(each, {"every": len(left), "some": 1}.get(kind, number))
+            case ir.Without(number, agents, body):
+                left = self.left(agents.agents)
+                return self.all(
+                    Meaning(self.run, self.number, self.lost.union(more)).of(body, agent, step)
+                    for more in itertools.combinations(left, min(number, len(left)))
+                )
             case ir.Apply(operator, operands):
                 return MEANINGS[operator.name](self, formula, *operands)(agent, step)
 
@@ -118,6 +125,10 @@ class Meaning:
         if number <= 0:
             return self.true
         return sorted(values, reverse=True)[number - 1] if number <= len(values) else self.false
+
+    def left(self, agents: tuple[int, ...]) -> tuple[int, ...]:
+        """Who of them is not lost."""
+        return tuple(agent for agent in agents if agent not in self.lost)
 
     def window(self, formula: ir.Apply, step: int) -> range:
         bounds = formula.bounds
@@ -138,18 +149,23 @@ class Meaning:
             case ir.Compare(terms, constant, strict):
                 value = constant + sum(weight * self.feature(feature, agent, step) for weight, feature in terms)
                 return (self.strict if strict else self.closed)(value / metres_of(terms))
-            case ir.Connected(graph, agents):
-                routes = {
-                    (one, other): self.any(
-                        self.links_of(graph, route, step) for route in simple_routes(one, agents) if route[-1] == other
+            case ir.Connected(graph, agents, order):
+                agents = self.left(agents)
+                return self.all(
+                    self.any(
+                        self.links_of(graph, route, step) for route in simple_routes(one, left) if route[-1] == other
                     )
-                    for one in agents
-                    for other in agents
+                    for lost in range(min(order, max(len(agents) - 1, 1)))
+                    for left in itertools.combinations(agents, len(agents) - lost)
+                    for one in left
+                    for other in left
                     if one != other
-                }
-                return self.all(routes.values())
+                )
             case ir.InFormation(formation):
-                errors = [self.edge_error(edge, step) for edge in formation.edges]
+                edges = [edge for edge in formation.edges if self.lost.isdisjoint((edge.first, edge.second))]
+                errors = [self.edge_error(edge, step) for edge in edges]
+                if self.lost and not edges:
+                    return self.true
                 return self.closed(formation.tolerance - (sum(errors) if formation.total else max(errors, default=0.0)))
 
     def feature(self, feature: ir.Feature, agent: int, step: int) -> float:
@@ -184,6 +200,10 @@ class Meaning:
         match graph:
             case ir.Proximity():
                 return self.strict(graph.radius - math.dist(here, there))
+            case ir.Sight():
+                near = self.strict(graph.radius - math.dist(here, there))
+                clear = (least_on_line(shape, here, there) - graph.room for shape in graph.shapes)
+                return self.all((near, *map(self.strict, clear)))
             case ir.BeaconCover():
                 return self.any(
                     self.all(self.strict(graph.radius - math.dist(place, beacon)) for place in (here, there))
@@ -226,12 +246,12 @@ class Meaning:
                 self.all(through(agent) for agent in route[:-1]),
                 end(route[-1]),
             )
-            for route in simple_routes(start, bounds.graph.agents)
+            for route in simple_routes(start, self.left(bounds.graph.agents))
         )
 
     def far_away(self, bounds: ir.Length, step: int, one: int, other: int) -> Value:
         """The shortest way between two agents, over any agents, is within the bounds."""
-        routes = [route for route in simple_routes(one, bounds.graph.agents) if route[-1] == other]
+        routes = [route for route in simple_routes(one, self.left(bounds.graph.agents)) if route[-1] == other]
         if not self.number:
             there = [route for route in routes if self.links_of(bounds.graph, route, step)]
             in_hops = bounds.metric.name == "HOPS"
@@ -249,7 +269,7 @@ class Meaning:
         """Some route between the two agents, over any agents, is of a length that fits."""
         return self.any(
             min(fits(route), self.links_of(bounds.graph, route, step))
-            for route in simple_routes(one, bounds.graph.agents)
+            for route in simple_routes(one, self.left(bounds.graph.agents))
             if route[-1] == other
         )
 
@@ -264,6 +284,19 @@ def simple_routes(start: int, members: tuple[int, ...]) -> Iterator[tuple[int, .
                 yield from onward((*route, agent))
 
     return onward((start,)) if start in members else iter([(start,)])
+
+
+def least_on_line(shape: ir.Shape, here: Point, there: Point) -> float:
+    """The least signed distance of the points between two, for convex shapes: it falls, then rises."""
+    low, high = 0.0, 1.0
+
+    def at(share: float) -> float:
+        return signed_distance(shape, tuple(a + share * (b - a) for a, b in zip(here, there, strict=True)))
+
+    for _ in range(80):
+        one, other = low + (high - low) / 3, high - (high - low) / 3
+        low, high = (low, other) if at(one) < at(other) else (one, high)
+    return min(at(low), at(0.0), at(1.0))
 
 
 def signed_distance(shape: ir.Shape, point: Point) -> float:
@@ -368,7 +401,7 @@ def everywhere(m: Meaning, formula: ir.Apply, body: ir.Formula) -> At:
             m.no(m.links_of(_length(formula).graph, route, step)),
             m.of(body, route[-1], step),
         )
-        for route in simple_routes(agent, _length(formula).graph.agents)
+        for route in simple_routes(agent, m.left(_length(formula).graph.agents))
     )
 
 
@@ -380,14 +413,14 @@ def escape(m: Meaning, formula: ir.Apply, body: ir.Formula) -> At:
             m.all(m.of(body, at, step) for at in route),
             m.far_away(bounds, step, agent, route[-1]),
         )
-        for route in simple_routes(agent, bounds.graph.agents)
+        for route in simple_routes(agent, m.left(bounds.graph.agents))
     )
 
 
 def surround(m: Meaning, formula: ir.Apply, inner: ir.Formula, border: ir.Formula) -> At:
     """``inner`` here, and no ``inner``-route that leads out of it where or how it must not."""
     bounds = _length(formula)
-    most = len(bounds.graph.agents) - 1 if bounds.metric.name == "HOPS" else math.inf
+    most = len(m.left(bounds.graph.agents)) - 1 if bounds.metric.name == "HOPS" else math.inf
 
     def breaks(route: tuple[int, ...], step: int) -> Value:
         inside, last = [m.of(inner, at, step) for at in route], route[-1]
@@ -402,7 +435,7 @@ def surround(m: Meaning, formula: ir.Apply, inner: ir.Formula, border: ir.Formul
 
     return lambda agent, step: min(
         m.of(inner, agent, step),
-        m.all(m.no(breaks(route, step)) for route in simple_routes(agent, bounds.graph.agents)),
+        m.all(m.no(breaks(route, step)) for route in simple_routes(agent, m.left(bounds.graph.agents))),
     )
 
 
@@ -410,7 +443,7 @@ def count(m: Meaning, formula: ir.Apply, body: ir.Formula) -> At:
     bounds = _length(formula)
 
     def compared(agent: int, step: int) -> Value:
-        others = [other for other in bounds.graph.agents if other != agent]
+        others = [other for other in m.left(bounds.graph.agents) if other != agent]
         each = [min(m.far_away(bounds, step, agent, other), m.of(body, other, step)) for other in others]
         if bounds.low <= 0:
             each.append(m.of(body, agent, step))

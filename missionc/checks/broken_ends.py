@@ -16,7 +16,7 @@ from missionc.base.source import Span
 from missionc.checks.free_space import FreeSpace
 from missionc.diagnostics.code import CONTRADICTION
 from missionc.diagnostics.model import Diagnostic, Label
-from missionc.ir import BeaconCover, Exactly, Mission, Place
+from missionc.ir import BeaconCover, Exactly, Mission, Place, Sight
 from missionc.ir.wording import listed, metres, seconds
 from missionc.kernel.analysis import reads_lengths
 from missionc.kernel.nodes import Atom, Goal, Kernel, Node, Not, says_opposite
@@ -159,6 +159,9 @@ def _because(
             if len(worst_links) == 0 or isinstance(graph, BeaconCover):
                 return (culprit.agent,), []
             first, second = (graph.agents[place] for place in worst_links[0].tolist())
-            return (first, second), [f"{apart(first, second)}; the radius of `{graph.name}` is {metres(graph.radius)}"]
+            near = float(distance_between(np, position[first], position[second])) < graph.radius
+            blocked = ", and an obstacle is in the way" if near and isinstance(graph, Sight) and culprit.upper else ""
+            reach = f"the radius of `{graph.name}` is {metres(graph.radius)}{blocked}"
+            return (first, second), [f"{apart(first, second)}; {reach}"]
         case _:
             return (culprit.agent,), []

@@ -1,6 +1,6 @@
-"""Check of graphs and formations: enough agents, and formations whose agents would not touch.
+"""Check of graphs and formations: enough agents, no sight past what moves, formations whose agents would not touch.
 
-says MC506 MC507 MC508
+says MC506 MC507 MC508 MC530
 """
 
 from __future__ import annotations
@@ -9,10 +9,10 @@ import math
 from collections.abc import Iterator
 from itertools import pairwise
 
-from missionc.diagnostics.code import FORMATION_TOO_SMALL, FORMATION_TOO_TIGHT, GRAPH_TOO_SMALL
+from missionc.diagnostics.code import FORMATION_TOO_SMALL, FORMATION_TOO_TIGHT, GRAPH_TOO_SMALL, SIGHT_PAST_MOTION
 from missionc.diagnostics.model import Diagnostic, Label
-from missionc.ir import Formation, Graph, Mission
-from missionc.ir.wording import metres
+from missionc.ir import Formation, Graph, Mission, Obstacle, Sight, Still
+from missionc.ir.wording import listed, metres
 
 FEWEST = 2
 
@@ -20,6 +20,9 @@ FEWEST = 2
 def check_graphs(mission: Mission) -> list[Diagnostic]:
     """Graphs and formations that cannot be meant."""
     findings = [_small_graph(graph) for graph in mission.graphs if len(graph.agents) < FEWEST]
+    moving = [obstacle for obstacle in mission.obstacles if not isinstance(obstacle.motion, Still)]
+    if moving:
+        findings.extend(_past_motion(graph, moving) for graph in mission.graphs if isinstance(graph, Sight))
     for formation in mission.formations:
         if len(formation.agents) < FEWEST:
             findings.append(_small_formation(formation))
@@ -62,6 +65,18 @@ def _small_graph(graph: Graph) -> Diagnostic:
         f"graph `{graph.name}` is over {_agents(len(graph.agents))}; a link takes two",
         Label(graph.span),
         help="name more agents after `over`, or leave the graph out",
+    )
+
+
+def _past_motion(graph: Graph, moving: list[Obstacle]) -> Diagnostic:
+    names = listed([f"`{obstacle.name}`" for obstacle in moving])
+    return Diagnostic(
+        SIGHT_PAST_MOTION,
+        f"graph `{graph.name}` looks past obstacles, and {names} {'moves' if len(moving) == 1 else 'move'}",
+        Label(graph.span),
+        tuple(Label(obstacle.span, "moves") for obstacle in moving),
+        notes=("a sight is the same at every step for agents at the same places: roadmaps are labelled with it once",),
+        help="let the obstacle stand where it blocks the view, or link by `proximity`",
     )
 
 

@@ -23,7 +23,7 @@ from missionc.checks.value_ranges import Range, in_words, of_comparison
 from missionc.diagnostics.code import CONTRADICTION, NEVER_HOLDS, VACUOUS
 from missionc.diagnostics.model import Diagnostic, Label
 from missionc.diagnostics.text_order import in_text_order
-from missionc.ir import Apply, AtLeastOf, Compare, Formula, Holds, Mission, OfAgent, Requirement
+from missionc.ir import Apply, AtLeastOf, Compare, Formula, Holds, Mission, OfAgent, Requirement, Without
 from missionc.kernel.nodes import Kernel
 from missionc.language.walk_formulas import bottom_up, formulas, goals, operands
 from missionc.syntax.tokens import MOST_FINDINGS
@@ -95,6 +95,8 @@ def _why(known: MustAnalysis, formula: Formula) -> str:
             return "true of every agent there is" if always else "true of no agent there is"
         case AtLeastOf() | OfAgent():
             return "true whoever is meant" if always else "false whoever is meant"
+        case Without():
+            return "true whoever is lost" if always else "false whoever is lost"
         case _:
             return "always true" if always else "never true"
 

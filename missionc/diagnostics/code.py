@@ -63,6 +63,7 @@ TOO_LARGE_TO_EXPAND = Code("MC207", "a formula too large")
 GRAPH_MISSING = Code("MC208", "which graph is meant")
 NOT_WHOLE = Code("MC209", "a whole number is needed")
 VALUE_OUT_OF_RANGE = Code("MC210", "a value out of range")
+ASKED_OF_THE_LOST = Code("MC220", "asked of an agent that may be lost")
 
 # 3xx: time and length
 BEYOND_HORIZON = Code("MC301", "the mission ends too early")
@@ -105,6 +106,7 @@ ASKS_NOTHING = Code("MC521", "a requirement that starts satisfy", warning=True)
 LANE_NODE_MISPLACED = Code("MC541", "a node of a roadmap where no agent may be")
 LANE_BLOCKED = Code("MC542", "a lane through an obstacle")
 NOT_ON_LANES = Code("MC543", "a start or finish that no lane leads to")
+SIGHT_PAST_MOTION = Code("MC530", "a sight past an obstacle that moves")
 
 # 6xx: outcome of planning
 IMPOSSIBLE = Code("MC601", "no plan exists on the roadmap")

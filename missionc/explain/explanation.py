@@ -31,9 +31,10 @@ from missionc.ir import (
     Preference,
     Proximity,
     Requirement,
+    Sight,
 )
 from missionc.ir.wording import all_listed, listed, seconds
-from missionc.language.walk_formulas import bottom_up, goals
+from missionc.language.walk_formulas import as_written, bottom_up, goals
 from missionc.lower.choose_backend import Choice, needs_of
 from missionc.resolve.show_ir_formula import number
 
@@ -111,7 +112,7 @@ def _explained(mission: Mission, goal: Requirement | Preference) -> Explained:
 
 def _things(formula: Formula, mission: Mission) -> Iterator[str]:
     """What the graphs and formations that it names are."""
-    for thing in dict.fromkeys(thing for part in bottom_up([formula]) for thing in _named(part)):
+    for thing in dict.fromkeys(thing for part in bottom_up([formula], as_written) for thing in _named(part)):
         yield _formation(thing, mission) if isinstance(thing, Formation) else _graph(thing)
 
 
@@ -128,6 +129,11 @@ def _named(part: Formula) -> Iterator[Graph | Formation]:
 def _graph(graph: Graph) -> str:
     if isinstance(graph, Proximity):
         return f"`{graph.name}` links two agents that are closer than {number(graph.radius)} m to each other"
+    if isinstance(graph, Sight):
+        return (
+            f"`{graph.name}` links two agents that are closer than {number(graph.radius)} m to each other, "
+            "with no obstacle on the straight line between them"
+        )
     return f"`{graph.name}` links two agents that are both closer than {number(graph.radius)} m to one beacon"
 
 

@@ -175,6 +175,15 @@ def who_of(formula: ir.AtLeastOf, members: Noun) -> str:
     return f"each of at least {formula.number} {members.one if formula.number == 1 else members.many}"
 
 
+def losing(number: int, agents: ir.AgentSet, members: Noun, mission: ir.Mission) -> str:
+    """That so many of some agents are lost, whichever they are."""
+    if number == len(agents.agents):
+        return f"without {names(agents.agents, mission)}"
+    if number == 1:
+        return f"whichever one {members.one} is lost"
+    return f"whichever {number} {members.many} are lost"
+
+
 def window_of(when: When, each: bool, formula: ir.AtLeastOf) -> str:
     """The window, and that everybody may choose a step of their own."""
     own = "" if formula.kind == "some" else " of its own"

@@ -25,6 +25,7 @@ from missionc.explain.phrases import (
     belongs,
     joined,
     length_words,
+    losing,
     noun,
     of_team,
     route_words,
@@ -34,7 +35,7 @@ from missionc.explain.phrases import (
 )
 from missionc.kernel import walk
 from missionc.kernel.nodes import All, Any, Is, Node, Not
-from missionc.language.walk_formulas import bottom_up, meaning, operands
+from missionc.language.walk_formulas import as_written, bottom_up, meaning, operands
 
 LONG = 12
 """Parts of a formula with a name (``let``) beyond which it is called by it, and explained on its own."""
@@ -125,8 +126,8 @@ class _Speaker:
     said: dict[tuple[ir.Formula, Around, bool], Clause] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        for formula in bottom_up([self.root]):
-            below = operands(formula)
+        for formula in bottom_up([self.root], as_written):
+            below = as_written(formula)
             self.sizes[formula] = 1 + sum(self.sizes[operand] for operand in below)
             if self._of_an_agent(formula):
                 self.of_agents.add(formula)
@@ -141,7 +142,7 @@ class _Speaker:
                 return verb_of(predicate, self.mission) is not None
             case ir.Apply():
                 return formula.operator.spatial or any(part in self.of_agents for part in formula.operands)
-            case ir.Truth() | ir.AtLeastOf() | ir.OfAgent():
+            case ir.Truth() | ir.AtLeastOf() | ir.OfAgent() | ir.Without():
                 return False
             case _:
                 assert_never(formula)
@@ -225,6 +226,9 @@ class _Speaker:
                 return self._quantified(formula, around)
             case ir.OfAgent(agent, body, _):
                 return self._of(self.mission.agents[agent].name, body, around)
+            case ir.Without(number, agents, body):
+                lost = losing(number, agents, noun(agents, self.mission), self.mission)
+                return Clause(f"{lost}: {self.clause(body, around.inner()).text}")
             case ir.Holds() | ir.Belongs():
                 return Clause(f"{around.who} {self._literal(formula)}", True)
             case ir.Apply():

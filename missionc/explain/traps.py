@@ -13,16 +13,16 @@ from missionc.explain import convention_examples
 from missionc.explain.convention_examples import Example, Trap
 from missionc.ir import Apply, Formula, Holds, Length, Window
 from missionc.language.operators import by_name
-from missionc.language.walk_formulas import bottom_up, operands
+from missionc.language.walk_formulas import as_written, bottom_up
 
 
 def traps_of(formula: Formula) -> tuple[Trap, ...]:
     """Every trap that the formula touches, once."""
     names: set[str] = set()
     windowed: set[Formula] = set()
-    for part in bottom_up([formula]):
+    for part in bottom_up([formula], as_written):
         names.update(_touched(part))
-        below = any(operand in windowed for operand in operands(part))
+        below = any(operand in windowed for operand in as_written(part))
         window = isinstance(part, Apply) and isinstance(part.bounds, Window)
         if window and below:
             names.add(convention_examples.CLIPPING.name)

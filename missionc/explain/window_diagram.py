@@ -14,7 +14,7 @@ from missionc.ir import Apply, Formula, Mission, Window
 from missionc.ir.wording import seconds
 from missionc.kernel.nodes import Node
 from missionc.kernel.walk import asks, children, window_of
-from missionc.language.walk_formulas import meaning, operands
+from missionc.language.walk_formulas import as_written, meaning
 
 WIDTH = 100
 """Columns of a drawing, at most."""
@@ -56,7 +56,7 @@ def windows(formula: Formula, mission: Mission) -> Iterator[Span]:
         if (part, low, high) in seen:
             continue
         seen.add((part, low, high))
-        below = [(operand, low, high, depth) for operand in operands(part)]
+        below = [(operand, low, high, depth) for operand in as_written(part)]
         if isinstance(part, Apply) and not part.operator.spatial:
             node, places = meaning(part)
             window = _window(node)

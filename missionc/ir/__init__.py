@@ -6,9 +6,21 @@ their declaration; an agent set is a tuple of such numbers in the order meant.
 """
 
 from missionc.ir.agents import Agent, AgentSet, Anywhere, Exactly, Place
-from missionc.ir.couplings import BeaconCover, Formation, FormationEdge, Graph, Proximity
+from missionc.ir.couplings import BeaconCover, Formation, FormationEdge, Graph, Proximity, Sight
 from missionc.ir.dynamics import DoubleIntegrator, Dynamics, SingleIntegrator, Unicycle
-from missionc.ir.formulas import About, Apply, AtLeastOf, Belongs, Formula, Holds, Length, OfAgent, Truth, Window
+from missionc.ir.formulas import (
+    About,
+    Apply,
+    AtLeastOf,
+    Belongs,
+    Formula,
+    Holds,
+    Length,
+    OfAgent,
+    Truth,
+    Window,
+    Without,
+)
 from missionc.ir.lanes import Lane, LaneNode, Lanes
 from missionc.ir.mission import Connectivity, Mission, Objective, Preference, Requirement, SolveWith
 from missionc.ir.places import Beacon, Obstacle, Path, Region, Still, World
@@ -87,6 +99,7 @@ __all__ = [
     "Region",
     "Requirement",
     "Shape",
+    "Sight",
     "SingleIntegrator",
     "SolveWith",
     "Speed",
@@ -98,6 +111,7 @@ __all__ = [
     "Vector",
     "Vehicle",
     "Window",
+    "Without",
     "World",
     "Yaw",
 ]

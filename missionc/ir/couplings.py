@@ -2,36 +2,66 @@
 
 from __future__ import annotations
 
+from collections.abc import Hashable
 from typing import TypeAlias
 
 from missionc.base.late_dataclass import dataclass
 from missionc.base.source import Span
 from missionc.base.units import Metres
-from missionc.ir.shapes import Vector
+from missionc.ir.shapes import Shape, Vector
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Proximity:
     """An edge where two agents are strictly closer than ``radius``. [strel] ε-proximity graphs."""
 
+    by_distance = True
+
     name: str
     radius: Metres
     agents: tuple[int, ...]
     span: Span
+
+    @property
+    def rule(self) -> Hashable:
+        return type(self), self.radius
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class BeaconCover:
     """Two agents both strictly closer than ``radius`` to one beacon. [strel] ε-connectivity graphs."""
 
+    by_distance = False
     name: str
     radius: Metres
     beacons: tuple[Vector, ...]
     agents: tuple[int, ...]
     span: Span
 
+    @property
+    def rule(self) -> Hashable:
+        return type(self), self.radius, self.beacons
 
-Graph: TypeAlias = Proximity | BeaconCover
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Sight:
+    """Two agents strictly closer than ``radius``, whose straight line stays more than ``room`` clear of ``shapes``."""
+
+    by_distance = True
+    name: str
+    radius: Metres
+    shapes: tuple[Shape, ...]
+    agents: tuple[int, ...]
+    span: Span
+    room: Metres = Metres(0.0)
+
+    @property
+    def rule(self) -> Hashable:
+        return type(self), self.radius, self.shapes, self.room
+
+
+Graph: TypeAlias = Proximity | BeaconCover | Sight
+"""``by_distance``: a link is never longer than the radius. ``rule``: what links two, whoever else is on the graph."""
 
 
 @dataclass(frozen=True, slots=True)

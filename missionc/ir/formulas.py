@@ -110,5 +110,20 @@ class OfAgent:
     span: Span
 
 
-Formula: TypeAlias = "Truth | Holds | Belongs | Apply | AtLeastOf | OfAgent"
+@dataclass(frozen=True, slots=True, eq=False, weakref_slot=True)
+class Without:
+    """``body`` of the team without any ``number`` of the agents.
+
+    ``cases`` is what the body says of whoever is left, for each of the ``lost``: the same words, about fewer agents.
+    """
+
+    number: int
+    agents: AgentSet
+    body: Formula
+    lost: tuple[tuple[int, ...], ...]
+    cases: tuple[Formula, ...]
+    span: Span
+
+
+Formula: TypeAlias = "Truth | Holds | Belongs | Apply | AtLeastOf | OfAgent | Without"
 """A ``let`` is resolved once: every use is the same object, so a formula is a graph without cycles."""

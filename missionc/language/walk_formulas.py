@@ -9,7 +9,19 @@ from typing import TypeVar, assert_never
 from weakref import WeakKeyDictionary
 
 from missionc.base.source import Span
-from missionc.ir import Apply, AtLeastOf, Belongs, Formula, Holds, Mission, OfAgent, Preference, Requirement, Truth
+from missionc.ir import (
+    Apply,
+    AtLeastOf,
+    Belongs,
+    Formula,
+    Holds,
+    Mission,
+    OfAgent,
+    Preference,
+    Requirement,
+    Truth,
+    Without,
+)
 from missionc.kernel.nodes import Is, Node
 from missionc.language.operator import TooLarge, Use
 from missionc.language.operators import by_name
@@ -50,8 +62,15 @@ def operands(formula: Formula) -> tuple[Formula, ...]:
             return formula.operands
         case AtLeastOf() | OfAgent():
             return (formula.body,)
+        case Without():
+            return formula.cases
         case _:
             assert_never(formula)
+
+
+def as_written(formula: Formula) -> tuple[Formula, ...]:
+    """The formulas directly below in the text: of a team without some, what is written once and said of each case."""
+    return (formula.body,) if isinstance(formula, Without) else operands(formula)
 
 
 @once
@@ -60,15 +79,15 @@ def formulas(mission: Mission) -> tuple[Formula, ...]:
     return tuple(bottom_up(goal.formula for goal in goals(mission)))
 
 
-def bottom_up(roots: Iterable[Formula]) -> list[Formula]:
+def bottom_up(roots: Iterable[Formula], below: Callable[[Formula], tuple[Formula, ...]] = operands) -> list[Formula]:
     """Every formula below the roots and the roots themselves, once each, operands before the formulas that use them."""
     order: dict[Formula, None] = {}
     stack = list(roots)[::-1]
     while stack:
         formula = stack[-1]
-        below = [] if formula in order else [operand for operand in operands(formula) if operand not in order]
-        if below:
-            stack.extend(reversed(below))
+        first = [] if formula in order else [operand for operand in below(formula) if operand not in order]
+        if first:
+            stack.extend(reversed(first))
         else:
             order.setdefault(stack.pop())
     return list(order)

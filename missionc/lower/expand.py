@@ -67,8 +67,7 @@ class _Expansion:
             case ir.Truth(value):
                 return All((), span) if value else Any((), span)
             case ir.Holds(predicate):
-                graph = predicate.restricted
-                return Atom(predicate, span) if graph is None else self.connected(predicate, graph, span)
+                return Atom(predicate, span) if predicate.graph is None else self.connected(predicate, span)
             case ir.Belongs(agents):
                 return Is(frozenset(agents.agents), span)
             case ir.Apply():
@@ -78,6 +77,8 @@ class _Expansion:
                 return _of_agents(kind, number, tuple(At(agent, inner, span) for agent in agents.agents), span)
             case ir.OfAgent(agent, body):
                 return At(agent, self.nodes[body], span)
+            case ir.Without(cases=cases):
+                return All(tuple(self.nodes[case] for case in cases), span)
             case _:
                 assert_never(formula)
 
@@ -92,13 +93,16 @@ class _Expansion:
         own = isinstance(node, Not) and children(node.body) and node.body.span == formula.span
         return All((node,), formula.span) if own else node
 
-    def connected(self, predicate: ir.Predicate, graph: ir.Graph, span: Span) -> Node:
+    def connected(self, predicate: ir.Predicate, span: Span) -> Node:
         """The same nodes wherever it is asked, below one that has the words."""
-        if not graph.agents:
-            return All((), span)
-        if predicate not in self.linked:
-            self.linked[predicate] = _linked(graph)
-        return All((self.linked[predicate],), span)
+        return All(tuple(self.of_part(part, part.restricted) for part in predicate.parts), span)
+
+    def of_part(self, part: ir.Predicate, graph: ir.Graph | None) -> Node:
+        if graph is None or not graph.agents:
+            return All(())
+        if part not in self.linked:
+            self.linked[part] = _linked(graph)
+        return self.linked[part]
 
 
 def _linked(graph: ir.Graph) -> Node:

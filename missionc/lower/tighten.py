@@ -21,7 +21,6 @@ from typing import assert_never
 from missionc.base.units import Metres
 from missionc.ir import (
     Ball,
-    BeaconCover,
     Box,
     Difference,
     Disc,
@@ -32,9 +31,9 @@ from missionc.ir import (
     Mission,
     Polygon,
     Prism,
-    Proximity,
     Region,
     Shape,
+    Sight,
     Union,
     Vector,
     Vehicle,
@@ -153,14 +152,15 @@ class _Borders:
         return self._regions[region]
 
     def graph(self, graph: Graph) -> Graph:
-        """The graph with its range moved: of a proximity both ends may be missed, of a beacon only one."""
+        """The graph with its range moved: of two agents both ends may be missed, of a beacon only one.
+
+        What stands in the way of a sight comes nearer, or is further away, by the margin.
+        """
         if graph not in self._graphs:
-            radius = self._by(2 if isinstance(graph, Proximity) else 1, graph.radius)
-            match graph:
-                case Proximity() | BeaconCover():
-                    self._graphs[graph] = replace(graph, radius=radius)
-                case _:
-                    assert_never(graph)
+            moved_graph = replace(graph, radius=self._by(2 if graph.by_distance else 1, graph.radius))
+            if isinstance(moved_graph, Sight):
+                moved_graph = replace(moved_graph, room=Metres(moved_graph.room - self.metres))
+            self._graphs[graph] = moved_graph
         return self._graphs[graph]
 
     def formation(self, formation: Formation) -> Formation:

@@ -107,7 +107,7 @@ def _names(text: OpenText, place: Spot) -> Iterator[Fit]:
 def _kinds(place: Spot) -> tuple[Kind, ...]:
     """The kinds of name that fit; none where a name is declared or is a word of a table."""
     before, opener, expected = place.before, place.opener(), place.expected
-    counted = len(place.taken) > 2 and place.taken[-2].word == "least"
+    counted = len(place.taken) > 2 and place.taken[-2].word in ("least", "any")
     listed = place.taken[0].word == "group" and before.kind in ("=", ",") and not place.bracket
     if place.bracket == "(" and opener is not None and opener.text in ARGUMENTS:
         further = opener.text == "connected" and before.kind == ","

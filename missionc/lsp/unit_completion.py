@@ -10,7 +10,7 @@ from missionc.lsp.completion_context import Spot
 from missionc.syntax.tokens import NUMBER, UNIT
 
 MEASURES: dict[str, Dimension] = {name: figure.dimension for name, figure in FIGURES.items()} | {
-    **dict.fromkeys(("altitude", "spacing", "tolerance", "proximity", "beacons"), Dimension.LENGTH),
+    **dict.fromkeys(("altitude", "spacing", "tolerance", "proximity", "beacons", "sight"), Dimension.LENGTH),
     **dict.fromkeys(("separation", "clearance", "distance"), Dimension.LENGTH),
     **dict.fromkeys(("step", "horizon"), Dimension.TIME),
     **dict.fromkeys(("yaw", "heading"), Dimension.ANGLE),

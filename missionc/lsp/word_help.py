@@ -17,6 +17,8 @@ QUANTIFIERS = {
     "every": "what follows holds of every one of these agents",
     "some": "what follows holds of at least one of these agents",
     "least": "what follows holds of at least so many of these agents",
+    "without": "what follows holds of the team without any so many of these agents, whichever are lost",
+    "any": "what follows holds of the team without any so many of these agents, whichever are lost",
 }
 
 STATE_MEANINGS = {

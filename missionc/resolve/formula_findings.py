@@ -1,6 +1,6 @@
-"""Diagnostics about names in formulas: of no kind that a formula is, of nothing that takes brackets, not on a graph.
+"""Diagnostics about names in formulas: of no formula, of nothing that takes brackets, not on a graph, perhaps lost.
 
-says MC101 MC104
+says MC101 MC104 MC220
 """
 
 from __future__ import annotations
@@ -30,9 +30,9 @@ def not_a_formula(context: Context, name: ast.Name, kind: str, way_out: str, fix
 def no_such_call(context: Context, call: ast.Call) -> None:
     word = call.name.text
     if word in CALLED:
-        parameters = [f"one {parameter}" for parameter in CALLED[word].parameters if not parameter.endswith("?")]
-        parameters += [f"{parameter[:-1]} if you like" for parameter in CALLED[word].parameters if parameter[-1] == "?"]
-        takes = " and ".join(parameters)
+        takes = " and ".join(f"one {each}" for each in CALLED[word].parameters if not each.endswith("?"))
+        more = " and ".join(each[:-1] for each in CALLED[word].parameters if each.endswith("?"))
+        takes += f" and, if you like, {more}" if more else ""
         context.report(
             code.WRONG_KIND,
             f"`{word}` takes {takes}; here are {len(call.arguments)}",
@@ -60,3 +60,23 @@ def not_on_the_graph(context: Context, over: ast.Name | ast.Member, graph: ir.Gr
         labels=(Label(graph.span, "declared here"),),
         help=f"name agents that `{graph.name}` is over",
     )
+
+
+def asked_of_the_lost(context: Context, part: ir.Formula, around: ast.Quantified) -> None:
+    """``without any 1 drone: drone[0]: base``"""
+    words = excerpt(around.span).split(":", 1)[0]
+    help = f"ask it outside of `{words}:`"
+    if isinstance(part, ir.OfAgent):
+        name = context.agents[part.agent].name
+        help = f"write `every {name}: …`, which asks nothing of it where it is lost; or `some {name}: …`, false then"
+    context.report(
+        code.ASKED_OF_THE_LOST,
+        f"`{excerpt(part.span)}` names an agent that may be lost",
+        part.span,
+        labels=(Label(around.agents.span, "one of these is lost" if _one(around) else "some of these are lost"),),
+        help=help,
+    )
+
+
+def _one(around: ast.Quantified) -> bool:
+    return isinstance(around.number, ast.Number) and around.number.value == 1

@@ -1,6 +1,6 @@
 """Resolution of formulas: names become predicates, bounds become steps and hops, every ``let`` one shared object.
 
-says MC005 MC101 MC104 MC201 MC203 MC204 MC207 MC208 MC209 MC210
+says MC005 MC101 MC104 MC201 MC203 MC204 MC207 MC208 MC209 MC210 MC220
 """
 
 from __future__ import annotations
@@ -20,7 +20,8 @@ from missionc.language.predicates import CALLED
 from missionc.resolve.check_types import check, check_definition
 from missionc.resolve.context import Context
 from missionc.resolve.definitions import ordered
-from missionc.resolve.formula_findings import no_such_call, not_a_formula, not_on_the_graph
+from missionc.resolve.formula_findings import asked_of_the_lost, no_such_call, not_a_formula, not_on_the_graph
+from missionc.resolve.lost_agents import without_any
 from missionc.resolve.names import AGENTS, STATE_WORDS, UNRESOLVED, Kind, Unresolved
 from missionc.resolve.resolve_agents import resolve_set
 from missionc.resolve.resolve_comparisons import one_agent, resolve_comparison
@@ -128,22 +129,58 @@ def _call(context: Context, call: ast.Call) -> Typed:
     match called.parameters, call.arguments:
         case ("region",), (region,):
             predicate = called.meant(_region(context, region))
-        case ("graph", "agents?"), (graph,) | (graph, _):
-            predicate = called.meant(*_graph_and_agents(context, graph, call.arguments[1:]))
+        case ("graph", "agents?", "a number?"), (graph, *rest):
+            number = rest.pop() if rest and _is_number(context, rest[-1]) else None
+            over = tuple(each for each in rest if not isinstance(each, ast.Number))
+            if len(rest) > 1 or len(over) < len(rest):
+                no_such_call(context, call)
+                return stand_in(call.span)
+            on, some = _graph_and_agents(context, graph, over)
+            agents = on.agents if some is None else some
+            order = 1 if number is None else _order(context, number, on, len(agents))
+            holds = ir.Holds(called.meant(on, agents, order), call.span)
+            size = 1.0 if order == 1 else math.comb(len(agents), order - 1) * len(agents)
+            return _within_limits(context, Typed(holds, called.about, call.span, size=size))
         case _:
             no_such_call(context, call)
             return stand_in(call.span)
     return Typed(ir.Holds(predicate, call.span), called.about, call.span)
 
 
-def _region(context: Context, argument: ast.Name | ast.Member) -> ir.Region:
+def _is_number(context: Context, argument: ast.Name | ast.Member | ast.Number) -> bool:
+    """Whether an argument is a number, as written or by the name of a parameter."""
+    if isinstance(argument, ast.Name):
+        declared = context.names.declared.get(argument.text)
+        return declared is not None and declared.kind is Kind.PARAM
+    return isinstance(argument, ast.Number)
+
+
+def _order(context: Context, number: ast.Name | ast.Member | ast.Number, graph: ir.Graph, agents: int) -> int:
+    """How many of so many agents have to be lost to part a graph; 1 where that cannot be meant, and is reported."""
+    assert not isinstance(number, ast.Member)
+    value = whole(context, number, f"how often `{graph.name}` is connected", least=1)
+    if agents == 0 or math.isnan(value):
+        return 1
+    if value >= agents and value > 1:
+        context.report(
+            code.VALUE_OUT_OF_RANGE,
+            f"without {shown(value - 1)} of {agents} agents there are no two left to be connected",
+            number.span,
+            labels=(Label(graph.span, "declared here"),),
+            help=f"write a number from 1 to {max(1, agents - 1)}",
+        )
+        return 1
+    return int(value)
+
+
+def _region(context: Context, argument: ast.Name | ast.Member | ast.Number) -> ir.Region:
     nowhere = ir.Region(excerpt(argument.span), NOWHERE, argument.span)
     name = _whole_name(context, argument, Kind.REGION)
     return nowhere if isinstance(name, Unresolved) else context.regions.get(name, nowhere)
 
 
 def _graph_and_agents(
-    context: Context, argument: ast.Name | ast.Member, over: tuple[ast.Name | ast.Member, ...]
+    context: Context, argument: ast.Name | ast.Member | ast.Number, over: tuple[ast.Name | ast.Member, ...]
 ) -> tuple[ir.Graph, tuple[int, ...] | None]:
     name = _whole_name(context, argument, Kind.GRAPH)
     nothing = no_graph(argument.span)
@@ -157,14 +194,15 @@ def _graph_and_agents(
     return graph, agents
 
 
-def _whole_name(context: Context, argument: ast.Name | ast.Member, kind: Kind) -> str | Unresolved:
-    """The name of something of this kind; a member of a team is none."""
+def _whole_name(context: Context, argument: ast.Name | ast.Member | ast.Number, kind: Kind) -> str | Unresolved:
+    """The name of something of this kind; a member of a team is none, nor is a number."""
     if isinstance(argument, ast.Name):
         declared = context.find(argument, kind)
         return declared if isinstance(declared, Unresolved) else argument.text
     context.report(
         code.WRONG_KIND,
-        f"`{excerpt(argument.span)}` is a member of a team; {kind.value} is needed here",
+        f"`{excerpt(argument.span)}` is {'a number' if isinstance(argument, ast.Number) else 'a member of a team'};"
+        f" {kind.value} is needed here",
         argument.span,
         help=f"name {kind.value}",
     )
@@ -258,7 +296,8 @@ def _within_limits(context: Context, formula: Typed) -> Typed:
 def _quantified(context: Context, formula: ast.Quantified) -> Typed:
     agents = resolve_set(context, formula.agents)
     body = resolve_formula(context, formula.body)
-    check(context, body, About.AGENT, f"{formula.kind} {agents.name}:")
+    of_team = formula.kind == "without any"
+    check(context, body, About.TEAM if of_team else About.AGENT, f"{formula.kind} {agents.name}:")
     count = len(agents.agents)
     number = {"every": count, "some": 1}.get(formula.kind, 0)
     if formula.number is not None:
@@ -272,8 +311,22 @@ def _quantified(context: Context, formula: ast.Quantified) -> Typed:
                 labels=(Label(agents.span),),
                 help=f"write a number from 1 to {count}",
             )
+    if of_team:
+        return _without(context, formula, number, agents, body)
     resolved = ir.AtLeastOf(formula.kind, number, agents, body.formula, formula.span)
     return Typed(resolved, About.TEAM, formula.span, size=1 + body.size, depth=1 + body.depth)
+
+
+def _without(context: Context, formula: ast.Quantified, number: int, agents: ir.AgentSet, body: Typed) -> Typed:
+    """The body of whoever is left; spelt out only where there is room for all cases."""
+    size = 1 + math.comb(len(agents.agents), number) * body.size
+    nothing = Typed(ir.Truth(True, formula.span), About.TEAM, formula.span, size=size, depth=1 + body.depth)
+    if not size <= context.limits.formula_nodes:
+        return nothing
+    resolved, named = without_any(number, agents, body.formula, formula.span)
+    for part in named:
+        asked_of_the_lost(context, part, formula)
+    return replace(nothing, formula=resolved)
 
 
 def _one_agent(context: Context, formula: ast.OneAgent) -> Typed:

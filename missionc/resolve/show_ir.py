@@ -136,6 +136,8 @@ def _graph(graph: ir.Graph) -> str:
     match graph:
         case ir.Proximity():
             return f"proximity {number(graph.radius)} m"
+        case ir.Sight():
+            return f"sight {number(graph.radius)} m"
         case ir.BeaconCover():
             return f"beacons {', '.join(map(vector, graph.beacons))} within {number(graph.radius)} m"
         case _:

@@ -29,6 +29,8 @@ def show_formula(formula: ir.Formula, lets: dict[int, str], mission: ir.Mission)
             return f"{words} {agents.name}: {show_formula(body, lets, mission)}"
         case ir.OfAgent(agent, body, _):
             return f"{mission.agents[agent].name}: {show_formula(body, lets, mission)}"
+        case ir.Without(count, agents, body):
+            return f"without any {count} {agents.name}: {show_formula(body, lets, mission)}"
         case ir.Apply():
             return _apply(formula, [_operand(operand, lets, mission) for operand in formula.operands])
         case _:

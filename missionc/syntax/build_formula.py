@@ -64,6 +64,10 @@ def at_least(span: Span, least: ast.Quantity, agents: ast.Name | ast.Member, bod
     return ast.Quantified(span, "at least", least, agents, as_formula(body))
 
 
+def without(span: Span, number: ast.Quantity, agents: ast.Name | ast.Member, body: ast.Formula) -> ast.Quantified:
+    return ast.Quantified(span, "without any", number, agents, as_formula(body))
+
+
 def one_agent(span: Span, name: ast.Name | ast.Member, body: ast.Formula) -> ast.OneAgent:
     return ast.OneAgent(span, name, as_formula(body))
 
@@ -80,7 +84,7 @@ def comparison(span: Span, left: ast.Formula, relation: Token, right: ast.Formul
     return ast.Compare(span, relation.text, as_quantity(left), as_quantity(right))
 
 
-def call(span: Span, name: ast.Name, *arguments: ast.Name | ast.Member) -> ast.Call:
+def call(span: Span, name: ast.Name, *arguments: ast.Name | ast.Member | ast.Number) -> ast.Call:
     return ast.Call(span, name, arguments)
 
 
@@ -125,6 +129,7 @@ FORMULAS: dict[str, Callable[..., object]] = {
     "false": lambda span: ast.Truth(span, False),
     "length_of": lambda span, metric: metric,
     "true": lambda span: ast.Truth(span, True),
+    "without": without,
 }
 
 

@@ -9,7 +9,9 @@ SIGNS = frozenset("=:,()[]{}") | {".."}
 COMPARISONS = frozenset({"<=", "<", ">", ">="})
 ARITHMETIC = frozenset("+-*/")
 JOINING = frozenset({"and", "or", "implies", "iff", "TIME_INFIX", "ROUTE_INFIX"})
-FORMULA = frozenset({"PREFIX", "TIME_PREFIX", "ROUTE_PREFIX", "count", "every", "some", "at", "true", "false"}) | {
+FORMULA = frozenset(
+    {"PREFIX", "TIME_PREFIX", "ROUTE_PREFIX", "count", "every", "some", "at", "without", "true", "false"}
+) | {
     *("distance", NAME, NUMBER, "(", "-"),
 }
 SHAPES = frozenset({"box", "disc", "ball", "cylinder", "polygon"})

@@ -46,6 +46,8 @@ IN_FORMULA: dict[str, str] = {
     "every": "every drone: base",
     "some": "some drone: base",
     "least": "at least 2 drone: base",
+    "without": "without any 1 drone: some drone: base",
+    "any": "without any 1 drone: some drone: base",
     "count": "count[hops 1..1] base >= 2",
     "distance": "distance(base) <= 2 m",
 }

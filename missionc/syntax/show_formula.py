@@ -24,7 +24,7 @@ def formula(node: ast.Formula, binding: int = _IFF, last: bool = True) -> str:
         case ast.Name() | ast.Member():
             return agents(node)
         case ast.Call(_, name, arguments):
-            return f"{name.text}({', '.join(map(agents, arguments))})"
+            return f"{name.text}({', '.join(map(_argument, arguments))})"
         case ast.Compare(_, operator, left, right):
             return _in_brackets(f"{_sum(left)} {operator} {_sum(right)}", binding > _UNARY)
         case ast.Quantified(_, kind, number, who, body):
@@ -36,6 +36,10 @@ def formula(node: ast.Formula, binding: int = _IFF, last: bool = True) -> str:
             return _apply(node, binding, last)
         case _:
             assert_never(node)
+
+
+def _argument(node: ast.Name | ast.Member | ast.Number) -> str:
+    return tight(node) if isinstance(node, ast.Number) else agents(node)
 
 
 def _apply(node: ast.Apply, binding: int, last: bool) -> str:

@@ -228,7 +228,7 @@ def quantifier_colon(place: Place) -> Diagnostic | None:
     number = place.after(start - 1) if place.tokens[start - 1].kind == ")" else start - 1
     if place.tokens[start - 1].kind in ("every", "some"):
         words = place.tokens[start - 1].span.to(place.before.span)
-    elif place.tokens[number - 1].kind == "least":
+    elif place.tokens[number - 1].kind in ("least", "any"):
         words = place.tokens[number - 2].span.to(place.before.span)
     else:
         return None
@@ -265,12 +265,13 @@ def at_most(place: Place) -> Diagnostic | None:
 
 
 def at_least_how_many(place: Place) -> Diagnostic | None:
-    """``at least drone: …``"""
-    if place.found.kind != ":" or NAME not in place.expected or place.tokens[place.here - 2].kind != "least":
+    """``at least drone: …``, ``without any drone: …``"""
+    counting = {"least": ("at least", 2), "any": ("without any", 1)}.get(place.tokens[place.here - 2].kind)
+    if place.found.kind != ":" or NAME not in place.expected or counting is None:
         return None
     words = place.tokens[place.here - 2].span.to(place.before.span)
-    message = f"`at least` needs a number before {quoted(place.before.text)}"
-    return finding(message, words, f"write `at least 2 {place.before.text}: …`")
+    message = f"`{counting[0]}` needs a number before {quoted(place.before.text)}"
+    return finding(message, words, f"write `{counting[0]} {counting[1]} {place.before.text}: …`")
 
 
 def _no_operator(token: Token, meant: str) -> Diagnostic:

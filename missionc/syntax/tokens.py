@@ -108,8 +108,11 @@ WORDS: tuple[Word, ...] = (
     Word("path", "a way to turn", reserved=False),
     Word("proximity", "a kind of graph", reserved=False),
     Word("beacons", "a kind of graph", reserved=False),
+    Word("sight", "a kind of graph", reserved=False),
     Word("total", "a part of a formation", reserved=False),
     Word("least", "a quantifier", reserved=False),
+    Word("without", "a quantifier"),
+    Word("any", "a quantifier", reserved=False),
     Word("hops", "a measure", reserved=False),
     Word("weight", "a part of `prefer`", reserved=False),
 )
@@ -226,7 +229,7 @@ def _word(text: str, start: int, written: str, tokens: list[Token]) -> tuple[str
     """What a word is by the tokens before it, and how far it goes: a unit may hold a ``/``."""
     before = tokens[-1].kind if tokens else END
     # After `moving (2, 0)` or a number stands a unit; but in `at least 2 m:` it is a group that is called `m`.
-    if before in (NUMBER, ")") and (len(tokens) < 2 or tokens[-2].kind != "least"):
+    if before in (NUMBER, ")") and (len(tokens) < 2 or tokens[-2].kind not in ("least", "any")):
         unit = _UNIT.match(text, start)
         if unit and (unit[1] in UNITS or unit[0].lower() in UNITS_IN_FULL):
             return UNIT, unit[0]

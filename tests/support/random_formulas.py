@@ -81,7 +81,7 @@ class Formulas:
             kinds += ["pair"]
         match self.one(kinds):
             case "connected":
-                return f"connected({self.one(self.names.graphs)})"
+                return f"connected({self.one(self.names.graphs)}{self.one(['', '', ', 1'])})"
             case "formation":
                 return self.one(self.names.formations)
             case "pair":

@@ -261,6 +261,13 @@ def _couplings(draw: _Drawn, names: Names) -> Names:
     if names.beacons and count > 1 and draw.odds(0.6):
         draw.lines += [f"graph cell = beacons {draw.random.uniform(1.5, 4):.2f} m" + draw.one("", " over drone")]
         graphs += ["cell"]
+    if (
+        len(draw.agents) > 1
+        and draw.odds(0.3)
+        and not any(" moving " in each or " along (" in each for each in draw.lines)
+    ):
+        draw.lines += [f"graph eyes = sight {draw.random.uniform(1.5, 4):.2f} m"]
+        graphs += ["eyes"]
     if count > 1 and draw.odds(0.5):
         draw.lines += [f"formation shape = {_formation(draw, count)}"]
         formations += ["shape"]

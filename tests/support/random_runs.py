@@ -22,6 +22,7 @@ from missionc.base.trace import Trace
 from missionc.base.units import Metres, Seconds, Steps
 from missionc.language.operator import Bounds, Operator
 from missionc.language.operators import OPERATORS
+from missionc.resolve.lost_agents import without_any
 from missionc.syntax.ast import Metric
 from tests.reference import Run
 
@@ -78,6 +79,10 @@ def mission_of(size: int, steps: int, *requirements: ir.Requirement) -> ir.Missi
     )
 
 
+OPAQUE: tuple[ir.Shape, ...] = (ir.Box((0.71, 0.63), (1.23, 1.31)), ir.Disc((1.7, 0.3), 0.21))
+"""Shapes of which no line between two places of the grid grazes a corner."""
+
+
 @cache
 def graphs_of(size: int) -> tuple[ir.Graph, ...]:
     everyone = tuple(range(size))
@@ -86,6 +91,7 @@ def graphs_of(size: int) -> tuple[ir.Graph, ...]:
         ir.Proximity("wide", Metres(1.5), everyone[::-1], SPAN),
         ir.Proximity("part", Metres(1.5), everyone[1:], SPAN),
         ir.BeaconCover("cell", Metres(1.0), ((0.5, 0.5), (2.0, 1.0)), everyone, SPAN),
+        ir.Sight("eyes", Metres(1.5), OPAQUE, everyone, SPAN),
     )
 
 
@@ -168,6 +174,12 @@ def formulas(size: int, budget: int, depth: int) -> st.SearchStrategy[ir.Formula
 @st.composite
 def quantified(draw: st.DrawFn, size: int, budget: int, depth: int) -> ir.Formula:
     body = draw(formulas(size, budget, depth - 1))
+    if size > 1 and draw(st.integers(0, 3)) == 0:
+        anybody = ir.AgentSet("these", tuple(range(draw(st.integers(1, size)))), SPAN)
+        kind = draw(st.sampled_from(["every", "some"]))
+        whole = ir.AtLeastOf(kind, len(anybody.agents) if kind == "every" else 1, anybody, body, SPAN)
+        found, named = without_any(draw(st.integers(1, min(2, len(anybody.agents)))), anybody, whole, SPAN)
+        return whole if named else found
     if draw(st.booleans()):
         return ir.OfAgent(draw(st.integers(0, size - 1)), body, SPAN)
     kind = draw(st.sampled_from(["every", "some", "at least"]))
@@ -225,6 +237,11 @@ def leaves(size: int) -> st.SearchStrategy[ir.Formula]:
         st.builds(ir.Touches, st.sampled_from(REGIONS)),
         comparisons(size),
         st.builds(ir.Connected, st.just(graphs_of(size)[0]), members),
+        st.builds(
+            lambda agents, order: ir.Connected(graphs_of(size)[0], agents, min(order, max(len(agents) - 1, 1))),
+            members,
+            st.integers(2, 3),
+        ),
     ]
     if formations_of(size):
         predicates.append(st.builds(ir.InFormation, st.sampled_from(formations_of(size))))

@@ -132,7 +132,7 @@ def _larger(part: st.SearchStrategy[ast.Formula]) -> st.SearchStrategy[ast.Formu
             counts,
         ),
         st.builds(ast.Quantified, st.just(NOWHERE), st.sampled_from(["every", "some"]), st.none(), agents, part),
-        st.builds(ast.Quantified, st.just(NOWHERE), st.just("at least"), counts, agents, part),
+        st.builds(ast.Quantified, st.just(NOWHERE), st.sampled_from(["at least", "without any"]), counts, agents, part),
         st.builds(ast.OneAgent, st.just(NOWHERE), agents, part),
     )
 
@@ -141,7 +141,7 @@ formulas = st.recursive(
     st.one_of(
         st.builds(ast.Truth, st.just(NOWHERE), st.booleans()),
         agents,
-        st.builds(ast.Call, st.just(NOWHERE), names, st.lists(agents, min_size=1, max_size=3).map(tuple)),
+        st.builds(ast.Call, st.just(NOWHERE), names, st.lists(agents | _numbers, min_size=1, max_size=3).map(tuple)),
         st.builds(ast.Compare, st.just(NOWHERE), st.sampled_from(["<=", "<", ">", ">="]), measures, measures),
     ),
     _larger,

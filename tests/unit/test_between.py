@@ -125,6 +125,18 @@ def test_a_link_that_is_stretched_between_two_steps_is_found() -> None:
     assert "`connected(radio)` is false: drone[0] and drone[1] are 1.100 m apart" in again.detail
 
 
+def test_a_sight_that_is_lost_between_two_steps_is_found() -> None:
+    """One of two passes behind a post, 0.2 m wide as seen from 1 m away, at 4 m/s: from 0.4 to 0.6 of the step."""
+    found = between(
+        [rest((0.5, 0.5)), rest((2.5, -1.5), (2.5, 2.5))],
+        "obstacle post = box (1.499, 0.3) to (1.5, 0.7)",
+        "graph eyes = sight 9 m",
+        "require seen: always[0, 1 s] connected(eyes)",
+    )
+    lasts(found, Verdict.FAILS, 0.4, 0.6)
+    assert "2.000 m apart, the radius of `eyes` is 9 m, and an obstacle is in the way" in found.detail
+
+
 def test_a_formation_that_closes_between_two_steps_is_found() -> None:
     """Two that change places are |1 - 2t| apart, which is less than 0.7 from t = 0.15 to 0.85."""
     found = between(

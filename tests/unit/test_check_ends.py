@@ -24,6 +24,7 @@ formation loose = chain of drone spacing 1 m total tolerance 0.1 m
 team drone[3] {{ radius 0.1 m  dynamics single_integrator(speed <= 2 m/s)  {} }}
 """
 
+EYES = "obstacle post = box (4, 0.5) to (5, 9)\ngraph eyes = sight 9 m"
 POINTS = "start at (1, 1), (2, 1), (6, 1)"
 ENDS = "start in base  finish at (1, 1), (2, 1), (6, 1)"
 
@@ -90,6 +91,15 @@ def test_the_two_that_are_too_far_apart_are_named_with_their_distance() -> None:
     (finding,) = found(POINTS, "always[0, 5 s] connected(radio, drone)")
     assert finding.message == "requirement `r` contradicts where `drone[1]` and `drone[2]` start"
     assert finding.notes == ("`drone[1]` and `drone[2]` are 4 m apart; the radius of `radio` is 2 m",)
+
+
+def test_two_that_do_not_see_each_other_where_they_start_are_named_with_what_is_in_the_way() -> None:
+    (finding,) = found(POINTS, f"always[0, 5 s] connected(eyes, drone[1..2])\n{EYES}")
+    assert finding.message == "requirement `r` contradicts where `drone[1]` and `drone[2]` start"
+    assert finding.primary is not None
+    assert finding.primary.text == "false at 0 s, by 0.5 m"
+    (note,) = finding.notes
+    assert note == "`drone[1]` and `drone[2]` are 4 m apart; the radius of `eyes` is 9 m, and an obstacle is in the way"
 
 
 @pytest.mark.parametrize(

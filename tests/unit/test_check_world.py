@@ -15,6 +15,7 @@ from missionc.diagnostics.code import (
     OUTSIDE_WORLD,
     REGION_IN_OBSTACLE,
     REGION_OUTSIDE_WORLD,
+    SIGHT_PAST_MOTION,
     TOO_FAR,
     Code,
 )
@@ -24,7 +25,7 @@ SAFE = "require safe: every drone: always[1 s, 20 s] not fire"
 SHELF = "obstacle shelf = box (4, 1) to (5, 2)"
 WORLD_CODES = (
     OUTSIDE_WORLD, IN_OBSTACLE, AGENTS_OVERLAP, REGION_OUTSIDE_WORLD, REGION_IN_OBSTACLE, GRAPH_TOO_SMALL,
-    FORMATION_TOO_SMALL, FORMATION_TOO_TIGHT, TOO_FAR, NO_ROOM, NO_AREA,
+    SIGHT_PAST_MOTION, FORMATION_TOO_SMALL, FORMATION_TOO_TIGHT, TOO_FAR, NO_ROOM, NO_AREA,
 )  # fmt: skip
 
 
@@ -188,6 +189,15 @@ def test_a_combined_region_that_is_empty_is_refused() -> None:
 def test_a_graph_over_one_agent_is_refused() -> None:
     mission = text("graph lone = proximity 1 m over drone[0]", "require r: always[1 s, 20 s] connected(lone)")
     assert only(mission, GRAPH_TOO_SMALL).message == "graph `lone` is over one agent; a link takes two"
+
+
+def test_a_sight_past_an_obstacle_that_moves_is_refused_and_any_other_graph_is_not() -> None:
+    truck = "obstacle truck = disc at (5, 5) radius 0.3 m moving (0.1, 0) m/s"
+    asked = "require r: always[1 s, 20 s] connected(eyes)"
+    finding = only(text(SHELF, truck, "graph eyes = sight 5 m", asked), SIGHT_PAST_MOTION)
+    assert finding.message == "graph `eyes` looks past obstacles, and `truck` moves"
+    assert found(text(SHELF, truck, "graph eyes = proximity 5 m", asked), SIGHT_PAST_MOTION) == []
+    assert found(text(SHELF, "graph eyes = sight 5 m", asked), SIGHT_PAST_MOTION) == []
 
 
 def test_a_formation_of_one_agent_is_refused() -> None:

@@ -283,7 +283,7 @@ def test_each_requirement_says_how_far_it_looks_ahead() -> None:
         ("require a: every drone: distance(|", {"base", "drone"}, {"radio"}),
         ("region new = |", {"box", "disc", "polygon", "base"}, {"new", "radio", "drone"}),
         ("region new = disc at (1, 1) radius 2 |", {"m", "cm"}, {"s", "rad"}),
-        ("graph wire = |", {"proximity", "beacons"}, {"base"}),
+        ("graph wire = |", {"proximity", "beacons", "sight"}, {"base"}),
         ("graph wire = proximity 2 m over |", {"drone"}, {"base", "radio"}),
         ("formation row = |", {"line", "chain", "star"}, {"base"}),
         ("formation row = line of |", {"drone"}, {"base"}),

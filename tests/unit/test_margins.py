@@ -160,6 +160,25 @@ def test_connectivity_is_the_worst_link_of_the_best_tree_and_positive_where_the_
         assert (components == 1) == (margins[step] > 0) == (second[step] > 1e-9)
 
 
+@given(st.integers(0, 1000), st.integers(2, 4))
+def test_connectivity_of_a_higher_order_is_that_of_all_who_may_be_left(seed: int, order: int) -> None:
+    networkx = pytest.importorskip("networkx")
+    mission, trace = mission_of(5, 2), random_trace(5, 2, seed)
+    radio = ir.Proximity("radio", Metres(2.0), tuple(range(5)), SPAN)
+    margins = margin(ir.Connected(radio, radio.agents, order), mission, trace)
+    assert (margins <= margin(ir.Connected(radio, radio.agents), mission, trace)).all()
+    for step in range(3):
+        linked = networkx.from_numpy_array(all_links(radio, trace.position)[step] > 0)
+        assert (networkx.node_connectivity(linked) >= order) == (margins[step] > 0)
+
+
+def test_a_ring_survives_one_loss_by_its_longest_link_and_no_second() -> None:
+    ring = trace_of([[(0.0, 0.0)], [(1.0, 0.0)], [(1.25, 1.0)], [(0.0, 1.0)]])
+    radio = ir.Proximity("radio", Metres(1.3), (0, 1, 2, 3), SPAN)
+    assert margin(ir.Connected(radio, radio.agents, 2), mission_of(4, 0), ring).tolist() == pytest.approx([0.05])
+    assert margin(ir.Connected(radio, radio.agents, 3), mission_of(4, 0), ring)[0] < 0
+
+
 def test_connectivity_of_some_agents_goes_over_those_alone() -> None:
     line = trace_of([[(0.0, 0.0)], [(1.0, 0.0)], [(2.0, 0.0)]])
     radio = ir.Proximity("radio", Metres(1.5), (0, 1, 2), SPAN)

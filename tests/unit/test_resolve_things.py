@@ -438,17 +438,74 @@ def test_a_graph_is_over_all_agents_or_those_named() -> None:
     assert cell.beacons == ((1.0, 2.0),)
 
 
+def test_a_sight_is_past_the_obstacles_that_stand() -> None:
+    more = "obstacle wall = box (4, 4) to (5, 6)\ngraph eyes = sight 3 over drone\nrequire connected(eyes)"
+    (eyes,) = mission(demo(more=more)).graphs
+    assert isinstance(eyes, ir.Sight)
+    assert (eyes.radius, eyes.agents, eyes.room) == (3.0, (0, 1), 0.0)
+    assert eyes.shapes[-1] == ir.Box((4.0, 4.0), (5.0, 6.0))
+
+
+def test_a_sight_past_more_pieces_than_a_shape_may_have_is_refused() -> None:
+    holes = " - ".join(f"({' * '.join(f'box ({x}, {y}) to ({x + 0.5}, 9)' for x in range(1, 4))})" for y in range(1, 7))
+    more = f"obstacle wall = box (0, 0) to (9, 9) - {holes}\ngraph eyes = sight 3\nrequire connected(eyes)"
+    assert codes(demo(more=more)) == ["MC207"]
+
+
 @pytest.mark.parametrize(
     ("graph", "code"),
     [
         ("proximity 0 m", "MC210"),
         ("proximity 1 s", "MC201"),
+        ("sight 0 m", "MC210"),
+        ("sight 1 over goal", "MC104"),
         ("beacons 1 m", "MC014"),
         ("proximity 1 over goal", "MC104"),
     ],
 )
 def test_a_graph_that_cannot_be_meant_is_refused(graph: str, code: str) -> None:
     assert codes(demo(more=f"graph g = {graph}\nrequire connected(g)")) == [code]
+
+
+FOUR = "team drone[4] { dynamics single_integrator(speed <= 2 m/s)  start line (1, 1) to (4, 1) }"
+
+
+@pytest.mark.parametrize(
+    ("call", "agents", "order"),
+    [
+        ("connected(g)", (0, 1, 2, 3), 1),
+        ("connected(g, 2)", (0, 1, 2, 3), 2),
+        ("connected(g, drone[1..3])", (1, 2, 3), 1),
+        ("connected(g, drone[1..3], 2)", (1, 2, 3), 2),
+        ("connected(g, K)", (0, 1, 2, 3), 3),
+        ("connected(g, drone, K)", (0, 1, 2, 3), 3),
+    ],
+)
+def test_how_many_may_be_lost_is_a_number_after_the_agents(call: str, agents: tuple[int, ...], order: int) -> None:
+    found = mission(demo(team=FOUR, more=f"param K = 3\ngraph g = proximity 2\nrequire connected(g, K) or {call}"))
+    (formula,) = (each.formula for each in found.requirements if "connected" in each.formula.span.text)
+    assert isinstance(formula, ir.Apply)
+    last = formula.operands[-1]
+    assert isinstance(last, ir.Holds)
+    assert last.predicate == ir.Connected(found.graphs[0], agents, order)
+
+
+@pytest.mark.parametrize(
+    ("call", "code"),
+    [
+        ("connected(g, 2)", "MC210"),
+        ("connected(g, 0)", "MC210"),
+        ("connected(g, 1.5)", "MC209"),
+        ("connected(g, 2 m)", "MC201"),
+        ("connected(g, 1, drone)", "MC104"),
+        ("connected(g, 1, 1)", "MC104"),
+        ("connected(g, drone, 1, 1)", "MC104"),
+        ("(every drone: inside(2))", "MC104"),
+    ],
+)
+def test_a_number_that_no_call_takes_is_refused(call: str, code: str) -> None:
+    more = f"graph g = proximity 2\nlet kept = connected(g)\nrequire kept and {call}"
+    assert codes(demo(more=more)) == [code]
 
 
 # ---------------------------------------------------------------- formations

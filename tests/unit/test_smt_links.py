@@ -15,6 +15,7 @@ from tests.support.legal_plans import SPAN
 
 RADIO = ir.Proximity("radio", Metres(1.0), (0, 1, 2), SPAN)
 CELL = ir.BeaconCover("cell", Metres(1.0), ((0.0, 0.0), (4.0, 0.0)), (0, 1, 2), SPAN)
+EYES = ir.Sight("eyes", Metres(2.0), (ir.Box((1.0, 1.0), (2.5, 3.0)), ir.Disc((3.0, 0.5), 0.4)), (0, 1, 2), SPAN)
 
 
 def pairs(links: Links) -> set[tuple[int, int]]:
@@ -49,7 +50,7 @@ def test_places_are_linked_where_they_are_nearer_than_the_radius_and_to_no_place
     assert pairs(links) == expected
 
 
-@pytest.mark.parametrize("graph", [RADIO, CELL], ids=lambda graph: graph.name)
+@pytest.mark.parametrize("graph", [RADIO, CELL, EYES], ids=lambda graph: graph.name)
 def test_a_link_is_there_from_both_its_ends(graph: ir.Graph) -> None:
     found = pairs(links_between(graph, scattered(80)))
     assert found

@@ -50,7 +50,11 @@ def underlined(finding: Diagnostic) -> str:
             "on",
             "a place (`in`, `at`, `line` or `grid`) was expected after `start`, not `on`",
         ),
-        ("graph g = distance 1 m", "distance", "`beacons` or `proximity` was expected after `=`, not `distance`"),
+        (
+            "graph g = distance 1 m",
+            "distance",
+            "`beacons`, `proximity` or `sight` was expected after `=`, not `distance`",
+        ),
         ("graph g = proximity 1 m over", "over", "a team, group or agent was expected after `over`, but the file ends"),
         ("include site.mission", "site", "a file name in double quotes was expected after `include`, not `site`"),
         ("minimize [", "[", "`duration`, `energy` or `distance` was expected after `minimize`, not `[`"),

@@ -1,8 +1,15 @@
-"""Connectivity as a predicate: the graph, over some of its agents, is connected."""
+"""Connectivity as a predicate: the graph, over some of its agents, is connected, and stays so without any few of them.
+
+Source:
+    Diestel, "Graph Theory" (2017), 1.4: a graph is k-connected where it has more than k vertices, and no fewer than k
+    of them part it. What fewer than k - 1 part, some k - 1 part too: so these alone are tried.
+"""
 
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import reduce
+from itertools import combinations
 
 from missionc.base.late_dataclass import dataclass
 from missionc.ir.couplings import Graph
@@ -12,10 +19,14 @@ from missionc.ir.predicates.views import Array, Borders, Changes, Measures, Phra
 
 @dataclass(frozen=True, slots=True)
 class Connected(PredicateFacts):
-    """Between any two of these agents there is a route over these agents."""
+    """Between any two of these agents there is a route over these agents, also without any ``order - 1`` of them.
+
+    ``order`` is at least 1, and less than the number of agents where it is more.
+    """
 
     graph: Graph
     agents: tuple[int, ...]
+    order: int = 1
 
     @property
     def about_team(self) -> bool:
@@ -36,20 +47,34 @@ class Connected(PredicateFacts):
     def among(self, agents: frozenset[int]) -> Connected | None:
         """These connected among themselves, which does not follow from the whole: its routes may go over the others."""
         members = tuple(agent for agent in self.agents if agent in agents)
-        return self if members == self.agents else Connected(self.graph, members) if len(members) > 1 else None
+        if members == self.agents:
+            return self
+        return Connected(self.graph, members, min(self.order, len(members) - 1)) if len(members) > 1 else None
+
+    @property
+    def parts(self) -> tuple[Connected, ...]:
+        if self.order == 1:
+            return (self,)
+        rests = combinations(self.agents, len(self.agents) - self.order + 1)
+        return tuple(Connected(self.graph, rest) for rest in rests)
 
     def margin(self, view: Measures) -> Array:
-        return view.weakest_link(self.restricted)
+        """The worst link of the best spanning tree, of whoever is left of the agents."""
+        worst = [-view.weakest_link(part.restricted) for part in self.parts]
+        return -reduce(view.larger, worst)
 
     def rate(self, view: Changes) -> Array:
         raise ValueError("a kernel has routes in the place of `connected`")
 
     def moved(self, borders: Borders) -> Connected:
-        return Connected(borders.graph(self.graph), self.agents)
+        return Connected(borders.graph(self.graph), self.agents, self.order)
 
     def show(self, words: Words) -> str:
-        return f"connected({words.graph(self.graph, self.agents)})"
+        order = "" if self.order == 1 else f", {self.order}"
+        return f"connected({words.graph(self.graph, self.agents)}{order})"
 
     def phrases(self, words: Phrases) -> tuple[str, str]:
         over = "" if self.agents == self.graph.agents else f" over {words.agents(self.agents)}"
-        return f"`{self.graph.name}` is connected{over}", f"`{self.graph.name}` is not connected{over}"
+        some = "any one" if self.order == 2 else f"any {self.order - 1}"
+        lost = "" if self.order == 1 else f", also without {some} of its agents"
+        return f"`{self.graph.name}` is connected{over}{lost}", f"`{self.graph.name}` is not connected{over}{lost}"

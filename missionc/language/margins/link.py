@@ -5,7 +5,8 @@ from __future__ import annotations
 from functools import reduce
 from typing import assert_never
 
-from missionc.ir import BeaconCover, Graph, Proximity
+from missionc.ir import BeaconCover, Graph, Proximity, Sight
+from missionc.world.line_of_sight import clear_line
 from missionc.world.signed_distance import Array, Namespace, distance_between
 
 
@@ -13,8 +14,9 @@ def margin(xp: Namespace, graph: Graph, first_position: Array, second_position: 
     """How far two agents are from losing their link: (..., dim) twice -> (...), metres.
 
     The radius minus the distance between them; with beacons, what the worse of
-    the two has left to the beacon that serves them best. Linked where it is
-    above 0.
+    the two has left to the beacon that serves them best; of a sight, the
+    clearance of the straight line between them too, where that is less. Linked
+    where it is above 0.
 
     Source:
         [strel] ε-proximity and ε-connectivity graphs.
@@ -22,6 +24,9 @@ def margin(xp: Namespace, graph: Graph, first_position: Array, second_position: 
     match graph:
         case Proximity():
             return graph.radius - distance_between(xp, first_position, second_position)
+        case Sight(radius=radius, shapes=shapes, room=room):
+            spare = radius - distance_between(xp, first_position, second_position)
+            return clear_line(xp, shapes, first_position, second_position, spare + room) - room
         case BeaconCover():
             return reduce(
                 xp.maximum,

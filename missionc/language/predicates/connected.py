@@ -1,4 +1,7 @@
-"""``connected(radio)``: the graph, over all of its agents or over those named, is connected."""
+"""``connected(radio)``: the graph, over all of its agents or over those named, is connected.
+
+``connected(radio, 2)``: also without any one of them.
+"""
 
 from missionc.ir import About
 from missionc.ir.predicates import Connected
@@ -7,9 +10,9 @@ from missionc.language.predicate import Predicate
 PREDICATE = Predicate(
     name="connected",
     about=About.TEAM,
-    parameters=("graph", "agents?"),
+    parameters=("graph", "agents?", "a number?"),
     called=True,
-    says="every one of the agents has a route to every other on the graph",
+    says="every one of the agents has a route to every other on the graph, also without fewer of them than the number",
     example="connected(radio, east)",
-    meant=lambda graph, agents: Connected(graph, graph.agents if agents is None else agents),
+    meant=Connected,
 )

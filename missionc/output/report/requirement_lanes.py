@@ -9,7 +9,7 @@ import numpy as np
 
 from missionc.base.source import Span
 from missionc.base.trace import Trace
-from missionc.ir import Formula, Mission
+from missionc.ir import Formula, Mission, Without
 from missionc.kernel.nodes import Kernel, Node
 from missionc.language.walk_formulas import goals, operands
 from missionc.monitoring.verdict_table import Row, table
@@ -27,7 +27,7 @@ def lanes(
 ) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
     """The values, once for each formula; and the lanes in the order they are read, each with the number of its row."""
     wanted = _tree(mission, kernel)
-    nodes = list(dict.fromkeys(kernel.meanings[formula] for formula, _, _, _ in wanted))
+    nodes = list(dict.fromkeys(kernel.meanings[formula] for formula, _, _, _, _ in wanted))
     roots = [goal.formula for goal in kernel.requirements + kernel.preferences]
     rows = table(nodes, roots, mission, trace, kernel.opposites)
     witnesses = Witnesses(roots, mission, trace, kernel.opposites)
@@ -42,27 +42,38 @@ def lanes(
                 "name": name,
                 "weight": weight,
                 "let": lets.get(formula, ""),
-                "words": " ".join(formula.span.text.split()),
+                "words": said + " ".join(formula.span.text.split()),
                 "place": place(formula.span),
             }
-            for formula, depth, name, weight in wanted
+            for formula, depth, name, weight, said in wanted
         ],
     )
 
 
-def _tree(mission: Mission, kernel: Kernel) -> list[tuple[Formula, int, str, float | None]]:
-    """Each goal's formulas in the order they are read, with their depth; of the goal itself its name and weight too."""
-    lanes: list[tuple[Formula, int, str, float | None]] = []
+def _tree(mission: Mission, kernel: Kernel) -> list[tuple[Formula, int, str, float | None, str]]:
+    """Each goal's formulas in the order they are read, with their depth; of the goal itself its name and weight too.
+
+    Last, what is said before the words: of one of several cases, who is lost.
+    """
+    lanes: list[tuple[Formula, int, str, float | None, str]] = []
     for goal in goals(mission):
-        stack: list[tuple[Formula, int]] = [(goal.formula, 0)]
+        stack: list[tuple[Formula, int, str]] = [(goal.formula, 0, "")]
         while stack and len(lanes) < MOST_LANES:
-            formula, depth = stack.pop()
+            formula, depth, said = stack.pop()
             if formula not in kernel.meanings:
                 continue
             named = (goal.name, getattr(goal, "weight", None)) if depth == 0 else ("", None)
-            lanes.append((formula, depth, *named))
-            stack.extend((operand, depth + 1) for operand in reversed(operands(formula)))
+            lanes.append((formula, depth, *named, said))
+            below = zip(operands(formula), _said_before(formula, mission), strict=True)
+            stack.extend((operand, depth + 1, words) for operand, words in reversed(list(below)))
     return lanes
+
+
+def _said_before(formula: Formula, mission: Mission) -> list[str]:
+    """For each operand, whom it is without."""
+    if not isinstance(formula, Without):
+        return [""] * len(operands(formula))
+    return [f"without {', '.join(mission.agents[agent].name for agent in lost)}: " for lost in formula.lost]
 
 
 def _row(node: Node, row: Row, witnesses: Witnesses) -> dict[str, Any]:

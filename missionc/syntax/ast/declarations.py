@@ -88,7 +88,7 @@ class Group:
 
 @dataclass(frozen=True, slots=True)
 class Graph:
-    """``proximity 1 m`` or ``beacons 2.5 m``; ``over`` None means all agents."""
+    """``proximity 1 m``, ``sight 5 m`` or ``beacons 2.5 m``; ``over`` None means all agents."""
 
     span: Span
     name: Name

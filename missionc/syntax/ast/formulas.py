@@ -7,7 +7,7 @@ from typing import TypeAlias
 
 from missionc.base.late_dataclass import dataclass
 from missionc.base.source import Span
-from missionc.syntax.ast.quantities import Member, Name, Quantity
+from missionc.syntax.ast.quantities import Member, Name, Number, Quantity
 
 
 @dataclass(frozen=True, slots=True)
@@ -18,11 +18,11 @@ class Truth:
 
 @dataclass(frozen=True, slots=True)
 class Call:
-    """``inside(field)``, ``touches(field)``, ``connected(radio, east)``."""
+    """``inside(field)``, ``touches(field)``, ``connected(radio, east)``, ``connected(radio, 2)``."""
 
     span: Span
     name: Name
-    arguments: tuple[Name | Member, ...]
+    arguments: tuple[Name | Member | Number, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,7 +83,7 @@ class Apply:
 
 @dataclass(frozen=True, slots=True)
 class Quantified:
-    """``every G: f``, ``some G: f``, ``at least 2 G: f``; ``kind`` is ``every``, ``some`` or ``at least``."""
+    """``every G: f``, ``some G: f``, ``at least 2 G: f``, ``without any 1 G: f``; ``kind`` is the words before."""
 
     span: Span
     kind: str

@@ -11,13 +11,13 @@ Source:
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TypeAlias
+from typing import TypeAlias, assert_never
 
 import numpy as np
 
 from missionc.base.trace import Array
 from missionc.curves.piecewise_polynomials import Indices
-from missionc.ir import Graph, Predicate, Proximity
+from missionc.ir import BeaconCover, Graph, Predicate, Proximity, Sight
 from missionc.language.margins.predicate_margins import holds, link_margin
 from missionc.language.margins.view import View
 from missionc.verify.between.interval_sets import Signal
@@ -65,10 +65,16 @@ def link_signals(graph: Graph, first: Indices, second: Indices, motion: Motion) 
         here, there = (motion.position(agent[pair], piece, local) for agent in (first, second))
         return np.asarray(link_margin(graph, here, there))
 
-    if isinstance(graph, Proximity):
-        rate = motion.relative_speed(first, second)
-    else:
-        rate = np.maximum(motion.speed[first], motion.speed[second])
+    faster = np.maximum(motion.speed[first], motion.speed[second])
+    match graph:
+        case Proximity():
+            rate = motion.relative_speed(first, second)
+        case BeaconCover():
+            rate = faster
+        case Sight():
+            rate = np.maximum(motion.relative_speed(first, second), faster)
+        case _:
+            assert_never(graph)
     return _signals(margin, rate, motion, 0)
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from missionc.ir import BeaconCover, Graph
+from missionc.ir import BeaconCover, Graph, Sight
 from missionc.kernel.nodes import Atom, Node
 from missionc.kernel.walk import graph_of
 from missionc.language.margins.links import link_margin
@@ -77,6 +77,9 @@ def _because(culprit: Culprit, motion: Motion) -> str:
     names = [agent.name for agent in motion.mission.agents]
     links = [f"{names[one]} and {names[other]} are {length:.3f} m apart" for one, other, length in changed[:MOST_LINKS]]
     reach = f"the radius of `{graph.name}` is {graph.radius:g} m"
+    if isinstance(graph, Sight):
+        seen = "nothing is" if linked else "an obstacle is"
+        reach += f", and {seen} in the way" if all(length < graph.radius for _, _, length in changed) else ""
     if isinstance(graph, BeaconCover):
         links = [
             f"{names[one]} and {names[other]} share {'a' if linked else 'no'} beacon"

@@ -17,7 +17,7 @@ from missionc.backends.clot.schedule.key_frame import KeyFrame, Routes
 from missionc.backends.clot.schedule.schedule import Scheduler
 from missionc.backends.clot.schedule.visits import Schedule
 from missionc.base.trace import Array, Flags
-from missionc.ir import Anywhere, Exactly, Mission, Predicate, Proximity, Region
+from missionc.ir import Anywhere, Exactly, Mission, Predicate, Region
 from missionc.kernel.nodes import Atom
 from missionc.world.signed_distance import signed_distance
 
@@ -355,7 +355,7 @@ class FirstGuesses:
             for edge in node.predicate.formation.edges if node.predicate.formation else ():
                 ties[edge.first, edge.second] = ties[edge.second, edge.first] = True
                 spacing.append(float(np.linalg.norm(edge.target)))
-            if isinstance(graph, Proximity) and not spacing:
+            if graph is not None and graph.by_distance and not spacing:
                 ties[np.ix_(graph.agents, graph.agents)] = True
                 spacing.append(0.8 * graph.radius)
         return ties, min(spacing, default=0.0)

@@ -19,7 +19,7 @@ from itertools import combinations
 import numpy as np
 
 from missionc.base.trace import Array
-from missionc.ir import Formation, Predicate, Proximity
+from missionc.ir import Formation, Graph, Predicate
 from missionc.language.margins.predicate_margins import link_margin
 from missionc.language.margins.spanning_trees import Indices, spanning_tree
 
@@ -38,7 +38,7 @@ SHAKEN = 0.01
 
 def can_be_gathered(predicate: Predicate) -> bool:
     """Whether this is about where agents are to each other in a way that ``gather_team`` knows."""
-    return predicate.formation is not None or isinstance(predicate.graph, Proximity)
+    return predicate.formation is not None or (predicate.graph is not None and predicate.graph.by_distance)
 
 
 def gather_team(shapes: Iterable[Predicate], position: Array) -> Array:
@@ -72,7 +72,7 @@ def gather_team(shapes: Iterable[Predicate], position: Array) -> Array:
     return moved
 
 
-def tree_of(graph: Proximity, position: Array) -> Indices:
+def tree_of(graph: Graph, position: Array) -> Indices:
     """The links of a graph's best spanning tree, (links, 2), agents.
 
     Args:
@@ -145,7 +145,7 @@ def _ties(shapes: Iterable[Predicate], position: Array) -> tuple[Indices, Indice
                 least.append(edge.target)
                 most.append(edge.target)
                 offset.append(none)
-        if isinstance(graph, Proximity) and len(graph.agents) > 1:
+        if graph is not None and graph.by_distance and len(graph.agents) > 1:
             for one, other in tree_of(graph, position).tolist():
                 first.append(one)
                 second.append(other)

@@ -34,7 +34,7 @@ from missionc.backends.clot.schedule.schedule import Scheduler
 from missionc.backends.clot.schedule.tasks import Hold
 from missionc.backends.clot.schedule.visits import Appointment, Schedule, Visit
 from missionc.base.trace import Array, Flags
-from missionc.ir import Anywhere, Inside, Mission, Predicate, Proximity
+from missionc.ir import Anywhere, Graph, Inside, Mission, Predicate
 from missionc.kernel.nodes import At, Atom
 from missionc.language.margins.spanning_trees import Indices
 
@@ -223,15 +223,15 @@ class _KeyFrames(FirstGuesses):
             if not np.array_equal(relayed, guess) and (bend or not round_corners):
                 yield relayed
 
-    def _links(self, guess: Array, step: int, demand: Demand) -> Iterator[tuple[Proximity, Indices]]:
+    def _links(self, guess: Array, step: int, demand: Demand) -> Iterator[tuple[Graph, Indices]]:
         """The links of each graph that are asked for, (links, 2), agents; of one that is connected, a spanning tree."""
         active = demand.active(guess[:, None], np.zeros_like(guess)[:, None])
         for graph, lists in active.joined.items():
-            if isinstance(graph, Proximity):
+            if graph.by_distance:
                 yield graph, np.unique(np.concatenate(lists)[:, :2], axis=0)
         for shape in self._shapes(step, step):
             whole = shape.restricted
-            if isinstance(whole, Proximity) and len(whole.agents) > 1:
+            if whole is not None and whole.by_distance and len(whole.agents) > 1:
                 yield whole, tree_of(whole, guess)
 
     def _way(self, agents: tuple[int, ...], start: Array, end: Array) -> Array:

@@ -13,7 +13,7 @@ Source:
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, field
 from functools import cache
 from typing import overload
@@ -49,8 +49,8 @@ class Motion:
         states: for each agent, (steps + 1, states): the literal that says the
             agent is there then; FALSE where it cannot be, and everywhere for
             agents that are left out.
-        links: between places, of each graph that was asked about; other
-            motions of the same roadmaps may share them.
+        links: between places, of each rule of graphs that were asked about;
+            other motions of the same roadmaps may share them.
     """
 
     roadmaps: tuple[Roadmap, ...]
@@ -58,7 +58,7 @@ class Motion:
     first_place: Indices
     ways: Sequence[Flags]
     states: tuple[Literals, ...]
-    links: dict[Graph, Links] = field(default_factory=dict)
+    links: dict[Hashable, Links] = field(default_factory=dict)
 
     @property
     def agents(self) -> int:
@@ -88,9 +88,9 @@ class Motion:
 
     def linked(self, graph: Graph) -> Links:
         """The links between all places."""
-        if graph not in self.links:
-            self.links[graph] = links_between(graph, self.position)
-        return self.links[graph]
+        if graph.rule not in self.links:
+            self.links[graph.rule] = links_between(graph, self.position)
+        return self.links[graph.rule]
 
 
 def lower_motion(
