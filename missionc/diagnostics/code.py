@@ -61,6 +61,7 @@ TOO_LARGE_TO_EXPAND = Code("MC207", "a formula too large")
 GRAPH_MISSING = Code("MC208", "which graph is meant")
 NOT_WHOLE = Code("MC209", "a whole number is needed")
 VALUE_OUT_OF_RANGE = Code("MC210", "a value out of range")
+NOT_ITS_OWN = Code("MC221", "an agent does not have that")
 
 # 3xx: time and length
 BEYOND_HORIZON = Code("MC301", "the mission ends too early")
@@ -99,6 +100,7 @@ NEVER_HOLDS = Code("MC517", "a comparison that can never hold", warning=True)
 FASTER_THAN_VEHICLE = Code("MC518", "faster than the vehicle flies", warning=True)
 NO_FLYING_ROOM = Code("MC519", "no room for the vehicle to fly")
 OUTSIDE_FLYING_ROOM = Code("MC520", "a start or finish where the vehicle does not fly")
+RUNS_OUT = Code("MC531", "a resource that runs out")
 
 # 6xx: outcome of planning
 IMPOSSIBLE = Code("MC601", "no plan exists on the roadmap")

@@ -19,12 +19,15 @@ from missionc.ir.predicates import (
     DistanceBetween,
     DistanceTo,
     Feature,
+    Flagged,
     InFormation,
     Inside,
+    Level,
     Predicate,
     Speed,
     Touches,
 )
+from missionc.ir.resources import Flag, Refill, Resource
 from missionc.ir.shapes import Ball, Box, Difference, Disc, Intersection, Polygon, Prism, Shape, Union, Vector
 from missionc.ir.vehicles import AHEAD, FIGURES, PLAIN, AlongPath, Band, Figure, Fixed, Vehicle, Yaw
 
@@ -60,6 +63,8 @@ __all__ = [
     "Feature",
     "Figure",
     "Fixed",
+    "Flag",
+    "Flagged",
     "Formation",
     "FormationEdge",
     "Formula",
@@ -69,6 +74,7 @@ __all__ = [
     "Inside",
     "Intersection",
     "Length",
+    "Level",
     "Mission",
     "Objective",
     "Obstacle",
@@ -80,8 +86,10 @@ __all__ = [
     "Preference",
     "Prism",
     "Proximity",
+    "Refill",
     "Region",
     "Requirement",
+    "Resource",
     "Shape",
     "SingleIntegrator",
     "SolveWith",

@@ -31,6 +31,7 @@ TABLES: tuple[tuple[str, ...], ...] = (
     ("require", "prefer"),
     ("graph", "formation"),
     ("separation", "clearance"),
+    ("resource", "flag"),
     ("param",),
     ("let",),
     ("group",),

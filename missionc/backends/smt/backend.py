@@ -111,8 +111,6 @@ class SmtBackend:
             )
         except TimeOver:
             return run.not_found(Reason.TIME, "")
-        except Unexpressible as error:
-            return run.not_found(Reason.SOLVER, f"the solver cannot be asked for {error}")
 
 
 BACKEND = SmtBackend()
@@ -145,7 +143,7 @@ class Run:
     def turns(self) -> Turns:
         yield from self.pause()
         refused: NoPlan | None = None
-        missing = ""
+        missing, why = "", ""
         attempts = roadmaps_to_try(self.mission, self.kernel, self.budget.seed, 1 if self.options.brief else ROADMAPS)
         for attempt in attempts:
             self.most = math.inf if attempt.sampled else self.account.work + GEODESIC
@@ -165,15 +163,14 @@ class Run:
                 result = yield from self.on_roadmaps(roadmaps, solvers)
             if not isinstance(result, NoPlan | Unsettled):
                 return result
-            if not attempt.sampled or isinstance(
-                result, Unsettled
-            ):  # samples have more, and tell why they have no plan
+            why = result.why if isinstance(result, Unsettled) else ""
+            if isinstance(result, Unsettled) or not attempt.sampled:  # samples have more, and tell why there is no plan
                 continue
             refused = result
             self.refused.append(attempt.nodes)
             self.conflicting.update(refused.conflict)
-        if missing or refused is None:
-            return self.not_found(Reason.NO_ROADMAP, missing)
+        if missing or why or refused is None:
+            return self.not_found(Reason.SOLVER if why else Reason.NO_ROADMAP, why or missing)
         if self.options.certify:
             with self.account.stage("proof"):
                 self.certify(refused)
@@ -222,6 +219,8 @@ class Run:
             return few if few is not None else (yield from self.with_all_links(roadmaps, solvers))
         except TooDear:
             return Unsettled()
+        except Unexpressible as error:
+            return Unsettled(f"the solver cannot be asked for {error}")
 
     def with_all_links(self, roadmaps: tuple[Roadmap, ...], solvers: Solvers) -> Pausing[Outcome | NoPlan | Unsettled]:
         """A plan from one problem with all agents, first with short routes, then with as many links as there may be."""

@@ -32,4 +32,6 @@ class TooFewLinks:
 
 @dataclass(frozen=True, slots=True)
 class Unsettled:
-    """Neither a plan nor a refusal, in the work that these roadmaps may take."""
+    """Neither a plan nor a refusal, in the work that these roadmaps may take, or for what no solver can be asked."""
+
+    why: str = ""

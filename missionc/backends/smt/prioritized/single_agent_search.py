@@ -27,6 +27,7 @@ from missionc.backends.smt.encode.lower_motion import lower_motion
 from missionc.backends.smt.encode.occupancy import Occupancy
 from missionc.backends.smt.prioritized.distance_to_go import DistanceToGo
 from missionc.backends.smt.prioritized.exclusions import Exclusion, may_be
+from missionc.backends.smt.prioritized.own_memory import OwnMemory
 from missionc.backends.smt.prioritized.progression import (
     Progression,
     Relaxation,
@@ -191,7 +192,7 @@ class SingleAgentSearch:
         of_state: dict[Node, Flags] = {}
         of_step: dict[Node, Flags] = {}
         of_move: dict[Node, tuple[Flags, Flags]] = {}
-        waiting = list(formulas)
+        waiting, past = list(formulas), list[Node]()
         met: set[Node] = set()
         while waiting:
             node = waiting.pop()
@@ -201,6 +202,8 @@ class SingleAgentSearch:
             leaf = node.body if isinstance(node, Not) else node
             if node in self._own:
                 of_state[node] = states_of(node, agent, self._labels)
+            elif isinstance(leaf, Atom) and leaf.predicate.reads_past:
+                past.append(node)
             elif isinstance(leaf, Atom) and not leaf.predicate.others and self._labels.of_moves(leaf.predicate, number):
                 begins, ends = (self._labels.moves(leaf.predicate, number, at_end=at_end) for at_end in (False, True))
                 of_move[node] = (begins, ends) if leaf is node else (~begins, ~ends)
@@ -214,7 +217,8 @@ class SingleAgentSearch:
                 raise TooComplex
             else:
                 of_step[node] = self._beside(node, agent, reservations)
-        rank = {node: index for index, node in enumerate((*of_state, *of_step, *of_move))}
+        rank = {node: index for index, node in enumerate((*of_state, *of_step, *of_move, *past))}
+        memory = OwnMemory(past, agent, self._labels, table.roadmap, exact=alone) if past else None
         steps, states = len(table.roadmap.standing), len(table.roadmap.position)
         places, place_letters = _letters(list(of_state.values()), states)
         own_places, own_letters = places, place_letters
@@ -253,6 +257,7 @@ class SingleAgentSearch:
             own_letters,
             relaxation,
             bound,
+            memory,
         )
 
     def _beside(self, node: Node, agent: int, reservations: Reservations) -> Flags:
