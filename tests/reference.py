@@ -151,6 +151,32 @@ class Meaning:
             case ir.InFormation(formation):
                 errors = [self.edge_error(edge, step) for edge in formation.edges]
                 return self.closed(formation.tolerance - (sum(errors) if formation.total else max(errors, default=0.0)))
+            case ir.Flagged(flag):
+                return self.any(self.set_since(flag, agent, before, step) for before in range(step + 1))
+
+    def set_since(self, flag: ir.Flag, agent: int, before: int, step: int) -> Value:
+        """The agent was in the region that sets the flag at a step, and at none after it in the one that clears it."""
+        if agent not in flag.agents:
+            return self.false
+        track = self.run.position[agent]
+        sets = self.closed(-signed_distance(flag.set_in.shape, track[before]))
+        if flag.cleared_in is None:
+            return sets
+        away = (
+            self.no(self.closed(-signed_distance(flag.cleared_in.shape, at))) for at in track[before + 1 : step + 1]
+        )
+        return self.all((sets, *away))
+
+    def left(self, resource: ir.Resource, agent: int, step: int) -> float:
+        """What the agent has left, from the first step on."""
+        left = resource.start
+        for here, there in itertools.pairwise(self.run.position[agent][: step + 1]):
+            left -= resource.per_second * self.run.mission.step + resource.per_metre * math.dist(here, there)
+            for refill in resource.refills:
+                if max(signed_distance(refill.region.shape, place) for place in (here, there)) <= 0:
+                    left += refill.per_second * self.run.mission.step
+            left = min(left, resource.capacity)
+        return left
 
     def feature(self, feature: ir.Feature, agent: int, step: int) -> float:
         here = self.run.position[agent][step]
@@ -169,6 +195,8 @@ class Meaning:
                 return math.dist(here, self.run.position[other][step])
             case ir.DistanceBetween(first, second):
                 return math.dist(self.run.position[first][step], self.run.position[second][step])
+            case ir.Level(resource):
+                return self.left(resource, agent, step)
         raise AssertionError(feature)
 
     def edge_error(self, edge: ir.FormationEdge, step: int) -> float:
@@ -283,14 +311,14 @@ def signed_distance(shape: ir.Shape, point: Point) -> float:
 
 
 def metres_of(terms: tuple[tuple[float, ir.Feature], ...]) -> float:
-    """How much the terms can change for each metre of the agent's way; for speed alone, its weight."""
+    """How much the terms can change for each metre of the agent's way; without metres, the weight of the rest."""
     axes = [
         sum(weight for weight, feature in terms if isinstance(feature, ir.Coordinate) and feature.axis == axis)
         for axis in (0, 1, 2)
     ]
     distances = {feature for _, feature in terms if isinstance(feature, ir.DistanceTo | ir.DistanceBetween)}
     change = math.hypot(*axes) + sum(abs(sum(w for w, other in terms if other == each)) for each in distances)
-    return change or abs(sum(weight for weight, feature in terms if isinstance(feature, ir.Speed))) or 1.0
+    return change or abs(sum(weight for weight, feature in terms if isinstance(feature, ir.Speed | ir.Level))) or 1.0
 
 
 # --------------------------------------------------------- one for each operator

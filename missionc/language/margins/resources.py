@@ -11,6 +11,9 @@ from missionc.base.trace import Array, Flags, Trace
 from missionc.ir import Flag, Region, Resource
 from missionc.world.signed_distance import signed_distance
 
+BORDER = 5e-324
+"""Less than anything measured: whoever is at the border of the region that clears a flag is in it."""
+
 
 def levels(resource: Resource, trace: Trace) -> Array:
     """What every agent has left at every step: (agents, steps + 1); of one that has none of it, the start."""
@@ -47,7 +50,10 @@ def flag_margins(flag: Flag, trace: Trace) -> Array:
     mine = list(flag.agents)
     sets = -signed_distance(np, flag.set_in.shape, position[mine])
     cleared = flag.cleared_in
-    stays = np.full_like(sets, np.inf) if cleared is None else signed_distance(np, cleared.shape, position[mine])
+    stays = np.full_like(sets, np.inf)
+    if cleared is not None:
+        away = signed_distance(np, cleared.shape, position[mine])
+        stays = np.where(away == 0, -BORDER, away)
     before = np.full(len(mine), -np.inf)
     for step in range(position.shape[1]):
         before = found[mine, step] = np.maximum(sets[:, step], np.minimum(before, stays[:, step]))

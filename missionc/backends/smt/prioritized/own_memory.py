@@ -63,7 +63,6 @@ class OwnMemory:
         atoms = [_atom(node) for node in nodes]
         if len(nodes) > MOST_PROPOSITIONS or any(each.others or each.reads_speed for each in atoms):
             raise TooComplex
-        self._agent, self._labels, self._roadmap = agent, labels, roadmap
         mine = [each.flag for each in atoms if isinstance(each, Flagged)]
         self._flags: list[Flag] = list(dict.fromkeys(mine))
         levels = (feature for each in atoms if isinstance(each, Compare) for _, feature in each.terms)
