@@ -34,8 +34,9 @@ def resolve_resource(context: Context, resource: ast.Resource) -> ir.Resource:
         unit = _unit(context, rate)
         value = number(context, rate.value, Dimension.NUMBER, f"`{rate.name.text}` of `{name}`", least=0)
         if rate.name.text == "refill":
-            if unit is not None and rate.within is not None:
-                refills.append(ir.Refill(_region(context, rate.within), _per(rate, value)))
+            region = None if rate.within is None else _region(context, rate.within)
+            if unit is not None and region is not None:
+                refills.append(ir.Refill(region, _per(rate, value)))
             continue
         key = rate.name.text, unit or Dimension.NUMBER
         if key in given:

@@ -3,28 +3,36 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from missionc import ir
 from missionc.backends.smt.sat.worker import SAT, CaDiCaL
+from missionc.base.units import Steps
+from missionc.checks.check_resources import check_resources
+from missionc.checks.free_space import FreeSpace
 from missionc.curves.piecewise_polynomials import motion
 from missionc.kernel.normal_form import negated
+from missionc.language.operators import by_name
 from missionc.lower.expand import expand
 from missionc.monitoring.monitor import robustness, truth
 from missionc.verify.between.motion_clock import STEP, Motion
 from missionc.verify.between.truth_over_time import Evaluation
 from tests import reference
 from tests.support.random_runs import (
+    FIELD,
+    REGIONS,
     SPAN,
     flags_of,
     mission_of,
     own_states,
     positions,
     remembering,
+    resources_of,
     run_of,
     trace_of,
 )
@@ -120,3 +128,40 @@ def test_between_the_steps_a_flag_stays_and_a_resource_changes_evenly(data: st.D
                 assert there > -1e-9
             if any(low <= tick <= high for low, high in signal.never):
                 assert there < 1e-9
+
+
+@given(data=st.data())
+@settings(max_examples=150)
+def test_no_run_keeps_a_resource_of_which_check_says_that_it_runs_out(data: st.DataObject) -> None:
+    size, steps = data.draw(st.integers(1, 2)), data.draw(st.integers(1, 6))
+    track = data.draw(positions(size, steps))
+    resource = replace(
+        data.draw(st.sampled_from(resources_of(size))),
+        start=data.draw(st.sampled_from([1.0, 2.0, 3.0])),
+        per_metre=data.draw(st.sampled_from([0.0, 0.5, 2.0])),
+        refills=data.draw(st.sampled_from([(), (ir.Refill(FIELD, 2.0),)])),
+    )
+    bound = ir.Holds(
+        ir.Compare(((1.0, ir.Level(resource)),), data.draw(st.sampled_from([0.0, -0.5, -1.0])), False), SPAN
+    )
+    low = data.draw(st.integers(0, steps))
+    kept = ir.Apply(
+        by_name["always"], (bound,), ir.Window(Steps(low), Steps(data.draw(st.integers(low, steps))), SPAN), SPAN
+    )
+    place = ir.Holds(ir.Inside(data.draw(st.sampled_from(REGIONS)), False), SPAN)
+    there = ir.Apply(by_name["eventually"], (place,), ir.Window(Steps(0), Steps(steps), SPAN), SPAN)
+    both = ir.Apply(by_name["and"], (kept, there), None, SPAN)
+    team = ir.AgentSet("drone", tuple(range(size)), SPAN)
+    formula = ir.AtLeastOf("every", size, team, data.draw(st.sampled_from([kept, both])), SPAN)
+    mission = mission_of(size, steps, ir.Requirement("asked", formula, SPAN))
+    agents = tuple(
+        replace(agent, start=ir.Exactly(track[agent.index][0], SPAN), dynamics=ir.SingleIntegrator(3.0))
+        for agent in mission.agents
+    )
+    mission = replace(mission, agents=agents, resources=(resource,))
+    kernel, findings = expand(mission)
+    assert kernel is not None, findings
+    run = run_of(mission, trace_of(track))
+    assume(all(math.hypot(*velocity) <= 3.0 for agent in run.velocity for velocity in agent))
+    if reference.truth(formula, run, 0, 0):
+        assert check_resources(mission, kernel, FreeSpace.of(mission)) == []
