@@ -48,7 +48,7 @@ class Atoms:
         if isinstance(predicate, Flagged):
             return self._flag(predicate.flag, truth, agent)[steps]
         if predicate.reads_past:
-            raise Unexpressible("a resource of several agents together")
+            raise Unexpressible("a resource, and no agent by itself found a way that keeps it")
         predicate = predicate.asked_of(agent)
         match sorted(predicate.others - {agent}):
             case []:
