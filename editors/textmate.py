@@ -294,6 +294,18 @@ _DECLARED = {
             _include("settings"),
         ),
     ),
+    "resource": Declared(
+        "entity.name.type.resource",
+        body=(
+            _after(_any(("per",)), "keyword.other.preposition", _UNIT, "keyword.other.unit"),
+            _value_after(_any(("in",)), "keyword.other.preposition"),
+            _include("settings"),
+        ),
+    ),
+    "flag": Declared(
+        "entity.name.type.flag",
+        body=(_value_after(_any(("in",)), "keyword.other.preposition"), _include("settings")),
+    ),
     "separation": Declared(),
     "clearance": Declared(),
     "let": Declared("entity.name.function.let", body=(_include("formula"),)),

@@ -108,11 +108,11 @@ class Meaning:
             case ir.OfAgent(other, body):
                 return self.of(body, other, step)
             case ir.AtLeastOf(kind, number, agents, body):
-                left = self.left(agents.agents)
+                left = self.remaining(agents.agents)
                 each = sorted((self.of(body, other, step) for other in left), reverse=True)
                 return self.so_many(each, {"every": len(left), "some": 1}.get(kind, number))
             case ir.Without(number, agents, body):
-                left = self.left(agents.agents)
+                left = self.remaining(agents.agents)
                 return self.all(
                     Meaning(self.run, self.number, self.lost.union(more)).of(body, agent, step)
                     for more in itertools.combinations(left, min(number, len(left)))
@@ -126,7 +126,7 @@ class Meaning:
             return self.true
         return sorted(values, reverse=True)[number - 1] if number <= len(values) else self.false
 
-    def left(self, agents: tuple[int, ...]) -> tuple[int, ...]:
+    def remaining(self, agents: tuple[int, ...]) -> tuple[int, ...]:
         """Who of them is not lost."""
         return tuple(agent for agent in agents if agent not in self.lost)
 
@@ -150,7 +150,7 @@ class Meaning:
                 value = constant + sum(weight * self.feature(feature, agent, step) for weight, feature in terms)
                 return (self.strict if strict else self.closed)(value / metres_of(terms))
             case ir.Connected(graph, agents, order):
-                agents = self.left(agents)
+                agents = self.remaining(agents)
                 return self.all(
                     self.any(
                         self.links_of(graph, route, step) for route in simple_routes(one, left) if route[-1] == other
@@ -167,6 +167,32 @@ class Meaning:
                 if self.lost and not edges:
                     return self.true
                 return self.closed(formation.tolerance - (sum(errors) if formation.total else max(errors, default=0.0)))
+            case ir.Flagged(flag):
+                return self.any(self.set_since(flag, agent, before, step) for before in range(step + 1))
+
+    def set_since(self, flag: ir.Flag, agent: int, before: int, step: int) -> Value:
+        """The agent was in the region that sets the flag at a step, and at none after it in the one that clears it."""
+        if agent not in flag.agents:
+            return self.false
+        track = self.run.position[agent]
+        sets = self.closed(-signed_distance(flag.set_in.shape, track[before]))
+        if flag.cleared_in is None:
+            return sets
+        away = (
+            self.no(self.closed(-signed_distance(flag.cleared_in.shape, at))) for at in track[before + 1 : step + 1]
+        )
+        return self.all((sets, *away))
+
+    def left(self, resource: ir.Resource, agent: int, step: int) -> float:
+        """What the agent has left, from the first step on."""
+        left = resource.start
+        for here, there in itertools.pairwise(self.run.position[agent][: step + 1]):
+            left -= resource.per_second * self.run.mission.step + resource.per_metre * math.dist(here, there)
+            for refill in resource.refills:
+                if max(signed_distance(refill.region.shape, place) for place in (here, there)) <= 0:
+                    left += refill.per_second * self.run.mission.step
+            left = min(left, resource.capacity)
+        return left
 
     def feature(self, feature: ir.Feature, agent: int, step: int) -> float:
         here = self.run.position[agent][step]
@@ -185,6 +211,8 @@ class Meaning:
                 return math.dist(here, self.run.position[other][step])
             case ir.DistanceBetween(first, second):
                 return math.dist(self.run.position[first][step], self.run.position[second][step])
+            case ir.Level(resource):
+                return self.left(resource, agent, step)
         raise AssertionError(feature)
 
     def edge_error(self, edge: ir.FormationEdge, step: int) -> float:
@@ -246,12 +274,12 @@ class Meaning:
                 self.all(through(agent) for agent in route[:-1]),
                 end(route[-1]),
             )
-            for route in simple_routes(start, self.left(bounds.graph.agents))
+            for route in simple_routes(start, self.remaining(bounds.graph.agents))
         )
 
     def far_away(self, bounds: ir.Length, step: int, one: int, other: int) -> Value:
         """The shortest way between two agents, over any agents, is within the bounds."""
-        routes = [route for route in simple_routes(one, self.left(bounds.graph.agents)) if route[-1] == other]
+        routes = [route for route in simple_routes(one, self.remaining(bounds.graph.agents)) if route[-1] == other]
         if not self.number:
             there = [route for route in routes if self.links_of(bounds.graph, route, step)]
             in_hops = bounds.metric.name == "HOPS"
@@ -269,7 +297,7 @@ class Meaning:
         """Some route between the two agents, over any agents, is of a length that fits."""
         return self.any(
             min(fits(route), self.links_of(bounds.graph, route, step))
-            for route in simple_routes(one, self.left(bounds.graph.agents))
+            for route in simple_routes(one, self.remaining(bounds.graph.agents))
             if route[-1] == other
         )
 
@@ -316,14 +344,14 @@ def signed_distance(shape: ir.Shape, point: Point) -> float:
 
 
 def metres_of(terms: tuple[tuple[float, ir.Feature], ...]) -> float:
-    """How much the terms can change for each metre of the agent's way; for speed alone, its weight."""
+    """How much the terms can change for each metre of the agent's way; without metres, the weight of the rest."""
     axes = [
         sum(weight for weight, feature in terms if isinstance(feature, ir.Coordinate) and feature.axis == axis)
         for axis in (0, 1, 2)
     ]
     distances = {feature for _, feature in terms if isinstance(feature, ir.DistanceTo | ir.DistanceBetween)}
     change = math.hypot(*axes) + sum(abs(sum(w for w, other in terms if other == each)) for each in distances)
-    return change or abs(sum(weight for weight, feature in terms if isinstance(feature, ir.Speed))) or 1.0
+    return change or abs(sum(weight for weight, feature in terms if isinstance(feature, ir.Speed | ir.Level))) or 1.0
 
 
 # --------------------------------------------------------- one for each operator
@@ -401,7 +429,7 @@ def everywhere(m: Meaning, formula: ir.Apply, body: ir.Formula) -> At:
             m.no(m.links_of(_length(formula).graph, route, step)),
             m.of(body, route[-1], step),
         )
-        for route in simple_routes(agent, m.left(_length(formula).graph.agents))
+        for route in simple_routes(agent, m.remaining(_length(formula).graph.agents))
     )
 
 
@@ -413,14 +441,14 @@ def escape(m: Meaning, formula: ir.Apply, body: ir.Formula) -> At:
             m.all(m.of(body, at, step) for at in route),
             m.far_away(bounds, step, agent, route[-1]),
         )
-        for route in simple_routes(agent, m.left(bounds.graph.agents))
+        for route in simple_routes(agent, m.remaining(bounds.graph.agents))
     )
 
 
 def surround(m: Meaning, formula: ir.Apply, inner: ir.Formula, border: ir.Formula) -> At:
     """``inner`` here, and no ``inner``-route that leads out of it where or how it must not."""
     bounds = _length(formula)
-    most = len(m.left(bounds.graph.agents)) - 1 if bounds.metric.name == "HOPS" else math.inf
+    most = len(m.remaining(bounds.graph.agents)) - 1 if bounds.metric.name == "HOPS" else math.inf
 
     def breaks(route: tuple[int, ...], step: int) -> Value:
         inside, last = [m.of(inner, at, step) for at in route], route[-1]
@@ -435,7 +463,7 @@ def surround(m: Meaning, formula: ir.Apply, inner: ir.Formula, border: ir.Formul
 
     return lambda agent, step: min(
         m.of(inner, agent, step),
-        m.all(m.no(breaks(route, step)) for route in simple_routes(agent, m.left(bounds.graph.agents))),
+        m.all(m.no(breaks(route, step)) for route in simple_routes(agent, m.remaining(bounds.graph.agents))),
     )
 
 
@@ -443,7 +471,7 @@ def count(m: Meaning, formula: ir.Apply, body: ir.Formula) -> At:
     bounds = _length(formula)
 
     def compared(agent: int, step: int) -> Value:
-        others = [other for other in m.left(bounds.graph.agents) if other != agent]
+        others = [other for other in m.remaining(bounds.graph.agents) if other != agent]
         each = [min(m.far_away(bounds, step, agent, other), m.of(body, other, step)) for other in others]
         if bounds.low <= 0:
             each.append(m.of(body, agent, step))

@@ -23,6 +23,8 @@ class Feature(Enum):
     UNICYCLE = "unicycle dynamics"
     SECOND_ORDER = "dynamics with an acceleration limit"
     LEAST_SPEED = "dynamics with a least speed"
+    RESOURCE = "a resource"
+    FLAG = "a flag"
     PREFER = "a preference"
     DISTANCE = "`minimize distance`"
     DURATION = "`minimize duration`"

@@ -1,8 +1,9 @@
-"""Check of a mission against its world: starts, goals, regions, graphs, formations and vehicles.
+"""Check of a mission against its world: starts, goals, resources, regions, graphs, formations and vehicles.
 
     in   Mission, its Kernel
     out  nothing but findings
-    says MC501 MC502 MC503 MC504 MC505 MC506 MC507 MC508 MC509 MC512 MC516 MC518 MC519 MC520 MC541 MC542 MC543
+    says MC221 MC501 MC502 MC503 MC504 MC505 MC506 MC507 MC508 MC509 MC512 MC516 MC518 MC519 MC520 MC531 MC541
+         MC542 MC543
 
 Only what no plan can mend is an error: whatever is said to be out of reach or
 without room is so by an outer bound.
@@ -13,6 +14,7 @@ from __future__ import annotations
 from missionc.checks.check_goals import check_goals
 from missionc.checks.check_graphs import check_graphs
 from missionc.checks.check_lanes import check_lanes
+from missionc.checks.check_resources import check_resources
 from missionc.checks.check_starts import check_starts
 from missionc.checks.check_vehicles import check_vehicles
 from missionc.checks.free_space import FreeSpace, Lies
@@ -37,6 +39,7 @@ def check_world(mission: Mission, kernel: Kernel, ground: FreeSpace | None = Non
             *check_graphs(mission),
             *check_starts(mission, ground),
             *check_goals(mission, kernel, ground),
+            *check_resources(mission, kernel, ground),
             *check_vehicles(mission, ground),
             *check_lanes(mission),
         ]

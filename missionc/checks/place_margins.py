@@ -14,9 +14,9 @@ Joint: TypeAlias = tuple[Place | None, ...]
 
 
 def margin_at(mission: Mission, predicate: Predicate, agent: Agent, joint: Joint) -> float | None:
-    """The margin of a predicate, not of a connected graph, at places; None where it hangs on one that is not given."""
+    """The margin of a predicate, not of a connected graph, at places; None where it hangs on more than those given."""
     needed = predicate.others | ({agent.index} if predicate.reads_oneself(mission.dimension) else set())
-    if predicate.reads_speed or any(joint[each] is None for each in needed):
+    if predicate.reads_speed or predicate.reads_past or any(joint[each] is None for each in needed):
         return None
     return float(predicate.margin(_AtPlaces(mission, agent, joint)))
 

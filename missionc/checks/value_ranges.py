@@ -15,6 +15,7 @@ from missionc.ir import (
     DistanceBetween,
     DistanceTo,
     Feature,
+    Level,
     Mission,
     Region,
     Speed,
@@ -58,6 +59,9 @@ def of_feature(ground: FreeSpace, agent: Agent, feature: Feature) -> Range:
             return Range(agent.dynamics.lowest_speed, agent.dynamics.top_speed)
         case Altitude():
             return Range(low[2], high[2]) if mission.dimension == 3 else Range(agent.altitude, agent.altitude)
+        case Level(resource):
+            most = mission.horizon * (resource.per_second + resource.per_metre * agent.dynamics.top_speed)
+            return Range(resource.start - most, resource.capacity)
         case DistanceBetween(first, second):
             return _between(mission, first, second)
         case DistanceTo(int()):
@@ -95,8 +99,10 @@ def in_words(comparison: Compare, values: Range) -> str:
             what = {Speed: "the speed", Altitude: "the altitude"}.get(type(feature), "the distance")
             if isinstance(feature, Coordinate):
                 what = f"`{'xyz'[feature.axis]}`"
-            unit = "m/s" if isinstance(feature, Speed) else "m"
+            if isinstance(feature, Level):
+                what = f"`{feature.resource.name}`"
             low, high = number(round(both.low, 4)), number(round(both.high, 4))
-            return f"{what} is {low} {unit}" if low == high else f"{what} stays between {low} and {high} {unit}"
+            says = f"{what} is {low}" if low == high else f"{what} stays between {low} and {high}"
+            return f"{says} {feature.unit}".rstrip()
         case _:
             return "the two sides never come closer than that"

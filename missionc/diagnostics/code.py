@@ -64,6 +64,7 @@ GRAPH_MISSING = Code("MC208", "which graph is meant")
 NOT_WHOLE = Code("MC209", "a whole number is needed")
 VALUE_OUT_OF_RANGE = Code("MC210", "a value out of range")
 ASKED_OF_THE_LOST = Code("MC220", "asked of an agent that may be lost")
+NOT_ITS_OWN = Code("MC221", "an agent does not have that")
 
 # 3xx: time and length
 BEYOND_HORIZON = Code("MC301", "the mission ends too early")
@@ -107,6 +108,7 @@ LANE_NODE_MISPLACED = Code("MC541", "a node of a roadmap where no agent may be")
 LANE_BLOCKED = Code("MC542", "a lane through an obstacle")
 NOT_ON_LANES = Code("MC543", "a start or finish that no lane leads to")
 SIGHT_PAST_MOTION = Code("MC530", "a sight past an obstacle that moves")
+RUNS_OUT = Code("MC531", "a resource that runs out")
 
 # 6xx: outcome of planning
 IMPOSSIBLE = Code("MC601", "no plan exists on the roadmap")

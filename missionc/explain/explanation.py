@@ -22,15 +22,20 @@ from missionc.explain.traps import table, traps_of
 from missionc.explain.window_diagram import WIDTH, Span, draw, windows
 from missionc.ir import (
     Apply,
+    Compare,
+    Flag,
+    Flagged,
     Formation,
     Formula,
     Graph,
     Holds,
     Length,
+    Level,
     Mission,
     Preference,
     Proximity,
     Requirement,
+    Resource,
     Sight,
 )
 from missionc.ir.wording import all_listed, listed, seconds
@@ -111,19 +116,44 @@ def _explained(mission: Mission, goal: Requirement | Preference) -> Explained:
 
 
 def _things(formula: Formula, mission: Mission) -> Iterator[str]:
-    """What the graphs and formations that it names are."""
+    """What the graphs, formations, resources and flags that it names are."""
     for thing in dict.fromkeys(thing for part in bottom_up([formula], as_written) for thing in _named(part)):
-        yield _formation(thing, mission) if isinstance(thing, Formation) else _graph(thing)
+        match thing:
+            case Formation():
+                yield _formation(thing, mission)
+            case Resource():
+                yield _resource(thing, mission)
+            case Flag():
+                cleared = f" and cleared in `{thing.cleared_in.name}`" if thing.cleared_in else ""
+                yield f"`{thing.name}` of {names(thing.agents, mission)} is set in `{thing.set_in.name}`{cleared}"
+            case _:
+                yield _graph(thing)
 
 
-def _named(part: Formula) -> Iterator[Graph | Formation]:
+def _named(part: Formula) -> Iterator[Graph | Formation | Resource | Flag]:
     match part:
         case Apply(bounds=Length(graph=graph)):
             yield graph
+        case Holds(Flagged(flag)):
+            yield flag
+        case Holds(Compare(terms=terms)):
+            yield from (each.resource for _, each in terms if isinstance(each, Level))
         case Holds(predicate):
             yield from (each for each in (predicate.graph, predicate.formation) if each)
         case _:
             return
+
+
+def _resource(resource: Resource, mission: Mission) -> str:
+    drains = [
+        f"{number(drain)} for each {what}"
+        for drain, what in ((resource.per_second, "second"), (resource.per_metre, "metre"))
+        if drain
+    ]
+    parts = [f"starts at {number(resource.start)} and holds {number(resource.capacity)} at most"]
+    parts += [f"loses {' and '.join(drains)}"] if drains else []
+    parts += [f"gains {number(each.per_second)} for each second in `{each.region.name}`" for each in resource.refills]
+    return f"`{resource.name}` of {names(resource.agents, mission)} {'; it '.join(parts)}"
 
 
 def _graph(graph: Graph) -> str:

@@ -32,12 +32,15 @@ from missionc.ir.predicates import (
     DistanceBetween,
     DistanceTo,
     Feature,
+    Flagged,
     InFormation,
     Inside,
+    Level,
     Predicate,
     Speed,
     Touches,
 )
+from missionc.ir.resources import Flag, Refill, Resource
 from missionc.ir.shapes import Ball, Box, Difference, Disc, Intersection, Polygon, Prism, Shape, Union, Vector
 from missionc.ir.vehicles import AHEAD, FIGURES, PLAIN, AlongPath, Band, Figure, Fixed, Vehicle, Yaw
 
@@ -73,6 +76,8 @@ __all__ = [
     "Feature",
     "Figure",
     "Fixed",
+    "Flag",
+    "Flagged",
     "Formation",
     "FormationEdge",
     "Formula",
@@ -85,6 +90,7 @@ __all__ = [
     "LaneNode",
     "Lanes",
     "Length",
+    "Level",
     "Mission",
     "Objective",
     "Obstacle",
@@ -96,8 +102,10 @@ __all__ = [
     "Preference",
     "Prism",
     "Proximity",
+    "Refill",
     "Region",
     "Requirement",
+    "Resource",
     "Shape",
     "Sight",
     "SingleIntegrator",

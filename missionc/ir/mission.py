@@ -13,6 +13,7 @@ from missionc.ir.couplings import Formation, Graph
 from missionc.ir.formulas import Formula
 from missionc.ir.lanes import Lanes
 from missionc.ir.places import Beacon, Obstacle, Region, World
+from missionc.ir.resources import Flag, Resource
 from missionc.ir.shapes import Vector
 
 
@@ -86,6 +87,8 @@ class Mission:
     objective_span: Span | None = None
     time_span: Span | None = None
     lets: tuple[tuple[str, Formula], ...] = field(default=())
+    resources: tuple[Resource, ...] = ()
+    flags: tuple[Flag, ...] = ()
 
     @property
     def dimension(self) -> int:

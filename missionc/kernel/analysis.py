@@ -50,10 +50,9 @@ def steps_ahead(
 
 
 def robustness_unit(root: Node) -> str:
-    """The unit of a formula's robustness: ``m``; ``m/s`` where it compares speeds alone, nothing where some of both."""
-    atoms = [node.predicate for node in postorder((root,)) if isinstance(node, Atom)]
-    of_speed = {predicate.reads_speed and predicate.is_of_speed for predicate in atoms}
-    return "" if len(of_speed) > 1 else "m/s" if True in of_speed else "m"
+    """The unit of a formula's robustness: ``m``; ``m/s`` where it compares speeds alone, nothing where units differ."""
+    units = {node.predicate.unit for node in postorder((root,)) if isinstance(node, Atom)} or {"m"}
+    return units.pop() if len(units) == 1 else ""
 
 
 def agents_asked(root: Node) -> dict[Node, set[int]]:
@@ -65,6 +64,12 @@ def agents_asked(root: Node) -> dict[Node, set[int]]:
         for ask in asks(node):
             asked[ask.node].update(ask.agents, asked[node] if ask.of_itself else ())
     return asked
+
+
+def remembering(roots: Iterable[Node]) -> set[int]:
+    """The agents of whom something may be asked that reads the past."""
+    asked = ((node, agents) for root in roots for node, agents in agents_asked(root).items())
+    return {agent for node, agents in asked if isinstance(node, Atom) and node.predicate.reads_past for agent in agents}
 
 
 def reads_lengths(node: Node) -> bool:

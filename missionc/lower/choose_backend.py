@@ -18,7 +18,7 @@ from missionc.base.late_dataclass import dataclass
 from missionc.base.source import Span
 from missionc.diagnostics.code import CANNOT_EXPRESS, NO_BACKEND
 from missionc.diagnostics.model import Diagnostic, Label
-from missionc.ir import Apply, Formula, Holds, Length, Mission, Objective, Still
+from missionc.ir import Apply, Flagged, Formula, Holds, Length, Mission, Objective, Still
 from missionc.ir.wording import listed
 from missionc.language.walk_formulas import bottom_up, formulas, operator_words
 from missionc.syntax.ast import Metric
@@ -121,6 +121,8 @@ def _of_formula(formula: Formula) -> Iterator[Need]:
         case Holds(predicate, span):
             if predicate.graph:
                 yield Need(Feature.CONNECTED, span)
+            if predicate.reads_past:
+                yield Need(Feature.FLAG if isinstance(predicate, Flagged) else Feature.RESOURCE, span)
             if predicate.formation:
                 yield Need(Feature.TOTAL_TOLERANCE if predicate.formation.total else Feature.FORMATION, span)
         case _:

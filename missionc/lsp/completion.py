@@ -23,6 +23,7 @@ from missionc.resolve.resolve_dynamics import SETTINGS as DYNAMICS
 from missionc.resolve.resolve_formations import SETTINGS as FORMATIONS
 from missionc.resolve.resolve_formulas import FORMULAS
 from missionc.resolve.resolve_goals import BACKENDS, CONNECTIVITY, OPTIONS, ROADMAP
+from missionc.resolve.resolve_resources import MARKS, RATES
 from missionc.syntax.tokens import DECLARATIONS, NAME, NUMBER, UNIT, WORDS, Token
 
 ARGUMENTS: dict[str, tuple[Kind, ...]] = {
@@ -121,7 +122,7 @@ def _kinds(place: Spot) -> tuple[Kind, ...]:
     if "box" in expected:
         return (Kind.REGION,)
     if "PREFIX" in expected:
-        return (*FORMULAS, Kind.PARAM)
+        return (*FORMULAS, Kind.RESOURCE, Kind.PARAM)
     return (Kind.PARAM,) if NUMBER in expected else ()
 
 
@@ -147,6 +148,12 @@ def _words(place: Spot) -> Iterator[tuple[str, str]]:
         yield from ((name, f"{figure.dimension.value} {figure.says}") for name, figure in ir.FIGURES.items())
     elif place.bracket == "{" and first == "solve":
         yield from ((name, "an option") for name in (*OPTIONS, CONNECTIVITY, ROADMAP))
+    elif before.word == "per":
+        yield from ((name, "a unit of time or length") for name in ("s", "min", "m"))
+    elif place.bracket == "{" and first == "resource":
+        yield from ((name, "a setting") for name in RATES)
+    elif place.bracket == "{" and first == "flag":
+        yield from ((name, "a setting") for name in MARKS)
     elif "dynamics" in place.expected:
         yield from ((name, "a setting") for name in ("radius", "altitude"))
     elif "total" in place.expected:

@@ -19,6 +19,8 @@ KINDS = {
     Kind.GROUP: types.SymbolKind.Array,
     Kind.GRAPH: types.SymbolKind.Interface,
     Kind.FORMATION: types.SymbolKind.Struct,
+    Kind.RESOURCE: types.SymbolKind.Number,
+    Kind.FLAG: types.SymbolKind.Boolean,
     Kind.LET: types.SymbolKind.Function,
 }
 

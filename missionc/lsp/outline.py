@@ -32,6 +32,8 @@ KEYWORDS = {
     "group": Kind.GROUP,
     "graph": Kind.GRAPH,
     "formation": Kind.FORMATION,
+    "resource": Kind.RESOURCE,
+    "flag": Kind.FLAG,
     "let": Kind.LET,
 }
 """What each word declares."""

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from missionc.base.trace import Array, Trace
-from missionc.ir import Exactly, Formation, FormationEdge, Graph, Mission, Place, Predicate
+from missionc.ir import Exactly, Formation, FormationEdge, Graph, Mission, Place, Predicate, Resource
 from missionc.kernel.evaluate import Domain, evaluate
 from missionc.kernel.nodes import NeighbourNode, Node, PathLength, ReachNode, RouteNode, UntilNode, WindowNode
 from missionc.kernel.walk import more_than, postorder
@@ -162,6 +162,8 @@ class Intervals(Domain[Interval]):
         return Interval(np.full(self.radius.shape, -np.inf), np.full(self.radius.shape, np.inf))
 
     def _of_predicate(self, predicate: Predicate) -> Interval:
+        if predicate.reads_past:
+            return self._unknown()
         value = np.atleast_2d(margin(predicate, self.mission, self.least.trace))
         change = predicate.rate(_Reach(self.mission.dimension, self.radius))
         border = _open if predicate.open_border else _closed
@@ -209,6 +211,9 @@ class _Reach:
         return radius
 
     def acceleration(self) -> Array:
+        return np.full((1, 2), np.inf)
+
+    def use(self, resource: Resource) -> Array:
         return np.full((1, 2), np.inf)
 
     def along(self, direction: tuple[float, ...]) -> Array:

@@ -55,6 +55,8 @@ class Context:
     sets: dict[str, ir.AgentSet] = field(default_factory=dict)
     graphs: dict[str, ir.Graph] = field(default_factory=dict)
     formations: dict[str, ir.Formation] = field(default_factory=dict)
+    resources: dict[str, ir.Resource] = field(default_factory=dict)
+    flags: dict[str, ir.Flag] = field(default_factory=dict)
     lets: dict[str, Typed] = field(default_factory=dict)
     everyone: tuple[int, ...] = ()
     vehicle: ir.Vehicle = ir.PLAIN

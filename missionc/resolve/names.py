@@ -28,6 +28,8 @@ class Kind(Enum):
     GROUP = "a group"
     GRAPH = "a graph"
     FORMATION = "a formation"
+    RESOURCE = "a resource"
+    FLAG = "a flag"
     LET = "a named formula"
 
 
@@ -36,7 +38,19 @@ STATE_WORDS = ("x", "y", "z", "speed", "altitude")
 
 AGENTS = (Kind.TEAM, Kind.AGENT, Kind.GROUP)
 
-Named = ast.Param | ast.Region | ast.Obstacle | ast.Beacon | ast.Team | ast.Group | ast.Graph | ast.Formation | ast.Let
+Named = (
+    ast.Param
+    | ast.Region
+    | ast.Obstacle
+    | ast.Beacon
+    | ast.Team
+    | ast.Group
+    | ast.Graph
+    | ast.Formation
+    | ast.Resource
+    | ast.Flag
+    | ast.Let
+)
 
 
 class Unresolved:
@@ -76,6 +90,10 @@ def kind_of(declaration: Named) -> Kind:
             return Kind.GRAPH
         case ast.Formation():
             return Kind.FORMATION
+        case ast.Resource():
+            return Kind.RESOURCE
+        case ast.Flag():
+            return Kind.FLAG
         case ast.Let():
             return Kind.LET
 

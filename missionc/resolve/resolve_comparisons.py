@@ -10,7 +10,7 @@ from missionc.base.units import Dimension
 from missionc.diagnostics import code
 from missionc.diagnostics.model import Fix, Label
 from missionc.ir import About
-from missionc.resolve.amounts import Amount
+from missionc.resolve.amounts import PLAIN, Amount
 from missionc.resolve.context import Context
 from missionc.resolve.names import AGENTS, UNRESOLVED, Declared, Kind, Unresolved
 from missionc.resolve.resolve_agents import resolve_set
@@ -54,6 +54,8 @@ def state_of(context: Context, state: ast.Name | ast.Distance) -> Amount:
             return Amount(0.0, POWERS[Dimension.SPEED], ((1.0, ir.Speed()),))
         case ast.Name(text="altitude"):
             return Amount(0.0, POWERS[Dimension.LENGTH], ((1.0, ir.Altitude()),))
+        case ast.Name(text=text) if text in context.resources:
+            return Amount(0.0, PLAIN, ((1.0, ir.Level(context.resources[text])),))
         case ast.Name(text=text) if context.dimension == 2 and AXES[text] == 2:
             context.report(
                 code.WRONG_DIMENSION,

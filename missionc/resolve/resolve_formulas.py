@@ -36,11 +36,12 @@ AS_FORMULA = {
     Kind.PARAM: "compare something with it, as in `x <= {name}`",
     Kind.OBSTACLE: "declare its shape as a region, and name that",
     Kind.BEACON: "ask how far it is: `distance({name}) <= 2 m`",
+    Kind.RESOURCE: "compare it, as in `{name} >= 15`",
     Kind.GRAPH: "ask whether it is connected: `connected({name})`",
 }
 """What to write in place of a name that is no formula."""
 
-FORMULAS = (Kind.REGION, *AGENTS, Kind.FORMATION, Kind.LET)
+FORMULAS = (Kind.REGION, *AGENTS, Kind.FORMATION, Kind.FLAG, Kind.LET)
 
 
 def resolve_lets(context: Context) -> None:
@@ -118,6 +119,8 @@ def _name(context: Context, name: ast.Name) -> Typed:
         return Typed(ir.Holds(ir.Inside(region, body=False), span), About.AGENT, span)
     if declaration.kind is Kind.FORMATION:
         return Typed(ir.Holds(ir.InFormation(context.formations[text]), span), About.TEAM, span)
+    if declaration.kind is Kind.FLAG:
+        return Typed(ir.Holds(ir.Flagged(context.flags[text]), span), About.AGENT, span)
     return Typed(ir.Belongs(resolve_set(context, name), span), About.AGENT, span)
 
 

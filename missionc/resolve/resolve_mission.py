@@ -34,6 +34,7 @@ from missionc.resolve.resolve_graphs import resolve_graph
 from missionc.resolve.resolve_parameters import resolve_parameters
 from missionc.resolve.resolve_points import resolve_point, resolve_world
 from missionc.resolve.resolve_quantities import number
+from missionc.resolve.resolve_resources import resolve_flag, resolve_resource
 from missionc.resolve.resolve_settings import missing, said_twice
 from missionc.resolve.resolve_shapes import resolve_regions
 from missionc.resolve.resolve_time import resolve_time
@@ -103,12 +104,14 @@ def resolve(
         objective_span=None if minimize is None else minimize.span,
         time_span=time.span,
         lets=tuple((text, let.formula) for text, let in context.lets.items()),
+        resources=tuple(context.resources.values()),
+        flags=tuple(context.flags.values()),
     )
     return mission, sorted_findings
 
 
 def _resolve_things(context: Context, program: ast.Program) -> None:
-    """Regions, obstacles, beacons, agents, groups, graphs, formations."""
+    """Regions, obstacles, beacons, agents, groups, graphs, formations, resources, flags."""
     resolve_regions(context)
     for beacon in context.declared(ast.Beacon):
         place = resolve_point(context, beacon.position)
@@ -121,6 +124,10 @@ def _resolve_things(context: Context, program: ast.Program) -> None:
         context.graphs[graph.name.text] = resolve_graph(context, graph)
     for formation in context.declared(ast.Formation):
         context.formations[formation.name.text] = resolve_formation(context, formation)
+    for resource in context.declared(ast.Resource):
+        context.resources[resource.name.text] = resolve_resource(context, resource)
+    for flag in context.declared(ast.Flag):
+        context.flags[flag.name.text] = resolve_flag(context, flag)
 
 
 Item = TypeVar("Item", ast.MissionName, ast.Time, ast.World, ast.Separation, ast.Clearance, ast.Minimize, ast.Solve)

@@ -77,9 +77,11 @@ def evaluate(context: Context, quantity: ast.Quantity, state_of: StateOf = numbe
         case ast.Name(text=text) if text in STATE_WORDS:
             return state_of(context, quantity)
         case ast.Name(text=text):
-            if isinstance(context.find(quantity, Kind.PARAM, needed=_needed(state_of)), Unresolved):
+            kinds = (Kind.PARAM,) if state_of is number_needed else (Kind.PARAM, Kind.RESOURCE)
+            found = context.find(quantity, *kinds, needed=_needed(state_of))
+            if isinstance(found, Unresolved):
                 return NO_AMOUNT
-            return context.params.get(text, NO_AMOUNT)
+            return context.params.get(text, NO_AMOUNT) if found.kind is Kind.PARAM else state_of(context, quantity)
         case ast.Distance():
             return state_of(context, quantity)
         case ast.Number(value=value, unit=None):

@@ -43,6 +43,11 @@ def _lines(mission: ir.Mission) -> Iterator[str]:
         yield f"graph {graph.name} = {_graph(graph)} over {indices(graph.agents)}"
     for formation in mission.formations:
         yield from _formation(formation)
+    for resource in mission.resources:
+        yield _resource(resource)
+    for flag in mission.flags:
+        cleared = "" if flag.cleared_in is None else f", cleared in {flag.cleared_in.name}"
+        yield f"flag {flag.name} of {indices(flag.agents)} set in {flag.set_in.name}{cleared}"
     yield f"separation {number(mission.separation)} m"
     yield f"clearance {number(mission.clearance)} m"
     yield from _formulas(mission)
@@ -156,6 +161,17 @@ def _formation(formation: ir.Formation) -> Iterator[str]:
                 yield f"  {edge.first} to {edge.second}: {vector(offset)}"
             case distance:
                 yield f"  {edge.first} to {edge.second}: {number(distance)} m"
+
+
+def _resource(resource: ir.Resource) -> str:
+    parts = [f"start {number(resource.start)}", f"capacity {number(resource.capacity)}"]
+    parts += [
+        f"drain {number(drain)} per {unit}"
+        for drain, unit in ((resource.per_second, "s"), (resource.per_metre, "m"))
+        if drain
+    ]
+    parts += [f"refill {number(refill.per_second)} per s in {refill.region.name}" for refill in resource.refills]
+    return f"resource {resource.name} of {indices(resource.agents)} {', '.join(parts)}"
 
 
 def indices(agents: Sequence[int]) -> str:

@@ -206,6 +206,17 @@ def formation(
     )
 
 
+# -------------------------------------------------------- resources and flags
+
+
+def resource(span: Span, name: ast.Name, agents: ast.Name | ast.Member, *rates: ast.Rate) -> ast.Resource:
+    return ast.Resource(span, name, agents, rates)
+
+
+def flag(span: Span, name: ast.Name, agents: ast.Name | ast.Member, *marks: ast.Mark) -> ast.Flag:
+    return ast.Flag(span, name, agents, marks)
+
+
 # -------------------------------------------------------------- declarations
 
 
@@ -255,6 +266,7 @@ FUNCTIONS: dict[str, Callable[..., object]] = FORMULAS | {
     "dynamics": dynamics,
     "finish": ast.Finish,
     "file_setting": file_setting,
+    "flag": flag,
     "formation": formation,
     "goal": goal,
     "graph": graph,
@@ -266,6 +278,7 @@ FUNCTIONS: dict[str, Callable[..., object]] = FORMULAS | {
     "let": let,
     "link": link,
     "links": lambda span, *links: links,
+    "mark": ast.Mark,
     "member": member,
     "minimize": ast.Minimize,
     "mission": ast.MissionName,
@@ -280,8 +293,10 @@ FUNCTIONS: dict[str, Callable[..., object]] = FORMULAS | {
     "point": point,
     "polygon": polygon,
     "prefer": prefer,
+    "rate": ast.Rate,
     "region": ast.Region,
     "require": require,
+    "resource": resource,
     "separation": ast.Separation,
     "setting": setting,
     "setting_range": setting_range,

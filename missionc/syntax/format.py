@@ -31,6 +31,7 @@ TABLES: tuple[tuple[str, ...], ...] = (
     ("require", "prefer"),
     ("graph", "formation"),
     ("separation", "clearance"),
+    ("resource", "flag"),
     ("param",),
     ("let",),
     ("group",),
@@ -89,9 +90,12 @@ def format_mission(source: Source, program: ast.Program, limits: Limits) -> str:
 
 
 def _items(program: ast.Program) -> frozenset[int]:
-    """Where in the text the items of teams and of their vehicles begin."""
+    """Where in the text the items of teams and of their vehicles, of resources and of flags begin."""
     starts: set[int] = set()
     for declaration in program.declarations:
+        if isinstance(declaration, ast.Resource | ast.Flag):
+            parts = declaration.rates if isinstance(declaration, ast.Resource) else declaration.marks
+            starts.update(part.span.start for part in parts)
         if isinstance(declaration, ast.Team):
             for item in declaration.items:
                 starts.add(item.span.start)
@@ -171,7 +175,7 @@ def _gap(tokens: list[Token], index: int, text: str, item: bool) -> str:
     before, token = tokens[index - 1], tokens[index]
     left, right = before.kind, token.kind
     if item:
-        return " " if left == "{" else "  "
+        return " " if left in ("{", ",") else "  "
     if right in (",", ":") or right in CLOSE or left in OPEN or left == "!":
         return ""
     if right == "..":

@@ -18,6 +18,8 @@ DECLARED: dict[str, str] = {
     "formation": "formation wall = line of drone spacing 0.8 m tolerance 0.1 m",
     "separation": "separation 0.3 m",
     "clearance": "clearance 0.1 m",
+    "resource": "resource battery of drone { start 100, drain 0.2 per s, refill 2 per s in dock }",
+    "flag": "flag loaded of drone { set in depot, cleared in pack }",
     "let": "let safe = not fire",
     "require": "require home: every drone: eventually[0, end] base",
     "prefer": "prefer calm: every drone: always[0, end] speed <= 1 m/s weight 2",

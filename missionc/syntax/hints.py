@@ -53,7 +53,7 @@ def _form(place: Place) -> str:
                 return forms.IN_FORMULA[token.word]
     else:
         for at in range(place.here - 1, place.first, -1):
-            if tokens[at].kind in forms.PARTS:
+            if tokens[at].kind in forms.PARTS and place.declaration.word != "resource":
                 return forms.PARTS[tokens[at].kind]
     return forms.DECLARED[place.declaration.word]
 

@@ -8,7 +8,7 @@ from missionc.base.late_dataclass import dataclass
 from missionc.base.source import Span
 from missionc.syntax import ast
 
-NOT_REFERENCES = frozenset({"name", "label", "kind", "goal", "backend"})
+NOT_REFERENCES = frozenset({"name", "label", "kind", "goal", "backend", "unit"})
 """The fields whose names declare, or are words of the language."""
 
 LEAVES = (Span, ast.Number, str, float, bool, type(None))

@@ -47,6 +47,11 @@ def _declaration(node: ast.Declaration) -> str:
             return f"separation {tight(length)}"
         case ast.Clearance(_, length):
             return f"clearance {tight(length)}"
+        case ast.Resource(_, name, of, rates):
+            return f"resource {name.text} of {agents(of)} {{ {', '.join(map(_rate, rates))} }}"
+        case ast.Flag(_, name, of, marks):
+            written = ", ".join(f"{mark.name.text} in {mark.within.text}" for mark in marks)
+            return f"flag {name.text} of {agents(of)} {{ {written} }}"
         case ast.Let(_, name, body):
             return f"let {name.text} = {formula(body)}"
         case ast.Require(_, label, body):
@@ -60,6 +65,11 @@ def _declaration(node: ast.Declaration) -> str:
             return f"solve with {backend.text}" + (f" {{ {options} }}" if options else "")
         case _:
             assert_never(node)
+
+
+def _rate(node: ast.Rate) -> str:
+    per = "" if node.unit is None else f" per {node.unit.text}"
+    return f"{node.name.text} {tight(node.value)}{per}" + ("" if node.within is None else f" in {node.within.text}")
 
 
 def _labelled(label: ast.Name | None, body: ast.Formula) -> str:

@@ -11,6 +11,7 @@ import missionc
 from missionc.backends.smt.encode.clauses import Clauses
 from missionc.backends.smt.encode.lower_motion import Ways, lower_motion
 from missionc.backends.smt.lift import lift
+from missionc.backends.smt.prioritized.progression import TooComplex
 from missionc.backends.smt.prioritized.requirement_parts import own_formulas
 from missionc.backends.smt.prioritized.reservations import Reservations
 from missionc.backends.smt.prioritized.single_agent_search import SingleAgentSearch
@@ -30,6 +31,9 @@ region left = box (0, 0) to (3, 10)
 region middle = box (4, 0) to (6, 10)
 region right = box (7, 0) to (10, 10)
 team bot[2] { radius 0.1 m dynamics unicycle(speed 0..12 m/s) start in left }
+flag carries of bot { set in right, cleared in left }
+flag seen of bot { set in middle }
+resource fuel of bot { start 12, capacity 24, drain 1 per s, drain 1 per m, refill 8 per s in left }
 """
 
 PLACES = ((1.0, 1.0), (5.0, 1.0), (9.0, 1.0), (9.0, 5.0))
@@ -47,7 +51,21 @@ ASKED = (
     "not (eventually[0, 2 s] middle) and eventually[0, end] right",
     "always[0, end] (middle implies speed <= 3 m/s) and eventually[0, end] right and eventually[0, end] middle",
     "not ((not right) until[0, 3 s] middle) and eventually[0, end] middle",
+    "eventually[0, end] (carries and middle)",
+    "eventually[0, 4 s] (not carries and middle and next carries)",
+    "(not carries) until[3 s, 4 s] (seen and carries)",
+    "eventually[3 s, end] (seen and left and not carries) and eventually[0, 3 s] carries",
 )
+
+FUELLED = (
+    "always[0, end] fuel >= 1 and eventually[0, end] right",
+    "always[0, end] fuel >= 6 and eventually[0, end] middle",
+    "eventually[0, end] fuel >= 20 and eventually[0, end] right",
+    "eventually[2 s, end] fuel < 5",
+    "(not right) until[0, end] fuel >= 14 and eventually[0, end] right",
+    "always[0, end] (fuel >= 2 * distance(left) / (2 m)) and eventually[0, end] (middle and seen)",
+)
+"""What is asked of a resource: sums of whole numbers, so that no two of them are taken for one."""
 
 
 class OnPlaces:
@@ -90,8 +108,26 @@ def test_the_way_found_keeps_what_is_asked_and_none_that_does_is_shorter(asked: 
     assert not any(places.keeps(shorter[number]) for number in few.tolist())
 
 
+@pytest.mark.parametrize("asked", FUELLED)
+def test_the_way_found_keeps_a_resource_and_none_that_does_is_shorter(asked: str) -> None:
+    places = OnPlaces(asked)
+    way = places.search.way(0, places.formulas, places.reservations)
+    assert way is not None
+    assert places.keeps(way)
+    assert not any(places.keeps(shorter) for shorter in places.shorter_than(places.metres(way)))
+
+
+def test_that_no_way_keeps_a_resource_is_not_said_for_certain() -> None:
+    places = OnPlaces("always[1 s, end] fuel >= 16 and eventually[0, end] right")
+    assert places.search.way(0, places.formulas, places.reservations) is None
+    with pytest.raises(TooComplex):
+        places.search.alone(0, places.formulas)
+
+
 def test_where_no_way_keeps_it_there_is_none_for_certain() -> None:
     places = OnPlaces("eventually[0, 2 s] (right and speed <= 3 m/s and next left)")
+    assert places.search.alone(0, places.formulas) is None
+    places = OnPlaces("eventually[0, 1 s] (carries and not seen) and eventually[0, end] (left and carries)")
     assert places.search.alone(0, places.formulas) is None
 
 

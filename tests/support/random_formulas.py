@@ -33,6 +33,8 @@ class Names:
     metres: bool
     volume: bool
     lets: Sequence[str] = ()
+    resources: Sequence[str] = ()
+    flags: Sequence[str] = ()
 
 
 class Formulas:
@@ -116,7 +118,7 @@ class Formulas:
         place = self.one(self.names.regions)
         kinds = [place, place, f"inside({place})", f"touches({place})", "belongs", "coordinates", "speed", "distance"]
         kinds += ["true", "false"] if self.odds(0.1) else []
-        kinds += list(self.names.lets)
+        kinds += [*self.names.lets, *self.names.flags, *self.names.flags, *self.names.resources, *self.names.resources]
         sign = self.one(["<=", ">=", "<", ">"])
         match self.one(kinds):
             case "belongs":
@@ -133,6 +135,8 @@ class Formulas:
             case "distance":
                 thing = self.one([*self.names.regions, *self.names.beacons, *self.names.agents])
                 return f"distance({thing}) {sign} {self.number(0.2, 4)} m"
+            case said if said in self.names.resources:
+                return f"{said} {sign} {self.number(0, 30)}"
             case said:
                 return said
 

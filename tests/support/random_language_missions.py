@@ -275,7 +275,24 @@ def _couplings(draw: _Drawn, names: Names) -> Names:
         draw.lines += [f"separation {draw.one('0', '0.1', '5 c', '0.2 ')}m"]
     if draw.odds(0.3):
         draw.lines += [f"clearance {draw.one('0', '0.05', '10 c')}m"]
-    return replace(names, graphs=tuple(graphs), formations=tuple(formations))
+    names = replace(names, graphs=tuple(graphs), formations=tuple(formations))
+    return names if draw.clot else _own_state(draw, names)
+
+
+def _own_state(draw: _Drawn, names: Names) -> Names:
+    """A resource that everybody has, and a flag that a team has."""
+    resources, flags = [], []
+    if draw.odds(0.3):
+        draw.lines += [f"group everybody = {', '.join(draw.agents)}"]
+        drains = draw.one("drain 1 per s", "drain 0.5 per m", "drain 30 per min, drain 0.3 per m")
+        refill = f"refill {draw.one('2', '4.5')} per s in {draw.one(*names.regions)}"
+        draw.lines += [f"resource battery of everybody {{ start {draw.one('20', '30')}, {drains}, {refill} }}"]
+        resources += ["battery"]
+    if draw.odds(0.4):
+        cleared = f", cleared in {draw.one(*names.regions)}" if draw.odds(0.6) else ""
+        draw.lines += [f"flag seen of drone {{ set in {draw.one(*names.regions)}{cleared} }}"]
+        flags += ["seen"]
+    return replace(names, resources=tuple(resources), flags=tuple(flags))
 
 
 def _formation(draw: _Drawn, count: int) -> str:

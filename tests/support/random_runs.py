@@ -21,7 +21,7 @@ from missionc.base.source import Source, Span
 from missionc.base.trace import Trace
 from missionc.base.units import Metres, Seconds, Steps
 from missionc.language.operator import Bounds, Operator
-from missionc.language.operators import OPERATORS
+from missionc.language.operators import OPERATORS, by_name
 from missionc.resolve.lost_agents import without_any
 from missionc.syntax.ast import Metric
 from tests.reference import Run
@@ -250,6 +250,50 @@ def leaves(size: int) -> st.SearchStrategy[ir.Formula]:
         members.map(lambda agents: ir.Belongs(ir.AgentSet("these", agents, SPAN), SPAN)),
         st.booleans().map(lambda value: ir.Truth(value, SPAN)),
     )
+
+
+@cache
+def flags_of(size: int) -> tuple[ir.Flag, ...]:
+    everyone = tuple(range(size))
+    return (
+        ir.Flag("loaded", everyone, BASE, FIELD, SPAN),
+        ir.Flag("seen", everyone[1:], FIELD, None, SPAN),
+        ir.Flag("odd", everyone, WET, WET, SPAN),
+    )
+
+
+@cache
+def resources_of(size: int) -> tuple[ir.Resource, ...]:
+    everyone, refills = tuple(range(size)), (ir.Refill(BASE, 2.0), ir.Refill(WET, 1.0))
+    return (
+        ir.Resource("battery", everyone, 4.0, 6.0, 0.5, 1.0, refills, SPAN),
+        ir.Resource("fuel", everyone, 3.0, 3.0, 1.0, 0.0, (ir.Refill(FIELD, 3.0),), SPAN),
+    )
+
+
+@cache
+def own_states(size: int) -> st.SearchStrategy[ir.Formula]:
+    """Predicates that read an agent's steps before."""
+    place = st.builds(ir.DistanceTo, st.sampled_from(REGIONS))
+    level = st.builds(ir.Level, st.sampled_from(resources_of(size)))
+    terms = st.lists(
+        st.tuples(st.sampled_from([1.0, -1.0, 2.0]), st.one_of(level, level, place)), min_size=1, max_size=2
+    )
+    compared = st.builds(ir.Compare, terms.map(tuple), st.sampled_from([-3.0, -1.5, 0.0, 2.0]), st.booleans())
+    predicates = st.one_of(st.builds(ir.Flagged, st.sampled_from(flags_of(size))), compared)
+    return predicates.map(lambda predicate: ir.Holds(predicate, SPAN))
+
+
+@cache
+@st.composite
+def remembering(draw: st.DrawFn, size: int, budget: int, leaf: st.SearchStrategy[ir.Formula]) -> ir.Formula:
+    """An operator of time over predicates of which one reads the steps before."""
+    word = draw(st.sampled_from(["always", "eventually", "until", "release"]))
+    low = draw(st.integers(0, budget))
+    window = ir.Window(Steps(low), Steps(draw(st.integers(low, budget))), SPAN)
+    first, other = draw(leaf), draw(st.one_of(leaf, leaves(size)))
+    operator = by_name[word]
+    return ir.Apply(operator, (first, other)[: operator.arity], window, SPAN)
 
 
 @cache

@@ -237,6 +237,8 @@ def formations(draw: st.DrawFn) -> ast.Formation:
     )
 
 
+_rates = st.builds(ast.Rate, st.just(NOWHERE), names, quantities, st.none() | names, st.none() | names)
+_marks = st.builds(ast.Mark, st.just(NOWHERE), names, names)
 labels = st.none() | _named("relay", "reach", "always", "line", "G", "region", "end")
 declarations = st.one_of(
     st.builds(ast.MissionName, st.just(NOWHERE), names),
@@ -257,6 +259,8 @@ declarations = st.one_of(
         st.none() | agents,
     ),
     formations(),
+    st.builds(ast.Resource, st.just(NOWHERE), names, agents, st.lists(_rates, min_size=1, max_size=4).map(tuple)),
+    st.builds(ast.Flag, st.just(NOWHERE), names, agents, st.lists(_marks, min_size=1, max_size=3).map(tuple)),
     st.builds(ast.Separation, st.just(NOWHERE), quantities),
     st.builds(ast.Clearance, st.just(NOWHERE), quantities),
     st.builds(ast.Let, st.just(NOWHERE), names, formulas),

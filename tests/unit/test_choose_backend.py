@@ -163,8 +163,10 @@ def test_every_feature_is_found_at_its_first_words() -> None:
     }
 
 
-def test_transport_offers_all_but_hops_and_lanes() -> None:
-    assert set(Feature) - OFFERS["clot"].features == {Feature.HOPS, Feature.RESTLESS_DURATION, Feature.LANES}
+def test_transport_offers_all_but_hops_lanes_and_what_reads_the_past() -> None:
+    past = {Feature.RESOURCE, Feature.FLAG}
+    others = {Feature.HOPS, Feature.RESTLESS_DURATION, Feature.LANES}
+    assert set(Feature) - OFFERS["clot"].features == others | past
 
 
 def test_hybrid_offers_all_that_transport_does_and_hops() -> None:

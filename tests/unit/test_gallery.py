@@ -107,6 +107,8 @@ def predicate(formula: ir.Formula) -> list[str]:
             return ["connected"]
         case ir.Holds(ir.InFormation()):
             return ["formation"]
+        case ir.Holds(ir.Flagged()):
+            return ["flag"]
         case _:
             return []
 

@@ -110,8 +110,6 @@ class SmtBackend:
             )
         except TimeOver:
             return run.not_found(Reason.TIME, "")
-        except Unexpressible as error:
-            return run.not_found(Reason.SOLVER, f"the solver cannot be asked for {error}")
 
 
 BACKEND = SmtBackend()
@@ -152,7 +150,7 @@ class Run:
     def turns(self) -> Turns:
         yield from self.pause()
         refused: NoPlan | None = None
-        missing = ""
+        missing, why = "", ""
         attempts = roadmaps_to_try(self.mission, self.kernel, self.budget.seed, 1 if self.options.brief else ROADMAPS)
         for attempt in attempts:
             self.most = math.inf if attempt.sampled else self.account.work + GEODESIC
@@ -174,6 +172,7 @@ class Run:
                 return replace(result, report=replace(result.report, roadmaps=graphs_of(self.mission, roadmaps)))
             if not isinstance(result, NoPlan | Unsettled):
                 return result
+            why = result.why if isinstance(result, Unsettled) else ""
             if not attempt.sampled or isinstance(result, Unsettled):
                 continue  # samples have more, and tell why they have no plan
             refused = result
@@ -182,10 +181,8 @@ class Run:
         if missing or not self.tried:
             return self.not_found(Reason.NO_ROADMAP, missing)
         if refused is None or len(self.refused) < len(self.tried):
-            return self.not_found(Reason.SOLVER, "no plan was found with lengths in metres rounded")
-        if self.options.certify:
-            with self.account.stage("proof"):
-                self.certify(refused)
+            return self.not_found(Reason.SOLVER, why or "no plan was found with lengths in metres rounded")
+        self.certify(refused)
         conflict = tuple(goal.name for goal in self.given.requirements if goal.name in self.conflicting)
         return Impossible(conflict, refusal(conflict, self.tried, self.mission.solve.roadmap), self.account.report())
 
@@ -231,6 +228,8 @@ class Run:
             return few if few is not None else (yield from self.with_all_links(roadmaps, solvers))
         except TooDear:
             return Unsettled()
+        except Unexpressible as error:
+            return Unsettled(f"the solver cannot be asked for {error}")
 
     def with_all_links(self, roadmaps: tuple[Roadmap, ...], solvers: Solvers) -> Pausing[Outcome | NoPlan | Unsettled]:
         """A plan from one problem with all agents, first with short routes, then with as many links as there may be."""
@@ -385,16 +384,19 @@ class Run:
             texts["smt2"] = smt2(clauses.everything(), clauses.variables)
 
     def certify(self, refused: NoPlan) -> None:
-        match prove(refused.clauses, refused.core, self.budget):
-            case Proof(cnf, drat):
-                self.account.files |= {CNF: cnf, DRAT: drat}
-            case Unproved(statement):
-                self.account.notes.append(statement)
+        if not self.options.certify:
+            return
+        with self.account.stage("proof"):
+            proof = prove(refused.clauses, refused.core, self.budget)
+        if isinstance(proof, Unproved):
+            self.account.notes.append(proof.statement)
+        else:
+            self.account.files |= {CNF: proof.cnf, DRAT: proof.drat}
 
     def not_found(self, reason: Reason, detail: str) -> NotFound:
         refused = f"roadmaps of {all_listed([*map(str, self.refused)])} nodes hold no plan" if self.refused else ""
         way = "" if reason is Reason.NO_ROADMAP else under_way(self.mission, self.layer, self.planner, self.problem)
         ended = f"the search ended while {way}" if way else ""
-        statement = "; ".join(part for part in (detail, ended, refused) if part)
+        statement = "; ".join(filter(None, (detail, ended, refused))) or reason.value
         best = nearest(self.mission, self.given, self.planner, self.problem)
-        return NotFound(reason, statement or reason.value, self.account.report(), best)
+        return NotFound(reason, statement, self.account.report(), best)

@@ -34,7 +34,9 @@ class TooFewLinks:
 
 @dataclass(frozen=True, slots=True)
 class Unsettled:
-    """Neither a plan nor a refusal, in the work that these roadmaps may take."""
+    """Neither a plan nor a refusal, in the work that these roadmaps may take, or for what no solver can be asked."""
+
+    why: str = ""
 
 
 def refusal(conflict: tuple[str, ...], tried: list[int], lanes: Lanes | None = None) -> str:

@@ -10,11 +10,20 @@ from typing import TypeAlias
 
 from missionc.ir.predicates.compare import Compare
 from missionc.ir.predicates.connected import Connected
-from missionc.ir.predicates.features import Altitude, Coordinate, DistanceBetween, DistanceTo, Feature, Speed
+from missionc.ir.predicates.features import (
+    Altitude,
+    Coordinate,
+    DistanceBetween,
+    DistanceTo,
+    Feature,
+    Level,
+    Speed,
+)
+from missionc.ir.predicates.flagged import Flagged
 from missionc.ir.predicates.in_formation import InFormation
 from missionc.ir.predicates.in_region import Inside, Touches
 
-Predicate: TypeAlias = Inside | Touches | Compare | Connected | InFormation
+Predicate: TypeAlias = Inside | Touches | Compare | Connected | InFormation | Flagged
 
 __all__ = [
     "Altitude",
@@ -24,8 +33,10 @@ __all__ = [
     "DistanceBetween",
     "DistanceTo",
     "Feature",
+    "Flagged",
     "InFormation",
     "Inside",
+    "Level",
     "Predicate",
     "Speed",
     "Touches",

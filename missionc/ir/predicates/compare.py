@@ -2,7 +2,7 @@
 
 The margin is the value divided by how fast it can change when the agent moves: the
 norm of the coordinates' weights, plus the size of each distance's weight. Where
-only speed is compared it is divided by the speed's weight and stays in m/s.
+only speed is compared it is divided by the speed's weight and stays in m/s; likewise of a resource.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from dataclasses import replace
 from missionc.base.late_dataclass import dataclass
 from missionc.ir.places import Beacon, Region
 from missionc.ir.predicates.facts import PredicateFacts
-from missionc.ir.predicates.features import Coordinate, DistanceBetween, DistanceTo, Feature, Speed
+from missionc.ir.predicates.features import Coordinate, DistanceBetween, DistanceTo, Feature, Level, Speed
 from missionc.ir.predicates.views import Array, Borders, Changes, Measures, Phrases, Words
 
 
@@ -57,6 +57,29 @@ class Compare(PredicateFacts):
         return all(isinstance(feature, Speed) for _, feature in self.terms)
 
     @property
+    def reads_past(self) -> bool:
+        return any(feature.reads_past for _, feature in self.terms)
+
+    @property
+    def regions(self) -> tuple[Region, ...]:
+        """Those that it measures distances to, and that fill what it compares."""
+        found: dict[Region, None] = {}
+        for _, feature in self.terms:
+            match feature:
+                case DistanceTo(Region() as region):
+                    found.setdefault(region)
+                case Level(resource):
+                    found.update(dict.fromkeys(refill.region for refill in resource.refills))
+                case _:
+                    pass
+        return tuple(found)
+
+    @property
+    def unit(self) -> str:
+        units = {feature.unit for _, feature in self.terms}
+        return units.pop() if len(units) == 1 else "m"
+
+    @property
     def open_border(self) -> bool:
         return self.strict
 
@@ -68,7 +91,7 @@ class Compare(PredicateFacts):
         distances: dict[Feature, float] = defaultdict(float)
         speed = 0.0
         for weight, feature in self.terms:
-            if isinstance(feature, Speed):
+            if feature.unit != "m":
                 speed += weight
             elif feature.direction(dimension) is None:
                 distances[feature] += weight
@@ -100,7 +123,7 @@ class Compare(PredicateFacts):
     def phrases(self, words: Phrases) -> tuple[str, str]:
         match self.terms:
             case ((_, feature),):
-                return _of_one(feature, self._bound("m/s" if isinstance(feature, Speed) else "m", words), words)
+                return _of_one(feature, self._bound(feature.unit, words), words)
             case _ if self.about_team:
                 return f"`{self.show(words)}` is true", f"`{self.show(words)}` is false"
             case _:
@@ -116,7 +139,7 @@ class Compare(PredicateFacts):
     def _bound(self, unit: str, words: Phrases) -> str:
         """One weighted feature and a constant against 0, as a bound on the feature."""
         weight = self.terms[0][0]
-        value = f"{words.number(-self.constant / weight)} {unit}"
+        value = f"{words.number(-self.constant / weight)} {unit}".rstrip()
         if weight > 0:
             return f"more than {value}" if self.strict else f"at least {value}"
         return f"less than {value}" if self.strict else f"at most {value}"
@@ -124,7 +147,7 @@ class Compare(PredicateFacts):
 
 def _moves(feature: Feature) -> float:
     """By how much a feature may change where every agent may be a metre off."""
-    return 0.0 if isinstance(feature, Speed) else 2.0 if feature.others else 1.0
+    return 0.0 if feature.unit != "m" else 2.0 if feature.others else 1.0
 
 
 def _of_one(feature: Feature, bound: str, words: Phrases) -> tuple[str, str]:

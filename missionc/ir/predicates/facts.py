@@ -76,6 +76,21 @@ class PredicateFacts:
         return False
 
     @property
+    def reads_past(self) -> bool:
+        """Whether the steps before bear on it: no state of an agent decides it."""
+        return False
+
+    @property
+    def regions(self) -> tuple[Region, ...]:
+        """The regions that it is about."""
+        return () if self.region is None else (self.region,)
+
+    @property
+    def unit(self) -> str:
+        """The unit of its margin."""
+        return "m"
+
+    @property
     def open_border(self) -> bool:
         """Whether it is false where its margin is exactly 0."""
         return False

@@ -7,6 +7,7 @@ from typing import TypeAlias
 from missionc.base.late_dataclass import dataclass
 from missionc.ir.places import Beacon, Region
 from missionc.ir.predicates.views import Array, Changes, Measures, Words
+from missionc.ir.resources import Resource
 
 
 class FeatureFacts:
@@ -31,8 +32,17 @@ class FeatureFacts:
         """The vector whose inner product with one's position it is, but for a constant; None where it is none."""
         return None
 
+    @property
+    def unit(self) -> str:
+        return "m"
+
+    @property
+    def reads_past(self) -> bool:
+        """Whether the steps before bear on it."""
+        return False
+
     def measured(self, view: Measures) -> Array:
-        """Its value: (...), metres or m/s."""
+        """Its value: (...), in its unit."""
         raise NotImplementedError
 
     def rate(self, view: Changes) -> Array:
@@ -60,6 +70,10 @@ class Coordinate(FeatureFacts):
 @dataclass(frozen=True, slots=True)
 class Speed(FeatureFacts):
     """The speed at a step: of the motion that starts there (of the last motion, at the last step)."""
+
+    @property
+    def unit(self) -> str:
+        return "m/s"
 
     def measured(self, view: Measures) -> Array:
         return view.speed()
@@ -132,4 +146,28 @@ class DistanceBetween(FeatureFacts):
         return f"distance({words.agent(self.first)}, {words.agent(self.second)})"
 
 
-Feature: TypeAlias = Coordinate | Speed | Altitude | DistanceTo | DistanceBetween
+@dataclass(frozen=True, slots=True)
+class Level(FeatureFacts):
+    """What the agent has left of a resource."""
+
+    resource: Resource
+
+    @property
+    def unit(self) -> str:
+        return ""
+
+    @property
+    def reads_past(self) -> bool:
+        return True
+
+    def measured(self, view: Measures) -> Array:
+        return view.level(self.resource)
+
+    def rate(self, view: Changes) -> Array:
+        return view.use(self.resource)
+
+    def show(self, words: Words) -> str:
+        return self.resource.name
+
+
+Feature: TypeAlias = Coordinate | Speed | Altitude | DistanceTo | DistanceBetween | Level

@@ -10,6 +10,7 @@ from typing import Any, Protocol, TypeAlias
 
 from missionc.ir.couplings import Formation, FormationEdge, Graph
 from missionc.ir.places import Beacon, Region
+from missionc.ir.resources import Flag, Resource
 
 Array: TypeAlias = Any
 """An array of any library, (...), or a number."""
@@ -47,6 +48,12 @@ class Measures(Protocol):
     def weakest_link(self, graph: Graph) -> Array:
         """The margin of the worst link of the best spanning tree."""
 
+    def level(self, resource: Resource) -> Array:
+        """What one has left of a resource."""
+
+    def flagged(self, flag: Flag) -> Array:
+        """The margin of the flag's being set."""
+
     def nothing(self, *, of_team: bool = False) -> Array:
         """Zeros: one for each agent that is asked and each moment, or for each moment."""
 
@@ -67,6 +74,9 @@ class Changes(Protocol):
 
     def acceleration(self) -> Array:
         """One's own, m/s²."""
+
+    def use(self, resource: Resource) -> Array:
+        """How fast one uses up or fills a resource."""
 
     def along(self, direction: tuple[float, ...]) -> Array:
         """How fast the inner product of one's position with a vector changes."""

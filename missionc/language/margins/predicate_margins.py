@@ -9,8 +9,8 @@ from __future__ import annotations
 import numpy as np
 
 from missionc.base.trace import Trace
-from missionc.ir import Formation, FormationEdge, Graph, Mission, Predicate
-from missionc.language.margins import connected, formation
+from missionc.ir import Flag, Formation, FormationEdge, Graph, Mission, Predicate, Resource
+from missionc.language.margins import connected, formation, resources
 from missionc.language.margins.connected import algebraic_connectivity
 from missionc.language.margins.links import all_links, link_margin
 from missionc.language.margins.view import View
@@ -114,6 +114,12 @@ class _AlongTrace(View):
 
     def weakest_link(self, graph: Graph) -> Array:
         return connected.margin(graph, self.trace)
+
+    def level(self, resource: Resource) -> Array:
+        return resources.levels(resource, self.trace)
+
+    def flagged(self, flag: Flag) -> Array:
+        return resources.flag_margins(flag, self.trace)
 
 
 class _OfSome(View):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 
-from missionc.ir import Beacon, FormationEdge, Graph, Region
+from missionc.ir import Beacon, Flag, FormationEdge, Graph, Region, Resource
 from missionc.language.margins.formation import edge_error
 from missionc.world.signed_distance import Array, Namespace, distance_between, length, signed_distance
 
@@ -63,6 +63,12 @@ class View:
 
     def amiss(self, edge: FormationEdge) -> Array:
         return edge_error(self.xp, edge, self.place(edge.first), self.place(edge.second))
+
+    def level(self, resource: Resource) -> Array:
+        raise ValueError("no steps before are seen here")
+
+    def flagged(self, flag: Flag) -> Array:
+        raise ValueError("no steps before are seen here")
 
     def nothing(self, *, of_team: bool = False) -> Array:
         return 0.0 * (self.place(0) if of_team else self.own())[..., 0]

@@ -7,6 +7,7 @@ import numpy as np
 from missionc.base.trace import Plan, Trace
 from missionc.ir import Graph, Mission
 from missionc.language.margins.links import all_links, pieces
+from missionc.language.margins.resources import flag_truths, levels
 from missionc.output.json_layout import compact, listed, record
 
 
@@ -14,6 +15,7 @@ def plan_json(mission: Mission, plan: Plan) -> str:
     """The text of ``plan.json``, one line for each list of states."""
     trace = plan.trace
     states = trace.position.shape[1]
+    kept = _kept(mission, trace)
     agents = [
         record(
             {
@@ -23,6 +25,7 @@ def plan_json(mission: Mission, plan: Plan) -> str:
                 "position": trace.position[agent.index].tolist(),
                 "velocity": trace.velocity[agent.index].tolist(),
                 "yaw": trace.heading[agent.index].tolist(),
+                **kept[agent.index],
             },
             depth=2,
         )
@@ -43,6 +46,20 @@ def plan_json(mission: Mission, plan: Plan) -> str:
     lines.append(f'  "graphs": {record(graphs, depth=1)}')
     lines.append(listed("requirements", [compact(judgement.as_verdict()) for judgement in plan.judgements]))
     return "{\n" + ",\n".join(lines) + "\n}\n"
+
+
+def _kept(mission: Mission, trace: Trace) -> list[dict[str, dict[str, list[float] | list[bool]]]]:
+    """Of each agent, what it has left of its resources and whether its flags are set, at each step."""
+    kept: list[dict[str, dict[str, list[float] | list[bool]]]] = [{} for _ in mission.agents]
+    for resource in mission.resources:
+        left = levels(resource, trace)
+        for agent in resource.agents:
+            kept[agent].setdefault("resources", {})[resource.name] = left[agent].tolist()
+    for flag in mission.flags:
+        truths = flag_truths(flag, trace)
+        for agent in flag.agents:
+            kept[agent].setdefault("flags", {})[flag.name] = truths[agent].tolist()
+    return kept
 
 
 def _edges(graph: Graph, trace: Trace) -> list[list[list[int]]]:

@@ -1,4 +1,4 @@
-"""Time charts of distances, speeds and accelerations, each with what the mission and the vehicles allow."""
+"""Time charts of distances, speeds, accelerations and resources, each with what the mission and the vehicles allow."""
 
 from __future__ import annotations
 
@@ -8,8 +8,9 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from missionc.base.trace import Array
-from missionc.ir import Agent, Mission, Still
+from missionc.base.trace import Array, Trace
+from missionc.ir import Agent, Mission, Resource, Still
+from missionc.language.margins.resources import levels
 from missionc.output.report.flight_tracks import Flights
 from missionc.output.report.pack import pack, thousandths
 from missionc.output.report.sample_tracks import Placed, Sampled
@@ -20,6 +21,9 @@ from missionc.verify.plan.obstacle_bodies import solid
 MOST_PAIRS = 1 << 21
 """Distances that are held at once."""
 
+MOST_CURVES = 8
+"""Agents whose resources have a curve each."""
+
 NEARLY = 2e-3
 """Metres: a bound that differs by less from the mission's own is that, read off a grid."""
 
@@ -28,7 +32,7 @@ Limit: TypeAlias = tuple[str, str, float]
 """Who sets it, the team it is for, and what it is."""
 
 
-def charts(mission: Mission, moving: Flights, certificate: Certificate) -> list[dict[str, Any]]:
+def charts(mission: Mission, moving: Flights, certificate: Certificate, trace: Trace) -> list[dict[str, Any]]:
     """Charts with a series for each motion (and team), and the limits that hold for it."""
     charts = []
     if len(mission.agents) > 1:
@@ -56,7 +60,18 @@ def charts(mission: Mission, moving: Flights, certificate: Certificate) -> list[
     pushes = [each for each in _largest(teams, moving, _acceleration) if each[0] == "flown" or each[2].any()]
     if pushes:
         charts.append(_chart("acceleration", "m/s²", pushes, strongest, low=False))
+    charts += [_left(mission, resource, trace) for resource in mission.resources]
     return [*charts, *([_tracking(teams, moving.simulated)] if moving.simulated else [])]
+
+
+def _left(mission: Mission, resource: Resource, trace: Trace) -> dict[str, Any]:
+    """What agents have left of a resource at the steps: each, or where they are many, the least of them all."""
+    found = levels(resource, trace)[list(resource.agents)]
+    names = [mission.agents[agent].name for agent in resource.agents]
+    if len(names) > MOST_CURVES:
+        names, found = [""], found.min(axis=0, keepdims=True)
+    series = [("planned", name, row) for name, row in zip(names, found, strict=True)]
+    return _chart(resource.name, "", series, [("capacity", "", resource.capacity)], low=False)
 
 
 def _tracking(teams: Teams, flight: Simulated) -> dict[str, Any]:

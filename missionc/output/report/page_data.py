@@ -76,7 +76,7 @@ def data(plotted: Plotted) -> dict[str, Any]:
         "texts": [{"name": name, "text": text} for name, text in plotted.texts],
         "rows": rows,
         "lanes": tree,
-        "charts": charts(mission, moving, plotted.certificate),
+        "charts": charts(mission, moving, plotted.certificate, plan.trace),
         "checks": checks(judged, mission, plotted.kernel, plan.trace),
         "figures": [
             {"name": figure.name, "subject": figure.subject, "value": _number(figure.value), "unit": figure.unit}

@@ -138,6 +138,46 @@ class Clearance:
 
 
 @dataclass(frozen=True, slots=True)
+class Rate:
+    """``start 100``, ``drain 0.2 per s``, ``refill 2 per s in dock``: what a resource begins with, or changes by."""
+
+    span: Span
+    name: Name
+    value: Quantity
+    unit: Name | None
+    within: Name | None
+
+
+@dataclass(frozen=True, slots=True)
+class Resource:
+    """``resource battery of drone { start 100, drain 0.2 per s }``"""
+
+    span: Span
+    name: Name
+    agents: Name | Member
+    rates: tuple[Rate, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Mark:
+    """``set in depot``, ``cleared in pack``."""
+
+    span: Span
+    name: Name
+    within: Name
+
+
+@dataclass(frozen=True, slots=True)
+class Flag:
+    """``flag loaded of drone { set in depot, cleared in pack }``"""
+
+    span: Span
+    name: Name
+    agents: Name | Member
+    marks: tuple[Mark, ...]
+
+
+@dataclass(frozen=True, slots=True)
 class Let:
     span: Span
     name: Name
@@ -202,6 +242,8 @@ Declaration: TypeAlias = (
     | Formation
     | Separation
     | Clearance
+    | Resource
+    | Flag
     | Let
     | Require
     | Prefer

@@ -15,10 +15,11 @@ from typing import TypeAlias, assert_never
 
 import numpy as np
 
-from missionc.base.trace import Array
+from missionc.base.trace import Array, Flags
 from missionc.curves.piecewise_polynomials import Indices
-from missionc.ir import BeaconCover, Graph, Predicate, Proximity, Sight
+from missionc.ir import BeaconCover, Flagged, Graph, Predicate, Proximity, Resource, Sight
 from missionc.language.margins.predicate_margins import holds, link_margin
+from missionc.language.margins.resources import flag_truths
 from missionc.language.margins.view import View
 from missionc.verify.between.interval_sets import Signal
 from missionc.verify.between.motion_clock import STEP, Motion
@@ -47,6 +48,8 @@ def atom_signals(predicate: Predicate, agents: Indices, motion: Motion) -> list[
     """
     if predicate.about_team:
         agents = np.zeros(1, dtype=np.int64)
+    if isinstance(predicate, Flagged):
+        return _of_steps(flag_truths(predicate.flag, motion.at_steps)[agents])
     rate = np.broadcast_to(predicate.rate(_Speeds(motion, agents)), (agents.size, motion.joints.size - 1))
     border = 0
     if not (predicate.others or predicate.reads_oneself(motion.mission.dimension)):  # no motion changes it
@@ -56,6 +59,14 @@ def atom_signals(predicate: Predicate, agents: Indices, motion: Motion) -> list[
         return np.asarray(predicate.margin(_Moments(motion, agents[item], piece, local)))
 
     return _signals(margin, rate, motion, border)
+
+
+def _of_steps(truth: Flags) -> list[Signal]:
+    """When what changes at steps alone holds, from its truth at each, (agents, steps + 1)."""
+    items, steps = truth.shape
+    item, step = np.divmod(np.arange(items * steps), steps)
+    high = np.minimum((step + 1) * STEP, (steps - 1) * STEP)
+    return _joined(items, item, step * STEP, high, np.where(truth.ravel(), 1, -1))
 
 
 def link_signals(graph: Graph, first: Indices, second: Indices, motion: Motion) -> list[Signal]:
@@ -100,6 +111,9 @@ class _Moments(View):
     def velocity(self) -> Array:
         return self.motion.velocity(self.agent, self.piece, self.local)
 
+    def level(self, resource: Resource) -> Array:
+        return self.motion.level(resource, self.agent, self.piece, self.local)
+
     def radius(self) -> Array:
         return np.array([agent.radius for agent in self.motion.mission.agents])[self.agent]
 
@@ -124,6 +138,9 @@ class _Speeds:
 
     def acceleration(self) -> Array:
         return self.bounds.acceleration[self.agents]
+
+    def use(self, resource: Resource) -> Array:
+        return self.bounds.use(resource)[self.agents][:, None]
 
     def along(self, direction: tuple[float, ...]) -> Array:
         return self.bounds.speed_along(self.agents, np.array(direction))

@@ -45,7 +45,7 @@ def verify_between(mission: Mission, kernel: Kernel, trace: Trace, files: Mappin
 def between_steps(mission: Mission, kernel: Kernel, trace: Trace, curves: Curves) -> tuple[Between, ...]:
     """Every requirement that the trace satisfies at its steps, along curves that pass through its states."""
     at_steps = truths([goal.formula for goal in kernel.requirements], mission, trace)
-    evaluation = Evaluation(Motion(mission, curves))
+    evaluation = Evaluation(Motion(mission, curves, trace))
     return tuple(_judged(goal, evaluation, trace) for goal in kernel.requirements if bool(at_steps[goal.formula][0, 0]))
 
 

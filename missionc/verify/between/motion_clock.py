@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
 
-from missionc.base.trace import Array
+from missionc.base.trace import Array, Trace
 from missionc.curves.piecewise_polynomials import Curves, Indices, speed_bounds, values
-from missionc.ir import Mission
+from missionc.ir import Mission, Resource
+from missionc.language.margins.resources import levels
 
 STEP = 1 << 32
 """Ticks in a step of the mission: steps, and so windows, are whole ticks."""
@@ -25,11 +26,14 @@ FURTHER = 0.5 + 1e-9
 class Motion:
     """Curves, and their time in ticks: from 0 to ``end``, where the last step is.
 
-    Before its first moment and after its last one a curve stays where it is.
+    Before its first moment and after its last one a curve stays where it is. ``trace`` has the states that they pass
+    through at the steps; where it is left out they are looked up.
     """
 
     mission: Mission
     curves: Curves
+    trace: Trace | None = None
+    _levels: dict[Resource, Array] = field(default_factory=dict)
 
     @property
     def end(self) -> int:
@@ -82,9 +86,38 @@ class Motion:
         return speed_bounds(self._velocity)
 
     @cached_property
+    def at_steps(self) -> Trace:
+        """The states at the steps."""
+        if self.trace is not None:
+            return self.trace
+        tick, agents = np.arange(self.end // STEP + 1) * STEP, np.arange(len(self.curves.coefficients))[:, None]
+        piece = self.piece_at(tick)
+        position = self.position(np.broadcast_to(agents, (len(agents), len(tick))), piece, self.local(piece, tick))
+        return Trace(self.mission.step, position, np.zeros_like(position), np.zeros(position.shape[:2]))
+
+    def levels(self, resource: Resource) -> Array:
+        """What every agent has left at the steps, (agents, steps + 1)."""
+        if resource not in self._levels:
+            self._levels[resource] = levels(resource, self.at_steps)
+        return self._levels[resource]
+
+    def level(self, resource: Resource, agent: Indices, piece: Indices, local: Array) -> Array:
+        """What agents have left, (...): between two steps it changes evenly."""
+        known = self.levels(resource)
+        time = (self.curves.times[piece] + local) / self.mission.step
+        before = np.clip(np.floor(time), 0, known.shape[1] - 2).astype(np.int64)
+        first, second = known[agent, before], known[agent, before + 1]
+        return np.asarray(first + (second - first) * np.clip(time - before, 0.0, 1.0))
+
+    def use(self, resource: Resource) -> Array:
+        """By how much what is left changes at most, (agents,), per second."""
+        return np.asarray(np.abs(np.diff(self.levels(resource), axis=1)).max(axis=1, initial=0.0) / self.mission.step)
+
+    @cached_property
     def slack(self) -> float:
         """Metres (m/s): a margin beyond it has the sign that it seems to have."""
-        terms = max(_size(self.curves), _size(self._velocity))
+        held = max((resource.capacity for resource in self.mission.resources), default=0.0)
+        terms = max(_size(self.curves), _size(self._velocity), held)
         fastest = max(float(self.speed.max(initial=0.0)), float(self.acceleration.max(initial=0.0)))
         return ROUNDING * (1.0 + terms) + fastest * self.mission.step / STEP
 

@@ -14,7 +14,7 @@ from missionc.backends.smt.encode.lower_motion import Motion
 from missionc.backends.smt.roadmap.labels import Labels, Unexpressible
 from missionc.backends.smt.roadmap.roadmap import Indices
 from missionc.base.trace import Flags
-from missionc.ir import Predicate
+from missionc.ir import Flag, Flagged, Inside, Predicate
 
 FEW = 3
 """A clause for each state ruled out propagates better than one over the rest, up to so many times the literals."""
@@ -25,12 +25,13 @@ class Atoms:
 
     def __init__(self, labels: Labels, motion: Motion, clauses: Clauses) -> None:
         self.labels, self.motion, self.clauses = labels, motion, clauses
+        self._flags: dict[tuple[Flag, bool, int], Literals] = {}
 
     def holds(self, predicate: Predicate, truth: bool, agents: Indices, steps: Indices) -> Literals:
         """Literals that imply the predicate of each cell; that it fails, where not ``truth``.
 
         Raises:
-            Unexpressible: it is about more than two agents, or one's speed and another.
+            Unexpressible: it is about more than two agents, or one's speed and another, or a resource.
         """
         parts = self.labels.parts(predicate)
         if parts != (predicate,):
@@ -44,6 +45,10 @@ class Atoms:
         return result
 
     def _of_agent(self, predicate: Predicate, truth: bool, agent: int, steps: Indices) -> Literals:
+        if isinstance(predicate, Flagged):
+            return self._flag(predicate.flag, truth, agent)[steps]
+        if predicate.reads_past:
+            raise Unexpressible("a resource, and no agent by itself found a way that keeps it")
         predicate = predicate.asked_of(agent)
         match sorted(predicate.others - {agent}):
             case []:
@@ -71,6 +76,29 @@ class Atoms:
         fits = self.labels.moves(predicate, number, at_end=True) == truth
         result[last] = self._by_moves(fits, agent, steps[last] - 1)
         return result
+
+    def _flag(self, flag: Flag, truth: bool, agent: int) -> Literals:
+        """Literals that imply that the agent has the flag set, or not set, at each step: (steps + 1,)."""
+        key = flag, truth, agent
+        if key not in self._flags:
+            steps = np.arange(self.motion.steps + 1)
+            if agent not in flag.agents:
+                self._flags[key] = np.full(len(steps), FALSE if truth else TRUE, dtype=np.int32)
+                return self._flags[key]
+            sets = self._own(Inside(flag.set_in, body=False), truth, agent, steps)
+            cleared = flag.cleared_in
+            stays = np.full(len(steps), TRUE if truth else FALSE, dtype=np.int32)
+            if cleared is not None:
+                stays = self._own(Inside(cleared, body=False), not truth, agent, steps)
+            found = sets.copy()
+            for step in range(1, len(steps)):
+                now, before = slice(step, step + 1), slice(step - 1, step)
+                if truth:
+                    found[now] = self.clauses.either(sets[now], found[before], stays[now])
+                else:
+                    found[now] = self.clauses.all_of(sets[now], self.clauses.any_of(found[before], stays[now]))
+            self._flags[key] = found
+        return self._flags[key]
 
     def where(self, there: Literals, able: Flags, conditions: Literals) -> Literals:
         """For each row a literal that implies what is asked of the state the agent is in.

@@ -178,8 +178,10 @@ class JointSearch:
         """A joint motion of few metres, (agents, steps + 1), if there is one in time.
 
         Raises:
-            TooComplex: it takes too much work.
+            TooComplex: it takes too much work, or something is asked that reads the past.
         """
+        if any(mover.task.memory is not None for mover in self.movers):
+            raise TooComplex
         work = [0]
         longest = max(mover.table.longest for mover in self.movers)
         for attempt in range(BOUNDS + 1):

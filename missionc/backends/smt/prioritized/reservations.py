@@ -65,6 +65,11 @@ class Reservations:
         other.tables = [table.copy() for table in self.tables]
         return other
 
+    @property
+    def settled(self) -> set[tuple[int, bytes]]:
+        """The agents that are settled, each with its way."""
+        return {(agent, self.states[agent].tobytes()) for agent in self.agents}
+
     def in_the_way(self, agent: int, way: Indices) -> list[int]:
         """The settled agents that the agent comes too near on this way, (steps + 1,)."""
         others = np.array(self.agents, dtype=np.int64)

@@ -28,6 +28,7 @@ from missionc.backends.smt.encode.occupancy import Occupancy
 from missionc.backends.smt.prioritized.distance_to_go import DistanceToGo
 from missionc.backends.smt.prioritized.exclusions import Exclusion, may_be
 from missionc.backends.smt.prioritized.metric_routes_beside import holds_beside, is_measured
+from missionc.backends.smt.prioritized.own_memory import OwnMemory
 from missionc.backends.smt.prioritized.progression import (
     Progression,
     Relaxation,
@@ -126,7 +127,7 @@ class SingleAgentSearch:
         does for others what was reckoned with, and they for it, is found out when all are settled.
         """
         way = self._way_or_push(agent, formulas, reservations, may_push)
-        if way is None and self._known is not None and self._known[0] != _settled(reservations):
+        if way is None and self._known is not None and self._known[0] != reservations.settled:
             self._known = None
             way = self._way_or_push(agent, formulas, reservations, may_push)
         return way
@@ -192,7 +193,7 @@ class SingleAgentSearch:
         of_state: dict[Node, Flags] = {}
         of_step: dict[Node, Flags] = {}
         of_move: dict[Node, tuple[Flags, Flags]] = {}
-        waiting = list(formulas)
+        waiting, past = list(formulas), list[Node]()
         met: set[Node] = set()
         while waiting:
             node = waiting.pop()
@@ -202,6 +203,8 @@ class SingleAgentSearch:
             leaf = node.body if isinstance(node, Not) else node
             if node in self._own:
                 of_state[node] = states_of(node, agent, self._labels)
+            elif isinstance(leaf, Atom) and leaf.predicate.reads_past:
+                past.append(node)
             elif isinstance(leaf, Atom) and not leaf.predicate.others and self._labels.of_moves(leaf.predicate, number):
                 begins, ends = (self._labels.moves(leaf.predicate, number, at_end=at_end) for at_end in (False, True))
                 of_move[node] = (begins, ends) if leaf is node else (~begins, ~ends)
@@ -215,7 +218,8 @@ class SingleAgentSearch:
                 raise TooComplex
             else:
                 of_step[node] = self._beside(node, agent, reservations)
-        rank = {node: index for index, node in enumerate((*of_state, *of_step, *of_move))}
+        rank = {node: index for index, node in enumerate((*of_state, *of_step, *of_move, *past))}
+        memory = OwnMemory(past, agent, self._labels, table.roadmap, exact=alone) if past else None
         steps, states = len(table.roadmap.standing), len(table.roadmap.position)
         places, place_letters = _letters(list(of_state.values()), states)
         own_places, own_letters = places, place_letters
@@ -254,6 +258,7 @@ class SingleAgentSearch:
             own_letters,
             relaxation,
             bound,
+            memory,
         )
 
     def _beside(self, node: Node, agent: int, reservations: Reservations) -> Flags:
@@ -294,7 +299,7 @@ class SingleAgentSearch:
 
     def _formulas(self, reservations: Reservations, changed: float) -> Formulas:
         """What is known of those who are settled, or were but for so many of them, by their share."""
-        agents, settled = reservations.agents, _settled(reservations)
+        agents, settled = reservations.agents, reservations.settled
         if self._known is None or len(self._known[0] ^ settled) > changed * len(agents):
             motion, clauses = reservations.motion, Clauses(self._limit)  # what is known needs none
             ways = reservations.fixed(motion.ways)
@@ -392,7 +397,3 @@ class SingleAgentSearch:
         finally:
             self.work += sweep.work
         return way
-
-
-def _settled(reservations: Reservations) -> Settled:
-    return {(agent, reservations.states[agent].tobytes()) for agent in reservations.agents}

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from missionc.backends.smt.prioritized.own_memory import Carried, OwnMemory
 from missionc.backends.smt.prioritized.progression import (
     Asked,
     Each,
@@ -68,6 +69,7 @@ class Task:
         finish: (states,), where its way may end.
         own_places: (states,), indices into ``own_letters``: what holds where, of what the place alone decides.
         bound: metres that a residual leaves to go at least, from each state, (states,).
+        memory: of what reads the past; None where nothing does.
     """
 
     progression: Progression
@@ -82,6 +84,7 @@ class Task:
     own_letters: list[Letter]
     relaxation: Relaxation
     bound: Callable[[Residual], Array]
+    memory: OwnMemory | None = None
     residuals: list[Residual] = field(default_factory=list)
     numbers: dict[Residual, int] = field(default_factory=dict)
     bounds: list[int] = field(default_factory=list)
@@ -105,18 +108,24 @@ class Task:
             self.bounds.append(self._rows[id(bound)])
         return self.numbers[residual]
 
-    def after(self, step: int, residual: Indices, place: Indices, move: Indices) -> Indices:
+    def after(
+        self, step: int, residual: Indices, place: Indices, move: Indices, past: Indices | None = None
+    ) -> Indices:
         """The numbers of what is left, (rows,), after a step with these letters; -1 where it is broken."""
         width, depth = len(self.place_letters), len(self.move_letters)
+        bits = 0 if self.memory is None else len(self.memory.nodes)
         kind = (residual * width + place) * depth + move
+        if past is not None:
+            kind = (kind << bits) | past
         alike = kind.size > 0 and bool((kind == kind[0]).all())
         kinds, row = (kind[:1], np.zeros_like(kind)) if alike else np.unique(kind, return_inverse=True)
         after = np.empty(len(kinds), dtype=np.int64)
         for index, kind in enumerate(kinds.tolist()):
             if (step, kind) not in self._after:
-                before, letter = divmod(kind, width * depth)
+                before, letter = divmod(kind >> bits, width * depth)
                 at, along = divmod(letter, depth)
-                letters = self.place_letters[at] + self.move_letters[along]
+                remembered = tuple(bool(kind >> bit & 1) for bit in range(bits))
+                letters = self.place_letters[at] + self.move_letters[along] + remembered
                 left = self.progression.after(self.residuals[before], step, letters)
                 self._after[step, kind] = -1 if left is False else self.number(left)
             after[index] = self._after[step, kind]
@@ -186,8 +195,9 @@ class Sweep:
         Raises:
             TooComplex: it takes too much work.
         """
-        task, table = self.task, self.table
+        task, table, memory = self.task, self.table, self.task.memory
         states, steps = len(task.finish), len(table.roadmap.allowed)
+        carried = None if memory is None else memory.at(self.starts)
         target = np.ascontiguousarray(table.roadmap.moves[:, 1])
         done = task.number(True)
         key = task.number(task.begin) * states + self.starts
@@ -207,15 +217,17 @@ class Sweep:
             free = np.flatnonzero(self.may[step + 1].take(there) & table.free(step, move, pushing=self.pushing))
             if len(free) < len(move):
                 row, move, there = row[free], move[free], there[free]
-            place = task.place(step, state)
+            place, past = task.place(step, state), self._past(carried, state)
             if len(task.move_letters) == 1:
-                left = task.after(step, residual, place, np.zeros_like(place))[row]
+                left = task.after(step, residual, place, np.zeros_like(place), past)[row]
             else:
-                left = task.after(step, residual[row], place[row], task.moves[move])
+                of_row = None if past is None else past[row]
+                left = task.after(step, residual[row], place[row], task.moves[move], of_row)
             if step == steps - 1:
                 alive = np.flatnonzero((left >= 0) & task.finish[there])
                 row, move, there, left = row[alive], move[alive], there[alive], left[alive]
-                left = task.after(steps, left, task.place(steps, there), task.ends[move])
+                past = self._past(self._moved(carried, row, move, there), there)
+                left = task.after(steps, left, task.place(steps, there), task.ends[move], past)
                 left[left != done] = -1
             self.work += task.work - known
             alive = np.flatnonzero(left >= 0)
@@ -232,7 +244,13 @@ class Sweep:
             in_time = to_go <= going * self.stride + resting * self.rest + FAR
             near = np.flatnonzero((after + np.maximum(to_go, table.to_come[step + 1]) <= bound) & in_time)
             key, cost = left[near] * states + there[near], after[near]
-            key, first = _cheapest(key, cost)
+            if memory is None:
+                key, first = _cheapest(key, cost)
+            else:
+                moved = self._moved(carried, row[near], move[near], there[near])
+                assert moved is not None
+                first = memory.kept(key, cost, moved)
+                key, carried = key[first], moved.take(first)
             cost, near = cost[first], near[first]
             parent, goes = row[near], to_go[near] > FAR
             if not key.size:
@@ -245,6 +263,15 @@ class Sweep:
             way[step], best = reached[best], int(parent[best])
         way[0] = self.starts[best]
         return way
+
+    def _past(self, carried: Carried | None, state: Indices) -> Indices | None:
+        """What holds of what reads the past, (rows,); None where nothing does."""
+        memory = self.task.memory
+        return None if memory is None or carried is None else memory.letters(carried, state)
+
+    def _moved(self, carried: Carried | None, row: Indices, move: Indices, there: Indices) -> Carried | None:
+        memory = self.task.memory
+        return None if memory is None or carried is None else memory.moved(carried, row, move, there)
 
 
 def _cheapest(key: Indices, cost: Array) -> tuple[Indices, Indices]:

@@ -28,7 +28,7 @@ from missionc.backends.smt.roadmap.shortest_ways import left_at, on_shortest_way
 from missionc.backends.smt.roadmap.unique_rows import distinct
 from missionc.backends.smt.roadmap.visibility_graph import Visibility
 from missionc.base.trace import Array
-from missionc.ir import Ball, Predicate
+from missionc.ir import Ball, Inside, Predicate
 from missionc.kernel.analysis import agents_asked, linked_by
 from missionc.kernel.nodes import Atom, Kernel, Not
 from missionc.language.margins.predicate_margins import of_states
@@ -160,6 +160,9 @@ def _asked(kernel: Kernel, *, holds: bool) -> dict[Predicate, set[int]]:
     for goal in (*kernel.requirements, *kernel.preferences):
         for node, agents in agents_asked(goal.formula).items():
             match node:
+                case Atom(predicate) | Not(Atom(predicate)) if predicate.reads_past:
+                    for region in predicate.regions if holds else ():
+                        asked.setdefault(Inside(region, body=False), set()).update(agents)
                 case Not(Atom(predicate)) if not holds:
                     asked.setdefault(predicate, set()).update(agents)
                 case Atom(predicate) if holds:

@@ -28,8 +28,10 @@ class Labels:
 
     def of_places(self, predicate: Predicate) -> bool:
         """Whether the place alone decides it, whoever stands there."""
-        return not predicate.others and not any(
-            self.of_moves(predicate, number) for number in range(len(self.roadmaps))
+        return (
+            not predicate.others
+            and not predicate.reads_past
+            and not any(self.of_moves(predicate, number) for number in range(len(self.roadmaps)))
         )
 
     def of_moves(self, predicate: Predicate, number: int) -> bool:

@@ -18,6 +18,7 @@ from missionc.backends.smt.shorten.held_goals import Goals
 from missionc.backends.smt.shorten.slack import EvaluatedMotion, slack
 from missionc.backends.smt.shorten.time_expanded_path import JointPaths
 from missionc.ir import Mission
+from missionc.kernel.analysis import remembering
 from missionc.kernel.nodes import Node
 
 ROUNDS = 4
@@ -41,15 +42,17 @@ def shorten_paths(
     """The same joint motion, (agents, steps + 1), or one in which some of these agents go a shorter way.
 
     Which formulas hold of the one hold of the other, and it has no collisions if the one has none.
+    Agents of whom something is asked that reads the past keep their way: each step of it bears on what comes later.
     Nobody is asked again before somebody else goes another way.
 
     Args:
         still_from: from this step on whoever is given another way stays where it is.
     """
-    everyone = sorted(agents)
+    formulas = tuple(formulas)
+    everyone = sorted(set(agents) - remembering(formulas))
     if motion.steps == 0 or not everyone:
         return states
-    goals = Goals(tuple(formulas), mission, motion, Labels(mission, motion.roadmaps))
+    goals = Goals(formulas, mission, motion, Labels(mission, motion.roadmaps))
     evaluated = EvaluatedMotion.of(goals, states)
     if not evaluated.good:
         return states

@@ -77,7 +77,7 @@ function timeline(model, state, change, words) {
     canvas.setAttribute("role", "img");
     canvas.setAttribute("aria-label", `${chart.name} over time, ${limits.textContent}`);
     item.append(label, canvas);
-    entries.push({ item, canvas, value, chart, draw: (palette) => drawChart(canvas, chart, model, palette) });
+    entries.push({ item, canvas, value, chart, many, draw: (palette) => drawChart(canvas, chart, model, palette) });
     drag(canvas, model, change);
   }
   const charts = entries.filter((entry) => entry.chart);
@@ -100,7 +100,7 @@ function timeline(model, state, change, words) {
     if (first) head.style.left = `${first.offsetLeft + (state.time / model.horizon) * first.clientWidth}px`;
     entries.forEach((entry, index) => {
       if (entry.chart) {
-        entry.value.textContent = entry.chart.series.map((each) => `${each.motion}${each.team && entry.chart.series.length > 2 ? ` ${each.team}` : ""} ${short(each.values[Math.round((state.time / model.horizon) * (each.values.length - 1))])}`).join(" · ");
+        entry.value.textContent = entry.chart.series.map((each) => `${each.motion}${each.team && entry.many ? ` ${each.team}` : ""} ${short(each.values[Math.round((state.time / model.horizon) * (each.values.length - 1))])}`).join(" · ");
         return;
       }
       const said = told(entry.row, step);
