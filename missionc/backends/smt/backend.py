@@ -37,7 +37,7 @@ from missionc.backends.smt.roadmap.roadmap_graph import graphs_of
 from missionc.backends.smt.roadmap.sequence import ROADMAPS, roadmaps_to_try
 from missionc.backends.smt.roadmap_answers import NoPlan, TimeOver, TooDear, TooFewLinks, Unsettled, refusal
 from missionc.backends.smt.sat.installed_solvers import solver_missing
-from missionc.backends.smt.sat.proof import CNF, DRAT, Proof, Unproved, prove
+from missionc.backends.smt.sat.proof import certify
 from missionc.backends.smt.sat.solve import Solvers, Stopped, Unsatisfiable
 from missionc.backends.smt.sat.wait_for_process import is_over
 from missionc.backends.smt.shorten.improve import improve
@@ -182,7 +182,8 @@ class Run:
             return self.not_found(Reason.NO_ROADMAP, missing)
         if refused is None or len(self.refused) < len(self.tried):
             return self.not_found(Reason.SOLVER, why or "no plan was found with lengths in metres rounded")
-        self.certify(refused)
+        if self.options.certify:
+            certify(refused.clauses, refused.core, self.budget, self.account)
         conflict = tuple(goal.name for goal in self.given.requirements if goal.name in self.conflicting)
         return Impossible(conflict, refusal(conflict, self.tried, self.mission.solve.roadmap), self.account.report())
 
@@ -382,16 +383,6 @@ class Run:
             texts["dimacs"] = dimacs(clauses.everything(), clauses.variables, clauses.count).decode()
         if "smt2" in self.options.captures:
             texts["smt2"] = smt2(clauses.everything(), clauses.variables)
-
-    def certify(self, refused: NoPlan) -> None:
-        if not self.options.certify:
-            return
-        with self.account.stage("proof"):
-            proof = prove(refused.clauses, refused.core, self.budget)
-        if isinstance(proof, Unproved):
-            self.account.notes.append(proof.statement)
-        else:
-            self.account.files |= {CNF: proof.cnf, DRAT: proof.drat}
 
     def not_found(self, reason: Reason, detail: str) -> NotFound:
         refused = f"roadmaps of {all_listed([*map(str, self.refused)])} nodes hold no plan" if self.refused else ""

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from missionc.backends.api import Budget
+from missionc.backends.run_account import Account
 from missionc.backends.smt.encode.clauses import Clauses
 from missionc.backends.smt.encode.dimacs import dimacs
 from missionc.backends.smt.sat.solve import worker
@@ -33,6 +34,16 @@ class Unproved:
     """Why there is no proof."""
 
     statement: str
+
+
+def certify(clauses: Clauses, assumptions: tuple[int, ...], budget: Budget, account: Account) -> None:
+    """Adds the files of a proof to a run's account, or why there is none."""
+    with account.stage("proof"):
+        match prove(clauses, assumptions, budget):
+            case Proof(cnf, drat):
+                account.files |= {CNF: cnf, DRAT: drat}
+            case Unproved(statement):
+                account.notes.append(statement)
 
 
 def prove(clauses: Clauses, assumptions: tuple[int, ...], budget: Budget) -> Proof | Unproved:
