@@ -128,7 +128,8 @@ def margin_lines(certificate: Certificate) -> list[str]:
     shown = [check for check in least.values() if check.margin >= SHOWN]
     exact = [check.name for check in least.values() if check.margin < SHOWN]
     width = max((len(check.name) for check in shown), default=0)
-    lines = [f"  {check.name:<{width}}  {check.margin:.3f} {check.unit}{_where(check)}".rstrip() for check in shown]
+    amounts = [f"{check.margin:.3f} {check.unit}".rstrip() for check in shown]
+    lines = [f"  {each.name:<{width}}  {amount}{_where(each)}" for each, amount in zip(shown, amounts, strict=True)]
     return [*lines, f"  to rounding: {', '.join(exact)}"] if exact else lines
 
 

@@ -148,8 +148,6 @@ def _words(place: Spot) -> Iterator[tuple[str, str]]:
         yield from ((name, f"{figure.dimension.value} {figure.says}") for name, figure in ir.FIGURES.items())
     elif place.bracket == "{" and first == "solve":
         yield from ((name, "an option") for name in (*OPTIONS, CONNECTIVITY, ROADMAP))
-    elif before.word == "per":
-        yield from ((name, "a unit of time or length") for name in ("s", "min", "m"))
     elif place.bracket == "{" and first == "resource":
         yield from ((name, "a setting") for name in RATES)
     elif place.bracket == "{" and first == "flag":

@@ -213,6 +213,10 @@ def resource(span: Span, name: ast.Name, agents: ast.Name | ast.Member, *rates: 
     return ast.Resource(span, name, agents, rates)
 
 
+def rate(span: Span, name: ast.Name, value: ast.Quantity, unit: Token | None, within: ast.Name | None) -> ast.Rate:
+    return ast.Rate(span, name, value, None if unit is None else ast.Name(unit.span, unit.text), within)
+
+
 def flag(span: Span, name: ast.Name, agents: ast.Name | ast.Member, *marks: ast.Mark) -> ast.Flag:
     return ast.Flag(span, name, agents, marks)
 
@@ -293,7 +297,7 @@ FUNCTIONS: dict[str, Callable[..., object]] = FORMULAS | {
     "point": point,
     "polygon": polygon,
     "prefer": prefer,
-    "rate": ast.Rate,
+    "rate": rate,
     "region": ast.Region,
     "require": require,
     "resource": resource,

@@ -28,7 +28,6 @@ _NAMES = {
     "minimize": "`duration`, `energy`",
     "dynamics": "a kind of dynamics such as `single_integrator`",
     "formation": "a name",
-    "per": "a unit such as `s` or `m`",
     "include": "a name",
 }
 

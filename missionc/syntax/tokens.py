@@ -231,8 +231,8 @@ def tokenise(lines: Span, limits: Limits) -> tuple[list[Token], list[Diagnostic]
 def _word(text: str, start: int, written: str, tokens: list[Token]) -> tuple[str, str]:
     """What a word is by the tokens before it, and how far it goes: a unit may hold a ``/``."""
     before = tokens[-1].kind if tokens else END
-    # After `moving (2, 0)` or a number stands a unit; but in `at least 2 m:` it is a group that is called `m`.
-    if before in (NUMBER, ")") and (len(tokens) < 2 or tokens[-2].kind not in ("least", "any")):
+    # After `moving (2, 0)`, `per` or a number stands a unit; but in `at least 2 m:` it is a group that is called `m`.
+    if before in (NUMBER, ")", "per") and (len(tokens) < 2 or tokens[-2].kind not in ("least", "any")):
         unit = _UNIT.match(text, start)
         if unit and (unit[1] in UNITS or unit[0].lower() in UNITS_IN_FULL):
             return UNIT, unit[0]

@@ -237,7 +237,7 @@ def formations(draw: st.DrawFn) -> ast.Formation:
     )
 
 
-_rates = st.builds(ast.Rate, st.just(NOWHERE), names, quantities, st.none() | names, st.none() | names)
+_rates = st.builds(ast.Rate, st.just(NOWHERE), names, quantities, st.none() | _named(*UNITS), st.none() | names)
 _marks = st.builds(ast.Mark, st.just(NOWHERE), names, names)
 labels = st.none() | _named("relay", "reach", "always", "line", "G", "region", "end")
 declarations = st.one_of(
