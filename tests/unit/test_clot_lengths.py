@@ -106,9 +106,10 @@ def test_a_chain_of_relays_is_found(seed: int) -> None:
     assert verified(text + asked, seed=seed).certificate.passed
 
 
-def test_hops_and_metres_are_planned_together() -> None:
+@pytest.mark.parametrize("backend", ["smt", "hybrid"])
+def test_hops_and_metres_are_planned_together(backend: str) -> None:
     text = FIELD + RELAYED + "require ends: drone[0]: always[6 s, 8 s] somewhere[hops 1..1 on radio] drone[1]\n"
-    assert verified(text, backend="auto").plan.backend == "hybrid"
+    assert verified(text, backend=backend).plan.backend == backend
 
 
 def test_bodies_cannot_be_asked_to_be_nearer_than_they_can_be() -> None:
