@@ -33,7 +33,7 @@ from missionc.pipeline.run_limited import Ended, within
 MOST = 3
 """Restricted missions that are planned."""
 
-LEAST_WORK, TIMES = 8.0, 2.0
+LEAST_WORK, TIMES = 8.0, 1.0
 """Units of ``work`` of all of them: so many, or so many times the work of the plan."""
 
 
