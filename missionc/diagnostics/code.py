@@ -40,6 +40,7 @@ INCLUDE_CYCLE = Code("MC011", "a file includes itself")
 INCLUDE_TOO_DEEP = Code("MC012", "includes too deep")
 DECLARED_AGAIN = Code("MC013", "said twice, once is allowed")
 DECLARATION_MISSING = Code("MC014", "a declaration is missing")
+ENDS_EARLY = Code("MC015", "an operator that ends before it seems to", warning=True)
 
 # 1xx: names
 UNKNOWN_NAME = Code("MC101", "no such name")

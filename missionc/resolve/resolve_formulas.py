@@ -22,6 +22,7 @@ from missionc.resolve.context import Context
 from missionc.resolve.definitions import ordered
 from missionc.resolve.formula_findings import no_such_call, not_a_formula, not_on_the_graph
 from missionc.resolve.names import AGENTS, STATE_WORDS, UNRESOLVED, Kind, Unresolved
+from missionc.resolve.prefix_scope import check_prefix_scope
 from missionc.resolve.resolve_agents import resolve_set
 from missionc.resolve.resolve_comparisons import one_agent, resolve_comparison
 from missionc.resolve.resolve_lengths import no_graph, resolve_length
@@ -191,6 +192,7 @@ def _apply(context: Context, formula: ast.Apply) -> Typed:
         formula.comparison or "",
         _count(context, formula),
     )
+    check_prefix_scope(context, formula)
     size, depth = _grown(operands)
     if operator.spatial:
         for operand in operands:
