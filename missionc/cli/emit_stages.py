@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from missionc.base.limits import Limits
 from missionc.checks.show_horizons import show_horizons
 from missionc.cli.summary import tried_lines
 from missionc.kernel.show import show as show_kernel
+from missionc.language.operator import TooLarge
+from missionc.lower.unroll_past import looking_ahead
 from missionc.pipeline.checked import Checked
 from missionc.pipeline.results import Compiled, Refused, Verified
 from missionc.resolve.show_ir import show_ir
@@ -26,7 +29,9 @@ def of_checked(checked: Checked, stages: tuple[str, ...]) -> list[tuple[str, str
             )
             from missionc.backends.clot.cost_graph.show_cost_graph import show_cost_graph
 
-            texts["cost-graph"] = show_cost_graph(build(checked.kernel), checked.mission)
+            ahead = looking_ahead(checked.kernel, checked.mission.steps, Limits().formula_nodes)
+            if not isinstance(ahead, TooLarge):
+                texts["cost-graph"] = show_cost_graph(build(ahead), checked.mission)
     if checked.choice:
         texts["backend"] = checked.choice.explanation + "\n"
     return [(stage, texts[stage]) for stage in stages if stage in texts]

@@ -71,6 +71,7 @@ HORIZON_NOT_WHOLE = Code("MC304", "the horizon is not a whole number of steps")
 WINDOW_EMPTY = Code("MC305", "a window that holds no step")
 TOO_MANY_STEPS = Code("MC306", "too many steps")
 HOPS_BEYOND_TEAM = Code("MC307", "more hops than the graph has agents for")
+BEFORE_START = Code("MC308", "a window before the mission's start", warning=True)
 
 # 4xx: choice of backend
 CANNOT_EXPRESS = Code("MC401", "the backend cannot express this")

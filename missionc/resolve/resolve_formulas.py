@@ -208,6 +208,8 @@ def _bounds(context: Context, formula: ast.Apply, operator: Operator) -> ir.Wind
             return None
         case Bounds.TIME, ast.Window() as window:
             return resolve_window(context, window)
+        case Bounds.PAST, ast.Window() as window if window.high is not None:
+            return resolve_window(context, window)
         case Bounds.LENGTH, ast.Length() as length:
             return resolve_length(context, length)
         case _:
