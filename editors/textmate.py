@@ -129,13 +129,13 @@ def _reserved() -> list[Rule]:
     return [_match(_any(words), scope) for scope, words in scopes.items()]
 
 
-def _bounded(bounds: Bounds, family: str, infix_letter: str, window: Rule) -> Rule:
+def _bounded(bounds: tuple[Bounds, ...], family: str, infix_letter: str, window: Rule) -> Rule:
     """Operators that stand before a window, and the window.
 
     ``infix_letter`` is what tells the letter of an infix operator from an agent
     of a team that is called like it: both stand before ``[``.
     """
-    words = _operators(bounds)
+    words = _operators(*bounds)
     spelled = [word.text for word in words] + [word.letter for word in words if word.token.endswith("PREFIX")]
     between = [word.letter for word in words if word.token.endswith("INFIX")]
     return {
@@ -147,21 +147,21 @@ def _bounded(bounds: Bounds, family: str, infix_letter: str, window: Rule) -> Ru
     }
 
 
-def _operators(bounds: Bounds) -> list[Word]:
-    return [word for word in WORDS if word.says == "an operator" and by_name[word.text].bounds is bounds]
+def _operators(*bounds: Bounds) -> list[Word]:
+    return [word for word in WORDS if word.says == "an operator" and by_name[word.text].bounds in bounds]
 
 
 def _operator_rules() -> list[Rule]:
     within_length = _after(r"\G", "", _any(("hops", "distance")), "keyword.other.measure")
     return [
         _bounded(
-            Bounds.TIME,
+            (Bounds.TIME, Bounds.PAST),
             "temporal",
             r"(?=\s*\[[^\]]*,)",
             _bracketed(r"\[", r"\]", "meta.window.temporal", _COMMON),
         ),
         _bounded(
-            Bounds.LENGTH,
+            (Bounds.LENGTH,),
             "spatial",
             r"(?=\s*\[\s*(?:hops|distance)(?!\w))",
             _bracketed(r"\[", r"\]", "meta.window.spatial", within_length, _COMMON),

@@ -46,6 +46,10 @@ def ahead(formula: ir.Formula) -> int:
     """How many steps ahead the formula looks; a window to the end counts to its start."""
     if isinstance(formula, ir.Apply):
         further = max(ahead(operand) for operand in formula.operands)
+        if formula.operator.name in ("once", "historically", "since"):
+            assert isinstance(formula.bounds, ir.Window)
+            *holds, last = map(ahead, formula.operands)
+            return max([0, last - formula.bounds.low, *(holds if formula.bounds.high else ())])
         if isinstance(formula.bounds, ir.Window):
             high = formula.bounds.low if formula.bounds.high is None else formula.bounds.high
             if formula.operator.name in ("until", "release"):
@@ -383,6 +387,29 @@ def release(m: Meaning, formula: ir.Apply, frees: ir.Formula, held: ir.Formula) 
     )
 
 
+def back(formula: ir.Apply, step: int) -> list[int]:
+    """The steps of a window that looks back: those that there are, the earliest first."""
+    bounds = formula.bounds
+    assert isinstance(bounds, ir.Window)
+    assert bounds.high is not None
+    return [before for before in range(step - bounds.high, step - bounds.low + 1) if before >= 0]
+
+
+def once(m: Meaning, formula: ir.Apply, body: ir.Formula) -> At:
+    return lambda agent, step: m.any(m.of(body, agent, before) for before in back(formula, step))
+
+
+def historically(m: Meaning, formula: ir.Apply, body: ir.Formula) -> At:
+    return lambda agent, step: m.all(m.of(body, agent, before) for before in back(formula, step))
+
+
+def since(m: Meaning, formula: ir.Apply, hold: ir.Formula, end: ir.Formula) -> At:
+    return lambda agent, step: m.any(
+        min(m.of(end, agent, before), m.all(m.of(hold, agent, after) for after in range(before + 1, step + 1)))
+        for before in back(formula, step)
+    )
+
+
 def next_(m: Meaning, formula: ir.Apply, body: ir.Formula) -> At:
     return lambda agent, step: m.of(body, agent, step + 1)
 
@@ -497,6 +524,9 @@ MEANINGS: dict[str, Callable[..., At]] = {
     "eventually": eventually,
     "until": until,
     "release": release,
+    "once": once,
+    "historically": historically,
+    "since": since,
     "next": next_,
     "not": not_,
     "and": and_,

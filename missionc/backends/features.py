@@ -15,6 +15,7 @@ class Feature(Enum):
 
     HOPS = "a route bounded in hops"
     METRIC_LENGTH = "a route bounded in metres"
+    PAST_BELOW_METRES = "a look back below a route in metres"
     CONNECTED = "a graph that is connected"
     FORMATION = "a formation"
     TOTAL_TOLERANCE = "a formation with a total tolerance"
@@ -33,7 +34,7 @@ class Feature(Enum):
     LANES = "a roadmap of its own"
 
 
-EVERYTHING = frozenset(Feature) - {Feature.RESTLESS_DURATION}
+EVERYTHING = frozenset(Feature) - {Feature.RESTLESS_DURATION, Feature.PAST_BELOW_METRES}
 """All features that any backend has."""
 
 

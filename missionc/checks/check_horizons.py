@@ -103,7 +103,7 @@ def _needed(node: Node, below: Mapping[Node, float]) -> float:
     """The steps that must lie ahead of where the node stands, given those that its placeholders need."""
     if node in below:
         return below[node]
-    return max((_under_window(_needed(ask.node, below), ask) for ask in asks(node)), default=0)
+    return max([0, *(_under_window(_needed(ask.node, below), ask) for ask in asks(node))])
 
 
 def _under_window(needed: float, ask: Ask) -> float:
@@ -121,7 +121,7 @@ def _chain(formula: Formula, looks: Mapping[Formula, Look]) -> list[Apply]:
     chain: list[Apply] = []
     following: Formula | None = formula
     while following is not None:
-        if isinstance(following, Apply) and (looks[following].own > 0 or _opens_to_the_end(following, looks)):
+        if isinstance(following, Apply) and (looks[following].own != 0 or _opens_to_the_end(following, looks)):
             chain.append(following)
         following = looks[following].then
     return chain
@@ -170,7 +170,9 @@ def _lasting(mission: Mission, horizon: str) -> Fix | None:
 def _label(mission: Mission, window: Apply, looks: Mapping[Formula, Look], *, first: bool, stuck: bool) -> Label:
     look = looks[window]
     begins = isinstance(window.bounds, Window) and window.bounds.high is None
-    if stuck:
+    if look.own < 0:
+        text = f"looks {seconds(mission, -look.own)} back" if first else f"and {seconds(mission, -look.own)} back"
+    elif stuck:
         text = f"asks at every step up to the last one, at {seconds(mission, mission.steps)}"
     elif begins and first:
         text = f"begins {seconds(mission, look.own)} ahead"

@@ -205,12 +205,17 @@ def _at(known: MustAnalysis, agent: int, body: Sure) -> Sure:
 def _always(known: MustAnalysis, body: Sure, low: int, high: int | None) -> Sure:
     if low == high == 0:
         return body
-    return _made(known, _number(known, ("always", body.number, low, high)), body.true, body.false)
+    number = _number(known, ("always", body.number, low, high))
+    if high is not None and high < 0:  # the window may hold no step
+        return _made(known, number, body.true, 0)
+    return _made(known, number, body.true, body.false)
 
 
 def _until(known: MustAnalysis, parts: list[Sure], low: int, high: int | None) -> Sure:
     hold, end = parts
     number = _number(known, ("until", hold.number, end.number, low, high))
+    if low < 0:
+        return _made(known, number, end.true if high == 0 else 0, end.false)
     if low == 0:
         return _made(known, number, end.true, end.false)
     return _made(known, number, hold.true & end.true, hold.false | end.false)

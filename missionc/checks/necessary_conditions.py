@@ -30,6 +30,7 @@ from missionc.kernel.nodes import (
     UntilNode,
     WindowNode,
 )
+from missionc.kernel.walk import children
 from missionc.language.walk_formulas import bits_of
 
 EVER = 1 << 40
@@ -79,6 +80,15 @@ class When:
         if high is not None:
             return When(self.low + low, self.high + high, self.repeats)
         return When(self.low + self.repeats + low, EVER if last is None else last, 0)
+
+    def in_the_past(self, low: int, high: int, every: bool) -> Iterator[When]:
+        """The same of a window that looks back and holds no step before 0; nothing where that is not one of these."""
+        if every and self.low == self.high:
+            first, last = max(self.low + low, 0), self.low + self.repeats + high
+            if first <= last:
+                yield When(first, first, last - first)
+        elif not every and (self.low + low >= 0 or self.repeats == 0) and self.high + high >= 0:
+            yield When(max(self.low + low, 0), self.high + high, self.repeats)
 
 
 AT_ONCE = When(0, 0, 0)
@@ -214,6 +224,12 @@ def _needs(node: Node, when: When, last: int | None) -> Iterator[tuple[Node, Whe
             yield from ((part, when) for part in parts)
         case Any(parts) if parts:
             yield from ((part, when) for part in _in_each(_conjuncts(part) for part in parts))
+        case WindowNode(_, low, high) | UntilNode(_, _, low, high) if high is not None and low < 0:
+            end = children(node)[-1]
+            if isinstance(node, UntilNode) and node.every:
+                yield from ((end, when) for _ in range(high == 0))
+            elif last is not None:  # where steps are counted from an unknown one, nothing is known of those before it
+                yield from ((end, then) for then in when.in_the_past(low, high, node.every))
         case WindowNode(body, low, high) if node.every:
             yield from ((body, then) for then in when.throughout(low, high, last))
         case WindowNode(body, low, high):

@@ -88,6 +88,17 @@ class Ends(Domain[May]):
     def until(self, node: UntilNode, hold: May, end: May) -> May:
         """As ``Intervals`` has it: whatever comes later, the left side of *until* has to hold now."""
         low, high = node.low, node.high
+        if low < 0:
+            now_is_enough = node.every and high != 0
+            return _each(
+                lambda at: (
+                    self.everyone
+                    if now_is_enough
+                    else end[at]
+                    if node.every
+                    else self._window(False, end, low, high, at)
+                )
+            )
         if high == 0:
             return _each(lambda at: self._window(node.every, end, low, high, at))
         now = end[FIRST] if low == 0 else self.everyone if node.every else 0

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from missionc.backends.roadmap_graph import show_roadmaps
+from missionc.base.limits import Limits
 from missionc.checks.show_horizons import show_horizons
 from missionc.cli.summary import tried_lines
 from missionc.diagnostics.model import Diagnostic
 from missionc.kernel.show import show as show_kernel
+from missionc.language.operator import TooLarge
+from missionc.lower.unroll_past import looking_ahead
 from missionc.pipeline.checked import Checked
 from missionc.pipeline.graphs import first_roadmaps, planned_on
 from missionc.pipeline.results import Compiled, Refused, Verified
@@ -29,7 +32,9 @@ def of_checked(checked: Checked, stages: tuple[str, ...], seed: int = 0) -> list
             )
             from missionc.backends.clot.cost_graph.show_cost_graph import show_cost_graph
 
-            texts["cost-graph"] = show_cost_graph(build(checked.kernel), checked.mission)
+            ahead = looking_ahead(checked.kernel, checked.mission.steps, Limits().formula_nodes)
+            if not isinstance(ahead, TooLarge):
+                texts["cost-graph"] = show_cost_graph(build(ahead), checked.mission)
         if "roadmap" in stages:
             built = first_roadmaps(checked, seed)
             texts["roadmap"] = f"{built.message}\n" if isinstance(built, Diagnostic) else show_roadmaps(built)

@@ -40,6 +40,7 @@ INCLUDE_CYCLE = Code("MC011", "a file includes itself")
 INCLUDE_TOO_DEEP = Code("MC012", "includes too deep")
 DECLARED_AGAIN = Code("MC013", "said twice, once is allowed")
 DECLARATION_MISSING = Code("MC014", "a declaration is missing")
+ENDS_EARLY = Code("MC015", "an operator that ends before it seems to", warning=True)
 NOT_GRAPHML = Code("MC031", "a roadmap that cannot be read")
 LANE_ATTRIBUTE = Code("MC032", "an attribute that is not one of a roadmap")
 
@@ -74,6 +75,7 @@ HORIZON_NOT_WHOLE = Code("MC304", "the horizon is not a whole number of steps")
 WINDOW_EMPTY = Code("MC305", "a window that holds no step")
 TOO_MANY_STEPS = Code("MC306", "too many steps")
 HOPS_BEYOND_TEAM = Code("MC307", "more hops than the graph has agents for")
+BEFORE_START = Code("MC308", "a window before the mission's start", warning=True)
 
 # 4xx: choice of backend
 CANNOT_EXPRESS = Code("MC401", "the backend cannot express this")

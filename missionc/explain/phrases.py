@@ -105,7 +105,7 @@ def joined(parts: list[str], word: str, separator: str = ",") -> str:
 
 @dataclass(frozen=True, slots=True)
 class When:
-    """A window of whole steps ahead, as the phrases that a sentence needs.
+    """A window of whole steps ahead, or back where they are below 0, as the phrases that a sentence needs.
 
     ``from_start``: it stands at the mission's first step, so that its bounds are times of the mission.
     """
@@ -117,12 +117,22 @@ class When:
 
     def at(self, steps: str) -> str:
         """``at every step from 0 s to 12 s``, with ``every step`` given; ``at 12 s`` where there is but one."""
+        if self.low < 0 and self.high is not None:
+            return self._back(steps, seconds(self.mission, -self.low), -self.high)
         low = seconds(self.mission, self.low)
         if self.low == self.high:
             if self.from_start:
                 return f"at {low}"
             return f"{low} later" if self.low else "at that same step"
         return f"at {steps} from {self._from(low)} to {self._to()}"
+
+    def _back(self, steps: str, furthest: str, nearest: int) -> str:
+        """``at some step from 5 s before to then``, ``at every step from 5 s before to 2 s before``, ``5 s before``."""
+        if self.low == self.high:
+            return f"{furthest} before"
+        return (
+            f"at {steps} from {furthest} before to {f'{seconds(self.mission, nearest)} before' if nearest else 'then'}"
+        )
 
     def _from(self, low: str) -> str:
         if self.from_start:
@@ -139,6 +149,8 @@ class When:
 
     @property
     def before(self) -> str:
+        if self.low < 0:
+            return "after it up to then"
         return f"from {'0 s' if self.from_start else 'then'} until just before it"
 
 

@@ -364,9 +364,9 @@ class _Speaker:
         return template.format(**slots)
 
     def _when(self, formula: ir.Apply, around: Around) -> When | None:
-        if isinstance(formula.bounds, ir.Window):
-            return When(formula.bounds.low, formula.bounds.high, around.from_start, self.mission)
         window = walk.window_of(meaning(formula)[0])
+        if window is None and isinstance(formula.bounds, ir.Window):  # of an operator that drops it
+            window = formula.bounds.low, formula.bounds.high
         return window and When(*window, around.from_start, self.mission)
 
     def _spatial(self, formula: ir.Apply, around: Around) -> str:

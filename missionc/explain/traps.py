@@ -13,7 +13,7 @@ from missionc.explain import convention_examples
 from missionc.explain.convention_examples import Example, Trap
 from missionc.ir import Apply, Formula, Holds, Length, Window
 from missionc.language.operators import by_name
-from missionc.language.walk_formulas import as_written, bottom_up
+from missionc.language.walk_formulas import as_written, bottom_up, reaches_back
 
 
 def traps_of(formula: Formula) -> tuple[Trap, ...]:
@@ -23,7 +23,7 @@ def traps_of(formula: Formula) -> tuple[Trap, ...]:
     for part in bottom_up([formula], as_written):
         names.update(_touched(part))
         below = any(operand in windowed for operand in as_written(part))
-        window = isinstance(part, Apply) and isinstance(part.bounds, Window)
+        window = isinstance(part, Apply) and isinstance(part.bounds, Window) and not reaches_back(part)
         if window and below:
             names.add(convention_examples.CLIPPING.name)
         if window or below:

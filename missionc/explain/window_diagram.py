@@ -13,8 +13,8 @@ from missionc.base.late_dataclass import dataclass
 from missionc.ir import Apply, Formula, Mission, Window
 from missionc.ir.wording import seconds
 from missionc.kernel.nodes import Node
-from missionc.kernel.walk import asks, children, window_of
-from missionc.language.walk_formulas import as_written, meaning
+from missionc.kernel.walk import children, range_asked, window_of
+from missionc.language.walk_formulas import as_written, meaning, reaches_back
 
 WIDTH = 100
 """Columns of a drawing, at most."""
@@ -60,8 +60,10 @@ def windows(formula: Formula, mission: Mission) -> Iterator[Span]:
         if isinstance(part, Apply) and not part.operator.spatial:
             node, places = meaning(part)
             window = _window(node)
-            if window is not None:
-                asked_over = [_range(node, place, low, high, mission.steps) for place in places]
+            if window is not None and window[1] is not None and high + window[1] < 0:
+                below = []  # before the mission's start
+            elif window is not None:
+                asked_over = [range_asked(node, place, low, high, mission.steps) for place in places]
                 below = [
                     (operand, *over, depth + 1)
                     for operand, over in zip(part.operands, asked_over, strict=True)
@@ -71,9 +73,9 @@ def windows(formula: Formula, mission: Mission) -> Iterator[Span]:
                     part,
                     depth,
                     _words(part, mission, depth > 0),
-                    _placed(window, low, mission.steps),
+                    _placed(window, max(low, -(window[1] or 0)), mission.steps),
                     _placed(window, high, mission.steps),
-                    max(last for _, _, last, _ in below),
+                    max((last for _, _, last, _ in below), default=0),
                 )
         stack.extend(reversed(below))
 
@@ -121,6 +123,9 @@ def _words(formula: Apply, mission: Mission, nested: bool) -> str:
     if not isinstance(formula.bounds, Window):
         return formula.operator.name
     low, high = formula.bounds.low, formula.bounds.high
+    if reaches_back(formula) and high is not None:
+        nearer, further = (f"-{seconds(mission, bound)}" if bound else seconds(mission, 0) for bound in (low, high))
+        return f"{formula.operator.name} [{nearer}, {further}]"
     until = "end" if high is None else f"{plus}{seconds(mission, high)}"
     return f"{formula.operator.name} [{plus}{seconds(mission, low)}, {until}]"
 
@@ -137,19 +142,4 @@ def _window(node: Node) -> tuple[int, int | None] | None:
 def _placed(window: tuple[int, int | None], step: int, steps: int) -> tuple[int, int]:
     """A window as it lies where its operator is asked at this step."""
     low, high = window
-    return min(step + low, steps), steps if high is None else min(step + high, steps)
-
-
-def _range(node: Node, place: Node, low: int, high: int, steps: int) -> tuple[int, int] | None:
-    """The first and the last step that a placeholder is asked at; the node, from ``low`` to ``high``. None: at none."""
-    ranges = list(_asked(node, place, low, high, steps))
-    return (min(first for first, _ in ranges), max(last for _, last in ranges)) if ranges else None
-
-
-def _asked(node: Node, place: Node, low: int, high: int, steps: int) -> Iterator[tuple[int, int]]:
-    if node is place:
-        yield min(low, steps), min(high, steps)
-        return
-    for ask in asks(node):
-        last = steps - ask.before_last if ask.high is None else high + ask.high
-        yield from _asked(ask.node, place, low + ask.low, last, steps)
+    return min(max(step + low, 0), steps), steps if high is None else min(step + high, steps)

@@ -45,7 +45,7 @@ def steps_ahead(
             known[node] = of_predicate(node.predicate)
         else:
             looks = (ask.low + to_end if ask.high is None else ask.high + known[ask.node] for ask in asks(node))
-            known[node] = max(looks, default=0)
+            known[node] = max([0, *looks])  # the step it is asked at, at least, also of one that looks back
     return known
 
 
@@ -239,7 +239,7 @@ def _ahead(where: Flags, ask: Ask) -> Flags:
     before = np.zeros((len(where), steps + 1), dtype=np.int64)
     np.cumsum(where, axis=1, out=before[:, 1:])
     step = np.arange(steps)
-    latest, earliest = np.maximum(step - ask.low + 1, 0), np.maximum(step - high, 0)
+    latest, earliest = (np.clip(edge, 0, steps) for edge in (step - ask.low + 1, step - high))
     ahead: Flags = before[:, latest] > before[:, np.minimum(earliest, latest)]
     if ask.before_last:
         ahead[:, -1] = False

@@ -87,7 +87,11 @@ class AtLeast:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class WindowNode:
-    """The body at steps from ``low`` to ``high`` ahead; ``high`` None is the mission's last step."""
+    """The body at steps from ``low`` to ``high`` ahead; ``high`` None is the mission's last step.
+
+    A window that looks back has a ``low`` below 0 and a ``high`` of at most 0, and holds those of its steps that the
+    mission has: before step 0 there is none.
+    """
 
     every = False
     body: Node
@@ -112,7 +116,10 @@ class Eventually(WindowNode):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class UntilNode:
-    """``end`` at steps from ``low`` to ``high`` ahead, ``hold`` at steps before them; ``high`` as of a window."""
+    """``end`` at steps from ``low`` to ``high`` ahead, ``hold`` at steps before them; ``high`` as of a window.
+
+    Where the window looks back, ``hold`` at steps after them: from now back to, not at, the one with ``end``.
+    """
 
     every = False
     hold: Node

@@ -82,7 +82,8 @@ class Words:
             case WindowNode(_, low, high):
                 return f"{'always' if node.every else 'eventually'} {window(low, high)} {below[0]}"
             case UntilNode(_, _, low, high):
-                return f"{below[0]} {'release' if node.every else 'until'} {window(low, high)} {below[1]}"
+                word = ("until", "release", "since", "trigger")[node.every + 2 * (low < 0)]
+                return f"{below[0]} {word} {window(low, high)} {below[1]}"
             case NeighbourNode(graph):
                 return f"{_every(node)}neighbour on {self.graph(graph)} {below[0]}"
             case ReachNode(graph, _, _, hops):

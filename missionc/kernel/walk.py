@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from typing import assert_never
 
@@ -81,7 +81,9 @@ class Ask:
     @property
     def steps(self) -> slice:
         """The steps at which it asks, where it is asked at the mission's first."""
-        return slice(self.low, (-1 if self.before_last else None) if self.high is None else self.high + 1)
+        if self.high is None:
+            return slice(self.low, -1 if self.before_last else None)
+        return slice(max(self.low, 0), max(self.high + 1, 0))
 
 
 def asks(node: Node) -> tuple[Ask, ...]:
@@ -97,6 +99,8 @@ def asks(node: Node) -> tuple[Ask, ...]:
             return tuple(map(Ask, children(node)))
         case WindowNode(body, low, high):
             return (Ask(body, low, high),)
+        case UntilNode(hold, end, low, high) if low < 0:
+            return Ask(hold, low + 1, 0), Ask(end, low, high)
         case UntilNode(hold, end, low, high):
             held = () if high == 0 else (Ask(hold, 0, None if high is None else high - 1, before_last=high is None),)
             return (*held, Ask(end, low, high))
@@ -113,8 +117,36 @@ def asks(node: Node) -> tuple[Ask, ...]:
 
 
 def window_of(node: Node) -> tuple[int, int | None] | None:
-    """The window, in steps ahead, of an operator of time; its end None is the mission's last step."""
+    """The window, in steps ahead, of an operator of time; its end None is the mission's last step.
+
+    Below 0 they are steps back (``looks_back``).
+    """
     return (node.low, node.high) if isinstance(node, WindowNode | UntilNode) else None
+
+
+def looks_back(node: Node) -> bool:
+    """Whether it is an operator of time whose window reaches back."""
+    return isinstance(node, WindowNode | UntilNode) and node.low < 0
+
+
+def range_asked(node: Node, place: Node, low: int, high: int, last: int) -> tuple[int, int] | None:
+    """The first and the last step that one below is asked at; the node, from ``low`` to ``high``. None: at none.
+
+    Args:
+        last: the mission's last step.
+    """
+    ranges = list(_ranges(node, place, low, high, last))
+    return (min(first for first, _ in ranges), max(end for _, end in ranges)) if ranges else None
+
+
+def _ranges(node: Node, place: Node, low: int, high: int, last: int) -> Iterator[tuple[int, int]]:
+    if node is place:
+        yield min(low, last), min(high, last)
+        return
+    for ask in asks(node):
+        end = last - ask.before_last if ask.high is None else high + ask.high
+        if end >= 0:
+            yield from _ranges(ask.node, place, max(low + ask.low, 0), end, last)
 
 
 def awaited(node: Node) -> Ask | None:

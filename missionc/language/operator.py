@@ -16,6 +16,7 @@ class Bounds(Enum):
 
     NONE = "no bounds"
     TIME = "a time window"
+    PAST = "a time window that ends, and reaches back"
     LENGTH = "a route length"
 
 
@@ -43,6 +44,13 @@ class Use:
     def window(self) -> Window:
         assert isinstance(self.bounds, Window)
         return self.bounds
+
+    @property
+    def back(self) -> tuple[int, int]:
+        """The window of an operator of the past as steps ahead: the one furthest back first, neither above 0."""
+        low, high = self.window.low, self.window.high
+        assert high is not None
+        return -high, -low
 
     @property
     def length(self) -> Length:

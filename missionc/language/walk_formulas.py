@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterable
 from functools import wraps
-from typing import TypeVar, assert_never
+from typing import TypeGuard, TypeVar, assert_never
 from weakref import WeakKeyDictionary
 
 from missionc.base.source import Span
@@ -23,6 +23,7 @@ from missionc.ir import (
     Without,
 )
 from missionc.kernel.nodes import Is, Node
+from missionc.kernel.walk import looks_back
 from missionc.language.operator import TooLarge, Use
 from missionc.language.operators import by_name
 
@@ -115,6 +116,13 @@ def meaning(formula: Apply) -> tuple[Node, tuple[Is, ...]]:
     node = by_name[formula.operator.name].expand(Use(places, formula.bounds, formula.span))
     assert not isinstance(node, TooLarge)
     return node, places
+
+
+def reaches_back(formula: Formula) -> TypeGuard[Apply]:
+    """Whether a formula is an operator of the past."""
+    if not isinstance(formula, Apply) or formula.operator.spatial or len(formula.operands) > 2:  # a chain
+        return False
+    return looks_back(meaning(formula)[0])
 
 
 def operator_words(formula: Apply) -> Span:

@@ -15,6 +15,12 @@ def columns(last: int, low: int, high: int | None, column: int) -> tuple[list[in
     Args:
         last: the mission's last step.
     """
+    if low < 0 and high is not None:
+        at = last if column == LAST else 0
+        begin, end = max(at + low, 0), at + high
+        known = [each for each, step in ((FIRST, 0), (LAST, last)) if begin <= step <= end]
+        known = [column] * (high == 0) if last == 0 else known
+        return known, max(end - begin + 1, 0) == len(known)
     if column == LAST:
         return ([LAST], True) if low == 0 and high in (0, None) else ([], False)
     end = last if high is None else high

@@ -63,12 +63,17 @@ class Evaluation(Domain[Values]):
 
     def window(self, node: WindowNode, body: Values) -> Values:
         choose = np.minimum if node.every else np.maximum
+        if node.low < 0 and node.high is not None:
+            empty = self.logic.top if node.every else self.logic.bottom
+            return temporal_windows.sliding_back(choose, self._spread(body), node.low, node.high, empty)
         return temporal_windows.sliding(choose, self._spread(body), node.low, node.high, self.logic.bottom)
 
     def until(self, node: UntilNode, hold: Values, end: Values) -> Values:
         hold, end = self._spread(hold), self._spread(end)
         if node.every:
             return temporal_windows.release(self.logic, hold, end, node.low, node.high)
+        if node.low < 0 and node.high is not None:
+            return temporal_windows.since(hold, end, node.low, node.high, self.logic.bottom)
         return temporal_windows.until(hold, end, node.low, node.high, self.logic.bottom)
 
     def at(self, agent: int, body: Values) -> Values:

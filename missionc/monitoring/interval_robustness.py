@@ -183,6 +183,9 @@ class Intervals(Domain[Interval]):
 
     def _until(self, hold: Interval, end: Interval, low: int, high: int | None) -> Interval:
         at_some = self._sometime(end, low, high)
+        if low < 0:
+            # What holds now has held since now, whatever was before.
+            return Interval(end.least if high == 0 else np.full_like(at_some.most, -np.inf), at_some.most)
         if high == 0:
             return at_some
         # Whatever comes later, the left side has to hold now.

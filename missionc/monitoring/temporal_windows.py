@@ -50,8 +50,32 @@ def until(hold: Values, end: Values, low: int, high: int | None, undefined: obje
     return result
 
 
+def sliding_back(choose: np.ufunc, values: Values, low: int, high: int, empty: object) -> Values:
+    """``choose`` over the window of every step, which looks back; ``empty`` where it holds no step."""
+    steps = values.shape[-1]
+    low = max(low, -steps)
+    if -high >= steps:
+        return np.full_like(values, empty)
+    before = np.full((*values.shape[:-1], -low), empty, dtype=values.dtype)
+    return _over(choose, np.concatenate((before, values), -1), high - low + 1)[..., :steps]
+
+
+def since(hold: Values, end: Values, low: int, high: int, bottom: object) -> Values:
+    """``until`` with time reversed, in which nothing holds before the first step: (..., steps) -> (..., steps)."""
+    hold, end = np.broadcast_arrays(hold, end)
+    steps = hold.shape[-1]
+    low = max(low, -steps)
+    if -high >= steps:
+        return np.full_like(end, bottom)
+    beyond = np.full((*end.shape[:-1], -low), bottom, dtype=end.dtype)
+    hold, end = (np.concatenate((value[..., ::-1], beyond), -1) for value in (hold, end))
+    return until(hold, end, -high, -low, bottom)[..., :steps][..., ::-1]
+
+
 def release(logic: Logic, free: Values, end: Values, low: int, high: int | None) -> Values:
-    """The dual of ``until``: ``end`` at every step of the window, or ``free`` at one before it."""
+    """The dual of ``until``, and of ``since``: ``end`` at every step of the window, or ``free`` at one before it."""
+    if low < 0 and high is not None:
+        return np.asarray(logic.negate(since(logic.negate(free), logic.negate(end), low, high, logic.bottom)))
     freed: Values = logic.negate(until(logic.negate(free), logic.negate(end), low, high, logic.bottom))
     steps = freed.shape[-1]
     freed[..., max(steps - (low if high is None else high), 0) :] = logic.bottom

@@ -25,7 +25,7 @@ from missionc.ir import Mission
 from missionc.kernel.analysis import relevance, relevance_below
 from missionc.kernel.evaluate import value_of
 from missionc.kernel.nodes import All, Any, At, AtLeast, Node
-from missionc.kernel.walk import children, postorder, window_of
+from missionc.kernel.walk import children, looks_back, postorder, window_of
 from missionc.monitoring.evaluate import Evaluation
 from missionc.monitoring.logic import ROBUSTNESS, TRUTH, Logic, Values
 
@@ -90,12 +90,14 @@ def _same_moment(node: Node) -> bool:
 def chain(roots: Iterable[Node]) -> list[Node]:
     """What the verdict at step 0 is made of down to the first windows, which are in it, operands first.
 
-    A window below a spatial operator is not among them: of what is looked at in others, all counts as known at once.
+    A window that looks back, or one below a spatial operator, is not among them: before step 0 there is nothing, and of
+    what is looked at in others, all counts as known at once.
     """
     order = postorder(roots)
     timed: set[Node] = set()
     for node in order:
-        if window_of(node) is not None or (_same_moment(node) and any(child in timed for child in children(node))):
+        ahead = window_of(node) is not None and not looks_back(node)
+        if ahead or (_same_moment(node) and any(child in timed for child in children(node))):
             timed.add(node)
     reached = set(roots)
     for node in reversed(order):

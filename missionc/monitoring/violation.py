@@ -17,7 +17,7 @@ from missionc.kernel.nodes import (
     Node,
     Not,
 )
-from missionc.kernel.walk import children, postorder, window_of
+from missionc.kernel.walk import asks, children, looks_back, postorder, window_of
 from missionc.language.margins.predicate_margins import formation_margin
 from missionc.monitoring.evaluate import Evaluation
 from missionc.monitoring.logic import TRUTH
@@ -91,6 +91,9 @@ class _Search:
                 return (yield from self._by_count(parts, agent, step, verdict, len(parts) if node.every else 1))
             case AtLeast(count, parts):
                 return (yield from self._by_count(parts, agent, step, verdict, count))
+            case _ if looks_back(node):
+                below = self._in_the_past(node, agent, step)
+                return Decision(step, frozenset((agent,))) if below is None else (yield below)
             case _ if window := window_of(node):
                 return (yield self._in_time(node, agent, step, *window))
             case _:
@@ -127,6 +130,21 @@ class _Search:
                 if self.truth(hold, agent, now) is verdict:
                     return hold, agent, now
         return end, agent, last
+
+    def _in_the_past(self, node: Node, agent: int, step: int) -> Question | None:
+        """As ``_in_time``, with the steps in reverse; None where the window holds none."""
+        verdict, (wanted,) = self.truth(node, agent, step), asks(node)[-1:]
+        *holds, end = children(node)
+        window = range(max(step + wanted.low, 0), step + (wanted.high or 0) + 1)
+        if not window:
+            return None
+        if verdict is not node.every:
+            return end, agent, next(now for now in reversed(window) if self.truth(end, agent, now) is verdict)
+        for hold in holds:
+            for now in range(step, window[0], -1):
+                if self.truth(hold, agent, now) is verdict:
+                    return hold, agent, now
+        return end, agent, window[-1]
 
     def _agents_of(self, atom: Atom, agent: int, step: int) -> frozenset[int]:
         formation = atom.predicate.formation

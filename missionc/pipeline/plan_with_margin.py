@@ -10,7 +10,7 @@ import time
 from collections.abc import Iterator
 from dataclasses import replace
 
-from missionc.backends.api import Backend, Budget, CutShort, NotFound, Outcome, Planned, Reason, forget
+from missionc.backends.api import Backend, Budget, CutShort, NotFound, Outcome, Planned, Reason, Report, forget
 from missionc.backends.load import load_straighten
 from missionc.backends.options import Options
 from missionc.base.units import Metres
@@ -18,7 +18,9 @@ from missionc.checks.check_world import check_world
 from missionc.diagnostics.model import has_errors
 from missionc.ir import Mission
 from missionc.kernel.nodes import Kernel
+from missionc.language.operator import TooLarge
 from missionc.lower.tighten import tightened, tracking_margin, with_flyable_speeds, with_vehicle_room
+from missionc.lower.unroll_past import looking_ahead
 
 PARTS = (1.0, 0.5, 0.0)
 """Parts of the margin: where all of it is too much, half of it is better than none."""
@@ -42,6 +44,10 @@ def plan_with_margin(backend: Backend, mission: Mission, kernel: Kernel, options
     try. A plan after a try that time ended is cut short: with more, that try may
     have found another.
     """
+    ahead = looking_ahead(kernel, mission.steps, budget.limits.formula_nodes)
+    if isinstance(ahead, TooLarge):
+        return NotFound(Reason.SIZE, _too_large(ahead, budget.limits.formula_nodes), Report())
+    kernel = ahead
     wanted = with_vehicle_room(mission)
     slow = with_flyable_speeds(wanted)
     if slow is not wanted and has_errors(check_world(slow, kernel)):  # too slow to be anywhere in time
@@ -61,6 +67,13 @@ def plan_with_margin(backend: Backend, mission: Mission, kernel: Kernel, options
     if not isinstance(outcome, Planned):
         return outcome
     return _after(_noted(outcome, margin, 0.0) if margin > 0 else outcome, late)
+
+
+def _too_large(ahead: TooLarge, room: int) -> str:
+    return (
+        f"operators of the past, spelt out step by step, come to {ahead.nodes} parts or more; the limit is {room}"
+        " (`--limit formula_nodes=VALUE`)"
+    )
 
 
 def _planned(backend: Backend, mission: Mission, kernel: Kernel, options: Options, budget: Budget) -> Outcome:

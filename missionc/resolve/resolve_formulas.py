@@ -23,6 +23,7 @@ from missionc.resolve.definitions import ordered
 from missionc.resolve.formula_findings import asked_of_the_lost, no_such_call, not_a_formula, not_on_the_graph
 from missionc.resolve.lost_agents import without_any
 from missionc.resolve.names import AGENTS, STATE_WORDS, UNRESOLVED, Kind, Unresolved
+from missionc.resolve.prefix_scope import check_prefix_scope
 from missionc.resolve.resolve_agents import resolve_set
 from missionc.resolve.resolve_comparisons import one_agent, resolve_comparison
 from missionc.resolve.resolve_lengths import no_graph, resolve_length
@@ -232,6 +233,7 @@ def _apply(context: Context, formula: ast.Apply) -> Typed:
         formula.comparison or "",
         _count(context, formula),
     )
+    check_prefix_scope(context, formula)
     size, depth = _grown(operands)
     if operator.spatial:
         for operand in operands:
@@ -246,6 +248,8 @@ def _bounds(context: Context, formula: ast.Apply, operator: Operator) -> ir.Wind
         case Bounds.NONE, None:
             return None
         case Bounds.TIME, ast.Window() as window:
+            return resolve_window(context, window)
+        case Bounds.PAST, ast.Window() as window if window.high is not None:
             return resolve_window(context, window)
         case Bounds.LENGTH, ast.Length() as length:
             return resolve_length(context, length)

@@ -84,7 +84,7 @@ def _steps(context: Context, bound: ast.Quantity) -> float:
     if value < 0:
         context.report(
             code.VALUE_OUT_OF_RANGE,
-            f"the bound is {shown(value)}{' steps' if in_steps else ' s'}; a window looks ahead, from 0 on",
+            f"the bound is {shown(value)}{' steps' if in_steps else ' s'}; a window counts from 0 on",
             bound.span,
             help="write a bound of at least 0",
         )

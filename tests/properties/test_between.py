@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from typing import TypeVar
 
 import numpy as np
@@ -18,6 +19,7 @@ from missionc.curves.piecewise_polynomials import motion
 from missionc.ir import Mission
 from missionc.kernel.analysis import steps_ahead
 from missionc.kernel.nodes import Node, UntilNode, WindowNode
+from missionc.kernel.walk import looks_back
 from missionc.language.operator import Bounds, Operator
 from missionc.language.operators import OPERATORS, by_name
 from missionc.lower.expand import expand
@@ -25,7 +27,7 @@ from missionc.monitoring.evaluate import Evaluation as Truth
 from missionc.monitoring.logic import TRUTH, Values
 from missionc.monitoring.monitor import truths
 from missionc.verify.between.between_steps import between_steps
-from missionc.verify.between.interval_sets import Signal, Spans, of_parts, sometime, throughout, until
+from missionc.verify.between.interval_sets import Signal, Spans, looking_back, of_parts, sometime, throughout, until
 from missionc.verify.between.motion_clock import STEP, Motion
 from missionc.verify.between.truth_over_time import Evaluation
 from tests.support.random_runs import SPAN, Case, cases, mission_of, trace_of
@@ -111,6 +113,27 @@ def test_what_is_sure_of_until_is_so(
     agrees(found, fact, LONG - (low if open_end else high))
 
 
+@settings(max_examples=500)
+@given(signals(), signals(), windows)
+def test_what_is_sure_of_the_past_is_so(
+    hold: tuple[Signal, list[bool]], goal: tuple[Signal, list[bool]], window: tuple[int, int]
+) -> None:
+    low, high = window
+    of_goal = partial(looking_back, sometime, low=low, high=high, end=LONG)
+
+    def moments(now: int) -> range:
+        return range(max(now - 2 * high, 0), now - 2 * low + 1)
+
+    agrees(of_goal(goal[0]), lambda now: any(goal[1][then] for then in moments(now)), LONG)
+    agrees(of_goal(goal[0].denied).denied, lambda now: all(goal[1][then] for then in moments(now)), LONG)
+    found = looking_back(until, hold[0], goal[0], low=low, high=high, end=LONG)
+    agrees(
+        found,
+        lambda now: any(goal[1][then] and all(hold[1][then + 1 : now + 1]) for then in moments(now)),
+        LONG,
+    )
+
+
 @given(st.lists(signals(), max_size=4), st.integers(-1, 5))
 def test_what_is_sure_of_so_many_is_so(parts: list[tuple[Signal, list[bool]]], count: int) -> None:
     found = of_parts(count, [signal for signal, _ in parts], LONG)
@@ -168,7 +191,8 @@ class FinerTruth(Truth):
 
     def until(self, node: UntilNode, hold: Values, end: Values) -> Values:
         hold = np.broadcast_to(hold, (len(hold), self.steps)).copy()
-        hold[:, max(self.steps - self.ahead[node.hold] * FINER, 0) :] = not node.every
+        if not looks_back(node):
+            hold[:, max(self.steps - self.ahead[node.hold] * FINER, 0) :] = not node.every
         return super().until(stretched(node), hold, end)
 
 
@@ -206,7 +230,9 @@ def contradictions(signal: Signal, flags: Flags, ticks: range) -> list[int]:
 def temporal(formula: ir.Formula) -> bool:
     match formula:
         case ir.Apply(operator, operands):
-            return operator.bounds is Bounds.TIME or operator.name == "next" or any(map(temporal, operands))
+            # What has to hold since a moment is seen at finer steps alone, and may fail for less than one of them.
+            alone = operator.bounds is Bounds.TIME or operator.name in ("next", "since")
+            return alone or any(map(temporal, operands))
         case ir.OfAgent(_, body) | ir.AtLeastOf(_, _, _, body):
             return temporal(body)
         case _:

@@ -18,7 +18,7 @@ from missionc.lower.expand import expand
 from missionc.monitoring.monitor import robustness
 from missionc.syntax.ast import Metric
 from tests import reference
-from tests.support.random_runs import SPAN, Case, cases, leaves, mission_of, run_of, trace_of
+from tests.support.random_runs import SPAN, Case, as_planned, cases, leaves, mission_of, run_of, trace_of
 
 pytest.importorskip("torch")
 
@@ -37,7 +37,7 @@ def kernel_of(case: Case, formula: ir.Formula) -> Kernel:
     mission = mission_of(len(case.trace.position), case.run.last, ir.Requirement("asked", formula, SPAN))
     kernel, findings = expand(mission)
     assert kernel is not None, findings
-    return kernel
+    return as_planned(kernel, formula, case.run.last)
 
 
 def values_of(kernel: Kernel, mission: ir.Mission, trace: Trace) -> tuple[dict[Node, Array], Active, Node]:

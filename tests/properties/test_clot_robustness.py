@@ -34,10 +34,11 @@ from missionc.kernel.walk import postorder
 from missionc.language.margins.predicate_margins import margin
 from missionc.language.operator import Operator
 from missionc.language.operators import OPERATORS, by_name
+from missionc.language.walk_formulas import bottom_up, reaches_back
 from missionc.lower.expand import expand
 from missionc.monitoring.monitor import robustness
 from tests import reference
-from tests.support.random_runs import SPAN, Case, cases, leaves, mission_of, snapshots, trace_of
+from tests.support.random_runs import SPAN, Case, as_planned, cases, leaves, mission_of, snapshots, trace_of
 
 torch = pytest.importorskip("torch")
 
@@ -57,7 +58,7 @@ SPATIAL = [operator for operator in OPERATORS if operator.spatial]
 def node_of(mission: ir.Mission, formula: ir.Formula) -> Node:
     kernel, findings = expand(replace(mission, requirements=(ir.Requirement("asked", formula, SPAN),)))
     assert kernel is not None, findings
-    return build(kernel).requirements[0].formula
+    return build(as_planned(kernel, formula, mission.steps)).requirements[0].formula
 
 
 def denied(formula: ir.Formula) -> ir.Formula:
@@ -84,8 +85,11 @@ def agrees(case: Case, formula: ir.Formula) -> None:
     assert kernel is not None
     monitored = robustness(kernel.requirements[0].formula, mission, case.trace)
     number = reference.Meaning(case.run, number=True)
+    # What looks back is spelt out for where it is asked, at step 0.
+    last = 1 if any(map(reaches_back, bottom_up([formula]))) else case.run.last + 1
+    last = min(last, case.run.last + 1 - reference.ahead(formula))
     for agent in range(len(found)):
-        for step in range(case.run.last + 1 - reference.ahead(formula)):
+        for step in range(last):
             expected = max(-UNLIMITED, min(UNLIMITED, number.of(formula, agent, step)))
             assert math.isclose(found[agent, step], expected, rel_tol=0.0, abs_tol=1e-9), (agent, step)
             clipped = max(-UNLIMITED, min(UNLIMITED, monitored[agent, step]))

@@ -10,7 +10,7 @@ from missionc.kernel.nodes import Goal
 from missionc.lower.expand import expand
 from missionc.monitoring.monitor import truth
 from tests import reference
-from tests.support.random_runs import SPAN, Case, cases, mission_of
+from tests.support.random_runs import SPAN, Case, as_planned, cases, mission_of
 
 pytest.importorskip("torch")
 
@@ -22,6 +22,7 @@ def truths(case: Case, formula: ir.Formula) -> tuple[bool, list[bool], bool]:
     mission = mission_of(len(case.trace.position), case.run.last, ir.Requirement("asked", formula, SPAN))
     kernel, findings = expand(mission)
     assert kernel is not None, findings
+    kernel = as_planned(kernel, formula, case.run.last)
     asked = discrete(kernel, case.run.last, case.run.last)
 
     def holds(goal: Goal) -> bool:

@@ -35,7 +35,7 @@ from missionc.language.operators import OPERATORS
 from missionc.lower.expand import expand
 from missionc.syntax.ast import Metric
 from tests import reference
-from tests.support.random_runs import SPAN, applied, formulas, mission_of, run_of, trace_of
+from tests.support.random_runs import SPAN, applied, as_planned, formulas, mission_of, run_of, trace_of
 from tests.support.small_roadmaps import roadmap_of
 
 GRID = [(x / 2, y / 2) for x in range(5) for y in range(5)]
@@ -113,6 +113,7 @@ def asked(
     requirement = ir.Requirement("asked", case.formula, SPAN)
     kernel, findings = expand(replace(case.mission, requirements=(requirement,)))
     assert kernel is not None, findings
+    kernel = as_planned(kernel, case.formula, case.mission.steps)
     node = kernel.requirements[0].formula
     clauses = Clauses(10_000_000)
     motion = lower_motion(case.roadmaps, all_ways(case.roadmaps, {}), cast, clauses)

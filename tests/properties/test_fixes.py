@@ -41,6 +41,11 @@ MENDED = [
     ("graph wire = proximity 3 m\nrequire a: every drone: base reach[hops 0..1] goal", "MC208", " on radio"),
     ("require a: every drone: escape[hops 1..1.7 on radio] base", "MC209", "2"),
     ("require a: every drone: escape[hops 0..2 on radio] base", "MC514", "escape[hops 1..2 on radio]"),
+    (
+        "require a: some drone: eventually[2 s, 6 s] base reach[hops 0..1 on radio] goal",
+        "MC015",
+        "(base reach[hops 0..1 on radio] goal)",
+    ),
     ("world (0, 0) to (10, 10)", "MC013", ""),
     ("let spare = base", "MC103", ""),
     ("let\u200b spare = base", "MC007", ""),

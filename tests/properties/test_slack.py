@@ -23,13 +23,14 @@ from missionc.language.operators import OPERATORS
 from missionc.lower.expand import expand
 from missionc.monitoring.monitor import truth
 from tests.properties.test_encoding import Case, cases
-from tests.support.random_runs import SPAN
+from tests.support.random_runs import SPAN, as_planned
 
 
 def keeps(case: Case, agent: int, seed: int) -> None:
     requirement = ir.Requirement("asked", case.formula, SPAN)
     kernel, findings = expand(replace(case.mission, requirements=(requirement,)))
     assert kernel is not None, findings
+    kernel = as_planned(kernel, case.formula, case.mission.steps)
     motion = lower_motion(case.roadmaps, all_ways(case.roadmaps, {}), frozenset(), Clauses(1_000_000))
     formula: Node = kernel.requirements[0].formula
     if not truth(formula, case.mission, lift(case.states, motion, case.mission))[0, 0]:

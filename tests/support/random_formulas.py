@@ -152,7 +152,15 @@ class Formulas:
     def _temporal(self, part: object, room: int, depth: int) -> str:
         assert callable(part)
         words = ["always", "eventually", "eventually", "until", "release"] + (["next"] if room else [])
+        if not (self.below_a_route and self.names.metres):  # no backend looks back there
+            words += ["once", "historically", "since"]
         word = self.one(words)
+        if word in ("once", "historically", "since"):
+            low = int(self.random.integers(0, 3))
+            bounds = f"[{self._time(low)}, {self._time(low + int(self.random.integers(0, 4)))}]"
+            if word == "since":
+                return f"(({part(room, depth - 1)}) since{bounds} ({part(room, depth - 1)}))"
+            return f"{word}{bounds} ({part(room, depth - 1)})"
         if word == "next":
             return f"next ({part(room - 1, depth - 1)})"
         high, bounds = self._window(room)

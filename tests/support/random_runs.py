@@ -14,14 +14,19 @@ from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
+from hypothesis import assume
 from hypothesis import strategies as st
 
 from missionc import ir
+from missionc.backends.features import Feature
 from missionc.base.source import Source, Span
 from missionc.base.trace import Trace
 from missionc.base.units import Metres, Seconds, Steps
-from missionc.language.operator import Bounds, Operator
+from missionc.kernel.nodes import Kernel
+from missionc.language.operator import Bounds, Operator, TooLarge
 from missionc.language.operators import OPERATORS, by_name
+from missionc.lower.choose_backend import needs_of
+from missionc.lower.unroll_past import looking_ahead
 from missionc.resolve.lost_agents import without_any
 from missionc.syntax.ast import Metric
 from tests.reference import Run
@@ -145,6 +150,14 @@ def cases(draw: st.DrawFn, first: Operator | None = None) -> Case:
     return Case(run_of(mission_of(size, steps), trace), trace, formula)
 
 
+def as_planned(kernel: Kernel, formula: ir.Formula, last: int) -> Kernel:
+    """The kernel as planners get it, for a case that asks for one formula; one that none of them plans is dropped."""
+    assume(all(need.feature is not Feature.PAST_BELOW_METRES for need in needs_of(formula)))
+    ahead = looking_ahead(kernel, last, 1_000_000)
+    assert not isinstance(ahead, TooLarge)
+    return ahead
+
+
 @cache
 @st.composite
 def snapshots(draw: st.DrawFn, operator: Operator) -> Case:
@@ -203,6 +216,9 @@ def applied(draw: st.DrawFn, operator: Operator, size: int, budget: int, depth: 
             bounds, budget = ir.Window(Steps(low), Steps(high), SPAN), budget - high
         else:
             bounds, budget = ir.Window(Steps(low), None, SPAN), 0
+    elif operator.bounds is Bounds.PAST:
+        low = draw(st.integers(0, 3))
+        bounds = ir.Window(Steps(low), Steps(low + draw(st.integers(0, 4))), SPAN)
     elif operator.bounds is Bounds.LENGTH:
         bounds = draw(lengths(size))
     budgets = [budget] * operator.arity

@@ -115,9 +115,9 @@ def _larger(part: st.SearchStrategy[ast.Formula]) -> st.SearchStrategy[ast.Formu
     two = st.tuples(part, part)
     return st.one_of(
         _applied("not next", one, st.none()),
-        _applied("always eventually", one, windows),
+        _applied("always eventually once historically", one, windows),
         _applied("escape somewhere everywhere", one, lengths),
-        _applied("until release", two, windows),
+        _applied("until release since", two, windows),
         _applied("reach surround", two, lengths),
         _applied("implies iff", two, st.none()),
         _applied("and or", st.lists(part, min_size=2, max_size=4).map(tuple), st.none()),

@@ -513,9 +513,11 @@ def test_the_parser_and_the_language_know_the_same_operators() -> None:
     tokens = {
         (Fixity.PREFIX, Bounds.NONE): "PREFIX",
         (Fixity.PREFIX, Bounds.TIME): "TIME_PREFIX",
+        (Fixity.PREFIX, Bounds.PAST): "TIME_PREFIX",
         (Fixity.PREFIX, Bounds.LENGTH): "ROUTE_PREFIX",
         (Fixity.INFIX, Bounds.NONE): "",
         (Fixity.INFIX, Bounds.TIME): "TIME_INFIX",
+        (Fixity.INFIX, Bounds.PAST): "TIME_INFIX",
         (Fixity.INFIX, Bounds.LENGTH): "ROUTE_INFIX",
     }
     meant = {each.name: (each.letter, tokens[each.fixity, each.bounds]) for each in OPERATORS}

@@ -140,6 +140,8 @@ class Search:
     def _in_window(self, place: _Place, body: Node, low: int, high: int | None, one: bool) -> list[_Place]:
         """A moment of the window: the first that differs from the steps; else a step that says otherwise."""
         first, last = self._window(place.tick, low, high)
+        if first > last:
+            return []
         if one:
             spans = common(self.when(body, place.agent, place.value), ((first, last),))
             moments = [place.to(body, tick=begin) for begin, _ in spans]
@@ -153,6 +155,8 @@ class Search:
         *holds, end = children(place.node)
         goals = self._in_window(place, end, low, high, one)
         for hold in () if one else holds:
+            if low < 0:
+                return self._after(place, hold, self._window(place.tick, low, high)[0]) or goals
             last = min(self._window(place.tick, low, high)[1], last_asked(self.ahead[hold], self.end))
             asked = ((place.tick, last),) if place.tick <= last else ()
             breaks = common(self.when(hold, place.agent, place.value), asked)
@@ -160,11 +164,18 @@ class Search:
                 return [place.to(hold, tick=breaks[0][0])]
         return goals
 
+    def _after(self, place: _Place, hold: Node, first: int) -> list[_Place]:
+        """The last moment from ``first`` on at which what has to hold since then does not."""
+        breaks = (
+            common(self.when(hold, place.agent, place.value), ((first, place.tick),)) if first <= place.tick else ()
+        )
+        return [place.to(hold, tick=breaks[-1][1])] if breaks else []
+
     def _is_so(self, place: _Place) -> bool:
         return _has(self.when(place.node, place.agent, place.value), place.tick)
 
     def _window(self, tick: int, low: int, high: int | None) -> tuple[int, int]:
-        return tick + low * STEP, self.end if high is None else min(self.end, tick + high * STEP)
+        return max(tick + low * STEP, 0), self.end if high is None else min(self.end, tick + high * STEP)
 
     def _culprit(self, place: _Place) -> Culprit:
         spans = self.when(place.node, place.agent, place.value)

@@ -10,7 +10,7 @@ Source:
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
 
@@ -89,6 +89,25 @@ def throughout(body: Signal, low: int, high: int | None, end: int) -> Signal:
 def until(hold: Signal, goal: Signal, low: int, high: int | None, end: int) -> Signal:
     """``goal`` at some moment of the window, and ``hold`` at every moment from now up to, not at, that one."""
     return Signal(_until(hold.sure, goal.sure, low, high, end), _never_until(hold.never, goal.never, low, high, end))
+
+
+def looking_back(measure: Callable[..., Signal], *parts: Signal, low: int, high: int, end: int) -> Signal:
+    """``sometime``, ``throughout`` or ``until`` with time reversed; before 0 the last of the parts is never so.
+
+    Args:
+        low, high: the window in ticks back, ``low`` the nearer.
+    """
+    *holds, awaited = (Signal(_reversed(part.sure, end), _reversed(part.never, end)) for part in parts)
+    # Nothing is there from just after 0 back; where nothing is at 0 either, the two are one stretch.
+    begin = end if awaited.never and awaited.never[-1][1] == end else end + 1
+    never = merged((*awaited.never, (begin, end + high)))
+    found = measure(*holds, Signal(awaited.sure, never), low, high, end + high)
+    known = ((0, end),)
+    return Signal(_reversed(common(found.sure, known), end), _reversed(common(found.never, known), end))
+
+
+def _reversed(spans: Spans, end: int) -> Spans:
+    return tuple((end - last, end - first) for first, last in reversed(spans))
 
 
 def asked_until(last: int, signal: Signal, end: int) -> Signal:

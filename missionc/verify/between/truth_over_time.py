@@ -23,10 +23,18 @@ from missionc.kernel.nodes import (
     UntilNode,
     WindowNode,
 )
-from missionc.kernel.walk import postorder
+from missionc.kernel.walk import looks_back, postorder
 from missionc.verify.between import links_over_time
 from missionc.verify.between.atoms import atom_signals
-from missionc.verify.between.interval_sets import Signal, asked_until, of_parts, sometime, throughout, until
+from missionc.verify.between.interval_sets import (
+    Signal,
+    asked_until,
+    looking_back,
+    of_parts,
+    sometime,
+    throughout,
+    until,
+)
 from missionc.verify.between.links_over_time import Links
 from missionc.verify.between.motion_clock import STEP, Motion
 
@@ -87,10 +95,16 @@ class Evaluation(Domain[Signals]):
         return self._each(lambda *below: of_parts(count, below, self.end), *parts)
 
     def window(self, node: WindowNode, body: Signals) -> Signals:
+        if looks_back(node):
+            back = partial(looking_back, sometime, **_window_back(node), end=self.end)
+            return self._dual(node.every, partial(self._each, back), body)
         measure = throughout if node.every else sometime
         return self._each(lambda body: measure(body, *_window(node), self.end), body)
 
     def until(self, node: UntilNode, hold: Signals, end: Signals) -> Signals:
+        if looks_back(node):
+            back = partial(looking_back, until, **_window_back(node), end=self.end)
+            return self._dual(node.every, partial(self._each, back), hold, end)
         last = last_asked(self.ahead[node.hold], self.end)
 
         def some(hold: Signal, end: Signal) -> Signal:
@@ -169,3 +183,9 @@ def _signed(signals: Signals, holds: bool) -> Signals:
 
 def _window(node: WindowNode | UntilNode) -> tuple[int, int | None]:
     return node.low * STEP, None if node.high is None else node.high * STEP
+
+
+def _window_back(node: WindowNode | UntilNode) -> dict[str, int]:
+    """The window in ticks back, the nearer bound first."""
+    assert node.high is not None
+    return {"low": -node.high * STEP, "high": -node.low * STEP}

@@ -242,9 +242,15 @@ class Relaxation:
     proposition: Callable[[Node], int | None]
     last: int
     _known: dict[tuple[Residual, Letter], Residual] = field(default_factory=dict)
+    _relaxed: dict[Residual, Residual] = field(default_factory=dict)
 
     def of(self, residual: Residual) -> Residual:
         """What a residual asks for, whenever that may be."""
+        if residual not in self._relaxed:
+            self._relaxed[residual] = self._of(residual)
+        return self._relaxed[residual]
+
+    def _of(self, residual: Residual) -> Residual:
         match residual:
             case Joined(count, parts):
                 return _combined(count, [self.of(part) for part in parts])
