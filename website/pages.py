@@ -84,6 +84,7 @@ def navigation() -> tuple[Page | Section, ...]:
                     Page("The roadmap backend", "docs/roadmaps.md"),
                     Page("The transport backend", "docs/transport.md"),
                     Page("The task layer", "docs/tasks.md"),
+                    Page("Both papers, row by row", "docs/papers.md"),
                     Page("Performance", "docs/performance.md"),
                     Section(
                         "Decisions",
