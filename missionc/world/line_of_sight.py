@@ -11,6 +11,7 @@ Source:
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable
 from functools import partial, reduce
 from itertools import pairwise
@@ -28,13 +29,20 @@ BESIDE = 1e-6
 """The share of a line along which it is looked how values fall and rise."""
 
 
-def clear_line(xp: Namespace, shapes: Iterable[Shape], first: Array, second: Array, enough: Array) -> Array:
+SAMPLES = 8
+"""Points of a line at which it is looked first: what these leave open is searched."""
+
+
+def clear_line(
+    xp: Namespace, shapes: Iterable[Shape], first: Array, second: Array, enough: Array, floor: float = -math.inf
+) -> Array:
     """The clearance of lines, where it is less than ``enough``; else ``enough``.
 
     Args:
         xp: the array library that the points are of.
         first: (..., dim), metres, one end of each line; broadcasts with ``second``, the other end.
         enough: (...), metres, of all lines.
+        floor: metres; of a clearance that is no more, only that is found.
 
     Returns:
         (...), metres, the same for the ends exchanged. Moving both ends by a metre changes it by at most a
@@ -44,7 +52,7 @@ def clear_line(xp: Namespace, shapes: Iterable[Shape], first: Array, second: Arr
     ends = _in_order(xp, first, second)
     for shape in shapes:
         for piece in pieces(shape):
-            enough = _lowered(xp, piece, ends, enough)
+            enough = _lowered(xp, piece, ends, enough, floor)
     return enough
 
 
@@ -96,16 +104,27 @@ def _in_order(xp: Namespace, first: Array, second: Array) -> _Lines:
     return _Lines(begin, way)
 
 
-def _lowered(xp: Namespace, piece: Piece, lines: _Lines, enough: Array) -> Array:
-    """``enough``, lowered by a piece where that comes nearer; only of lines that may pass so near is it worked out."""
-    begin, middle, end = (lines.at(share) for share in (0.0, 0.5, 1.0))
-    near = _depth(xp, piece, middle) - distance_between(xp, begin, end) / 2 < enough
+def _lowered(
+    xp: Namespace, piece: Piece, lines: _Lines, enough: Array, floor: float, shares: tuple[float, ...] = (0.5,)
+) -> Array:
+    """``enough``, lowered by a piece where that comes nearer; only of lines that may pass so near is it worked out.
+
+    No point of a line is further from one of ``shares`` than half of what is between two of them.
+    """
+    reach = distance_between(xp, lines.at(0.0), lines.at(1.0)) / (2 * len(shares))
+    nearest = reduce(xp.minimum, [_depth(xp, piece, lines.at(share)) for share in shares])
+    near = (nearest - reach < enough) & (enough > floor)
     if getattr(near, "shape", ()) == ():
         return xp.minimum(enough, _least(xp, piece, lines)) if near else enough
-    if not near.any():
-        return enough
     lowered = enough + 0.0
-    lowered[near] = xp.minimum(enough[near], _least(xp, piece, lines.taken(near)))
+    if len(shares) > 1:
+        below = near & (nearest <= floor)
+        lowered[below], near = nearest[below], near & ~below
+        if near.any():
+            lowered[near] = xp.minimum(enough[near], _least(xp, piece, lines.taken(near)))
+    elif near.any():
+        evenly = tuple((2 * number + 1) / (2 * SAMPLES) for number in range(SAMPLES))
+        lowered[near] = _lowered(xp, piece, lines.taken(near), enough[near], floor, evenly)
     return lowered
 
 

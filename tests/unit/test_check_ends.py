@@ -97,7 +97,7 @@ def test_two_that_do_not_see_each_other_where_they_start_are_named_with_what_is_
     (finding,) = found(POINTS, f"always[0, 5 s] connected(eyes, drone[1..2])\n{EYES}")
     assert finding.message == "requirement `r` contradicts where `drone[1]` and `drone[2]` start"
     assert finding.primary is not None
-    assert finding.primary.text == "false at 0 s, by 0.5 m"
+    assert finding.primary.message == "false at 0 s, by 0.5 m"
     (note,) = finding.notes
     assert note == "`drone[1]` and `drone[2]` are 4 m apart; the radius of `eyes` is 9 m, and an obstacle is in the way"
 

@@ -11,6 +11,7 @@ from missionc import ir
 from missionc.backends.smt.roadmap import roadmap_links as module
 from missionc.backends.smt.roadmap.roadmap_links import Links, links_between
 from missionc.base.units import Metres
+from missionc.language.margins.links import link_margin
 from tests.support.legal_plans import SPAN
 
 RADIO = ir.Proximity("radio", Metres(1.0), (0, 1, 2), SPAN)
@@ -48,6 +49,15 @@ def test_places_are_linked_where_they_are_nearer_than_the_radius_and_to_no_place
         if one != other and math.dist(position[one], position[other]) < 1.0
     }
     assert pairs(links) == expected
+
+
+def test_places_that_see_each_other_are_linked_exactly_where_their_margin_says_so() -> None:
+    position = scattered(150, seed=3)
+    margins = link_margin(EYES, position[:, None], position[None])
+    expected = {(one, other) for one, other in np.argwhere(margins > 0).tolist() if one != other}
+    near = EYES.radius - np.linalg.norm(position[:, None] - position[None], axis=-1) > 0
+    assert pairs(links_between(EYES, position)) == expected
+    assert 1000 < len(expected) < near.sum() - 1000
 
 
 @pytest.mark.parametrize("graph", [RADIO, CELL, EYES], ids=lambda graph: graph.name)

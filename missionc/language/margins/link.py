@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from functools import reduce
 from typing import assert_never
 
@@ -10,13 +11,16 @@ from missionc.world.line_of_sight import clear_line
 from missionc.world.signed_distance import Array, Namespace, distance_between
 
 
-def margin(xp: Namespace, graph: Graph, first_position: Array, second_position: Array) -> Array:
+def margin(
+    xp: Namespace, graph: Graph, first_position: Array, second_position: Array, floor: float = -math.inf
+) -> Array:
     """How far two agents are from losing their link: (..., dim) twice -> (...), metres.
 
     The radius minus the distance between them; with beacons, what the worse of
     the two has left to the beacon that serves them best; of a sight, the
     clearance of the straight line between them too, where that is less. Linked
-    where it is above 0.
+    where it is above 0. Of a margin that is at most ``floor`` perhaps only that
+    is found, which is sooner.
 
     Source:
         [strel] ε-proximity and ε-connectivity graphs.
@@ -26,7 +30,7 @@ def margin(xp: Namespace, graph: Graph, first_position: Array, second_position: 
             return graph.radius - distance_between(xp, first_position, second_position)
         case Sight(radius=radius, shapes=shapes, room=room):
             spare = radius - distance_between(xp, first_position, second_position)
-            return clear_line(xp, shapes, first_position, second_position, spare + room) - room
+            return clear_line(xp, shapes, first_position, second_position, spare + room, floor + room) - room
         case BeaconCover():
             return reduce(
                 xp.maximum,

@@ -20,6 +20,11 @@ def link_margin(graph: Graph, first_position: Array, second_position: Array, *, 
     return link.margin(xp, graph, first_position, second_position)
 
 
+def are_linked(graph: Graph, first_position: trace.Array, second_position: trace.Array) -> trace.Flags:
+    """Whether two agents are linked: (..., dim) twice -> (...); sooner than their margin is found."""
+    return np.asarray(link.margin(np, graph, first_position, second_position, floor=0.0) > 0)
+
+
 def all_links(graph: Graph, position: trace.Array) -> trace.Array:
     """The link margins of all pairs.
 

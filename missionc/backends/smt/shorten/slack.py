@@ -20,7 +20,7 @@ from missionc.backends.smt.roadmap.unique_rows import distinct
 from missionc.backends.smt.shorten.held_goals import Goals
 from missionc.base.trace import Flags, Trace
 from missionc.kernel.nodes import All, Any, At, AtLeast, Node, UntilNode, WindowNode
-from missionc.language.margins.predicate_margins import link_margin
+from missionc.language.margins.links import are_linked
 from missionc.monitoring.monitor import truths
 
 
@@ -154,7 +154,7 @@ class Slack:
             return states, np.arange(states.size)
         columns = [self.labels.states(predicate, number)[states, None] for predicate in atoms]
         here, others = self.motion.roadmap(self.agent).position[states, None], self.trace.position[None, :, step]
-        columns += [np.asarray(link_margin(graph, here, others) > 0) for graph in graphs]
+        columns += [are_linked(graph, here, others) for graph in graphs]
         rows = np.packbits(np.concatenate([np.zeros((states.size, 1), np.bool_), *columns], axis=1), axis=1)
         first, kind = distinct(rows)
         return states[first], kind
