@@ -123,6 +123,8 @@ def shows(mission: ir.Mission) -> Iterator[str]:
         yield "a volume"
     if any(isinstance(obstacle.motion, ir.Path) for obstacle in mission.obstacles):
         yield "a moving obstacle"
+    if any(obstacle.growth for obstacle in mission.obstacles):
+        yield "an uncertain obstacle"
     if mission.preferences:
         yield "`prefer`"
     if mission.objective is not ir.Objective.NONE:

@@ -252,6 +252,10 @@ def _formula() -> list[Rule]:
 
 _LABEL = rf"{_NAME}(?=\s*:)"
 _MOTION = _match(_any(("moving", "along")) + r"(?=\s*(?:$|#|\())", "keyword.other.motion")
+# A shape may be called like the word; what follows tells.
+_GROWTH = _match(
+    _any(("uncertain",)) + r"(?=\s*(?:$|#|[\d.(]|(?!(?:moving|along|uncertain)\b)[A-Za-z_]))", "keyword.other.motion"
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -274,7 +278,7 @@ _DECLARED = {
     ),
     "world": Declared(),
     "region": Declared("entity.name.type.region", body=(_include("shape"),)),
-    "obstacle": Declared("entity.name.type.obstacle", body=(_include("shape"), _MOTION)),
+    "obstacle": Declared("entity.name.type.obstacle", body=(_include("shape"), _MOTION, _GROWTH)),
     "beacon": Declared("entity.name.type.beacon"),
     "team": Declared("entity.name.type.team", body=(_include("items"),)),
     "agent": Declared("entity.name.type.agent", body=(_include("items"),)),

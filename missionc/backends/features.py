@@ -20,6 +20,7 @@ class Feature(Enum):
     TOTAL_TOLERANCE = "a formation with a total tolerance"
     VOLUME = "a world with three coordinates"
     MOVING_OBSTACLE = "an obstacle that moves"
+    UNCERTAIN_OBSTACLE = "an obstacle that grows"
     UNICYCLE = "unicycle dynamics"
     SECOND_ORDER = "dynamics with an acceleration limit"
     LEAST_SPEED = "dynamics with a least speed"

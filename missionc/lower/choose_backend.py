@@ -91,6 +91,8 @@ def _of_world(mission: Mission) -> Iterator[Need]:
     for obstacle in mission.obstacles:
         if not isinstance(obstacle.motion, Still):
             yield Need(Feature.MOVING_OBSTACLE, obstacle.span)
+        if obstacle.growth:
+            yield Need(Feature.UNCERTAIN_OBSTACLE, obstacle.span)
     for agent in mission.agents:
         if agent.dynamics.has_momentum:
             yield Need(Feature.SECOND_ORDER, agent.span)

@@ -15,7 +15,7 @@ MEASURES: dict[str, Dimension] = {name: figure.dimension for name, figure in FIG
     **dict.fromkeys(("step", "horizon"), Dimension.TIME),
     **dict.fromkeys(("yaw", "heading"), Dimension.ANGLE),
     "turn": Dimension.TURN,
-    "moving": Dimension.SPEED,
+    **dict.fromkeys(("moving", "uncertain"), Dimension.SPEED),
     "hops": Dimension.NUMBER,
 }
 """What a number after each of these words measures."""

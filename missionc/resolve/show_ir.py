@@ -28,7 +28,8 @@ def _lines(mission: ir.Mission) -> Iterator[str]:
     for region in mission.regions:
         yield f"region {region.name} = {show_shape(region.shape)}"
     for obstacle in mission.obstacles:
-        yield f"obstacle {obstacle.name} = {show_shape(obstacle.shape)}{_motion(obstacle.motion)}"
+        grows = f" uncertain {number(obstacle.growth)} m/s" if obstacle.growth else ""
+        yield f"obstacle {obstacle.name} = {show_shape(obstacle.shape)}{_motion(obstacle.motion)}{grows}"
     for beacon in mission.beacons:
         yield f"beacon {beacon.name} = {vector(beacon.position)}"
     for agent in mission.agents:

@@ -30,8 +30,9 @@ def _declaration(node: ast.Declaration) -> str:
             return f"world {point(low)} to {point(high)}"
         case ast.Region(_, name, shape):
             return f"region {name.text} = {_shape(shape)}"
-        case ast.Obstacle(_, name, shape, motion):
-            return f"obstacle {name.text} = {_shape(shape)}{_motion(motion)}"
+        case ast.Obstacle(_, name, shape, motion, growth):
+            grows = "" if growth is None else f" uncertain {tight(growth)}"
+            return f"obstacle {name.text} = {_shape(shape)}{_motion(motion)}{grows}"
         case ast.Beacon(_, name, position):
             return f"beacon {name.text} = {point(position)}"
         case ast.Team(_, name, size, items):

@@ -100,6 +100,7 @@ WORDS: tuple[Word, ...] = (
     Word("height", "a measure", reserved=False),
     Word("moving", "a motion", reserved=False),
     Word("along", "a motion", reserved=False),
+    Word("uncertain", "a motion", reserved=False),
     Word("dynamics", "a part of a team"),
     Word("start", "a part of a team", reserved=False),
     Word("finish", "a part of a team", reserved=False),

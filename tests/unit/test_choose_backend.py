@@ -136,6 +136,7 @@ def test_every_feature_is_found_at_its_first_words() -> None:
         "time step 1 s, horizon 20 s\n"
         "world (0, 0, 0) to (9, 9, 3)\n"
         "obstacle truck = box (5, 5) to (6, 6) moving (0.1, 0, 0) m/s\n"
+        "obstacle crowd = disc at (8, 8) radius 0.5 m uncertain 0.01 m/s\n"
         "team drone[3] { dynamics unicycle(speed 0..1 m/s)  start line (1, 1, 1) to (3, 1, 1) }\n"
         "agent kite { dynamics double_integrator(speed <= 1 m/s, acceleration <= 1 m/s^2)  start at (1, 4, 1) }\n"
         "graph radio = proximity 2 m\n"
@@ -148,6 +149,7 @@ def test_every_feature_is_found_at_its_first_words() -> None:
     assert {need.feature: need.span.text for need in needs(mission)} == {
         Feature.VOLUME: "world (0, 0, 0) to (9, 9, 3)",
         Feature.MOVING_OBSTACLE: "truck",
+        Feature.UNCERTAIN_OBSTACLE: "crowd",
         Feature.UNICYCLE: "drone",
         Feature.SECOND_ORDER: "kite",
         Feature.CONNECTED: "connected(radio)",

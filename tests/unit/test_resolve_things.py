@@ -258,6 +258,30 @@ def test_a_motion_that_cannot_be_meant_is_refused(written: str, code: str) -> No
     assert codes(demo(more=f"obstacle rock = disc at (1, 4) radius 0.5 {written}")) == [code]
 
 
+def growth(written: str, **parts: str) -> float:
+    return mission(demo(more=f"obstacle rock = disc at (1, 4) radius 0.5 {written}", **parts)).obstacles[0].growth
+
+
+def test_an_obstacle_grows_as_it_says_whether_it_moves_or_stands() -> None:
+    assert growth("") == 0.0
+    assert growth("uncertain 0.3 m/s") == growth("uncertain 0.3") == growth("moving (1, 0) m/s uncertain 0.3") == 0.3
+    assert growth("along (0 s: 0, 0), (4 s: 3, 0) uncertain 0.1 m/s") == 0.1
+    assert growth("uncertain (U * 2)", things="region goal = box (7, 7) to (9, 9)\nparam U = 0.1 m/s") == 0.2
+
+
+@pytest.mark.parametrize(
+    ("written", "code"),
+    [("uncertain 0.3 m", "MC201"), ("uncertain -0.1 m/s", "MC210"), ("uncertain 0.1 deg", "MC201")],
+)
+def test_a_growth_that_cannot_be_meant_is_refused(written: str, code: str) -> None:
+    assert codes(demo(more=f"obstacle rock = disc at (1, 4) radius 0.5 {written}")) == [code]
+
+
+def test_an_obstacle_that_grows_is_no_part_of_a_shape() -> None:
+    more = "obstacle rock = disc at (1, 4) radius 0.5 uncertain 1 m/s\nregion wet = rock\nrequire every drone: not wet"
+    assert codes(demo(more=more)) == ["MC104"]
+
+
 def test_a_moving_obstacle_is_no_part_of_a_shape() -> None:
     more = (
         "obstacle rock = disc at (1, 4) radius 0.5 moving (1, 0) m/s\nrequire every drone: not wet\nregion wet = rock"

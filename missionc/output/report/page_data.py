@@ -120,7 +120,7 @@ def _obstacle(mission: Mission, obstacle: Obstacle) -> dict[str, Any]:
         if isinstance(path, Path)
         else None
     )
-    return {**_shape(mission, obstacle.name, obstacle.shape), "path": moves}
+    return {**_shape(mission, obstacle.name, obstacle.shape), "path": moves, "growth": obstacle.growth}
 
 
 def _graph(graph: Graph, position: Array) -> dict[str, Any]:

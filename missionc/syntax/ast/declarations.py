@@ -56,10 +56,13 @@ class Region:
 
 @dataclass(frozen=True, slots=True)
 class Obstacle:
+    """``obstacle NAME = SHAPE [MOTION] [uncertain growth]``"""
+
     span: Span
     name: Name
     shape: Shape
     motion: Motion | None = None
+    growth: Quantity | None = None
 
 
 @dataclass(frozen=True, slots=True)
