@@ -125,6 +125,8 @@ def shows(mission: ir.Mission) -> Iterator[str]:
         yield "a moving obstacle"
     if any(obstacle.growth for obstacle in mission.obstacles):
         yield "an uncertain obstacle"
+    if mission.tolerances:
+        yield "delays that are tolerated"
     if mission.preferences:
         yield "`prefer`"
     if mission.objective is not ir.Objective.NONE:

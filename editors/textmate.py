@@ -305,6 +305,13 @@ _DECLARED = {
         (_value_after(_any(("weight",)) + _AMOUNT_FOLLOWS, "keyword.other.part"), _include("formula")),
     ),
     "minimize": Declared("support.constant.goal"),
+    "tolerate": Declared(
+        body=(
+            _match(_any(("delay",)) + _AMOUNT_FOLLOWS, "keyword.other.part"),
+            *_operands(),
+            _value_after(_any(("of",)), "keyword.other.preposition"),
+        )
+    ),
     "solve": Declared(
         body=(
             _after(_any(("with",)), "keyword.other.preposition", _FREE, "support.constant.backend"),

@@ -23,6 +23,7 @@ class Feature(Enum):
     UNCERTAIN_OBSTACLE = "an obstacle that grows"
     UNICYCLE = "unicycle dynamics"
     SECOND_ORDER = "dynamics with an acceleration limit"
+    DELAY = "a delay that is tolerated"
     LEAST_SPEED = "dynamics with a least speed"
     PREFER = "a preference"
     DISTANCE = "`minimize distance`"

@@ -9,7 +9,7 @@ from missionc.ir.agents import Agent, AgentSet, Anywhere, Exactly, Place
 from missionc.ir.couplings import BeaconCover, Formation, FormationEdge, Graph, Proximity
 from missionc.ir.dynamics import DoubleIntegrator, Dynamics, SingleIntegrator, Unicycle
 from missionc.ir.formulas import About, Apply, AtLeastOf, Belongs, Formula, Holds, Length, OfAgent, Truth, Window
-from missionc.ir.mission import Connectivity, Mission, Objective, Preference, Requirement, SolveWith
+from missionc.ir.mission import Connectivity, Mission, Objective, Preference, Requirement, SolveWith, Tolerance
 from missionc.ir.places import Beacon, Obstacle, Path, Region, Still, World
 from missionc.ir.predicates import (
     Altitude,
@@ -87,6 +87,7 @@ __all__ = [
     "SolveWith",
     "Speed",
     "Still",
+    "Tolerance",
     "Touches",
     "Truth",
     "Unicycle",

@@ -30,6 +30,15 @@ class Preference:
     span: Span
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Tolerance:
+    """That each of these agents (mission indices), by itself, may be late by up to so many steps."""
+
+    agents: tuple[int, ...]
+    steps: Steps
+    span: Span
+
+
 class Objective(Enum):
     NONE = "none"
     DISTANCE = "distance"
@@ -83,6 +92,7 @@ class Mission:
     objective_span: Span | None = None
     time_span: Span | None = None
     lets: tuple[tuple[str, Formula], ...] = field(default=())
+    tolerances: tuple[Tolerance, ...] = field(default=())
 
     @property
     def dimension(self) -> int:

@@ -46,6 +46,8 @@ def _lines(mission: ir.Mission) -> Iterator[str]:
         yield from _formation(formation)
     yield f"separation {number(mission.separation)} m"
     yield f"clearance {number(mission.clearance)} m"
+    for tolerance in mission.tolerances:
+        yield f"tolerate delay {tolerance.steps} steps of {', '.join(map(str, tolerance.agents))}"
     yield from _formulas(mission)
     yield f"minimize {mission.objective.value}"
     options = "".join(f" {name} = {number(value)}" for name, value in mission.solve.options)

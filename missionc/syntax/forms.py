@@ -23,6 +23,7 @@ DECLARED: dict[str, str] = {
     "prefer": "prefer calm: every drone: always[0, end] speed <= 1 m/s weight 2",
     "minimize": "minimize distance",
     "solve": "solve with smt { nodes = 110 }",
+    "tolerate": "tolerate delay 2 s of drone",
 }
 
 PARTS: dict[str, str] = {

@@ -54,6 +54,8 @@ def _declaration(node: ast.Declaration) -> str:
             return f"require {_labelled(label, body)}"
         case ast.Prefer(_, label, body, weight):
             return f"prefer {_labelled(label, body)}" + ("" if weight is None else f" weight {tight(weight)}")
+        case ast.Tolerate(_, delay, who):
+            return f"tolerate delay {tight(delay)} of {agents(who)}"
         case ast.Minimize(_, goal):
             return f"minimize {goal.text}"
         case ast.Solve(_, backend, settings):

@@ -60,6 +60,7 @@ WORDS: tuple[Word, ...] = (
     Word("prefer", "a declaration"),
     Word("minimize", "a declaration"),
     Word("solve", "a declaration"),
+    Word("tolerate", "a declaration"),
     Word("box", "a shape"),
     Word("disc", "a shape"),
     Word("ball", "a shape"),
@@ -113,6 +114,7 @@ WORDS: tuple[Word, ...] = (
     Word("least", "a quantifier", reserved=False),
     Word("hops", "a measure", reserved=False),
     Word("weight", "a part of `prefer`", reserved=False),
+    Word("delay", "a part of `tolerate`", reserved=False),
 )
 """Every word of the grammar. A letter (``U``) may also be a name, but for those of operators before their operand."""
 

@@ -57,6 +57,7 @@ let ring_safe = escape[hops 1.. on radio] touches(wet)
 require close: wedge or not ring
 prefer calm: every drone: always[0, T] speed <= 1.5 m/s weight 2
 minimize distance
+tolerate delay 2 s of drone[0..1]
 solve with smt { nodes = 110, neighbors = 6 }
 """
 

@@ -33,6 +33,7 @@ SOFT = (
     "along",
     "uncertain",
     "least",
+    "delay",
 )
 SOFT += ("vehicle", "yaw", "path")
 UNITS = ("ms", "s", "min", "cm", "m", "km", "deg", "rad", "m/s", "m/s^2", "deg/s", "steps")
@@ -275,6 +276,7 @@ declarations = st.one_of(
     st.builds(ast.Let, st.just(NOWHERE), names, formulas),
     st.builds(ast.Require, st.just(NOWHERE), labels, formulas),
     st.builds(ast.Prefer, st.just(NOWHERE), labels, formulas, st.none() | quantities),
+    st.builds(ast.Tolerate, st.just(NOWHERE), quantities, agents),
     st.builds(ast.Minimize, st.just(NOWHERE), _named("distance", "duration", "energy")),
     st.builds(
         ast.Solve,

@@ -145,6 +145,7 @@ def test_every_feature_is_found_at_its_first_words() -> None:
         "require q: drone[0]: eventually[0, 9 s] somewhere[hops 1..2] kite\n"
         "prefer p: eventually[0, 20 s] row weight 2\n"
         "minimize duration\n"
+        "tolerate delay 2 s of kite\n"
     )
     assert {need.feature: need.span.text for need in needs(mission)} == {
         Feature.VOLUME: "world (0, 0, 0) to (9, 9, 3)",
@@ -157,6 +158,7 @@ def test_every_feature_is_found_at_its_first_words() -> None:
         Feature.HOPS: "somewhere[hops 1..2]",
         Feature.PREFER: "prefer p: eventually[0, 20 s] row weight 2",
         Feature.DURATION: "minimize duration",
+        Feature.DELAY: "tolerate delay 2 s of kite",
     }
 
 

@@ -132,6 +132,7 @@ def test_every_shape_is_used_and_obstacles_move_in_both_ways_and_grow() -> None:
     assert re.search(r"^obstacle .* moving \(", text, re.MULTILINE)
     assert re.search(r"^obstacle .* along \(", text, re.MULTILINE)
     assert re.search(r"^obstacle .* uncertain ", text, re.MULTILINE)
+    assert any(each.tolerances for each in missions)
 
 
 def parts(shape: ir.Shape) -> list[ir.Shape]:

@@ -61,6 +61,7 @@ require relay:  every drone: always[0, T] (field implies safe reach[hops 0..2 on
 require rescue: some drone: eventually[0, 12 s] field
 prefer  calm:   every drone: always[0, T] speed <= 1.5 m/s weight 2
 minimize distance
+tolerate delay 2 s of drone
 solve with smt { nodes = 110, neighbors = 6 }
 """
 
@@ -94,7 +95,8 @@ def test_the_language_by_example_is_read_whole() -> None:
     kinds = " ".join(type(declaration).__name__ for declaration in read(WHOLE_LANGUAGE))
     assert kinds == (
         "MissionName Param Time World Region Region Region Region Obstacle Obstacle Obstacle Obstacle Beacon Team Team "
-        "Group Graph Graph Formation Formation Formation Separation Clearance Let Require Require Prefer Minimize Solve"
+        "Group Graph Graph Formation Formation Formation Separation Clearance Let Require Require Prefer Minimize "
+        "Tolerate Solve"
     )
 
 

@@ -618,3 +618,28 @@ def test_definitions_come_after_those_they_rest_on(rests_on: dict[str, list[str]
             assert {other for other in rests_on[name] if other in rests_on} <= set(order[:place])
     for cycle in cycles:
         assert all(after in rests_on[name] for name, after in zip(cycle, cycle[1:] + cycle[:1], strict=True))
+
+
+# -------------------------------------------------------------------- delays
+
+
+def test_a_delay_is_in_steps_and_of_agents_by_their_numbers() -> None:
+    things = "region goal = box (7, 7) to (9, 9)\nparam D = 2 s"
+    found = mission(demo(things=things, more="tolerate delay D of drone\ntolerate delay 3 steps of drone[1]"))
+    assert [(each.agents, each.steps) for each in found.tolerances] == [(tuple(range(2)), 2), ((1,), 3)]
+
+
+@pytest.mark.parametrize(
+    ("written", "code"),
+    [
+        ("1.5 s of drone", "MC302"),
+        ("-1 s of drone", "MC210"),
+        ("11 s of drone", "MC210"),
+        ("2 m of drone", "MC201"),
+        ("2 s of goal", "MC104"),
+        ("2 s of nobody", "MC101"),
+        ("2 s of drone[2]", "MC105"),
+    ],
+)
+def test_a_delay_that_cannot_be_meant_is_refused(written: str, code: str) -> None:
+    assert codes(demo(more=f"tolerate delay {written}")) == [code]

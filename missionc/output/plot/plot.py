@@ -314,7 +314,7 @@ def _legend(axes: Axes, mission: Mission) -> None:
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
-    entries = []
+    entries: list[Line2D | Patch] = []
     if len(mission.agents) <= MOST_NAMED:
         for agent in mission.agents:
             colour, mark, dash = style(agent.index)

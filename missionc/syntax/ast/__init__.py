@@ -40,6 +40,7 @@ from missionc.syntax.ast.declarations import (
     Solve,
     Team,
     Time,
+    Tolerate,
     World,
 )
 from missionc.syntax.ast.formulas import (
@@ -129,6 +130,7 @@ __all__ = [
     "Team",
     "TeamItem",
     "Time",
+    "Tolerate",
     "Truth",
     "Vehicle",
     "Waypoint",

@@ -179,6 +179,15 @@ class Solve:
     settings: tuple[Setting, ...]
 
 
+@dataclass(frozen=True, slots=True)
+class Tolerate:
+    """``tolerate delay 2 s of drone``"""
+
+    span: Span
+    delay: Quantity
+    agents: Name | Member
+
+
 Declaration: TypeAlias = (
     MissionName
     | Param
@@ -199,6 +208,7 @@ Declaration: TypeAlias = (
     | Prefer
     | Minimize
     | Solve
+    | Tolerate
 )
 
 
