@@ -123,6 +123,10 @@ def shows(mission: ir.Mission) -> Iterator[str]:
         yield "a volume"
     if any(isinstance(obstacle.motion, ir.Path) for obstacle in mission.obstacles):
         yield "a moving obstacle"
+    if any(obstacle.growth for obstacle in mission.obstacles):
+        yield "an uncertain obstacle"
+    if mission.tolerances:
+        yield "delays that are tolerated"
     if mission.preferences:
         yield "`prefer`"
     if mission.solve.roadmap is not None:

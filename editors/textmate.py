@@ -253,6 +253,10 @@ def _formula() -> list[Rule]:
 
 _LABEL = rf"{_NAME}(?=\s*:)"
 _MOTION = _match(_any(("moving", "along")) + r"(?=\s*(?:$|#|\())", "keyword.other.motion")
+# A shape may be called like the word; what follows tells.
+_GROWTH = _match(
+    _any(("uncertain",)) + r"(?=\s*(?:$|#|[\d.(]|(?!(?:moving|along|uncertain)\b)[A-Za-z_]))", "keyword.other.motion"
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -275,7 +279,7 @@ _DECLARED = {
     ),
     "world": Declared(),
     "region": Declared("entity.name.type.region", body=(_include("shape"),)),
-    "obstacle": Declared("entity.name.type.obstacle", body=(_include("shape"), _MOTION)),
+    "obstacle": Declared("entity.name.type.obstacle", body=(_include("shape"), _MOTION, _GROWTH)),
     "beacon": Declared("entity.name.type.beacon"),
     "team": Declared("entity.name.type.team", body=(_include("items"),)),
     "agent": Declared("entity.name.type.agent", body=(_include("items"),)),
@@ -316,6 +320,13 @@ _DECLARED = {
         (_value_after(_any(("weight",)) + _AMOUNT_FOLLOWS, "keyword.other.part"), _include("formula")),
     ),
     "minimize": Declared("support.constant.goal"),
+    "tolerate": Declared(
+        body=(
+            _match(_any(("delay",)) + _AMOUNT_FOLLOWS, "keyword.other.part"),
+            *_operands(),
+            _value_after(_any(("of",)), "keyword.other.preposition"),
+        )
+    ),
     "solve": Declared(
         body=(
             _after(_any(("with",)), "keyword.other.preposition", _FREE, "support.constant.backend"),

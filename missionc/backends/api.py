@@ -35,6 +35,7 @@ class Reason(Enum):
     SIZE = "the problem is larger than the limit on its size"
     NO_ROADMAP = "no roadmap could be built"
     SOLVER = "the solver gave up"
+    DELAY = "the plans that were found tolerate no such delay"
 
 
 class CutShort(Enum):

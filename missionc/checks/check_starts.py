@@ -197,8 +197,10 @@ def _touches_obstacle(
             f"`{agent.name}` {stage.verbs} {metres(distance)} from obstacle `{obstacle.name}`;"
             f" its radius and the clearance take {metres(needed)}"
         )
-    where = "" if isinstance(obstacle.motion, Still) else f", which has moved there by {number(stage.time)} s"
-    moving = where if stage.time > 0 else ""
+    moves = [] if isinstance(obstacle.motion, Still) else ["moved there"]
+    grows = [f"grown by {metres(obstacle.grown(stage.time))}"] if obstacle.growth else []
+    changed = " and ".join(moves + grows)
+    moving = f", which has {changed} by {number(stage.time)} s" if changed and stage.time > 0 else ""
     return Diagnostic(
         IN_OBSTACLE,
         message,

@@ -36,7 +36,7 @@ class FreeSpace:
     mission: Mission
     atlas: Atlas
     standing: Area
-    """At most the points of the obstacles that never move."""
+    """At most the points of the obstacles that never move: those that grow, as small as they begin."""
     filled: Area
     """The same, and a hair's breadth around them, which no agent's centre can be in either."""
     known_free: dict[tuple[float, float | None], Area] = field(default_factory=dict)
@@ -48,7 +48,7 @@ class FreeSpace:
         dimension = mission.dimension
         shapes = [region.shape for region in mission.regions]
         for obstacle in mission.obstacles:
-            times = (0.0,) if isinstance(obstacle.motion, Still) else (0.0, float(mission.horizon))
+            times = (0.0,) if obstacle.constant else (0.0, float(mission.horizon))
             shapes.extend(moved(obstacle.shape, displaced(obstacle, time, dimension)) for time in times)
         atlas = Atlas.of(mission.world, shapes)
         still = [obstacle.shape for obstacle in mission.obstacles if isinstance(obstacle.motion, Still)]
@@ -90,12 +90,15 @@ class FreeSpace:
         if time is None:
             taken = self.standing
         else:
-            shapes = [
-                moved(obstacle.shape, displaced(obstacle, time, mission.dimension)) for obstacle in mission.obstacles
-            ]
-            taken = atlas.union([atlas.inner(shape) for shape in shapes])
+            taken = atlas.union([self._then(obstacle, time) for obstacle in mission.obstacles])
         blocked = atlas.grown(taken, radius + mission.clearance - SLACK, outer=False)
         return common(without(atlas.whole(), blocked), atlas.whole())
+
+    def _then(self, obstacle: Obstacle, time: float) -> Area:
+        """At most the points of an obstacle at a time, in seconds."""
+        there = self.atlas.inner(moved(obstacle.shape, displaced(obstacle, time, self.mission.dimension)))
+        grown = obstacle.grown(time)
+        return self.atlas.grown(there, grown, outer=False) if grown else there
 
 
 def _hair(mission: Mission) -> float:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
+from dataclasses import asdict
 from typing import TYPE_CHECKING, assert_never
 
 from missionc.backends.api import Attempt, Fault, Impossible, NotFound, Report
@@ -22,7 +23,10 @@ if TYPE_CHECKING:
     from missionc.output.documents.alternatives_json import AlternativeRow
     from missionc.replay.reverify import Reverified
     from missionc.replay.simulate_folder import Simulated
-    from missionc.verify.certificate import Between, Certificate, Check
+    from missionc.verify.certificate import Between, Certificate, Check, Delay
+
+MOST_LATE = 8
+"""Agents whose delays are shown."""
 
 SHOWN = 5e-4
 """A margin below it, in its unit, would be shown as nothing."""
@@ -66,6 +70,7 @@ def compiled_lines(compiled: Compiled, output: str) -> list[str]:
         *(f"note: {warning}" for warning in certificate.warnings),
         *between_lines(certificate.between),
         *alternative_lines([each.row for each in compiled.alternatives]),
+        *delay_lines(certificate.delays),
     ]
     return [*lines, f"written to {output}", *file_lines(compiled.outcome.files)] if output else lines
 
@@ -138,6 +143,23 @@ def between_lines(between: Iterable[Between]) -> list[str]:
     return [f"note: {each.detail}" for each in between if not each.holds]
 
 
+def delay_lines(delays: tuple[Delay, ...]) -> list[str]:
+    """By how much each agent may be late, of many those that may be so least, and what breaks then."""
+    shown = sorted(delays, key=lambda each: each.tolerated)[:MOST_LATE] if len(delays) > MOST_LATE else list(delays)
+    width = max((len(each.agent) for each in shown), default=0)
+    head = (
+        "of each, everybody else on time"
+        if len(shown) == len(delays)
+        else f"of the {len(shown)} least of {len(delays)}"
+    )
+    lines = [f"tolerated delay {head}"] if shown else []
+    for each in shown:
+        much = f"{'at least ' if each.open else ''}{each.tolerated:g} s"
+        why = f"; one step more breaks {each.broken}" if each.breaks else ""
+        lines.append(f"  {each.agent:<{width}}  {much}{why}")
+    return lines
+
+
 def file_lines(files: tuple[tuple[str, bytes], ...]) -> list[str]:
     """The files of a folder, those in one subfolder on one line."""
     names: dict[str, list[str]] = {}
@@ -178,6 +200,7 @@ def compiled_document(compiled: Compiled, output: str, texts: list[tuple[str, st
         document["cut_short"] = outcome.report.cut_short.value if outcome.report.cut_short else None
         document["between_steps"] = [_between(each) for each in outcome.certificate.between]
         document["alternatives"] = [each.row.as_record() for each in compiled.alternatives]
+        document["delays"] = [asdict(each) for each in outcome.certificate.delays]
         document["certificate"] = {"checks": len(outcome.certificate.checks), "passed": outcome.certificate.passed}
     if isinstance(outcome, NotFound):
         document["best_attempt"] = _attempt(outcome.best)
@@ -224,6 +247,7 @@ def reverified_lines(reverified: Reverified) -> list[str]:
         *margin_lines(certificate),
         *(f"note: {warning}" for warning in certificate.warnings),
         *between_lines(certificate.between),
+        *delay_lines(certificate.delays),
     ]
 
 
@@ -246,6 +270,7 @@ def reverified_document(reverified: Reverified) -> dict[str, object]:
         ],
         "between_steps": [_between(each) for each in certificate.between] if certificate else [],
         "alternatives": [{"folder": str(each.folder), **reverified_document(each)} for each in reverified.others],
+        "delays": [asdict(each) for each in certificate.delays] if certificate else [],
     }
 
 

@@ -120,6 +120,7 @@ NOT_VERIFIED = Code("MC604", "the plan did not pass verification")
 NO_ROADMAP = Code("MC605", "no roadmap could be built")
 PROBLEM_TOO_LARGE = Code("MC606", "the problem is too large")
 SOLVER_GAVE_UP = Code("MC607", "the solver gave up")
+NOT_TOLERATED = Code("MC608", "the plans that were found tolerate no such delay")
 
 # 7xx: output
 OUTPUT_EXISTS = Code("MC701", "the output exists")

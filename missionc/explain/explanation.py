@@ -171,6 +171,25 @@ def _formation(formation: Formation, mission: Mission) -> str:
     return f"`{formation.name}` is a {formation.kind} of {names(formation.agents, mission)}"
 
 
+def _growths(mission: Mission) -> list[str]:
+    """What the obstacles that are uncertain become with time."""
+    return [
+        f"obstacle `{obstacle.name}` grows by {number(obstacle.growth)} m on all sides each second, "
+        f"by {number(obstacle.grown(mission.horizon))} m until the end"
+        for obstacle in mission.obstacles
+        if obstacle.growth
+    ]
+
+
+def _tolerances(mission: Mission) -> list[str]:
+    """By how much which agents may be late."""
+    return [
+        f"any one of {names(each.agents, mission)}, everybody else on time, may be late by up to "
+        f"{seconds(mission, each.steps)}: nothing that is asked breaks"
+        for each in mission.tolerances
+    ]
+
+
 # ---------------------------------------------------------------------- text
 
 
@@ -178,6 +197,8 @@ def lines(parts: tuple[Explained, ...], mission: Mission, choice: Choice | None,
     """The page, at most ``WIDTH`` columns but for what the author wrote."""
     agents, steps = counted(len(mission.agents), "agent"), counted(mission.steps, "step")
     page = [f"mission {mission.name}: {agents}, {steps} of {number(mission.step)} s"]
+    for said in (*_growths(mission), *_tolerances(mission)):
+        page += _wrapped(f"{said}.", 2, 4)
     for part in parts:
         page += ["", *_part_lines(part, mission, unicode)]
     if left := left_out(parts, mission):
@@ -244,6 +265,8 @@ def document(parts: Iterable[Explained], mission: Mission, choice: Choice | None
         "mission": mission.name,
         "step": mission.step,
         "steps": mission.steps,
+        "obstacles": _growths(mission),
+        "tolerances": _tolerances(mission),
         "backend": None if choice is None else choice.backend,
         "backend_because": None if choice is None else choice.explanation,
         "goals": [_goal(part) for part in parts],

@@ -20,11 +20,12 @@ from missionc.base.trace import Array, Flags
 from missionc.curves.piecewise_polynomials import Curves, extents, refined, values
 from missionc.curves.smooth_splines import DEGREE
 from missionc.flight.fit_polynomials import Course, Plane
-from missionc.ir import Mission, Obstacle, Path, Shape, Still, Union
+from missionc.ir import Mission, Obstacle, Shape, Union
 from missionc.verify.plan.agent_separation import near_pairs, pair_margins
 from missionc.verify.plan.obstacle_bodies import Distance, solid
 from missionc.verify.plan.obstacle_clearance import margins
 from missionc.verify.tolerances import ROUNDING
+from missionc.world.displacement import displaced
 
 LENIENT = 2e-6
 """Metres: a plane is never tighter than the verified motion by this, or bodies that start in touch had no room."""
@@ -54,7 +55,7 @@ class Near:
 
     @property
     def moving(self) -> bool:
-        return isinstance(self.other, Obstacle) and not isinstance(self.other.motion, Still)
+        return isinstance(self.other, Obstacle) and not self.other.constant
 
 
 Held: TypeAlias = dict[Near, list[Plane]]
@@ -64,7 +65,7 @@ Held: TypeAlias = dict[Near, list[Plane]]
 def conflicts(mission: Mission, level: Curves, held: Held) -> list[Near]:
     """All places where the curves keep less than the mission's separation or clearance.
 
-    Beside moving obstacles, the parts of legs are looked at that planes were made for.
+    Beside obstacles that move or grow, the parts of legs are looked at that planes were made for.
 
     Args:
         level: cut at the joints of the legs.
@@ -80,7 +81,7 @@ def conflicts(mission: Mission, level: Curves, held: Held) -> list[Near]:
     around = extents(level)
     cuts = np.array([time for near in held if near.moving for time in (near.begin, near.end)])
     for obstacle in mission.obstacles:
-        flown = level if isinstance(obstacle.motion, Still) else refined(level, cuts)
+        flown = level if obstacle.constant else refined(level, cuts)
         seen, bounds = margins(mission, flown, around, obstacle, ROUNDING, 0.0)
         parts = seen.times.size - 1
         for index in np.flatnonzero(_close(bounds.lower, bounds.upper)).tolist():
@@ -128,21 +129,20 @@ def _planes(mission: Mission, course: Course, near: Near, level: Curves | None) 
         case int(second):
             ends = np.stack([course.start[:, near.leg], course.end[:, near.leg]], axis=1)
             return _between(mission, near, second, ends[near.first] - ends[second], course.safe)
-        case Obstacle(motion=Still()) as obstacle:
+        case Obstacle(constant=True) as obstacle:
             ends = np.stack([course.start[near.first, near.leg], course.end[near.first, near.leg]])
-            return _beside(mission, near, obstacle, (0.0, 1.0), ends, np.zeros_like(ends), True, course.safe)
-        case Obstacle(motion=Path(knots, offsets)) as obstacle:
+            return _beside(mission, near, obstacle, (0.0, 1.0), ends, np.zeros(2), True, course.safe)
+        case Obstacle() as obstacle:
             begin, end = course.times[near.leg : near.leg + 2]
             when = np.array([near.begin, near.end])
             share = np.clip((when - begin) / (end - begin), 0.0, 1.0)
-            shift = np.stack([np.interp(when, knots, axis) for axis in np.array(offsets).T], axis=-1)
             if level is None:
                 first, last = course.joint[near.first, near.leg : near.leg + 2]
                 ends = first + share[:, None] * (last - first)
             else:
                 ends = values(level.coefficients[near.first, [near.leg] * 2], when - begin)
             part = (float(share[0]), float(share[1]))
-            return _beside(mission, near, obstacle, part, ends, shift, level is None, course.safe)
+            return _beside(mission, near, obstacle, part, ends, when, level is None, course.safe)
         case _:
             raise AssertionError(near)
 
@@ -167,24 +167,27 @@ def _beside(
     obstacle: Obstacle,
     share: tuple[float, float],
     ends: Array,
-    shift: Array,
+    when: Array,
     relax: bool,
     safe: float,
 ) -> list[Plane]:
-    """One plane for each part of the shape; ``ends`` and ``shift`` (of the obstacle) at both ends: (2, dim)."""
+    """One plane for each part of the shape; ``ends``, (2, dim), are where the agent is at two times, (2,), seconds."""
     need = mission.agents[near.first].radius + mission.clearance
-    seen = ends - shift
-    drift = shift[0] + np.linspace(0.0, 1.0, DEGREE + 1)[:, None] * (shift[1] - shift[0])
+    shift = np.array([displaced(obstacle, time, mission.dimension) for time in when])
+    grown = np.array([obstacle.grown(time) for time in when])
+    seen, share_of = ends - shift, np.linspace(0.0, 1.0, DEGREE + 1)
+    drift = shift[0] + share_of[:, None] * (shift[1] - shift[0])
+    swelling = grown[0] + share_of * (grown[1] - grown[0])
     planes = []
     for part in _parts(obstacle.shape):
         distance = solid(part, mission.dimension)
-        point = _closest(distance, seen)
+        point = _closest(distance, seen, grown)
         normal = _gradient(distance, point)
         level = float(normal @ point) - float(distance(point)) + need + safe
         if relax:
             # The verified motion itself must be on this side, or nothing could be.
-            level = min(level, float((seen @ normal).min()) - LENIENT)
-        planes.append(Plane(near.leg, share, near.first, near.first, normal, level + drift @ normal))
+            level = min(level, float((seen @ normal - grown).min()) - LENIENT)
+        planes.append(Plane(near.leg, share, near.first, near.first, normal, level + swelling + drift @ normal))
     return planes
 
 
@@ -196,13 +199,13 @@ def _parts(shape: Shape) -> list[Shape]:
             return [shape]
 
 
-def _closest(distance: Distance, seen: Array) -> Array:
-    """The point of the segment nearest to the shape, to a ten-thousandth of the segment's length."""
+def _closest(distance: Distance, seen: Array, grown: Array) -> Array:
+    """The point of the segment nearest to the shape, which grows as it is passed, to a ten-thousandth of its length."""
     low, high = 0.0, 1.0
     for _ in range(2):
         share = np.linspace(low, high, 201)
         points = seen[0] + share[:, None] * (seen[1] - seen[0])
-        best = int(distance(points).argmin())
+        best = int((distance(points) - grown[0] - share * (grown[1] - grown[0])).argmin())
         low, high = float(share[max(0, best - 1)]), float(share[min(200, best + 1)])
     return np.asarray(points[best])
 

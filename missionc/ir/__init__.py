@@ -22,7 +22,7 @@ from missionc.ir.formulas import (
     Without,
 )
 from missionc.ir.lanes import Lane, LaneNode, Lanes
-from missionc.ir.mission import Connectivity, Mission, Objective, Preference, Requirement, SolveWith
+from missionc.ir.mission import Connectivity, Mission, Objective, Preference, Requirement, SolveWith, Tolerance
 from missionc.ir.places import Beacon, Obstacle, Path, Region, Still, World
 from missionc.ir.predicates import (
     Altitude,
@@ -112,6 +112,7 @@ __all__ = [
     "SolveWith",
     "Speed",
     "Still",
+    "Tolerance",
     "Touches",
     "Truth",
     "Unicycle",

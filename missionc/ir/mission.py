@@ -32,6 +32,15 @@ class Preference:
     span: Span
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Tolerance:
+    """That each of these agents (mission indices), by itself, may be late by up to so many steps."""
+
+    agents: tuple[int, ...]
+    steps: Steps
+    span: Span
+
+
 class Objective(Enum):
     NONE = "none"
     DISTANCE = "distance"
@@ -89,6 +98,7 @@ class Mission:
     lets: tuple[tuple[str, Formula], ...] = field(default=())
     resources: tuple[Resource, ...] = ()
     flags: tuple[Flag, ...] = ()
+    tolerances: tuple[Tolerance, ...] = ()
 
     @property
     def dimension(self) -> int:

@@ -49,10 +49,26 @@ class Path:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Obstacle:
+    """Where no body may be: at a time t every point within ``growth * t`` metres of its shape, where that is then.
+
+    Args:
+        growth: m/s, at least 0: how fast what is known of it becomes uncertain.
+    """
+
     name: str
     shape: Shape
     motion: Still | Path
     span: Span
+    growth: float = 0.0
+
+    @property
+    def constant(self) -> bool:
+        """Whether it is the same set of points at every time: it neither moves nor grows."""
+        return isinstance(self.motion, Still) and self.growth == 0
+
+    def grown(self, time: float) -> float:
+        """By how much it has grown on all sides at a time, in seconds: metres."""
+        return self.growth * max(time, 0.0)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -91,6 +91,10 @@ def _of_world(mission: Mission) -> Iterator[Need]:
     for obstacle in mission.obstacles:
         if not isinstance(obstacle.motion, Still):
             yield Need(Feature.MOVING_OBSTACLE, obstacle.span)
+        if obstacle.growth:
+            yield Need(Feature.UNCERTAIN_OBSTACLE, obstacle.span)
+    for tolerance in mission.tolerances:
+        yield Need(Feature.DELAY, tolerance.span)
     for agent in mission.agents:
         if agent.dynamics.has_momentum:
             yield Need(Feature.SECOND_ORDER, agent.span)

@@ -12,10 +12,10 @@ from missionc.syntax.tokens import NUMBER, UNIT
 MEASURES: dict[str, Dimension] = {name: figure.dimension for name, figure in FIGURES.items()} | {
     **dict.fromkeys(("altitude", "spacing", "tolerance", "proximity", "beacons", "sight"), Dimension.LENGTH),
     **dict.fromkeys(("separation", "clearance", "distance"), Dimension.LENGTH),
-    **dict.fromkeys(("step", "horizon"), Dimension.TIME),
+    **dict.fromkeys(("step", "horizon", "delay"), Dimension.TIME),
     **dict.fromkeys(("yaw", "heading"), Dimension.ANGLE),
     "turn": Dimension.TURN,
-    "moving": Dimension.SPEED,
+    **dict.fromkeys(("moving", "uncertain"), Dimension.SPEED),
     "hops": Dimension.NUMBER,
 }
 """What a number after each of these words measures."""

@@ -22,7 +22,7 @@ from missionc.output.folder.file_names import MANIFEST, MISSION, REPORT, file_na
 from missionc.output.folder.manifest import Option, Provenance, manifest, sha256
 from missionc.output.report.report_html import Plotted, report
 from missionc.verify.certificate import Certificate
-from missionc.verify.verify_plan import verify_between
+from missionc.verify.verify_plan import verify_between, with_delays
 
 __all__ = ["Option", "Output", "Provenance", "emit", "plan_json"]
 
@@ -59,7 +59,8 @@ def emit(
     flyable = crazyflie(mission, kernel, plan.trace, provenance.stretch)
     if isinstance(flyable, Diagnostic):
         return flyable
-    whole = certificate.joined(flyable.certificate).joined(verify_between(mission, kernel, plan.trace, flyable.files))
+    whole = with_delays(mission, kernel, plan.trace, certificate)
+    whole = whole.joined(flyable.certificate).joined(verify_between(mission, kernel, plan.trace, flyable.files))
     files = {
         "plan.json": plan_json(mission, plan).encode(),
         "trajectories.csv": trajectories(mission, plan.trace).encode(),

@@ -1,15 +1,15 @@
 """Certification of a backend's trace: slowed, verified, fitted and written down, or the reason why not.
 
 in   a checked mission, the trace of a backend and its report
-out  Verified, Unverified or Refused, with findings
-says MC604 MC710, and what files and exports say
+out  Verified, Unverified, Refused or NotFound, with findings
+says MC604 MC608 MC710, and what files and exports say
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from missionc.backends.api import Budget, Planned, Progress
+from missionc.backends.api import Budget, NotFound, Planned, Progress, Reason
 from missionc.backends.options import Options
 from missionc.base.trace import Plan, Trace
 from missionc.base.units import Seconds
@@ -38,7 +38,7 @@ class Certified:
     """What became of a trace; ``checked`` is the mission that it was judged by, slower where it was to be."""
 
     checked: Checked
-    outcome: Verified | Unverified | Refused
+    outcome: Verified | Unverified | Refused | NotFound
     findings: tuple[Diagnostic, ...] = ()
 
 
@@ -88,6 +88,9 @@ def certify_plan(
     budget.listen(Progress("verify"))
     with watch.stage("verify"):
         certificate = verify(mission, kernel, trace)
+    if {check.name for check in certificate.failures} == {"delay"}:
+        late = NotFound(Reason.DELAY, Reason.DELAY.value, report)
+        return Certified(checked, late, (no_plan.not_tolerated(mission, certificate),))
     if not certificate.passed and options.stretch != 1:
         from missionc.flight.refusals import not_slower
 

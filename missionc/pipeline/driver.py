@@ -39,7 +39,7 @@ from missionc.base.memory import limited
 from missionc.base.signals import asked, hold
 from missionc.base.source import Source
 from missionc.base.units import Seconds
-from missionc.diagnostics.code import NOT_BETWEEN, TRACE_UNREADABLE
+from missionc.diagnostics.code import NOT_BETWEEN, NOT_TOLERATED, TRACE_UNREADABLE, Code
 from missionc.diagnostics.model import Diagnostic
 from missionc.pipeline import no_plan
 from missionc.pipeline.alternatives.weighs_options import weighs_options
@@ -188,10 +188,12 @@ def _throughout(
     continuous: bool,
     explain_limit: Seconds,
 ) -> Compiled:
-    """``plan``; again with other seeds where a plan holds at its steps alone and that is not enough."""
+    """``plan``; again with other seeds where a plan holds at its steps alone, or tolerates too little delay."""
     first = _plan(checked, options, budget, checkpoints, exports, continuous, explain_limit)
-    if not _leaps(first) or checked.mission is None:
+    why = _falls_short(first)
+    if why is None or checked.mission is None:
         return first
+    no, none = SHORT[why]
     tried = 1
     for other, more in further_attempts(checked.mission, options, budget):
         if asked() or time.monotonic() >= budget.deadline:
@@ -199,17 +201,24 @@ def _throughout(
         retry = _plan(checked, other, more, Checkpoints(), exports, continuous, NO_EXPLANATION)
         tried += 1
         if isinstance(retry.outcome, Verified):
-            note = f"the plan of seed {budget.seed} does not hold between its steps; this one does"
+            note = f"the plan of seed {budget.seed} does not {no}; this one does"
             report = retry.outcome.report
             return replace(retry, outcome=replace(retry.outcome, report=replace(report, notes=(*report.notes, note))))
-    note = f"{tried} plans were asked for, with seeds {budget.seed} to {budget.seed + tried - 1}: none holds throughout"
-    findings = (replace(each, notes=(note,)) if each.code is NOT_BETWEEN else each for each in first.findings)
+    note = f"{tried} plans were asked for, with seeds {budget.seed} to {budget.seed + tried - 1}: none {none}"
+    findings = (replace(each, notes=(*each.notes, note)) if each.code is why else each for each in first.findings)
     return replace(first, findings=tuple(findings))
 
 
-def _leaps(compiled: Compiled) -> bool:
-    """Whether its plan holds at the steps and was refused for what is between them."""
-    return any(each.code is NOT_BETWEEN for each in compiled.findings)
+SHORT = {
+    NOT_BETWEEN: ("hold between its steps", "holds throughout"),
+    NOT_TOLERATED: ("tolerate the delays", "tolerates the delays, which says nothing about whether there is one"),
+}
+"""What a plan is short of that is right otherwise, and what is said of several of them."""
+
+
+def _falls_short(compiled: Compiled) -> Code | None:
+    """What a plan was refused for that keeps everything at the steps, with everybody on time."""
+    return next((each.code for each in compiled.findings if each.code in SHORT), None)
 
 
 def _plan(

@@ -1,6 +1,6 @@
 """Diagnostics for a mission without a plan: one message for each way to end without.
 
-says MC601 to MC607 MC710
+says MC601 to MC608 MC710
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ from missionc.diagnostics.code import (
     IMPOSSIBLE,
     NO_ROADMAP,
     NOT_BETWEEN,
+    NOT_TOLERATED,
     NOT_VERIFIED,
     OUT_OF_MEMORY,
     OUT_OF_TIME,
@@ -150,6 +151,28 @@ def not_between(mission: Mission, certificate: Certificate) -> tuple[Diagnostic,
         for each in certificate.between
         if not each.holds
     )
+
+
+def not_tolerated(mission: Mission, certificate: Certificate) -> Diagnostic:
+    """Whose delay a plan that is right otherwise does not tolerate, and what it breaks."""
+    checks = {check.subject: check for check in certificate.failures}
+    asked = [
+        tolerance
+        for tolerance in mission.tolerances
+        if any(mission.agents[agent].name in checks for agent in tolerance.agents)
+    ]
+    return Diagnostic(
+        NOT_TOLERATED,
+        f"undecided: {Reason.DELAY.value}",
+        Label(asked[0].span, ""),
+        tuple(Label(each.span, "") for each in asked[1:]),
+        notes=tuple(f"{check.subject}: {check.detail}" for check in list(checks.values())[:MOST_LATE]),
+        help="let less be tolerated, give the agents more time or a larger `separation`, or try another `--seed`",
+    )
+
+
+MOST_LATE = 4
+"""Agents that a message names, of those whose delays a plan does not tolerate."""
 
 
 def not_verified(certificate: Certificate) -> Diagnostic:

@@ -10,7 +10,7 @@ import time
 from collections.abc import Iterator
 from dataclasses import replace
 
-from missionc.backends.api import Backend, Budget, CutShort, NotFound, Outcome, Planned, Reason, Report, forget
+from missionc.backends.api import Backend, Budget, CutShort, NotFound, Outcome, Planned, Reason, Report, forget, unheard
 from missionc.backends.load import load_straighten
 from missionc.backends.options import Options
 from missionc.base.units import Metres
@@ -19,6 +19,7 @@ from missionc.diagnostics.model import has_errors
 from missionc.ir import Mission
 from missionc.kernel.nodes import Kernel
 from missionc.language.operator import TooLarge
+from missionc.lower.ahead_of_time import ahead_of_time, with_room_for_delays
 from missionc.lower.tighten import tightened, tracking_margin, with_flyable_speeds, with_vehicle_room
 from missionc.lower.unroll_past import looking_ahead
 
@@ -27,6 +28,9 @@ PARTS = (1.0, 0.5, 0.0)
 
 SHARE, WORK = 0.25, 16.0
 """A share of the time that is left, and at most so many units of ``work``, for a plan that has a margin."""
+
+ROOM = (1.0, 0.5, 0.25, 0.0)
+"""Shares of the room that the delays take at most: whoever is late seldom needs all of it."""
 
 OTHERS = 7
 """Plans that are asked for after one that holds at its steps alone."""
@@ -37,6 +41,42 @@ LEAST = Metres(0.05)
 
 
 def plan_with_margin(backend: Backend, mission: Mission, kernel: Kernel, options: Options, budget: Budget) -> Outcome:
+    """A plan of ``_plan_with_margin``; where delays are to be tolerated, one that tolerates them if any is found."""
+    return _tolerant(backend, mission, kernel, options, budget) or _plan_with_margin(
+        backend, mission, kernel, options, budget
+    )
+
+
+def _tolerant(backend: Backend, mission: Mission, kernel: Kernel, options: Options, budget: Budget) -> Planned | None:
+    """A plan that is ahead of time, with room for those who are late; None where none of them tolerates the delays."""
+    if not mission.tolerances:
+        return None
+    from missionc.verify.verify_plan import verify  # what judges plans loads scipy
+
+    early = ahead_of_time(mission, kernel)
+    for share in ROOM:
+        roomy = with_room_for_delays(mission, share)
+        if share and has_errors(check_world(roomy, early)):
+            continue
+        now = time.monotonic()
+        short = replace(
+            budget,
+            deadline=now + SHARE * (budget.deadline - now),
+            work=WORK,
+            keep=forget,
+            resume=None,
+            found=unheard,
+        )
+        outcome = _plan_with_margin(backend, roomy, early, options, short)
+        if isinstance(outcome, Planned) and verify(mission, kernel, outcome.trace).passed:
+            extra = roomy.separation - mission.separation
+            room = f", and with {extra:.3g} m more between bodies" if extra else ""
+            note = f"planned early{room}, so that it tolerates the delays"
+            return replace(outcome, report=replace(outcome.report, notes=(*outcome.report.notes, note)))
+    return None
+
+
+def _plan_with_margin(backend: Backend, mission: Mission, kernel: Kernel, options: Options, budget: Budget) -> Outcome:
     """A plan that its vehicles can fly and that keeps every requirement by the margin, or by a part of it; else any.
 
     Only a refusal of the mission itself is one: that of the tightened mission

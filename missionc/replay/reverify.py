@@ -21,7 +21,7 @@ from missionc.replay.rebuild.rebuild_documents import check_documents
 from missionc.replay.rebuild.verdict import DOCUMENT, UNJUDGED, unjudged, verdict
 from missionc.verify.certificate import Certificate, Check
 from missionc.verify.check_certificate import check_certificate
-from missionc.verify.verify_plan import verify, verify_between, verify_polynomials
+from missionc.verify.verify_plan import verify, verify_between, verify_polynomials, with_delays
 
 UNLISTED = "the manifest does not list it"
 
@@ -68,6 +68,7 @@ def reverify_opened(opened: OutputFolder, limits: Limits | None) -> Reverified:
     mission, kernel, trace = opened.mission, opened.kernel, opened.trace
     flown = verify(mission, kernel, trace)
     if flown.passed:
+        flown = with_delays(mission, kernel, trace, flown)
         flown = flown.joined(verify_polynomials(mission, kernel, trace, opened.flights))
     documents: tuple[Check, ...] = ()
     if flown.passed:

@@ -26,7 +26,7 @@ from missionc.diagnostics.text_order import in_text_order
 from missionc.resolve.context import Context
 from missionc.resolve.delete_declaration import deleted
 from missionc.resolve.names import collect
-from missionc.resolve.resolve_agents import resolve_groups, resolve_teams
+from missionc.resolve.resolve_agents import resolve_groups, resolve_set, resolve_teams
 from missionc.resolve.resolve_formations import resolve_formation
 from missionc.resolve.resolve_formulas import resolve_lets
 from missionc.resolve.resolve_goals import resolve_objective, resolve_requirements, resolve_solve
@@ -37,7 +37,7 @@ from missionc.resolve.resolve_quantities import number
 from missionc.resolve.resolve_resources import resolve_flag, resolve_resource
 from missionc.resolve.resolve_settings import missing, said_twice
 from missionc.resolve.resolve_shapes import resolve_regions
-from missionc.resolve.resolve_time import resolve_time
+from missionc.resolve.resolve_time import resolve_delay, resolve_time
 from missionc.resolve.unused_names import unused
 from missionc.syntax import ast
 
@@ -77,6 +77,11 @@ def resolve(
         Metres(0.0 if item is None else number(context, item.distance, Dimension.LENGTH, what, least=0))
         for item, what in ((separation, "the separation"), (clearance, "the clearance"))
     ]
+    tolerances = tuple(
+        ir.Tolerance(resolve_set(context, item.agents).agents, resolve_delay(context, item.delay), item.span)
+        for item in program.declarations
+        if isinstance(item, ast.Tolerate)
+    )
     findings.extend(unused(context, program))
     sorted_findings = in_text_order(findings)
     if has_errors(findings) or name is None or time is None or world is None:
@@ -103,6 +108,7 @@ def resolve(
         span=name.span,
         objective_span=None if minimize is None else minimize.span,
         time_span=time.span,
+        tolerances=tolerances,
         lets=tuple((text, let.formula) for text, let in context.lets.items()),
         resources=tuple(context.resources.values()),
         flags=tuple(context.flags.values()),

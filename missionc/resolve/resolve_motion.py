@@ -1,4 +1,4 @@
-"""Resolution of an obstacle's motion: offsets of its shape at times.
+"""Resolution of an obstacle's motion: offsets of its shape at times, and how fast it grows.
 
 says MC201 MC205 MC210 MC303
 """
@@ -36,6 +36,11 @@ def resolve_motion(context: Context, motion: ast.Motion | None) -> ir.Still | ir
             return _along(context, motion)
         case _:
             assert_never(motion)
+
+
+def resolve_growth(context: Context, growth: ast.Quantity | None) -> float:
+    """How fast an obstacle grows on all sides, m/s, at least 0; NaN once it is reported."""
+    return 0.0 if growth is None else number(context, growth, Dimension.SPEED, "the growth", least=0)
 
 
 def _unit(context: Context, motion: ast.Moving) -> float:

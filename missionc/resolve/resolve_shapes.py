@@ -17,7 +17,7 @@ from missionc.resolve.context import REPORTED, Context
 from missionc.resolve.definitions import ordered
 from missionc.resolve.names import Declared, Kind, Unresolved
 from missionc.resolve.polygon_faults import Simple, fault
-from missionc.resolve.resolve_motion import resolve_motion
+from missionc.resolve.resolve_motion import resolve_growth, resolve_motion
 from missionc.resolve.resolve_points import known, no_area, plane_point, resolve_point
 from missionc.resolve.resolve_quantities import number, shown, with_unit_of
 from missionc.syntax import ast
@@ -51,7 +51,8 @@ def resolve_regions(context: Context) -> None:
                 context.regions[name] = ir.Region(name, shape, item.name.span)
             case ast.Obstacle():
                 motion = resolve_motion(context, item.motion)
-                context.obstacles[name] = ir.Obstacle(name, shape, motion, item.name.span)
+                growth = resolve_growth(context, item.growth)
+                context.obstacles[name] = ir.Obstacle(name, shape, motion, item.name.span, growth)
 
 
 def resolve_shape(context: Context, shape: ast.Shape, made: dict[str, ir.Shape]) -> ir.Shape:
@@ -61,8 +62,8 @@ def resolve_shape(context: Context, shape: ast.Shape, made: dict[str, ir.Shape])
             declared = context.find(shape, Kind.REGION, Kind.OBSTACLE, needed="a region or an obstacle")
             if isinstance(declared, Unresolved):
                 return NOWHERE
-            if isinstance(declared.declaration, ast.Obstacle) and declared.declaration.motion is not None:
-                _moves(context, shape, declared)
+            if isinstance(declared.declaration, ast.Obstacle):
+                _stays(context, shape, declared, declared.declaration)
             return made.get(text, NOWHERE)
         case ast.Box():
             return _box(context, shape)
@@ -211,12 +212,15 @@ def too_many_parts(context: Context, what: str, span: Span) -> None:
     )
 
 
-def _moves(context: Context, name: ast.Name, obstacle: Declared) -> None:
+def _stays(context: Context, name: ast.Name, declared: Declared, obstacle: ast.Obstacle) -> None:
+    """Reports an obstacle whose shape changes with time."""
+    if obstacle.motion is None and obstacle.growth is None:
+        return
     context.report(
         code.WRONG_KIND,
-        f"`{name.text}` moves; a shape that stays is needed here",
+        f"`{name.text}` {'grows' if obstacle.motion is None else 'moves'}; a shape that stays is needed here",
         name.span,
-        labels=(Label(obstacle.span, "declared here"),),
+        labels=(Label(declared.span, "declared here"),),
         help="declare its shape as a region, and use that in both places",
     )
 

@@ -70,11 +70,31 @@ def resolve_window(context: Context, window: ast.Window) -> ir.Window:
     return ir.Window(Steps(_whole_or_zero(low)), last, window.span)
 
 
+def resolve_delay(context: Context, delay: ast.Quantity) -> Steps:
+    """A delay in whole steps, no more than the mission has."""
+    steps = _steps(context, delay, "the delay", "nobody is late by less than nothing", "a delay")
+    _whole_bound(context, delay, steps)
+    if steps > context.steps and not math.isnan(context.step):
+        context.report(
+            code.VALUE_OUT_OF_RANGE,
+            f"the delay is {_seconds(context, steps)}, and the mission lasts {_seconds(context, context.steps)}",
+            delay.span,
+            help="write a delay within the horizon",
+        )
+    return Steps(_whole_or_zero(steps))
+
+
 def _whole_or_zero(steps: float) -> int:
     return int(steps) if math.isfinite(steps) else 0
 
 
-def _steps(context: Context, bound: ast.Quantity) -> float:
+def _steps(
+    context: Context,
+    bound: ast.Quantity,
+    what: str = "the bound",
+    why: str = "a window counts from 0 on",
+    noun: str = "a bound",
+) -> float:
     """A bound in steps, not yet whole; NaN once it is reported, or while the step is not known."""
     amount = evaluate(context, bound)
     if is_reported(amount):
@@ -84,9 +104,9 @@ def _steps(context: Context, bound: ast.Quantity) -> float:
     if value < 0:
         context.report(
             code.VALUE_OUT_OF_RANGE,
-            f"the bound is {shown(value)}{' steps' if in_steps else ' s'}; a window counts from 0 on",
+            f"{what} is {shown(value)}{' steps' if in_steps else ' s'}; {why}",
             bound.span,
-            help="write a bound of at least 0",
+            help=f"write {noun} of at least 0",
         )
         return REPORTED
     return as_whole(value if in_steps else value / context.step)

@@ -28,7 +28,8 @@ def _lines(mission: ir.Mission) -> Iterator[str]:
     for region in mission.regions:
         yield f"region {region.name} = {show_shape(region.shape)}"
     for obstacle in mission.obstacles:
-        yield f"obstacle {obstacle.name} = {show_shape(obstacle.shape)}{_motion(obstacle.motion)}"
+        grows = f" uncertain {number(obstacle.growth)} m/s" if obstacle.growth else ""
+        yield f"obstacle {obstacle.name} = {show_shape(obstacle.shape)}{_motion(obstacle.motion)}{grows}"
     for beacon in mission.beacons:
         yield f"beacon {beacon.name} = {vector(beacon.position)}"
     for agent in mission.agents:
@@ -50,6 +51,8 @@ def _lines(mission: ir.Mission) -> Iterator[str]:
         yield f"flag {flag.name} of {indices(flag.agents)} set in {flag.set_in.name}{cleared}"
     yield f"separation {number(mission.separation)} m"
     yield f"clearance {number(mission.clearance)} m"
+    for tolerance in mission.tolerances:
+        yield f"tolerate delay {tolerance.steps} steps of {', '.join(map(str, tolerance.agents))}"
     yield from _formulas(mission)
     yield f"minimize {mission.objective.value}"
     options = "".join(f" {name} = {number(value)}" for name, value in mission.solve.options)

@@ -308,6 +308,7 @@ FUNCTIONS: dict[str, Callable[..., object]] = FORMULAS | {
     "start": ast.Start,
     "team": team,
     "time": ast.Time,
+    "tolerate": ast.Tolerate,
     "total": total,
     "vehicle": vehicle,
     "waypoint": waypoint,

@@ -25,6 +25,7 @@ DECLARED: dict[str, str] = {
     "prefer": "prefer calm: every drone: always[0, end] speed <= 1 m/s weight 2",
     "minimize": "minimize distance",
     "solve": "solve with smt { nodes = 110 }",
+    "tolerate": "tolerate delay 2 s of drone",
 }
 
 PARTS: dict[str, str] = {
@@ -36,6 +37,7 @@ PARTS: dict[str, str] = {
     "height": "height 0..2 m",
     "moving": "moving (1, 0) m/s",
     "along": "along (0 s: 0, 0), (4 s: 3, 0)",
+    "uncertain": "uncertain 0.3 m/s",
     "dynamics": "dynamics single_integrator(speed <= 2 m/s)",
     "start": "start in base` or `start grid (1, 1) to (3, 3)",
     "vehicle": "vehicle crazyflie21` or `vehicle crazyflie21 { speed <= 0.8 m/s }",

@@ -30,8 +30,9 @@ def _declaration(node: ast.Declaration) -> str:
             return f"world {point(low)} to {point(high)}"
         case ast.Region(_, name, shape):
             return f"region {name.text} = {_shape(shape)}"
-        case ast.Obstacle(_, name, shape, motion):
-            return f"obstacle {name.text} = {_shape(shape)}{_motion(motion)}"
+        case ast.Obstacle(_, name, shape, motion, growth):
+            grows = "" if growth is None else f" uncertain {tight(growth)}"
+            return f"obstacle {name.text} = {_shape(shape)}{_motion(motion)}{grows}"
         case ast.Beacon(_, name, position):
             return f"beacon {name.text} = {point(position)}"
         case ast.Team(_, name, size, items):
@@ -58,6 +59,8 @@ def _declaration(node: ast.Declaration) -> str:
             return f"require {_labelled(label, body)}"
         case ast.Prefer(_, label, body, weight):
             return f"prefer {_labelled(label, body)}" + ("" if weight is None else f" weight {tight(weight)}")
+        case ast.Tolerate(_, delay, who):
+            return f"tolerate delay {tight(delay)} of {agents(who)}"
         case ast.Minimize(_, goal):
             return f"minimize {goal.text}"
         case ast.Solve(_, backend, settings, files):

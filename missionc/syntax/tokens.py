@@ -62,6 +62,7 @@ WORDS: tuple[Word, ...] = (
     Word("prefer", "a declaration"),
     Word("minimize", "a declaration"),
     Word("solve", "a declaration"),
+    Word("tolerate", "a declaration"),
     Word("box", "a shape"),
     Word("disc", "a shape"),
     Word("ball", "a shape"),
@@ -106,6 +107,7 @@ WORDS: tuple[Word, ...] = (
     Word("height", "a measure", reserved=False),
     Word("moving", "a motion", reserved=False),
     Word("along", "a motion", reserved=False),
+    Word("uncertain", "a motion", reserved=False),
     Word("dynamics", "a part of a team"),
     Word("start", "a part of a team", reserved=False),
     Word("finish", "a part of a team", reserved=False),
@@ -121,6 +123,7 @@ WORDS: tuple[Word, ...] = (
     Word("any", "a quantifier", reserved=False),
     Word("hops", "a measure", reserved=False),
     Word("weight", "a part of `prefer`", reserved=False),
+    Word("delay", "a part of `tolerate`", reserved=False),
 )
 """Every word of the grammar. A letter (``U``) may also be a name, but for those of operators before their operand."""
 

@@ -71,12 +71,44 @@ class Between:
 
 
 @dataclass(frozen=True, slots=True)
+class Delay:
+    """By how much an agent may be late, everybody else on time, while the plan keeps all that is asked.
+
+    ``tolerated`` are seconds: late by any number of steps up to that, nothing breaks. One step more breaks the check
+    called ``breaks`` of ``subject``, at the time ``at``, by ``agents``; where that is empty nothing was seen to break:
+    up to the end of the mission, or (``open``) as far as was looked.
+    """
+
+    agent: str
+    tolerated: float
+    open: bool = False
+    breaks: str = ""
+    subject: str = ""
+    at: float | None = None
+    agents: tuple[str, ...] = ()
+
+    @property
+    def broken(self) -> str:
+        """What one step more breaks, ``the separation from `drone[1]` at 4 s``; empty where nothing is seen to."""
+        others = ", ".join(f"`{agent}`" for agent in self.agents if agent != self.agent)
+        what = {
+            "": "",
+            "obstacle": f"the clearance to `{self.subject}`",
+            "separation": f"the separation from {others}",
+            "finish": "its finish",
+            "requirement": f"`{self.subject}`",
+        }[self.breaks]
+        return what if self.at is None else f"{what} at {self.at:.4g} s"
+
+
+@dataclass(frozen=True, slots=True)
 class Certificate:
     """Everything that was checked on one plan.
 
     Args:
         boxes: the proofs of those checks that are about every moment of a flight.
         judgements: how the monitor judged each requirement, where the plan has the right shape to be judged.
+        delays: the time robustness of each agent, where the plan passes.
     """
 
     mission: str
@@ -86,6 +118,7 @@ class Certificate:
     between: tuple[Between, ...] = ()
     boxes: tuple[Boxes, ...] = ()
     judgements: tuple[Judgement, ...] = ()
+    delays: tuple[Delay, ...] = ()
 
     @property
     def passed(self) -> bool:
@@ -104,6 +137,7 @@ class Certificate:
             warnings=self.warnings + other.warnings,
             between=self.between + other.between,
             boxes=self.boxes + other.boxes,
+            delays=self.delays + other.delays,
         )
 
 

@@ -33,6 +33,7 @@ KEYS = (
     "checks",
     "figures",
     "between_steps",
+    "delays",
     "boxes",
     "warnings",
 )
@@ -61,6 +62,7 @@ def check_certificate(text: str, plan_sha256: str, certificate: Certificate) -> 
             "warnings", None if stated.get("warnings") == list(certificate.warnings) else "its warnings are not all"
         ),
         _check("between_steps", _between(stated.get("between_steps"), certificate)),
+        _check("delays", _delays(stated.get("delays"), certificate)),
         _check("boxes", _boxes(stated, certificate)),
     ]
 
@@ -159,6 +161,20 @@ def _between(stated: object, certificate: Certificate) -> str | None:
         for row, each in zip(rows, computed, strict=True)
     )
     return None if same else "what it states between the steps is not what the files come to"
+
+
+def _delays(stated: object, certificate: Certificate) -> str | None:
+    """What is wrong with the delays that the plan tolerates."""
+    computed = [_plain(asdict(each)) for each in certificate.delays]
+    rows = stated if isinstance(stated, list) else []
+    same = len(rows) == len(computed) and all(
+        isinstance(row, dict)
+        and set(row) == set(each)
+        and _moment(row["at"], each["at"])
+        and difference({**row, "at": None}, {**each, "at": None}) is None
+        for row, each in zip(rows, computed, strict=True)
+    )
+    return None if same else "what it states of delays is not what the files come to"
 
 
 def _boxes(stated: Mapping[str, object], certificate: Certificate) -> str | None:

@@ -9,6 +9,8 @@ their Lipschitz bound and the monitor are all it takes.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from missionc.base.trace import Trace
 from missionc.curves.piecewise_polynomials import motion
 from missionc.ir import Mission
@@ -24,8 +26,9 @@ from missionc.verify.plan.obstacle_clearance import check_obstacles
 from missionc.verify.plan.requirements_at_steps import check_requirements
 from missionc.verify.plan.starts_and_finishes import check_places, check_world
 from missionc.verify.plan.step_dynamics import check_dynamics, check_shape
+from missionc.verify.plan.time_robustness import check_tolerances, time_robustness
 
-__all__ = ["Certificate", "Check", "Figure", "verify", "verify_between", "verify_polynomials"]
+__all__ = ["Certificate", "Check", "Figure", "verify", "verify_between", "verify_polynomials", "with_delays"]
 
 
 def verify(mission: Mission, kernel: Kernel, trace: Trace) -> Certificate:
@@ -50,4 +53,13 @@ def verify(mission: Mission, kernel: Kernel, trace: Trace) -> Certificate:
         *requirements,
     )
     figures = (*preferences, *connectivity(mission, trace))
-    return Certificate(mission.name, checks, figures, judgements=judgements.requirements)
+    certificate = Certificate(mission.name, checks, figures, judgements=judgements.requirements)
+    if not (mission.tolerances and certificate.passed):
+        return certificate
+    delays = time_robustness(mission, kernel, trace)
+    return replace(certificate, checks=(*checks, *check_tolerances(mission, delays)), delays=delays)
+
+
+def with_delays(mission: Mission, kernel: Kernel, trace: Trace, certificate: Certificate) -> Certificate:
+    """The certificate of a plan that passes, with the time robustness of each agent."""
+    return certificate if certificate.delays else replace(certificate, delays=time_robustness(mission, kernel, trace))

@@ -21,8 +21,22 @@ from numpy.typing import NDArray
 
 from missionc.base.late_dataclass import dataclass
 from missionc.base.trace import Array, Flags
-from missionc.ir import Ball, Box, Difference, Disc, Intersection, Mission, Path, Polygon, Prism, Shape, Still, Union
-from missionc.world import displacement
+from missionc.ir import (
+    Ball,
+    Box,
+    Difference,
+    Disc,
+    Intersection,
+    Mission,
+    Obstacle,
+    Path,
+    Polygon,
+    Prism,
+    Shape,
+    Still,
+    Union,
+)
+from missionc.world.displacement import displaced
 
 Indices = NDArray[np.int64]
 
@@ -33,7 +47,11 @@ NOTHING = 1e-12
 """Metres: the least distance kept, so that a body of no size is not within an obstacle."""
 
 BULGE = 0.01
-"""Metres: a bent motion is tested as chords from which it strays no more, grown by as much."""
+"""Metres: a bent motion is tested as chords from which it strays no more, grown by as much; an obstacle that grows, in
+parts of a step in which it grows by no more, as large as it is at their end."""
+
+PARTS = 64
+"""A step has at most so many parts for the sake of what grows."""
 
 BLOCK = 1 << 17
 """Segments that are measured at once."""
@@ -162,7 +180,7 @@ def _rectangles(low: Array, high: Array) -> NDArray[np.object_]:
 
 
 def standing_solids(mission: Mission) -> tuple[Solid, ...]:
-    """The parts of all obstacles that stand still."""
+    """The parts of all obstacles that stand still, those that grow as they are at first."""
     return tuple(
         solid
         for obstacle in mission.obstacles
@@ -180,27 +198,28 @@ def clear_motions(obstacles: tuple[Solid, ...], motions: Motions, step: float, m
 
 
 def clear_of_movers(mission: Mission, motions: Motions, margin: float) -> Flags:
-    """Which motions keep ``margin`` metres from the moving obstacles, by the step at which they start.
+    """Which motions keep ``margin`` metres from the obstacles that move or grow, by the step at which they start.
 
     Returns:
         (steps, motions)
     """
     clear = np.ones((mission.steps, len(motions.position)), dtype=bool)
     for obstacle in mission.obstacles:
-        if isinstance(obstacle.motion, Still):
+        if obstacle.constant:
             continue
         parts = solids(obstacle.shape)
         for step in range(mission.steps):
             now = step * mission.step
-            for begin, until in _straight(obstacle.motion, motions, now, now + mission.step):
-                start = motions.at(begin - now) - offset(obstacle.motion, begin, mission.dimension)
-                end = motions.at(until - now) - offset(obstacle.motion, until, mission.dimension)
-                clear[step] &= clear_of(parts, start, end, motions.bulge(until - begin) + margin)
+            for begin, until in _straight(obstacle, motions, now, now + mission.step):
+                start = motions.at(begin - now) - displaced(obstacle, begin, mission.dimension)
+                end = motions.at(until - now) - displaced(obstacle, until, mission.dimension)
+                need = motions.bulge(until - begin) + margin + obstacle.grown(until)
+                clear[step] &= clear_of(parts, start, end, need)
     return clear
 
 
 def clear_places(mission: Mission, position: Array, margin: float, steps: Sequence[int]) -> Flags:
-    """Which places keep ``margin`` metres from the moving obstacles at these steps.
+    """Which places keep ``margin`` metres from the obstacles that move or grow at these steps.
 
     Args:
         position: (places, dim), metres.
@@ -209,33 +228,30 @@ def clear_places(mission: Mission, position: Array, margin: float, steps: Sequen
         (steps, places)
     """
     clear = np.ones((len(steps), len(position)), dtype=bool)
-    margins = np.full(len(position), margin)
     for obstacle in mission.obstacles:
-        if isinstance(obstacle.motion, Still):
+        if obstacle.constant:
             continue
         parts = solids(obstacle.shape)
         for row, step in enumerate(steps):
-            place = position - offset(obstacle.motion, step * mission.step, mission.dimension)
-            clear[row] &= clear_of(parts, place, place, margins)
+            time = step * mission.step
+            place = position - displaced(obstacle, time, mission.dimension)
+            clear[row] &= clear_of(parts, place, place, np.full(len(position), margin + obstacle.grown(time)))
     return clear
 
 
-def offset(path: Path, time: float, dimension: int) -> Array:
-    """Where a moving shape is at a time, from where it was written: (dim,), metres."""
-    return np.array(displacement.offset(path, time, dimension))
-
-
-def _straight(path: Path, motions: Motions, begin: float, until: float) -> Iterator[tuple[float, float]]:
-    """The times between which both the path and, nearly, the motions are straight."""
-    corners = [begin, *(time for time in path.times if begin < time < until), until]
+def _straight(obstacle: Obstacle, motions: Motions, begin: float, until: float) -> Iterator[tuple[float, float]]:
+    """The times between which the obstacle's path and, nearly, the motions are straight, and it hardly grows."""
+    path = obstacle.motion.times if isinstance(obstacle.motion, Path) else ()
+    corners = [begin, *(time for time in path if begin < time < until), until]
     for first, last in pairwise(corners):
-        yield from pairwise(_chords(motions, first, last))
+        yield from pairwise(_chords(motions, first, last, obstacle.growth))
 
 
-def _chords(motions: Motions, begin: float, until: float) -> list[float]:
-    """Times between which no motion strays from its chord by more than ``BULGE``."""
+def _chords(motions: Motions, begin: float, until: float, growth: float = 0.0) -> list[float]:
+    """Times between which no motion strays from its chord by more than ``BULGE``, nor anything grows by
+    more, in ``PARTS`` parts at most for that."""
     bulge = float(motions.bulge(until - begin).max(initial=0.0))
-    pieces = max(1, math.ceil(math.sqrt(bulge / BULGE)))
+    pieces = max(1, math.ceil(math.sqrt(bulge / BULGE)), min(math.ceil(growth * (until - begin) / BULGE), PARTS))
     return [*(begin + (until - begin) * piece / pieces for piece in range(pieces)), until]
 
 

@@ -25,9 +25,10 @@ def too_near(
     if len(points) == 0:
         return []
     points = points - np.array(displaced(obstacle, time, points.shape[1]))
-    clear = clear_of(solids(obstacle.shape), points, points, np.asarray(margins, dtype=float))
+    grown = obstacle.grown(time)
+    clear = clear_of(solids(obstacle.shape), points, points, np.asarray(margins, dtype=float) + grown)
     near = np.flatnonzero(~clear)
-    distances = signed_distance(np, obstacle.shape, points[near])
+    distances = signed_distance(np, obstacle.shape, points[near]) - grown
     return [(int(place), float(distance)) for place, distance in zip(near, distances, strict=True)]
 
 

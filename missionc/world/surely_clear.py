@@ -31,6 +31,7 @@ def near_to(obstacle: Obstacle, time: float, places: Sequence[Vector], margins: 
 def _clear(obstacle: Obstacle, time: float, place: Vector, margin: float) -> bool:
     by = displaced(obstacle, time, len(place))
     there = Place(value - shift for value, shift in zip(place, by, strict=True))
+    margin += obstacle.grown(time)
     reach = margin if len(place) == 2 else RIM * margin
     return bool(signed_distance(plain_floats, obstacle.shape, there) > reach + SURE)
 

@@ -164,6 +164,32 @@ def test_where_the_least_margin_takes_too_many_boxes_those_that_prove_enough_are
 
 
 @settings(max_examples=15)
+@pytest.mark.parametrize("moves", [False, True])
+@given(SEEDS)
+def test_an_obstacle_that_grows_is_as_large_as_it_is_at_the_time(moves: bool, seed: int) -> None:
+    own = flight(seed)
+    knots, offsets = [0.0, 1.0, 2.5], [(0.0, 0.0), (0.4, -0.3), (-1.0, 0.2)]
+    for shape in SHAPES:
+        body = moving(shape, knots, offsets) if moves else still(shape)
+        mission = mission_of([[5.0, 5.0]] * 3, 4, obstacles=[replace(body, growth=0.4)])
+        claim = obstacles(mission, own, strict=True)[0]
+        parts = branch_and_bound(claim)
+        boxes = boxes_of(claim, parts)
+        assert fault(boxes) is None
+        distance, least = solid(shape, 2), np.inf
+        for piece, begin in enumerate(own.times[:-1]):
+            local = FINE * own.durations[piece]
+            place = values(
+                np.repeat(own.coefficients[:, piece, :2][:, None], FINE.size, axis=1), np.tile(local, (3, 1))
+            )
+            moved = np.stack([np.interp(begin + local, knots, axis) for axis in np.array(offsets).T], axis=-1) * moves
+            margin = distance(place - moved) - 0.4 * (begin + local) - mission.agents[0].radius
+            least = min(least, float(margin.min()))
+        assert parts.lower.min() <= least + NEAR
+        assert parts.lower.min() >= least - claim.gap - 1e-2 * (1 + abs(least))
+
+
+@settings(max_examples=15)
 @given(SEEDS)
 def test_what_an_obstacle_sees_is_the_flight_less_its_motion(seed: int) -> None:
     own = flight(seed)

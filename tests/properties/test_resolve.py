@@ -31,7 +31,7 @@ region field = polygon (3, 3), (4, 3.2), (3.6, 4.2)
 region wet = field - fire + base * base
 obstacle ridge = box (3, 7) to (4, 9)
 obstacle truck = disc at (2, 5) radius 50 cm moving (0.2, 0) m/s
-obstacle train = box (0, 0) to (1, 1) along (0 s: 0, 0), (4 s: 3, 0), (9 s: 3, 5)
+obstacle train = box (0, 0) to (1, 1) along (0 s: 0, 0), (4 s: 3, 0), (9 s: 3, 5) uncertain 0.1 m/s
 beacon mast = (1.5, 1.5)
 team drone[N] { radius 0.1 m  dynamics unicycle(speed 1..2 m/s, turn <= 90 deg/s)  start grid (1, 1) to (3, 3) }
 team cart[3] { dynamics double_integrator(speed <= 1, acceleration <= 2)  start line (1, 1) to (3, 1)  finish in wet }
@@ -57,6 +57,7 @@ let ring_safe = escape[hops 1.. on radio] touches(wet)
 require close: wedge or not ring
 prefer calm: every drone: always[0, T] speed <= 1.5 m/s weight 2
 minimize distance
+tolerate delay 2 s of drone[0..1]
 solve with smt { nodes = 110, neighbors = 6 }
 """
 

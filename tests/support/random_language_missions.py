@@ -123,6 +123,7 @@ def _places(draw: _Drawn) -> Names:
         regions += ["part"]
     for number in range(int(draw.random.integers(0, 3))):
         moving = _motion(draw) if draw.odds(0.4) else ""
+        moving += " uncertain 0.05 m/s" if draw.odds(0.2) else ""
         draw.lines += [f"obstacle block{number} = {_shape(draw, draw.away(), 0.4)}{moving}"]
     beacons = [f"mast{number}" for number in range(int(draw.random.integers(0, 3)))]
     draw.lines += [f"beacon {name} = {draw.point(*draw.anywhere())}" for name in beacons]

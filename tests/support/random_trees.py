@@ -20,7 +20,21 @@ NOWHERE = Span(Source("made", ""), 0, 0)
 
 # Words that also mean something elsewhere in the language are names as good as any other.
 NAMES = ("a", "base", "drone", "east_2", "T", "N", "m", "s", "U", "R", "Rel", "line", "grid", "x", "speed", "radius")
-SOFT = ("height", "start", "finish", "step", "horizon", "hops", "weight", "total", "moving", "along", "least")
+SOFT = (
+    "height",
+    "start",
+    "finish",
+    "step",
+    "horizon",
+    "hops",
+    "weight",
+    "total",
+    "moving",
+    "along",
+    "uncertain",
+    "least",
+    "delay",
+)
 SOFT += ("vehicle", "yaw", "path")
 UNITS = ("ms", "s", "min", "cm", "m", "km", "deg", "rad", "m/s", "m/s^2", "deg/s", "steps")
 
@@ -246,7 +260,7 @@ declarations = st.one_of(
     st.builds(ast.Time, st.just(NOWHERE), quantities, quantities),
     st.builds(ast.World, st.just(NOWHERE), points, points),
     st.builds(ast.Region, st.just(NOWHERE), names, shapes),
-    st.builds(ast.Obstacle, st.just(NOWHERE), names, shapes, st.none() | motions),
+    st.builds(ast.Obstacle, st.just(NOWHERE), names, shapes, st.none() | motions, st.none() | quantities),
     st.builds(ast.Beacon, st.just(NOWHERE), names, points),
     st.builds(ast.Team, st.just(NOWHERE), names, st.none() | counts, st.lists(_items, max_size=4).map(tuple)),
     st.builds(ast.Group, st.just(NOWHERE), names, st.lists(agents, min_size=1, max_size=3).map(tuple)),
@@ -266,6 +280,7 @@ declarations = st.one_of(
     st.builds(ast.Let, st.just(NOWHERE), names, formulas),
     st.builds(ast.Require, st.just(NOWHERE), labels, formulas),
     st.builds(ast.Prefer, st.just(NOWHERE), labels, formulas, st.none() | quantities),
+    st.builds(ast.Tolerate, st.just(NOWHERE), quantities, agents),
     st.builds(ast.Minimize, st.just(NOWHERE), _named("distance", "duration", "energy")),
     st.builds(
         ast.Solve,

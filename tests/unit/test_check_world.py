@@ -81,6 +81,18 @@ def test_a_moving_obstacle_counts_where_it_is_then() -> None:
     assert ("truck", "this obstacle, which has moved there by 20 s") in words(finding)
 
 
+def test_an_obstacle_that_grows_counts_as_large_as_it_is_then() -> None:
+    crowd = "obstacle crowd = disc at (5, 5) radius 0.5 uncertain 0.1 m/s"
+    assert found(text(crowd, SAFE, agents=drones(1, "start at (5, 6)")), IN_OBSTACLE) == []
+    finish = text(crowd, SAFE, agents=drones(1, "start at (1, 1) finish at (5, 6)"))
+    finding = only(finish, IN_OBSTACLE)
+    assert finding.message == "`drone[0]` finishes in obstacle `crowd`"
+    assert ("crowd", "this obstacle, which has grown by 2 m by 20 s") in words(finding)
+    near = text(crowd, SAFE, agents=drones(1, "start at (1, 1) finish at (5, 7.55)"))
+    assert only(near, IN_OBSTACLE).message.startswith("`drone[0]` finishes 0.05 m from obstacle `crowd`")
+    assert found(near.replace("7.55", "7.7"), IN_OBSTACLE) == []
+
+
 def test_two_agents_that_start_closer_than_their_bodies_and_separation_are_refused() -> None:
     crowded = text("separation 0.3 m", SAFE, agents=drones(2, "start at (1, 1), (1.4, 1)"))
     finding = only(crowded, AGENTS_OVERLAP)

@@ -141,6 +141,7 @@ def test_every_feature_is_found_at_its_first_words() -> None:
         "time step 1 s, horizon 20 s\n"
         "world (0, 0, 0) to (9, 9, 3)\n"
         "obstacle truck = box (5, 5) to (6, 6) moving (0.1, 0, 0) m/s\n"
+        "obstacle crowd = disc at (8, 8) radius 0.5 m uncertain 0.01 m/s\n"
         "team drone[3] { dynamics unicycle(speed 0..1 m/s)  start line (1, 1, 1) to (3, 1, 1) }\n"
         "agent kite { dynamics double_integrator(speed <= 1 m/s, acceleration <= 1 m/s^2)  start at (1, 4, 1) }\n"
         "graph radio = proximity 2 m\n"
@@ -149,10 +150,12 @@ def test_every_feature_is_found_at_its_first_words() -> None:
         "require q: drone[0]: eventually[0, 9 s] somewhere[hops 1..2] kite\n"
         "prefer p: eventually[0, 20 s] row weight 2\n"
         "minimize duration\n"
+        "tolerate delay 2 s of kite\n"
     )
     assert {need.feature: need.span.text for need in needs(mission)} == {
         Feature.VOLUME: "world (0, 0, 0) to (9, 9, 3)",
         Feature.MOVING_OBSTACLE: "truck",
+        Feature.UNCERTAIN_OBSTACLE: "crowd",
         Feature.UNICYCLE: "drone",
         Feature.SECOND_ORDER: "kite",
         Feature.CONNECTED: "connected(radio)",
@@ -160,6 +163,7 @@ def test_every_feature_is_found_at_its_first_words() -> None:
         Feature.HOPS: "somewhere[hops 1..2]",
         Feature.PREFER: "prefer p: eventually[0, 20 s] row weight 2",
         Feature.DURATION: "minimize duration",
+        Feature.DELAY: "tolerate delay 2 s of kite",
     }
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -18,10 +20,10 @@ from missionc.world.clearance import (
     clear_of,
     clear_of_movers,
     clear_places,
-    offset,
     solids,
     standing_solids,
 )
+from missionc.world.displacement import displaced
 from missionc.world.signed_distance import signed_distance
 
 Array = NDArray[np.float64]
@@ -170,14 +172,14 @@ def test_a_moving_obstacle_that_turns_back_within_a_step_is_met_at_the_corner() 
 
 
 @settings(max_examples=15)
+@pytest.mark.parametrize("growth", [0.0, 0.3])
 @given(seed=seeds)
-def test_motions_called_clear_of_a_moving_obstacle_keep_their_margin_at_every_moment(seed: int) -> None:
+def test_motions_called_clear_of_a_moving_obstacle_keep_their_margin_at_every_moment(growth: float, seed: int) -> None:
     generator = np.random.default_rng(seed)
     times = (0.3, 1.7, 2.4, 5.1)
     offsets = tuple(tuple(map(float, point)) for point in generator.uniform(0, 4, (4, 2)))
-    obstacle = mover(ir.Polygon(((0.0, 0.0), (1.0, 0.0), (0.0, 0.8))), times, offsets)
+    obstacle = replace(mover(ir.Polygon(((0.0, 0.0), (1.0, 0.0), (0.0, 0.8))), times, offsets), growth=growth)
     mission = a_mission(obstacle)
-    assert isinstance(obstacle.motion, ir.Path)
     motions = Motions(
         generator.uniform(0, 5, (30, 2)),
         generator.normal(0, 1, (30, 2)),
@@ -187,10 +189,20 @@ def test_motions_called_clear_of_a_moving_obstacle_keep_their_margin_at_every_mo
     for step in range(6):
         least = np.full(30, np.inf)
         for moment in np.linspace(0, 1, 101):
-            place = motions.at(moment) - offset(obstacle.motion, step + moment, 2)
-            least = np.minimum(least, signed_distance(np, obstacle.shape, place))
+            place = motions.at(moment) - displaced(obstacle, step + moment, 2)
+            least = np.minimum(least, signed_distance(np, obstacle.shape, place) - growth * (step + moment))
         assert np.all(least[clear[step]] >= 0.2 - 1e-9)
         assert np.all(clear[step][least > 0.25])
+
+
+def test_an_obstacle_that_grows_blocks_from_when_it_has_come_so_far() -> None:
+    crowd = replace(ir.Obstacle("crowd", ir.Disc((0.0, 0.0), 1.0), ir.Still(), SPAN), growth=0.5)
+    mission = a_mission(crowd)
+    waiting = Motions(np.array([[2.6, 0.0]]), np.zeros((1, 2)), np.zeros((1, 2)))
+    # 1.5 m away, a margin of 0.1 m is left until it has grown by 1.5 m, at 3 s.
+    assert clear_of_movers(mission, waiting, 0.1)[:, 0].tolist() == [True, True, True, False, False, False]
+    assert clear_places(mission, waiting.position, 0.1, range(7))[:, 0].tolist() == [*[True] * 4, *[False] * 3]
+    assert len(standing_solids(mission)) == 1
 
 
 def test_obstacles_that_move_are_not_among_those_that_stand() -> None:

@@ -82,7 +82,9 @@ def test_distances_are_those_to_one_shape_after_the_other_and_so_are_gradients(d
         assert np.mean(np.abs(measured - gradient.numpy()[:, axis]) < 1e-4) > 0.998
 
 
-def mission_of(generator: np.random.Generator, dimension: int, standing: int, moving: int, depth: int = 1) -> Mission:
+def mission_of(
+    generator: np.random.Generator, dimension: int, standing: int, moving: int, depth: int = 1, growth: float = 0.3
+) -> Mission:
     """A world 10 m wide full of obstacles, some of them beyond its border, for 4 s."""
     to = "(10, 10)" if dimension == 2 else "(10, 10, 10)"
     start = "(1, 1)" if dimension == 2 else "(1, 1, 1)"
@@ -93,12 +95,14 @@ def mission_of(generator: np.random.Generator, dimension: int, standing: int, mo
     )
     away = tuple(generator.uniform(-3, 3, dimension).tolist())
     path = Path((Seconds(0.0), Seconds(1.0), Seconds(4.0)), ((0.0,) * dimension, away, (2.0,) * dimension))
+    # The last of those that move stands, and grows all the same.
     every = [
         Obstacle(
             f"o{number}",
             shape_of(generator, dimension, depth),
-            Still() if number < standing else path,
+            path if standing <= number < standing + max(moving - 1, 1) else Still(),
             mission.agents[0].span,
+            0.0 if number < standing else growth,
         )
         for number in range(standing + moving)
     ]
@@ -112,6 +116,7 @@ def one_by_one(mission: Mission, points: Array, times: Array) -> Array:
             signed_distance(
                 np, each.shape, points - np.stack([displaced(each, time, points.shape[1]) for time in times])
             )
+            - each.growth * times
             for each in mission.obstacles
         ]
     ).reshape(-1, len(points))

@@ -218,6 +218,17 @@ def test_a_moving_obstacle_is_kept_clear_of_too() -> None:
     assert check.margin >= -check.tolerance
 
 
+def test_an_obstacle_that_grows_is_kept_clear_of_too() -> None:
+    path = [[[1.0, 1.0], [2.0, 1.0], [3.0, 1.0], [3.0, 2.0], [3.0, 3.0]]]
+    # It reaches the corner of the way when the agent has gone round it.
+    crowd = replace(still(ir.Disc((2.0, 2.0), 0.3)), growth=0.15)
+    mission = mission_of([[1.0, 1.0]], 4, obstacles=[crowd])
+    assert verify(mission, NOTHING, straight(path)).passed
+    found = flown(mission, straight(path))
+    check = next(check for check in found.certificate.checks if check.name == "flown obstacle")
+    assert check.margin >= -check.tolerance
+
+
 def chased(gap: float) -> tuple[ir.Mission, Trace]:
     """An agent that sets off so far before an obstacle that is as fast."""
     path = [[[1.5 + gap + step, 2.0] for step in range(6)]]

@@ -126,13 +126,15 @@ def test_every_formation_graph_and_kind_of_dynamics_is_used() -> None:
     assert {type(agent.dynamics) for each in missions for agent in each.agents} == set(DYNAMICS)
 
 
-def test_every_shape_is_used_and_obstacles_move_in_both_ways() -> None:
+def test_every_shape_is_used_and_obstacles_move_in_both_ways_and_grow() -> None:
     missions = [mission_of(path) for path in FILES]
     things = [thing for each in missions for thing in (*each.regions, *each.obstacles)]
     assert {type(part) for thing in things for part in parts(thing.shape)} == SHAPES
     text = "".join(path.read_text(encoding="utf-8") for path in FILES)
     assert re.search(r"^obstacle .* moving \(", text, re.MULTILINE)
     assert re.search(r"^obstacle .* along \(", text, re.MULTILINE)
+    assert re.search(r"^obstacle .* uncertain ", text, re.MULTILINE)
+    assert any(each.tolerances for each in missions)
 
 
 def parts(shape: ir.Shape) -> list[ir.Shape]:

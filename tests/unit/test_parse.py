@@ -35,6 +35,7 @@ region   field  = polygon (3, 3), (4, 3.2), (3.6, 4.2)
 region   wet    = field - fire                       # shapes combine: + union, * intersection, - difference
 obstacle ridge  = box (3, 7) to (4, 9)
 obstacle truck  = disc at (2, 5) radius 0.5 moving (2, 0) m/s
+obstacle crowd  = disc at (3, 3) radius 1 m uncertain 0.1 m/s
 obstacle train  = box (0, 0) to (1, 1) along (0 s: 0, 0), (4 s: 3, 0), (9 s: 3, 5)
 beacon   mast   = (1.5, 1.5)
 
@@ -60,6 +61,7 @@ require relay:  every drone: always[0, T] (field implies safe reach[hops 0..2 on
 require rescue: some drone: eventually[0, 12 s] field
 prefer  calm:   every drone: always[0, T] speed <= 1.5 m/s weight 2
 minimize distance
+tolerate delay 2 s of drone
 solve with smt { nodes = 110, neighbors = 6 }
 """
 
@@ -92,8 +94,9 @@ def same(first: str, second: str) -> bool:
 def test_the_language_by_example_is_read_whole() -> None:
     kinds = " ".join(type(declaration).__name__ for declaration in read(WHOLE_LANGUAGE))
     assert kinds == (
-        "MissionName Param Time World Region Region Region Region Obstacle Obstacle Obstacle Beacon Team Team Group "
-        "Graph Graph Formation Formation Formation Separation Clearance Let Require Require Prefer Minimize Solve"
+        "MissionName Param Time World Region Region Region Region Obstacle Obstacle Obstacle Obstacle Beacon Team Team "
+        "Group Graph Graph Formation Formation Formation Separation Clearance Let Require Require Prefer Minimize "
+        "Tolerate Solve"
     )
 
 

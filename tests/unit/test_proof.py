@@ -248,6 +248,10 @@ def steadier(certificate: dict[str, Any]) -> None:
     certificate["between_steps"] = [{"requirement": "none", "verdict": "holds throughout"}]
 
 
+def later(certificate: dict[str, Any]) -> None:
+    certificate["delays"][0]["tolerated"] += 1.0
+
+
 def another(certificate: dict[str, Any]) -> None:
     certificate["plan_sha256"] = "0" * 64
 
@@ -269,6 +273,7 @@ def another(certificate: dict[str, Any]) -> None:
         (faster, "peak acceleration of"),
         (silent, "its warnings are not all"),
         (steadier, "what it states between the steps"),
+        (later, "what it states of delays"),
         (another, "its `plan_sha256` is not that of the folder"),
         (lambda certificate: certificate.clear(), "it is no certificate"),
     ],

@@ -258,6 +258,30 @@ def test_a_motion_that_cannot_be_meant_is_refused(written: str, code: str) -> No
     assert codes(demo(more=f"obstacle rock = disc at (1, 4) radius 0.5 {written}")) == [code]
 
 
+def growth(written: str, **parts: str) -> float:
+    return mission(demo(more=f"obstacle rock = disc at (1, 4) radius 0.5 {written}", **parts)).obstacles[0].growth
+
+
+def test_an_obstacle_grows_as_it_says_whether_it_moves_or_stands() -> None:
+    assert growth("") == 0.0
+    assert growth("uncertain 0.3 m/s") == growth("uncertain 0.3") == growth("moving (1, 0) m/s uncertain 0.3") == 0.3
+    assert growth("along (0 s: 0, 0), (4 s: 3, 0) uncertain 0.1 m/s") == 0.1
+    assert growth("uncertain (U * 2)", things="region goal = box (7, 7) to (9, 9)\nparam U = 0.1 m/s") == 0.2
+
+
+@pytest.mark.parametrize(
+    ("written", "code"),
+    [("uncertain 0.3 m", "MC201"), ("uncertain -0.1 m/s", "MC210"), ("uncertain 0.1 deg", "MC201")],
+)
+def test_a_growth_that_cannot_be_meant_is_refused(written: str, code: str) -> None:
+    assert codes(demo(more=f"obstacle rock = disc at (1, 4) radius 0.5 {written}")) == [code]
+
+
+def test_an_obstacle_that_grows_is_no_part_of_a_shape() -> None:
+    more = "obstacle rock = disc at (1, 4) radius 0.5 uncertain 1 m/s\nregion wet = rock\nrequire every drone: not wet"
+    assert codes(demo(more=more)) == ["MC104"]
+
+
 def test_a_moving_obstacle_is_no_part_of_a_shape() -> None:
     more = (
         "obstacle rock = disc at (1, 4) radius 0.5 moving (1, 0) m/s\nrequire every drone: not wet\nregion wet = rock"
@@ -651,3 +675,28 @@ def test_definitions_come_after_those_they_rest_on(rests_on: dict[str, list[str]
             assert {other for other in rests_on[name] if other in rests_on} <= set(order[:place])
     for cycle in cycles:
         assert all(after in rests_on[name] for name, after in zip(cycle, cycle[1:] + cycle[:1], strict=True))
+
+
+# -------------------------------------------------------------------- delays
+
+
+def test_a_delay_is_in_steps_and_of_agents_by_their_numbers() -> None:
+    things = "region goal = box (7, 7) to (9, 9)\nparam D = 2 s"
+    found = mission(demo(things=things, more="tolerate delay D of drone\ntolerate delay 3 steps of drone[1]"))
+    assert [(each.agents, each.steps) for each in found.tolerances] == [(tuple(range(2)), 2), ((1,), 3)]
+
+
+@pytest.mark.parametrize(
+    ("written", "code"),
+    [
+        ("1.5 s of drone", "MC302"),
+        ("-1 s of drone", "MC210"),
+        ("11 s of drone", "MC210"),
+        ("2 m of drone", "MC201"),
+        ("2 s of goal", "MC104"),
+        ("2 s of nobody", "MC101"),
+        ("2 s of drone[2]", "MC105"),
+    ],
+)
+def test_a_delay_that_cannot_be_meant_is_refused(written: str, code: str) -> None:
+    assert codes(demo(more=f"tolerate delay {written}")) == [code]

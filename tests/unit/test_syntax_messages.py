@@ -179,6 +179,7 @@ def test_a_slip_without_one_cure_gets_advice(text: str, code: str, message: str,
         ("region a = box (1; 1) to (2, 2)", ";", "`;` is not a sign of the language", "write `,`"),
         ("region a = box (1, 1) - (2, 2)", "-", "`to` was expected", "write it as in `box (1, 1) to (3, 3)`"),
         ("obstacle o = a moving 1 m/s", "1", "a point such as `(1, 2)` was expected", "as in `moving (1, 0) m/s`"),
+        ("obstacle o = a uncertain", "uncertain", "a number or a parameter was expected", "as in `uncertain 0.3 m/s`"),
         ("obstacle o = a along (0, 1, 0)", ",", "`:` was expected", "as in `along (0 s: 0, 0), (4 s: 3, 0)`"),
         ("// words", "//", "`//` is not a sign of the language", "write `#`"),
         ("separation: 1 m", ":", "there is no `:` between `separation` and what it is", "delete it"),
@@ -297,7 +298,7 @@ def test_every_part_that_is_shown_is_read() -> None:
     assert findings_of("team d[2] { " + "  ".join(teams) + " }") == []
     shapes = [PARTS[word] for word in ("box", "disc", "ball", "cylinder", "polygon")]
     assert findings_of("\n".join(f"region a = {shape}" for shape in shapes)) == []
-    motions = [PARTS["moving"], PARTS["along"], PARTS["height"]]
+    motions = [PARTS["moving"], PARTS["along"], PARTS["uncertain"], PARTS["height"]]
     assert findings_of("\n".join(f"obstacle a = {PARTS['box']} {motion}" for motion in motions)) == []
 
 

@@ -210,6 +210,20 @@ def test_a_moving_obstacle_is_met_where_it_is_at_the_time() -> None:
     assert certificate.failures[0].at == pytest.approx(1.0, abs=0.01)
 
 
+def test_an_obstacle_that_grows_is_met_when_it_is_large_enough() -> None:
+    crowd = still(ir.Disc((8.0, 8.0), 0.5))
+    certificate = verify(pair(obstacles=[crowd]), NOTHING, straight(PAIR))
+    assert certificate.passed
+    reached = next(check for check in certificate.checks if check.name == "obstacle").margin
+    grown = verify(pair(obstacles=[replace(crowd, growth=reached / 10)]), NOTHING, straight(PAIR))
+    margin = next(check for check in grown.checks if check.name == "obstacle").margin
+    assert grown.passed
+    assert margin < reached
+    fast = verify(pair(obstacles=[replace(crowd, growth=10.0)]), NOTHING, straight(PAIR))
+    assert failing(fast) == {"obstacle"}
+    assert fast.failures[0].at == pytest.approx(2.0, abs=0.01)
+
+
 def test_a_door_as_deep_as_its_wall_is_open() -> None:
     wall = ir.Difference(ir.Box((1.4, 0.0), (1.6, 10.0)), ir.Box((1.4, 0.5), (1.6, 1.5)))
     certificate = verify(mission_of([[1.0, 1.0]], 2, obstacles=[still(wall)]), NOTHING, straight([PAIR[0]]))

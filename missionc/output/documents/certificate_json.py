@@ -6,7 +6,7 @@ import math
 from dataclasses import asdict
 
 from missionc.output.json_layout import compact, listed
-from missionc.verify.certificate import Between, Certificate, Check, Figure
+from missionc.verify.certificate import Between, Certificate, Check, Delay, Figure
 from missionc.verify.check_certificate import SCHEMA
 from missionc.verify.proof.proof_boxes import Boxes
 
@@ -23,12 +23,13 @@ def certificate_json(certificate: Certificate, plan_sha256: str) -> str:
     lines.append(listed("checks", (compact(_entry(entry)) for entry in certificate.checks)))
     lines.append(listed("figures", (compact(_entry(entry)) for entry in certificate.figures)))
     lines.append(listed("between_steps", (compact(_between(each)) for each in certificate.between)))
+    lines.append(listed("delays", (compact(_entry(each)) for each in certificate.delays)))
     lines.append(listed("boxes", (compact(_boxes(boxes)) for boxes in certificate.boxes)))
     lines.append(f'  "warnings": {compact(list(certificate.warnings))}')
     return "{\n" + ",\n".join(lines) + "\n}\n"
 
 
-def _entry(entry: Check | Figure) -> dict[str, object]:
+def _entry(entry: Check | Figure | Delay) -> dict[str, object]:
     return {key: _plain(key, value) for key, value in asdict(entry).items()}
 
 

@@ -23,11 +23,12 @@ from missionc.base.trace import Array, Trace
 from missionc.curves.piecewise_polynomials import motion, values
 from missionc.diagnostics.code import EXTRA_MISSING
 from missionc.diagnostics.model import Diagnostic
-from missionc.ir import Agent, Mission, Obstacle, Path, Still
+from missionc.ir import Agent, Mission, Obstacle, Path
 from missionc.output.plot.label_places import name_place
 from missionc.output.plot.parallel_lanes import lanes
 from missionc.output.plot.plot_roadmap import draw_roadmap, roadmap_entry
 from missionc.output.plot.silhouette import View, draw_shape, inner_point
+from missionc.world.displacement import displaced
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -229,17 +230,23 @@ def _draw_obstacle(axes: Axes, mission: Mission, view: View, obstacle: Obstacle)
     draw_shape(axes, world, view, obstacle.shape, fc=OBSTACLE, ec=OBSTACLE, lw=0.8, zorder=2, **_see_through(view))
     if view.up == 1:
         _name(axes, inner_point(world, view, obstacle.shape), obstacle.name, "white", 7.5)
-    if isinstance(obstacle.motion, Still):
+    if obstacle.constant:
         return
-    path = obstacle.motion
     last = mission.step * mission.steps
     for share in (0.25, 0.5, 0.75, 1.0):
-        shift = _offset(path, share * last, mission.dimension)
+        shift = np.array(displaced(obstacle, share * last, mission.dimension))
         style = {"fc": OBSTACLE, "ec": OBSTACLE, "lw": 0.8, "ls": (0, (3, 2)), "alpha": 0.16, "zorder": 1.5}
-        draw_shape(axes, world, view, obstacle.shape, shift, **style)
-    start = inner_point(world, view, obstacle.shape)
+        draw_shape(axes, world, view, obstacle.shape, shift, obstacle.grown(share * last), **style)
+    if isinstance(obstacle.motion, Path):
+        _draw_track(axes, mission, view, obstacle, obstacle.motion)
+
+
+def _draw_track(axes: Axes, mission: Mission, view: View, obstacle: Obstacle, path: Path) -> None:
+    """Where the obstacle goes, and an arrow halfway."""
+    last = mission.step * mission.steps
+    start = inner_point(mission.world, view, obstacle.shape)
     times = sorted({0.0, last, *(time for time in path.times if 0 < time < last)})
-    track = np.array([_offset(path, time, mission.dimension) for time in times])
+    track = np.array([displaced(obstacle, time, mission.dimension) for time in times])
     axes.plot(
         start[0] + track[:, view.across],
         start[1] + track[:, view.up],
@@ -248,7 +255,7 @@ def _draw_obstacle(axes: Axes, mission: Mission, view: View, obstacle: Obstacle)
         ls=(0, (3, 2)),
         zorder=2.1,
     )
-    middle, after = (_offset(path, share * last, mission.dimension) for share in (0.48, 0.52))
+    middle, after = (displaced(obstacle, share * last, mission.dimension) for share in (0.48, 0.52))
     heads = [(start[0] + shift[view.across], start[1] + shift[view.up]) for shift in (after, middle)]
     arrow = {"arrowstyle": "-|>", "color": OBSTACLE, "lw": 0.9, "mutation_scale": 9}
     axes.annotate("", heads[0], heads[1], arrowprops=arrow, zorder=2.2)
@@ -257,13 +264,6 @@ def _draw_obstacle(axes: Axes, mission: Mission, view: View, obstacle: Obstacle)
 def _see_through(view: View) -> dict[str, Any]:
     """From the side one thing stands before the other."""
     return {} if view.up == 1 else {"alpha": 0.3}
-
-
-def _offset(path: Path, time: float, dimension: int) -> Array:
-    offset = np.zeros(dimension)
-    for axis, column in enumerate(np.array(path.offsets).T):
-        offset[axis] = np.interp(time, path.times, column)
-    return offset
 
 
 def _draw_agents(axes: Axes, mission: Mission, trace: Trace, view: View) -> None:
@@ -331,8 +331,9 @@ def _name(axes: Axes, place: tuple[float, float], name: str, colour: str, size: 
 
 def _legend(axes: Axes, mission: Mission, roadmaps: tuple[RoadmapGraph, ...]) -> None:
     from matplotlib.lines import Line2D
+    from matplotlib.patches import Patch
 
-    entries = []
+    entries: list[Line2D | Patch] = []
     if len(mission.agents) <= MOST_NAMED:
         for agent in mission.agents:
             colour, mark, dash = style(agent.index)
@@ -349,5 +350,7 @@ def _legend(axes: Axes, mission: Mission, roadmaps: tuple[RoadmapGraph, ...]) ->
     if any(isinstance(obstacle.motion, Path) for obstacle in mission.obstacles):
         entries.append(Line2D([], [], color=OBSTACLE, lw=0.9, ls=(0, (3, 2)), label="moving obstacle"))
     entries += [roadmap_entry(roadmap, number) for number, roadmap in enumerate(roadmaps)]
+    if any(obstacle.growth for obstacle in mission.obstacles):
+        entries.append(Patch(fc=OBSTACLE, ec=OBSTACLE, alpha=0.3, ls=(0, (3, 2)), label="may be there later"))
     place: dict[str, Any] = {"loc": "upper left", "bbox_to_anchor": (1.01, 1.0), "borderaxespad": 0}
     axes.legend(handles=entries, frameon=False, fontsize=8.5, handlelength=2.4, labelspacing=0.45, **place)

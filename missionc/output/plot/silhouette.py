@@ -28,19 +28,22 @@ class View:
     up: int
 
 
-def draw_shape(axes: Axes, world: World, view: View, shape: Shape, shift: Array | None = None, **style: Any) -> None:
-    """Draw the shape's silhouette, moved by ``shift`` (dim,), with the style of a patch."""
+def draw_shape(
+    axes: Axes, world: World, view: View, shape: Shape, shift: Array | None = None, grown: float = 0.0, **style: Any
+) -> None:
+    """Draw the shape's silhouette, moved by ``shift`` (dim,) and grown by some metres, with the style of a patch."""
     offset = np.zeros(world.dimension) if shift is None else shift
-    patch = _patch(world, view, shape, offset, style)
+    patch = None if grown else _patch(world, view, shape, offset, style)
     if patch is not None:
         axes.add_patch(patch)
         return
-    across, up, depth = _depth(world, view, shape)
+    across, up, depth = _depth(world, view, shape, offset)
     x, y = across + offset[view.across], up + offset[view.up]
     alpha, zorder = style.get("alpha"), style.get("zorder", 1)
     inside = float(min(depth.min(), 0.0)) - 1.0
-    axes.contourf(x, y, depth, levels=[inside, 0.0], colors=[style["fc"]], alpha=alpha, zorder=zorder)
-    axes.contour(x, y, depth, levels=[0.0], colors=[style["ec"]], linewidths=style.get("lw", 1), zorder=zorder)
+    axes.contourf(x, y, depth, levels=[inside, grown], colors=[style["fc"]], alpha=alpha, zorder=zorder)
+    line = {"linewidths": style.get("lw", 1), "linestyles": [style.get("ls", "-")], "zorder": zorder}
+    axes.contour(x, y, depth, levels=[grown], colors=[style["ec"]], **line)
 
 
 def inner_point(world: World, view: View, shape: Shape) -> tuple[float, float]:
@@ -97,10 +100,13 @@ def _heights(world: World, band: Prism | None) -> tuple[float, float]:
     return max(low, world.low[2]), max(0.0, min(high, world.high[2]) - max(low, world.low[2]))
 
 
-def _depth(world: World, view: View, shape: Shape) -> tuple[Array, Array, Array]:
-    """How deep in the silhouette each point of a grid is: (across,), (up,), (up, across)."""
-    across = np.linspace(world.low[view.across], world.high[view.across], GRID)
-    up = np.linspace(world.low[view.up], world.high[view.up], GRID)
+def _depth(world: World, view: View, shape: Shape, offset: Array | None = None) -> tuple[Array, Array, Array]:
+    """How deep in the silhouette each point of a grid is, which is that of the world once the shape is moved by
+    ``offset``, (dim,): (across,), (up,), (up, across)."""
+    away = np.zeros(world.dimension) if offset is None else offset
+    low, high = np.array(world.low) - away, np.array(world.high) - away
+    across = np.linspace(low[view.across], high[view.across], GRID)
+    up = np.linspace(low[view.up], high[view.up], GRID)
     hidden = [axis for axis in range(world.dimension) if axis not in (view.across, view.up)]
     distance = solid(shape, world.dimension)
     point = np.zeros((GRID, GRID, world.dimension))
@@ -108,7 +114,7 @@ def _depth(world: World, view: View, shape: Shape) -> tuple[Array, Array, Array]
     if not hidden:
         return across, up, distance(point)
     nearest = np.full((GRID, GRID), np.inf)
-    for place in np.linspace(world.low[hidden[0]], world.high[hidden[0]], DEPTH + 2)[1:-1]:
+    for place in np.linspace(low[hidden[0]], high[hidden[0]], DEPTH + 2)[1:-1]:
         point[..., hidden[0]] = place
         nearest = np.minimum(nearest, distance(point))
     return across, up, nearest

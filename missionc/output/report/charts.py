@@ -9,7 +9,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from missionc.base.trace import Array, Trace
-from missionc.ir import Agent, Mission, Resource, Still
+from missionc.ir import Agent, Mission, Resource
 from missionc.language.margins.resources import levels
 from missionc.output.report.flight_tracks import Flights
 from missionc.output.report.pack import pack, thousandths
@@ -17,6 +17,7 @@ from missionc.output.report.sample_tracks import Placed, Sampled
 from missionc.output.report.simulated_tracks import Simulated
 from missionc.verify.certificate import Certificate
 from missionc.verify.plan.obstacle_bodies import solid
+from missionc.world.displacement import displaced
 
 MOST_PAIRS = 1 << 21
 """Distances that are held at once."""
@@ -175,12 +176,10 @@ def _clearance(mission: Mission, each: Placed) -> Array:
     radius = np.array([agent.radius for agent in mission.agents])[:, None]
     nearest = np.full(each.times.size, np.inf)
     for obstacle in mission.obstacles:
-        place = each.position
-        if not isinstance(obstacle.motion, Still):
-            path = obstacle.motion
-            columns = np.array(path.offsets).T
-            shift = np.stack([np.interp(each.times, path.times, column) for column in columns], axis=-1)
-            place = place - shift
-        distance = solid(obstacle.shape, mission.dimension)(place) - radius
+        place, grown = each.position, np.zeros(1)
+        if not obstacle.constant:
+            place = place - np.array([displaced(obstacle, time, mission.dimension) for time in each.times])
+            grown = np.array([obstacle.grown(time) for time in each.times])
+        distance = solid(obstacle.shape, mission.dimension)(place) - radius - grown
         nearest = np.minimum(nearest, distance.min(axis=0))
     return nearest

@@ -86,6 +86,16 @@ def data(plotted: Plotted) -> dict[str, Any]:
             {"requirement": each.requirement, "verdict": each.verdict.value, "at": each.at, "detail": each.detail}
             for each in plotted.certificate.between
         ],
+        "delays": [
+            {
+                "agent": each.agent,
+                "tolerated": each.tolerated,
+                "open": each.open,
+                "breaks": each.broken,
+                "at": each.at,
+            }
+            for each in plotted.certificate.delays
+        ],
         "passed": plotted.certificate.passed,
         "miss": plotted.miss,
         "warnings": list(plotted.certificate.warnings),
@@ -120,7 +130,7 @@ def _obstacle(mission: Mission, obstacle: Obstacle) -> dict[str, Any]:
         if isinstance(path, Path)
         else None
     )
-    return {**_shape(mission, obstacle.name, obstacle.shape), "path": moves}
+    return {**_shape(mission, obstacle.name, obstacle.shape), "path": moves, "growth": obstacle.growth}
 
 
 def _graph(graph: Graph, position: Array) -> dict[str, Any]:

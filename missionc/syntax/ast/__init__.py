@@ -45,6 +45,7 @@ from missionc.syntax.ast.declarations import (
     Solve,
     Team,
     Time,
+    Tolerate,
     World,
 )
 from missionc.syntax.ast.formulas import (
@@ -139,6 +140,7 @@ __all__ = [
     "Team",
     "TeamItem",
     "Time",
+    "Tolerate",
     "Truth",
     "Vehicle",
     "Waypoint",

@@ -56,10 +56,13 @@ class Region:
 
 @dataclass(frozen=True, slots=True)
 class Obstacle:
+    """``obstacle NAME = SHAPE [MOTION] [uncertain growth]``"""
+
     span: Span
     name: Name
     shape: Shape
     motion: Motion | None = None
+    growth: Quantity | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -227,6 +230,15 @@ class Solve:
     files: tuple[FileSetting, ...] = ()
 
 
+@dataclass(frozen=True, slots=True)
+class Tolerate:
+    """``tolerate delay 2 s of drone``"""
+
+    span: Span
+    delay: Quantity
+    agents: Name | Member
+
+
 Declaration: TypeAlias = (
     MissionName
     | Param
@@ -249,6 +261,7 @@ Declaration: TypeAlias = (
     | Prefer
     | Minimize
     | Solve
+    | Tolerate
 )
 
 

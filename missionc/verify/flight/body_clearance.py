@@ -37,6 +37,18 @@ def clear_of(shape: Shape, dimension: int, need: Array) -> Judge:
     return judge
 
 
+def clear_of_growing(judge: Judge) -> Judge:
+    """The same of a body that grows: the last coordinate of a curve, metres, says by how much it has."""
+
+    def grown(item: Indices, curve: Enclosed) -> Bounds:
+        growth = curve[:, -1]
+        lower, seen, share = judge(item, curve[:, :-1])
+        half = growth.middle()
+        return lowered(lower - growth.high()), seen - half.points[..., 0] + half.radius, share
+
+    return grown
+
+
 def box_clear_of(shape: Shape, dimension: int) -> Callable[[Array, Array, Array], Array]:
     """How much further from the body than ``need``, metres, all of a box is.
 

@@ -103,6 +103,25 @@ def seen_from(mission: Mission, flight: Flight, obstacle: Obstacle) -> tuple[Arr
             return joints, parts - linear
 
 
+def growing(seen: Enclosed, times: Array, obstacle: Obstacle) -> Enclosed:
+    """The flight as an obstacle sees it, with one more coordinate: by how much the obstacle has grown, metres.
+
+    Args:
+        seen: (agents, parts, dim).
+        times: (parts + 1,), seconds.
+
+    Returns:
+        (agents, parts, dim + 1). The rounding of the growth is in the radius.
+    """
+    grown = obstacle.growth * times
+    ends = np.stack([grown[:-1], grown[1:]], axis=-1)
+    linear = Enclosed(ends, np.full(len(ends), ALLOWANCE * (1 + float(grown[-1])))).elevated(seen.degree)
+    shape = (*seen.radius.shape[:2], 1)
+    points = np.broadcast_to(linear.points[None, :, None], (*shape, seen.degree + 1))
+    radius = np.broadcast_to(linear.radius[None, :, None], shape)
+    return Enclosed(np.concatenate([seen.points, points], axis=2), np.concatenate([seen.radius, radius], axis=2))
+
+
 def extent(curves: Enclosed) -> tuple[Array, Array]:
     """The corners of a box around all of each agent's pieces: (agents, pieces, dim) -> (agents, dim) twice."""
     return curves.low().min(axis=1), curves.high().max(axis=1)

@@ -13,9 +13,9 @@ import numpy as np
 from missionc.base.trace import Array
 from missionc.curves.bernstein_intervals import Enclosed, lowered, raised
 from missionc.curves.piecewise_polynomials import Indices
-from missionc.ir import Mission, Obstacle, Still
-from missionc.verify.flight.body_clearance import box_clear_of, clear_of
-from missionc.verify.flight.flight_curves import Flight, extent, seen_from
+from missionc.ir import Mission, Obstacle
+from missionc.verify.flight.body_clearance import box_clear_of, clear_of, clear_of_growing
+from missionc.verify.flight.flight_curves import Flight, extent, growing, seen_from
 from missionc.verify.proof.claims import Claim, everyone, of_agents
 from missionc.verify.proof.interval_margins import at_least, between, far_from_origin
 from missionc.verify.tolerances import CERTAIN, ROUNDING
@@ -57,7 +57,7 @@ def _obstacle(mission: Mission, flight: Flight, obstacle: Obstacle, strict: bool
     parts = times.size - 1
     room = np.array([agent.radius + agent.vehicle.tracking for agent in mission.agents])
     need = np.repeat(raised(room)[:, None], parts, axis=1)
-    if not isinstance(obstacle.motion, Still):
+    if not obstacle.constant:
         piece = np.clip(np.searchsorted(flight.times, times[:-1], side="right") - 1, 0, flight.durations.size - 1)
         need = raised(need + flight.drift(_skews(mission))[:, piece])
     detail = "no bodies touch throughout"
@@ -66,8 +66,11 @@ def _obstacle(mission: Mission, flight: Flight, obstacle: Obstacle, strict: bool
         need = np.maximum(need, wanted[:, None])
         detail = f"every body stays {mission.clearance:g} m clear of it throughout"
     judge = clear_of(obstacle.shape, mission.dimension, need.ravel())
-    moving = not isinstance(obstacle.motion, Still)
-    low, high = extent(seen) if moving else (corner[:, : mission.dimension] for corner in flight.extent)
+    low, high = (corner[:, : mission.dimension] for corner in flight.extent) if obstacle.constant else extent(seen)
+    if obstacle.growth:
+        seen = growing(seen, times, obstacle)
+        judge = clear_of_growing(judge)
+        need = need + seen.high()[..., -1]
     most, of_box = need.max(axis=1), box_clear_of(obstacle.shape, mission.dimension)
 
     def far(agent: Indices) -> Array:

@@ -66,22 +66,31 @@ def pair_margins(
     """Lower and upper bounds on pairs' margins within a piece, and when the upper one is taken: (pairs,) each."""
     radii = np.array([agent.radius for agent in mission.agents])
     need = radii[first] + radii[second] + mission.separation
-    duration = float(curves.durations[piece])
     one = Curves(curves.times[piece : piece + 2], curves.coefficients[:, piece : piece + 1])
-    relative = one.between(first, second)
-    flat = relative.coefficients[:, 0]
+    return relative_margins(one.between(first, second), need, ceiling)
+
+
+def relative_margins(relative: Curves, need: Array, ceiling: float | None) -> tuple[Array, Array, Array]:
+    """Bounds, as of ``pair_margins``, of relative motions in each of their pieces: (pairs * pieces,) each.
+
+    Args:
+        need: (pairs,), metres that the two of a pair are to be apart.
+    """
+    pairs, pieces, *shape = relative.coefficients.shape
+    flat = relative.coefficients.reshape(pairs * pieces, *shape)
+    needed, duration = np.repeat(need, pieces), np.tile(relative.durations, pairs)
     if flat.shape[-1] == 2:
         closest, when = _straight(flat, duration)
-        return closest - need, closest - need, when
+        return closest - needed, closest - needed, when
 
     def margin(item: Indices, local: Array) -> Array:
-        return np.asarray(np.linalg.norm(values(flat[item], local), axis=-1) - need[item])
+        return np.asarray(np.linalg.norm(values(flat[item], local), axis=-1) - needed[item])
 
-    bounds = least(margin, speed_bounds(relative)[:, 0], np.full(first.size, duration), CERTAIN, ceiling)
+    bounds = least(margin, speed_bounds(relative).ravel(), duration, CERTAIN, ceiling)
     return bounds.lower, bounds.upper, bounds.at
 
 
-def _straight(relative: Array, duration: float) -> tuple[Array, Array]:
+def _straight(relative: Array, duration: Array) -> tuple[Array, Array]:
     """The least distance of straight relative motion, in closed form, and when: (pairs, dim, 2) -> (pairs,) twice."""
     offset, velocity = relative[..., 0], relative[..., 1]
     square = (velocity**2).sum(axis=-1)

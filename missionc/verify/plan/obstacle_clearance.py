@@ -59,7 +59,8 @@ def margins(
     agents, pieces, *shape = seen.coefficients.shape
     distance = solid(obstacle.shape, mission.dimension)
     need = np.array([agent.radius + mission.clearance for agent in mission.agents])
-    far = np.asarray(distance((low + high) / 2) - np.linalg.norm(high - low, axis=-1) / 2 - need)
+    largest = obstacle.grown(float(seen.times[-1]))
+    far = np.asarray(distance((low + high) / 2) - np.linalg.norm(high - low, axis=-1) / 2 - need - largest)
     lower, upper, at = np.repeat(far, pieces), np.full(agents * pieces, np.inf), np.zeros(agents * pieces)
 
     def look(chosen: Indices, ceiling: float | None) -> None:
@@ -68,10 +69,13 @@ def margins(
         flat, needed = motions.coefficients.reshape(item.size, *shape), np.repeat(need[chosen], pieces)
 
         def margin(motion: Indices, local: Array) -> Array:
-            return np.asarray(distance(values(flat[motion], local)) - needed[motion])
+            grown = obstacle.growth * (begun[motion] + local)
+            return np.asarray(distance(values(flat[motion], local)) - needed[motion] - grown)
 
+        begun = np.tile(seen.times[:-1], chosen.size)
         duration = np.tile(seen.durations, chosen.size)
-        bounds = least(margin, speed_bounds(motions).ravel(), duration, gap, ceiling)
+        fastest = speed_bounds(motions).ravel() + obstacle.growth
+        bounds = least(margin, fastest, duration, gap, ceiling)
         lower[item], upper[item], at[item] = bounds.lower, bounds.upper, bounds.at
 
     if ceiling is None:

@@ -18,14 +18,15 @@ def check_places(mission: Mission, trace: Trace) -> list[Check]:
     """Each agent's start, and its finish where it has one. A place is about the agent's centre."""
     findings = []
     for agent in mission.agents:
-        findings.append(_place(agent, "start", agent.start, trace.position[agent.index, 0], 0.0))
+        findings.append(check_place(agent, "start", agent.start, trace.position[agent.index, 0], 0.0))
         if agent.finish is not None:
             last = trace.position[agent.index, -1]
-            findings.append(_place(agent, "finish", agent.finish, last, mission.step * mission.steps))
+            findings.append(check_place(agent, "finish", agent.finish, last, mission.step * mission.steps))
     return findings
 
 
-def _place(agent: Agent, name: str, place: Place, position: Array, at: float) -> Check:
+def check_place(agent: Agent, name: str, place: Place, position: Array, at: float) -> Check:
+    """An agent at a time, in seconds: its centre, (dim,), is in the place, or there."""
     match place:
         case Anywhere(region):
             margin = -float(signed_distance(np, region.shape, position))

@@ -7,7 +7,7 @@ import torch
 from torch import Tensor
 
 from missionc.backends.clot.optimise.obstacle_index import Obstacles
-from missionc.ir import Box, Mission, Shape, Still
+from missionc.ir import Box, Mission, Shape
 from missionc.world.signed_distance import signed_distance
 
 REACH = 0.4
@@ -53,10 +53,13 @@ class Surroundings:
     def all_of_them(self, points: Tensor, instants: Tensor, reach: float) -> Tensor:
         """The same, (..., instants, others), metres, without a number that is read: one obstacle after the other."""
         left = torch.full_like(points[..., 0], reach)
-        moved = iter(self.obstacles.moved[instants].unbind(1))
+        moved, grown = (iter(each[instants].unbind(1)) for each in (self.obstacles.moved, self.obstacles.grown))
         for obstacle in self.mission.obstacles:
-            still = isinstance(obstacle.motion, Still)
-            left = torch.minimum(left, _distance(obstacle.shape, points if still else points - next(moved)[:, None]))
+            if obstacle.constant:
+                away = _distance(obstacle.shape, points)
+            else:
+                away = _distance(obstacle.shape, points - next(moved)[:, None]) - next(grown)[:, None]
+            left = torch.minimum(left, away)
         return left
 
 

@@ -1,7 +1,7 @@
 """Spatial index of obstacles: which of them are near many points at once, and the distances to these.
 
-Those that stand are looked up by the cell of the plane a point is in; those that move are all looked at. Either way the
-box around an obstacle decides, and distances are taken to what is left.
+Those that stand are looked up by the cell of the plane a point is in; those that move or grow are all looked at. Either
+way the box around an obstacle decides, and distances are taken to what is left.
 
 Source:
     [clot] III-B, MSD to the obstacles; IV-D.3 (II), obstacles that move.
@@ -19,8 +19,8 @@ from torch import Tensor
 from missionc.backends.clot.optimise.carved_boxes import carved
 from missionc.backends.clot.optimise.stacked_shapes import Lists, Stacked, lists
 from missionc.base.trace import Array
-from missionc.ir import Mission, Obstacle, Path, Still
-from missionc.world.clearance import offset
+from missionc.ir import Mission, Obstacle
+from missionc.world.displacement import displaced
 from missionc.world.outline import outlined
 from missionc.world.sampling import box_around
 from missionc.world.signed_distance import signed_distance
@@ -43,11 +43,13 @@ class Pairs:
         row: (pairs,), of the point.
         which: (pairs,), of the obstacle.
         shift: (pairs, dim), how far the obstacle has moved, metres.
+        grown: (pairs,), by how much it has grown, metres.
     """
 
     row: Tensor
     which: Tensor
     shift: Tensor
+    grown: Tensor
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -87,10 +89,8 @@ class Obstacles:
         boxes = np.array([box_around(obstacle.shape, dim) for obstacle in every]).reshape(-1, 2, dim)
         boxes.sort(axis=1)  # of an intersection of what is apart, the corners are the wrong way round
         self.low, self.high = (torch.from_numpy(boxes[:, side]).to(device, dtype) for side in (0, 1))
-        self.standing = [
-            shape for shape, obstacle in zip(shapes, every, strict=True) if isinstance(obstacle.motion, Still)
-        ]
-        still = [isinstance(obstacle.motion, Still) for obstacle in every]
+        self.standing = [shape for shape, obstacle in zip(shapes, every, strict=True) if obstacle.constant]
+        still = [obstacle.constant for obstacle in every]
         self.still = torch.tensor([number for number, stands in enumerate(still) if stands], dtype=torch.int64).to(
             device
         )
@@ -98,10 +98,11 @@ class Obstacles:
             device
         )
         moved = np.zeros((len(times), len(self.movers), dim))
-        for place, obstacle in enumerate(each for each in every if isinstance(each.motion, Path)):
-            assert isinstance(obstacle.motion, Path)
-            moved[:, place] = [offset(obstacle.motion, time, dim) for time in times]
-        self.moved = torch.from_numpy(moved).to(device, dtype)
+        grown = np.zeros((len(times), len(self.movers)))
+        for place, obstacle in enumerate(each for each in every if not each.constant):
+            moved[:, place] = [displaced(obstacle, time, dim) for time in times]
+            grown[:, place] = [obstacle.grown(time) for time in times]
+        self.moved, self.grown = (torch.from_numpy(each).to(device, dtype) for each in (moved, grown))
         self.cells: dict[float, _Cells] = {}
 
     def near(self, points: Tensor, instant: Tensor, reach: float) -> Pairs:
@@ -113,18 +114,19 @@ class Obstacles:
             reach: metres.
         """
         row, which = self._standing(points, reach)
-        shift = points.new_zeros(len(row), points.shape[1])
+        shift, swelling = points.new_zeros(len(row), points.shape[1]), points.new_zeros(len(row))
         if len(self.movers):
-            moved = self.moved[instant]
+            moved, grown = self.moved[instant], self.grown[instant]
             beside = self._beside(points[:, None] - moved, self.movers[None])
-            passing, mover = torch.nonzero(beside < reach * reach, as_tuple=True)
+            passing, mover = torch.nonzero(beside < (reach + grown) ** 2, as_tuple=True)
             row, which = torch.cat([row, passing]), torch.cat([which, self.movers[mover]])
             shift = torch.cat([shift, moved[passing, mover]])
-        return Pairs(row, which, shift)
+            swelling = torch.cat([swelling, grown[passing, mover]])
+        return Pairs(row, which, shift, swelling)
 
     def distance(self, points: Tensor, pairs: Pairs) -> Tensor:
         """How far the points of pairs, (pairs, dim), are from their obstacles: (pairs,), metres, with its gradient."""
-        return self.stacked.distance(points - pairs.shift, pairs.which)
+        return self.stacked.distance(points - pairs.shift, pairs.which) - pairs.grown
 
     def room(self, points: Tensor, instant: Tensor, reach: float) -> Tensor:
         """How far points are from the nearest obstacle, or ``reach`` where that is less: (rows,), metres."""

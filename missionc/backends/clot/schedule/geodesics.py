@@ -1,7 +1,11 @@
-"""Geodesics round the obstacles that stand still: shortest paths on a grid, for a point with some room around it."""
+"""Geodesics round the obstacles that stand still: shortest paths on a grid, for a point with some room around it.
+
+Obstacles that grow count as they are at first.
+"""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cached_property
 from itertools import pairwise, product
 
@@ -37,7 +41,8 @@ class Geodesics:
     def __init__(self, mission: Mission, figure: Array | None = None) -> None:
         self.mission = mission
         self.figure = np.zeros((1, mission.dimension)) if figure is None else figure
-        self.standing = Obstacles(mission, [each for each in mission.obstacles if isinstance(each.motion, Still)])
+        standing = [replace(each, growth=0.0) for each in mission.obstacles if isinstance(each.motion, Still)]
+        self.standing = Obstacles(mission, standing)
         low, high = np.array(mission.world.low), np.array(mission.world.high)
         size = high - low
         self.cell = float((np.prod(size) / CELLS) ** (1 / len(size)))

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from missionc.backends.clot.schedule.geodesics import Geodesics
 from missionc.base.trace import Array, Flags
-from missionc.ir import Mission, Still
+from missionc.ir import Mission
 from missionc.world.displacement import displaced
 from missionc.world.signed_distance import signed_distance
 
@@ -164,15 +164,15 @@ class _GiveWay:
         np.add.at(self.taken, (layer, *index[layer, which].T), sign * much[layer, which])
 
     def _of_movers(self, times: Array) -> Array:
-        """How much of each cell is taken by obstacles that move, (layers, *cells)."""
+        """How much of each cell is taken by obstacles that move or grow, (layers, *cells)."""
         taken = np.zeros((len(times), *self.layers.shape))
         radius = max(self.mission.agents[agent].radius for agent in self.alone) + self.mission.clearance + ROOM
         for obstacle in self.mission.obstacles:
-            if isinstance(obstacle.motion, Still):
+            if obstacle.constant:
                 continue
             for layer, time in enumerate(times):
                 moved = self.points - displaced(obstacle, float(time), self.points.shape[-1])
-                gap = np.asarray(signed_distance(np, obstacle.shape, moved))
+                gap = np.asarray(signed_distance(np, obstacle.shape, moved)) - obstacle.grown(float(time))
                 taken[layer] += np.maximum(0.0, radius - gap) / radius
         return taken
 

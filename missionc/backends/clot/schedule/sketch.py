@@ -16,7 +16,7 @@ from missionc.backends.clot.schedule.give_way import give_way
 from missionc.backends.clot.schedule.key_frame import NO_TOURS, KeyFrame
 from missionc.backends.clot.schedule.visits import Schedule
 from missionc.base.trace import Array
-from missionc.ir import Box, Mission, Still
+from missionc.ir import Box, Mission
 from missionc.kernel.nodes import Atom
 from missionc.world.signed_distance import signed_distance
 
@@ -97,10 +97,10 @@ def _together(
     around = (start - middle)[:, None] * (1 - share)[None, :, None] + (end - goal)[:, None] * share[None, :, None]
     moved: Array = along(way, share)[None] + around
     time = (earlier.step + share * (later.step - earlier.step)) * mission.step
-    movers = [obstacle for obstacle in mission.obstacles if not isinstance(obstacle.motion, Still)]
+    movers = [obstacle for obstacle in mission.obstacles if not obstacle.constant]
     if _blocked(Obstacles(mission, movers, time), moved[None], radius)[0] == 0.0:
         return moved
-    # What moves has no way round that a map of standing obstacles could show: the least blocked of many bends.
+    # What moves or grows has no way round that a map of standing obstacles could show: the least blocked of many bends.
     bends = np.stack(_bends(share, float(np.linalg.norm(goal - middle)), mission.dimension, generator))
     blocked = _blocked(Obstacles(mission, mission.obstacles, time), moved + bends[:, None], radius)
     extra = np.linalg.norm(np.diff(bends, axis=1), axis=2).sum(axis=1)

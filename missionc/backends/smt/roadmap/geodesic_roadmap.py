@@ -28,7 +28,7 @@ from missionc.backends.smt.roadmap.shortest_ways import left_at, on_shortest_way
 from missionc.backends.smt.roadmap.unique_rows import distinct
 from missionc.backends.smt.roadmap.visibility_graph import Visibility
 from missionc.base.trace import Array
-from missionc.ir import Ball, Inside, Predicate
+from missionc.ir import Ball, Inside, Predicate, Still
 from missionc.kernel.analysis import agents_asked, linked_by
 from missionc.kernel.nodes import Atom, Kernel, Not
 from missionc.language.margins.predicate_margins import of_states
@@ -216,6 +216,14 @@ def _corners(ground: Ground, kernel: Kernel) -> Array:
     dimension = ground.mission.dimension
     denied = [each.region for each in _asked(kernel, holds=False) if each.region is not None]
     shapes = [(solid, ground.margin) for solid in ground.obstacles]
+    horizon = float(ground.mission.horizon)
+    shapes += [
+        (solid, ground.margin + obstacle.grown(time))
+        for obstacle in ground.mission.obstacles
+        if obstacle.growth and isinstance(obstacle.motion, Still)
+        for time in (horizon / 2, horizon)
+        for solid in solids(obstacle.shape)
+    ]
     shapes += [(solid, ground.agents[0].radius) for region in denied for solid in solids(region.shape)]
     made = [np.zeros((0, dimension))]
     passing = 2 * ground.agents[0].radius + ground.mission.separation

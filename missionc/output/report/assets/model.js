@@ -67,6 +67,7 @@ function readModel(data) {
     graphs: data.graphs.map((graph) => ({ name: graph.name, runs: readRuns(graph.runs) })),
     formations: data.formations.map((formation) => ({ ...formation, margins: metres(formation.margins) })),
     charts: data.charts.map((chart) => ({ ...chart, series: chart.series.map((each) => ({ ...each, values: metres(each.values) })) })),
+    grownAt: (obstacle, time) => obstacle.growth * time,
     shiftAt: (obstacle, time) => (obstacle.path ? interpolated(obstacle.path, time) : Array(dimension).fill(0)),
   };
 }

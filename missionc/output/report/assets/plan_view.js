@@ -45,7 +45,7 @@ function planView(model) {
       paintShape(context, region, none, frame, palette.region[turn], palette.outline[turn], 0.85);
     });
     for (const obstacle of model.data.obstacles) {
-      if (!obstacle.path) paintShape(context, obstacle, none, frame, palette.obstacle, palette.obstacle, 0.9);
+      if (!obstacle.path && !obstacle.growth) paintShape(context, obstacle, none, frame, palette.obstacle, palette.obstacle, 0.9);
     }
     if (state.layers.paths) {
       for (const [name, motion] of Object.entries(model.motions)) {
@@ -66,7 +66,7 @@ function planView(model) {
     if (!state.layers.names) return;
     for (const region of model.data.regions) label(context, region.name, frame.across(region.inner[0]), frame.up(region.inner[1]), palette.ink, palette.floor);
     for (const obstacle of model.data.obstacles) {
-      if (!obstacle.path) label(context, obstacle.name, frame.across(obstacle.inner[0]), frame.up(obstacle.inner[1]), palette.onObstacle, palette.obstacle);
+      if (!obstacle.path && !obstacle.growth) label(context, obstacle.name, frame.across(obstacle.inner[0]), frame.up(obstacle.inner[1]), palette.onObstacle, palette.obstacle);
     }
   }
 
@@ -80,24 +80,30 @@ function planView(model) {
     context.stroke();
   }
 
+  // Where an obstacle goes.
+  function paintTrack(context, frame, palette, obstacle) {
+    context.setLineDash([4, 3]);
+    context.strokeStyle = palette.obstacle;
+    context.beginPath();
+    for (const time of [0, ...obstacle.path.times.filter((each) => each > 0 && each < model.horizon), model.horizon]) {
+      const shift = model.shiftAt(obstacle, time);
+      context.lineTo(frame.across(obstacle.inner[0] + shift[0]), frame.up(obstacle.inner[1] + shift[1]));
+    }
+    context.lineWidth = 1;
+    context.stroke();
+    context.setLineDash([]);
+  }
+
   function paintMoving(context, frame, palette, state) {
     context.lineWidth = 1;
     context.textAlign = "center";
     context.textBaseline = "middle";
     context.font = "600 12px system-ui, sans-serif";
     for (const obstacle of model.data.obstacles) {
-      if (!obstacle.path) continue;
-      context.setLineDash([4, 3]);
-      context.strokeStyle = palette.obstacle;
-      context.beginPath();
-      for (const time of [0, ...obstacle.path.times.filter((each) => each > 0 && each < model.horizon), model.horizon]) {
-        const shift = model.shiftAt(obstacle, time);
-        context.lineTo(frame.across(obstacle.inner[0] + shift[0]), frame.up(obstacle.inner[1] + shift[1]));
-      }
-      context.lineWidth = 1;
-      context.stroke();
-      context.setLineDash([]);
+      if (!obstacle.path && !obstacle.growth) continue;
+      if (obstacle.path) paintTrack(context, frame, palette, obstacle);
       const shift = model.shiftAt(obstacle, state.time);
+      paintGrown(context, obstacle, shift, frame, palette.obstacle, model.grownAt(obstacle, state.time));
       paintShape(context, obstacle, shift, frame, palette.obstacle, palette.obstacle, 0.9);
       if (state.layers.names) label(context, obstacle.name, frame.across(obstacle.inner[0] + shift[0]), frame.up(obstacle.inner[1] + shift[1]), palette.onObstacle, palette.obstacle);
     }

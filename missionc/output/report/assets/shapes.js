@@ -30,6 +30,21 @@ function paintShape(context, shape, shift, frame, fill, stroke, alpha) {
   context.restore();
 }
 
+// All places within some metres of a shape, around it.
+function paintGrown(context, shape, shift, frame, colour, metres) {
+  if (!metres) return;
+  context.save();
+  context.strokeStyle = colour;
+  context.lineWidth = 2 * metres * frame.scale;
+  context.lineJoin = "round";
+  context.globalAlpha = 0.3;
+  for (const part of shape.parts) {
+    outline(context, part, shift, frame.across, frame.up, frame.scale);
+    context.stroke();
+  }
+  context.restore();
+}
+
 // Text with a halo, so that it can be read on whatever it lies.
 function label(context, text, x, y, colour, halo) {
   context.lineWidth = 3;

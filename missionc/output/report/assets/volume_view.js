@@ -61,7 +61,7 @@ function volumeView(model) {
     return [Array.from({ length: 40 }, (_, corner) => [x + radius * Math.cos((corner * Math.PI) / 20), y + radius * Math.sin((corner * Math.PI) / 20)])];
   }
 
-  function paintSolid(context, project, scale, part, shift, fill, stroke, alpha) {
+  function paintSolid(context, project, scale, part, shift, fill, stroke, alpha, grown) {
     context.fillStyle = fill;
     context.strokeStyle = stroke;
     context.lineWidth = 1;
@@ -73,6 +73,11 @@ function volumeView(model) {
       context.fill();
       context.globalAlpha = 0.8;
       context.stroke();
+      if (grown) {
+        circle(context, left, top, (radius + grown) * scale);
+        context.globalAlpha = alpha * 0.6;
+        context.fill();
+      }
       context.globalAlpha = 1;
       return;
     }
@@ -91,6 +96,19 @@ function volumeView(model) {
       }
       if (ring.length <= 12) ring.forEach((_, corner) => line(context, bottom[corner][0], bottom[corner][1], top[corner][0], top[corner][1]));
     }
+    if (grown) {
+      // Seen in parallel, all places within some metres of a solid are those within as many of its picture.
+      context.beginPath();
+      for (const face of faces) {
+        face.forEach(([x, y], corner) => (corner ? context.lineTo(x, y) : context.moveTo(x, y)));
+        context.closePath();
+      }
+      context.lineWidth = 2 * grown * scale;
+      context.lineJoin = "round";
+      context.globalAlpha = alpha * 0.6;
+      context.stroke();
+      context.lineWidth = 1;
+    }
     context.globalAlpha = alpha;
     const depth = (face) => face.reduce((sum, point) => sum + point[2], 0) / face.length;
     for (const face of faces.sort((one, other) => depth(other) - depth(one))) {
@@ -105,14 +123,14 @@ function volumeView(model) {
     const all = [];
     model.data.regions.forEach((shape, index) => {
       const turn = index % palette.region.length;
-      all.push({ shape, shift: none, fill: palette.outline[turn], stroke: palette.outline[turn], alpha: 0.16, ink: palette.ink });
+      all.push({ shape, shift: none, grown: 0, fill: palette.outline[turn], stroke: palette.outline[turn], alpha: 0.16, ink: palette.ink });
     });
     for (const shape of model.data.obstacles) {
-      all.push({ shape, shift: model.shiftAt(shape, state.time), fill: palette.obstacle, stroke: palette.obstacle, alpha: 0.3, ink: palette.ink });
+      all.push({ shape, shift: model.shiftAt(shape, state.time), grown: model.grownAt(shape, state.time), fill: palette.obstacle, stroke: palette.obstacle, alpha: 0.3, ink: palette.ink });
     }
     const depth = (each) => project(each.shape.inner[0] + each.shift[0], each.shape.inner[1] + each.shift[1], middle[2])[2];
     for (const each of all.sort((one, other) => depth(other) - depth(one))) {
-      for (const part of each.shape.parts) paintSolid(context, project, scale, part, each.shift, each.fill, each.stroke, each.alpha);
+      for (const part of each.shape.parts) paintSolid(context, project, scale, part, each.shift, each.fill, each.stroke, each.alpha, each.grown);
     }
     if (!state.layers.names) return;
     context.font = "600 12px system-ui, sans-serif";

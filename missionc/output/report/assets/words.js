@@ -78,7 +78,7 @@ function coloured(text) {
 }
 
 function margins(model, change) {
-  const { checks, between, figures, warnings, passed } = model.data;
+  const { checks, between, delays, figures, warnings, passed } = model.data;
   const panel = document.getElementById("margins");
   const proved = checks.filter((check) => !check.name.startsWith("simulated "));
   const count = proved.reduce((sum, check) => sum + check.count, 0);
@@ -111,6 +111,15 @@ function margins(model, change) {
     row.insertCell().textContent = "between steps";
     row.insertCell().textContent = each.requirement;
     row.insertCell().textContent = each.verdict;
+    row.insertCell().append(...(each.at === null ? [] : [moment(each.at, change)]));
+  }
+  for (const each of delays) {
+    const row = body.insertRow();
+    row.title = each.breaks ? `one step later, everybody else on time: ${each.breaks.replaceAll("`", "")} breaks` : "everybody else on time, nothing breaks";
+    row.className = "figure";
+    row.insertCell().textContent = "may be late by";
+    row.insertCell().textContent = each.agent;
+    row.insertCell().textContent = `${each.open ? "≥ " : ""}${Number(each.tolerated.toFixed(6))} s`;
     row.insertCell().append(...(each.at === null ? [] : [moment(each.at, change)]));
   }
   for (const figure of figures) {

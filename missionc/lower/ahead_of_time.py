@@ -1,0 +1,84 @@
+"""Tightening of a mission by the delays that it tolerates, so that whoever is late still keeps what is asked.
+
+    in   Mission, Kernel
+    out  a Kernel that is done earlier, a Mission with more room between agents and beside what moves or grows
+
+A window that is asked at step 0 loses its end where something has to come within it, and begins earlier where something
+has to last throughout it; whoever has a region to finish in is there earlier. An agent whose motion alone such a
+formula is about keeps it with the delay too. One that is late is no further from where it would be than it goes in that
+time: bodies that are so much further apart keep their distances. What comes of it is judged by ``verify``.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from missionc.base.units import Metres
+from missionc.ir import Anywhere, Inside, Mission
+from missionc.kernel.nodes import (
+    All,
+    Always,
+    Any,
+    At,
+    AtLeast,
+    Atom,
+    Eventually,
+    Goal,
+    Kernel,
+    Node,
+    Release,
+    Until,
+)
+from missionc.kernel.walk import children, postorder, rebuilt
+from missionc.lower.tighten import moved
+
+
+def ahead_of_time(mission: Mission, kernel: Kernel) -> Kernel:
+    """The kernel with all that is asked of agents who may be late early by the longest delay that is tolerated."""
+    delay = max((tolerance.steps for tolerance in mission.tolerances), default=0)
+    late = {agent for tolerance in mission.tolerances for agent in tolerance.agents}
+    nodes: dict[Node, Node] = {}
+    for node in postorder(goal.formula for goal in kernel.requirements):
+        match node:
+            case At(agent) if agent not in late:
+                nodes[node] = node
+            case All() | Any() | AtLeast() | At():
+                nodes[node] = rebuilt(node, tuple(nodes[child] for child in children(node)))
+            case Eventually(low=low, high=high) | Until(low=low, high=high):
+                last = mission.steps if high is None else high
+                nodes[node] = replace(node, high=max(low, last - delay))
+            case Always(low=low) | Release(low=low):
+                nodes[node] = replace(node, low=max(0, low - delay))
+            case _:
+                nodes[node] = node
+    goals = [replace(goal, formula=nodes[goal.formula]) for goal in kernel.requirements]
+    return replace(kernel, requirements=(*goals, *_finishes(mission)))
+
+
+def with_room_for_delays(mission: Mission, share: float) -> Mission:
+    """The mission with bodies further apart, and from obstacles that change, by a share of what a delay takes."""
+    most = max(
+        (
+            mission.agents[agent].dynamics.top_speed * mission.step * tolerance.steps
+            for tolerance in mission.tolerances
+            for agent in tolerance.agents
+        ),
+        default=0.0,
+    )
+    obstacles = tuple(
+        each if each.constant else replace(each, shape=moved(each.shape, share * most)) for each in mission.obstacles
+    )
+    return replace(mission, separation=Metres(mission.separation + share * most), obstacles=obstacles)
+
+
+def _finishes(mission: Mission) -> list[Goal]:
+    """That those who may be late are in the regions they finish in so much earlier."""
+    goals = []
+    for tolerance in mission.tolerances:
+        for agent in tolerance.agents:
+            place = mission.agents[agent].finish
+            if isinstance(place, Anywhere):
+                there = Atom(Inside(place.region, False), place.span)
+                stays = Always(there, mission.steps - tolerance.steps, mission.steps, place.span)
+                goals.append(Goal("finish", At(agent, stays, place.span), place.span))
+    return goals
