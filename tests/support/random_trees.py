@@ -238,6 +238,7 @@ def formations(draw: st.DrawFn) -> ast.Formation:
 
 
 labels = st.none() | _named("relay", "reach", "always", "line", "G", "region", "end")
+FILES = st.sampled_from(["lanes.graphml", "site/all lanes.graphml"])
 declarations = st.one_of(
     st.builds(ast.MissionName, st.just(NOWHERE), names),
     st.builds(ast.Param, st.just(NOWHERE), names, quantities),
@@ -268,6 +269,7 @@ declarations = st.one_of(
         st.just(NOWHERE),
         _named("auto", "smt", "clot", "hybrid"),
         st.lists(_settings("=", "nodes", "neighbors"), max_size=2).map(tuple),
+        st.lists(st.builds(ast.FileSetting, st.just(NOWHERE), _named("roadmap"), FILES), max_size=1).map(tuple),
     ),
 )
 programs = st.builds(ast.Program, st.lists(declarations, min_size=1, max_size=6).map(tuple), st.just(NOWHERE))
