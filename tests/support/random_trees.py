@@ -26,11 +26,11 @@ UNITS = ("ms", "s", "min", "cm", "m", "km", "deg", "rad", "m/s", "m/s^2", "deg/s
 
 
 def without_spans(node: object) -> object:
-    """A tree as plain tuples, the same for two trees that differ in their spans only."""
+    """A tree as plain tuples, the same for two trees that differ in their spans, and in files that were read, only."""
     if isinstance(node, tuple):
         return tuple(without_spans(part) for part in node)
     if is_dataclass(node) and not isinstance(node, type):
-        kept = [field.name for field in fields(node) if not field.name.endswith("span")]
+        kept = [field.name for field in fields(node) if not field.name.endswith(("span", "source"))]
         return (type(node).__name__, *(without_spans(getattr(node, name)) for name in kept))
     return node
 
