@@ -25,12 +25,12 @@ def check_lanes(mission: Mission) -> list[Diagnostic]:
     wrong, shut = set(outside), set[frozenset[int]]()
     for agent in agents_by_kind(mission.agents):
         blocked = [node for node in nodes_blocked(mission, agent, lanes) if node not in wrong]
-        findings += [_blocked_node(lanes, node, agent) for node in blocked]
+        findings += [_blocked_node(mission, lanes, node, agent) for node in blocked]
         wrong.update(blocked)
         for lane in lanes_blocked(mission, agent, lanes):
             ends = frozenset((lanes.lanes[lane].source, lanes.lanes[lane].target))
             if ends not in shut and wrong.isdisjoint(ends):
-                findings.append(_blocked_lane(lanes, lane, agent))
+                findings.append(_blocked_lane(mission, lanes, lane, agent))
             shut.add(ends)
     return findings if findings else [*_places(mission, lanes), *_regions(mission, lanes)]
 
@@ -75,31 +75,39 @@ def _outside(lanes: Lanes, node: int) -> Diagnostic:
     )
 
 
-def _blocked_node(lanes: Lanes, node: int, agent: Agent) -> Diagnostic:
+def _blocked_node(mission: Mission, lanes: Lanes, node: int, agent: Agent) -> Diagnostic:
+    from missionc.world.lane_room import in_the_way
+
+    place = lanes.nodes[node].position
+    obstacle = in_the_way(mission, agent, place, place)
     return Diagnostic(
         LANE_NODE_MISPLACED,
-        f"at node `{lanes.nodes[node].name}` of the roadmap `{agent.name}` is too near to an obstacle",
+        f"at node `{lanes.nodes[node].name}` of the roadmap `{agent.name}` is too near to `{obstacle.name}`",
         Label(lanes.nodes[node].span),
-        (Label(lanes.span, "the roadmap is asked for here"),),
-        notes=(_body(agent),),
+        (Label(obstacle.span, "the obstacle"), Label(lanes.span, "the roadmap is asked for here")),
+        notes=(_body(mission, agent),),
         help="move the node, or leave it out",
     )
 
 
-def _blocked_lane(lanes: Lanes, lane: int, agent: Agent) -> Diagnostic:
-    ends = lanes.nodes[lanes.lanes[lane].source].name, lanes.nodes[lanes.lanes[lane].target].name
+def _blocked_lane(mission: Mission, lanes: Lanes, lane: int, agent: Agent) -> Diagnostic:
+    from missionc.world.lane_room import in_the_way
+
+    source, target = lanes.nodes[lanes.lanes[lane].source], lanes.nodes[lanes.lanes[lane].target]
+    obstacle = in_the_way(mission, agent, source.position, target.position)
     return Diagnostic(
         LANE_BLOCKED,
-        f"on the lane from `{ends[0]}` to `{ends[1]}` `{agent.name}` comes too near to an obstacle",
+        f"on the lane from `{source.name}` to `{target.name}` `{agent.name}` comes too near to `{obstacle.name}`",
         Label(lanes.lanes[lane].span),
-        (Label(lanes.span, "the roadmap is asked for here"),),
-        notes=(_body(agent),),
+        (Label(obstacle.span, "the obstacle"), Label(lanes.span, "the roadmap is asked for here")),
+        notes=(_body(mission, agent),),
         help="lead the lane round it by a further node, or leave it out",
     )
 
 
-def _body(agent: Agent) -> str:
-    return f"`{agent.name}` has a radius of {number(agent.radius)} m, and keeps the mission's clearance beside it"
+def _body(mission: Mission, agent: Agent) -> str:
+    beside = f", and a clearance of {number(mission.clearance)} m is asked for" if mission.clearance else ""
+    return f"`{agent.name}` has a radius of {number(agent.radius)} m{beside}"
 
 
 def _unjoined(lanes: Lanes, agent: Agent, verb: str, place: Exactly) -> Diagnostic:

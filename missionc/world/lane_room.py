@@ -7,8 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from missionc.base.trace import Array, Flags
-from missionc.ir import Agent, Lanes, Mission, Shape, Vector
-from missionc.world.clearance import ROUNDING, clear_of, standing_solids
+from missionc.ir import Agent, Lanes, Mission, Obstacle, Shape, Still, Vector
+from missionc.world.clearance import ROUNDING, clear_of, solids, standing_solids
 from missionc.world.dynamics import States, steer
 from missionc.world.signed_distance import signed_distance
 
@@ -36,6 +36,13 @@ def lanes_blocked(mission: Mission, agent: Agent, lanes: Lanes) -> list[int]:
     return [int(lane) for lane in np.flatnonzero(~_clear(mission, agent, places[source], places[target]))]
 
 
+def in_the_way(mission: Mission, agent: Agent, start: Vector, end: Vector) -> Obstacle:
+    """The first obstacle that the agent comes too near to on a straight way that is not clear."""
+    segment, margin = (np.array([start]), np.array([end])), np.array([_margin(mission, agent)])
+    still = (obstacle for obstacle in mission.obstacles if isinstance(obstacle.motion, Still))
+    return next(each for each in still if not clear_of(solids(each.shape), *segment, margin).all())
+
+
 def nodes_within(lanes: Lanes, shape: Shape) -> list[int]:
     """The nodes in a shape, its border among it."""
     return [int(node) for node in np.flatnonzero(np.asarray(signed_distance(np, shape, positions(lanes))) <= 0)]
@@ -59,8 +66,12 @@ def positions(lanes: Lanes) -> Array:
 
 
 def _clear(mission: Mission, agent: Agent, start: Array, end: Array) -> Flags:
-    margin = agent.radius + mission.clearance - ROUNDING
-    return clear_of(standing_solids(mission), start, end, np.full(len(start), margin))
+    return clear_of(standing_solids(mission), start, end, np.full(len(start), _margin(mission, agent)))
+
+
+def _margin(mission: Mission, agent: Agent) -> float:
+    """What its centre keeps from every obstacle, metres."""
+    return agent.radius + mission.clearance - ROUNDING
 
 
 def agents_by_kind(agents: Sequence[Agent]) -> list[Agent]:

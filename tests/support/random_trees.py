@@ -40,11 +40,11 @@ UNITS = ("ms", "s", "min", "cm", "m", "km", "deg", "rad", "m/s", "m/s^2", "deg/s
 
 
 def without_spans(node: object) -> object:
-    """A tree as plain tuples, the same for two trees that differ in their spans only."""
+    """A tree as plain tuples, the same for two trees that differ in their spans, and in files that were read, only."""
     if isinstance(node, tuple):
         return tuple(without_spans(part) for part in node)
     if is_dataclass(node) and not isinstance(node, type):
-        kept = [field.name for field in fields(node) if not field.name.endswith("span")]
+        kept = [field.name for field in fields(node) if not field.name.endswith(("span", "source"))]
         return (type(node).__name__, *(without_spans(getattr(node, name)) for name in kept))
     return node
 
@@ -254,6 +254,7 @@ def formations(draw: st.DrawFn) -> ast.Formation:
 _rates = st.builds(ast.Rate, st.just(NOWHERE), names, quantities, st.none() | _named(*UNITS), st.none() | names)
 _marks = st.builds(ast.Mark, st.just(NOWHERE), names, names)
 labels = st.none() | _named("relay", "reach", "always", "line", "G", "region", "end")
+FILES = st.sampled_from(["lanes.graphml", "site/all lanes.graphml"])
 declarations = st.one_of(
     st.builds(ast.MissionName, st.just(NOWHERE), names),
     st.builds(ast.Param, st.just(NOWHERE), names, quantities),
@@ -287,6 +288,7 @@ declarations = st.one_of(
         st.just(NOWHERE),
         _named("auto", "smt", "clot", "hybrid"),
         st.lists(_settings("=", "nodes", "neighbors"), max_size=2).map(tuple),
+        st.lists(st.builds(ast.FileSetting, st.just(NOWHERE), _named("roadmap"), FILES), max_size=1).map(tuple),
     ),
 )
 programs = st.builds(ast.Program, st.lists(declarations, min_size=1, max_size=6).map(tuple), st.just(NOWHERE))

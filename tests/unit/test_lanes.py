@@ -279,7 +279,7 @@ PAIR = node("a") + node("b", 1, 9)
         (graphml(PAIR, keys=SPEED.replace("speed", "colour")), "MC032", "an edge of a roadmap has no `colour`"),
         (graphml(PAIR, keys=SPEED.replace("edge", "node")), "MC032", "a node of a roadmap has no `speed`"),
         (graphml(PAIR + node("c", 30, 1)), "MC541", "outside the world"),
-        (graphml(PAIR + node("c", 5, 5)), "MC541", "too near to an obstacle"),
+        (graphml(PAIR + node("c", 5, 5)), "MC541", "too near to `rack`"),
         (graphml(PAIR + node("c", 9, 1) + '<edge source="b" target="c"/>'), "MC542", "from `b` to `c`"),
         (graphml(node("b", 1, 9)), "MC543", "the roadmap has no node there"),
     ],
