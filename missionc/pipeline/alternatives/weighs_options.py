@@ -1,4 +1,4 @@
-"""Whether the options of a plan are worth comparing: where something is to be least, or the world moves.
+"""Guard of the comparison of options: for plans whose mission makes something least, or whose world moves.
 
 Loads nothing that plans or draws: every compilation asks.
 """
