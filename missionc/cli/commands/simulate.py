@@ -9,7 +9,7 @@ from pathlib import Path
 
 import click
 
-from missionc.cli import summary
+from missionc.cli import flight_summary
 from missionc.cli.exit_status import Status, say
 from missionc.cli.options import Number, file_to_write, folder, folders, limits_and_form, read_limits
 from missionc.cli.progress import ProgressLine
@@ -101,7 +101,7 @@ def command(
     with _progress(quiet or form == "json", trials) as listen:
         simulated = simulate(path, trial, allowed, listen)
     findings = list(simulated.findings)
-    document = summary.simulated_document(simulated)
+    document = flight_summary.simulated_document(simulated)
     if simulated.opened and simulated.trials:
         from missionc.output.documents.simulation_json import simulation_json
         from missionc.replay.render_report import add_simulation
@@ -117,7 +117,7 @@ def command(
         if plot:
             picture = draw(simulated.opened.mission, simulated.trials, plot.suffix[1:])
             findings += filter(None, [write_file(plot, picture)])
-    say(findings, summary.simulated_lines(simulated), form, document)
+    say(findings, flight_summary.simulated_lines(simulated), form, document)
     if findings:
         return Status.MISSION_ERRORS
     return Status.DONE if simulated.passed else Status.VIOLATED

@@ -1,0 +1,73 @@
+"""Summaries of simulated flights: lines for people, and a document for programs."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from missionc.base.figures import counted, decimals
+from missionc.base.units import Seconds
+from missionc.cli.summary import by_whom
+
+if TYPE_CHECKING:
+    from missionc.base.judgement import Judgement
+    from missionc.replay.simulate_folder import Simulated
+    from missionc.verify.certificate import Check
+
+
+def simulated_lines(simulated: Simulated) -> list[str]:
+    """One flight in full; of several, how often everything held, and how badly the worst of them went."""
+    trials, opened = simulated.trials, simulated.opened
+    if trials is None or opened is None:
+        return []
+    mission, trial, planned = opened.mission, trials.trial, simulated.planned
+    verdict = "as required" if trials.passed else "not as required"
+    lines = [
+        f"{mission.name}: flown by {trial.engine}, {counted(len(mission.agents), 'agent')}, "
+        f"{counted(trial.flights, 'flight')} of {mission.horizon:g} s, seed {trial.seed}: {verdict}"
+    ]
+    if opened.differing:
+        lines.append(f"note: {counted(len(opened.differing), 'file')} changed since the folder was written")
+    first = trials.flights[0]
+    if trial.flights == 1 and planned is not None:
+        before = (*planned.requirements, *planned.preferences)
+        lines += _compared(before, (*first.requirements, *first.preferences), mission.step)
+    else:
+        fractions = trials.fractions()
+        width = max(map(len, fractions))
+        lines += [
+            f"  {name:<{width}}  {each.held} of {each.flights}  {each.share:.3f}, with 95 % confidence "
+            f"{each.low:.3f} to {each.high:.3f}"
+            for name, each in fractions.items()
+        ]
+    lines.append("tracking error: mean, 95 % of the time, at most" + (", of all flights" if trial.flights > 1 else ""))
+    width = max(len(agent.name) for agent in mission.agents)
+    for agent, most in zip(mission.agents, trials.allowed.tolist(), strict=True):
+        error = trials.error(agent.index)
+        excess = "" if error.most <= most else f", more than {most:g} m"
+        figures = f"{error.mean:.3f} m  {error.usual:.3f} m  {error.most:.3f} m at {error.at:.2f} s"
+        lines.append(f"  {agent.name:<{width}}  {figures}{excess}")
+    named = [("each other" if check.name == "separation" else check.subject, check) for check in trials.room()]
+    width = max((len(name) for name, _ in named), default=0)
+    lines += ["least room between bodies"] if named else []
+    return [*lines, *(f"  {name:<{width}}  {_room(check)}" for name, check in named)]
+
+
+def _room(check: Check) -> str:
+    return f"{decimals(check.margin)} m at {check.at or 0.0:.2f} s{by_whom(check.agents)}"
+
+
+def _compared(planned: tuple[Judgement, ...], flown: tuple[Judgement, ...], step: Seconds) -> list[str]:
+    width = max((len(each.name) for each in flown), default=0)
+    return [
+        f"  {after.name:<{width}}  planned {decimals(before.robustness)}, flown {after.verdict(step)}"
+        for before, after in zip(planned, flown, strict=True)
+    ]
+
+
+def simulated_document(simulated: Simulated) -> dict[str, object]:
+    """``passed`` is null where nothing was flown."""
+    if simulated.trials is None or simulated.opened is None or simulated.planned is None:
+        return {"passed": None}
+    from missionc.output.documents.simulation_json import simulation_record
+
+    return simulation_record(simulated.opened.mission, simulated.planned.requirements, simulated.trials)
