@@ -159,7 +159,11 @@ def test_every_feature_is_found_at_its_first_words() -> None:
 
 
 def test_transport_offers_all_but_hops() -> None:
-    assert set(Feature) - OFFERS["clot"].features == {Feature.HOPS, Feature.RESTLESS_DURATION}
+    assert set(Feature) - OFFERS["clot"].features == {
+        Feature.HOPS,
+        Feature.RESTLESS_DURATION,
+        Feature.PAST_BELOW_METRES,
+    }
 
 
 def test_hybrid_offers_all_that_transport_does_and_hops() -> None:
