@@ -188,17 +188,24 @@ def _throughout(
     continuous: bool,
     explain_limit: Seconds,
 ) -> Compiled:
-    """``plan``; again with other seeds where a plan holds at its steps alone, or tolerates too little delay."""
+    """``plan``; again with other seeds where a plan holds at its steps alone, or tolerates too little delay.
+
+    Every second time those engines are asked that did not have that plan.
+    """
     first = _plan(checked, options, budget, checkpoints, exports, continuous, explain_limit)
-    why = _falls_short(first)
-    if why is None or checked.mission is None:
+    why, choice = _falls_short(first), checked.choice
+    if why is None or checked.mission is None or choice is None:
         return first
     no, none = SHORT[why]
+    engine = first.outcome.report.engine if isinstance(first.outcome, NotFound) else ""
+    others = replace(choice, engines=tuple(name for name in choice.engines if name != engine) or choice.engines)
     tried = 1
     for other, more in further_attempts(checked.mission, options, budget):
         if asked() or time.monotonic() >= budget.deadline:
             break
-        retry = _plan(checked, other, more, Checkpoints(), exports, continuous, NO_EXPLANATION)
+        by = replace(checked, choice=others if tried % 2 else choice)
+        retry = _plan(by, other, more, Checkpoints(), exports, continuous, NO_EXPLANATION)
+        retry = replace(retry, checked=replace(retry.checked, choice=choice))
         tried += 1
         if isinstance(retry.outcome, Verified):
             note = f"the plan of seed {budget.seed} does not {no}; this one does"

@@ -36,6 +36,7 @@ COLOURS: dict[str, TokenType] = {
     "a kind of graph": Name.Builtin,
     "a part of a formation": Keyword,
     "a part of `prefer`": Keyword,
+    "a part of `tolerate`": Keyword,
 }
 """The colour of each kind of word, by what the table of words says it is."""
 
