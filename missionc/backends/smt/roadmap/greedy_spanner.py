@@ -32,7 +32,7 @@ def greedy_spanner(nodes: Array, edges: Indices) -> Indices:
             needed.append(edge)
             links.setdefault(one, []).append(other)
             links.setdefault(other, []).append(one)
-    return np.asarray(edges[np.sort(needed)])
+    return np.asarray(edges[np.sort(np.array(needed, dtype=np.int64))])
 
 
 def _is_near(one: int, other: int, most: float, place: list[tuple[float, ...]], links: dict[int, list[int]]) -> bool:
