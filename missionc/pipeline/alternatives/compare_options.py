@@ -14,7 +14,7 @@ import time
 from collections.abc import Iterator
 from dataclasses import replace
 from functools import partial
-from itertools import count
+from itertools import count, islice
 
 from missionc.backends.api import Budget, CutShort, NotFound, Planned, Reason, forget, unheard
 from missionc.backends.load import load_engines
@@ -32,6 +32,9 @@ from missionc.pipeline.run_limited import Ended, within
 
 MOST = 3
 """Restricted missions that are planned."""
+
+LOOKED_AT = 16
+"""Options and orders of a plan for which a lower bound is worked out."""
 
 LEAST_WORK, TIMES = 8.0, 1.0
 """Units of ``work`` of all of them: so many, or so many times the work of the plan."""
@@ -91,7 +94,7 @@ def compare_options(
 
 
 def _decided(before: Restriction, signature: Signature, mission: Mission, planned: Planned) -> Iterator[Restriction]:
-    return restrictions(before, signature, mission, planned.trace.position, sides=False)
+    return islice(restrictions(before, signature, mission, planned.trace.position, sides=False), LOOKED_AT)
 
 
 def _bound(mission: Mission, kernel: Kernel, restriction: Restriction) -> float:
