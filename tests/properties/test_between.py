@@ -33,7 +33,7 @@ from tests.support.random_runs import SPAN, Case, cases, mission_of, trace_of
 LONG = 12
 """Ticks of the small signals."""
 
-FINER = 32
+FINER = 64
 """Moments looked at in each step."""
 
 
@@ -207,7 +207,7 @@ def temporal(formula: ir.Formula) -> bool:
     match formula:
         case ir.Apply(operator, operands):
             return operator.bounds is Bounds.TIME or operator.name == "next" or any(map(temporal, operands))
-        case ir.OfAgent(_, body) | ir.AtLeastOf(_, _, _, body):
+        case ir.OfAgent(_, body) | ir.AtLeastOf(_, _, _, body) | ir.Without(_, _, body):
             return temporal(body)
         case _:
             return False
