@@ -13,12 +13,14 @@ from tests.support.random_runs import SPAN, Case, cases, mission_of
 
 
 def local(formula: ir.Formula) -> bool:
-    """Whether it has no spatial operator, which may leave an operand out."""
+    """Whether it has no spatial operator, and no loss of agents, which may leave an operand out."""
     match formula:
         case ir.Apply(operator, operands):
             return not operator.spatial and all(map(local, operands))
         case ir.AtLeastOf(_, _, _, body) | ir.OfAgent(_, body):
             return local(body)
+        case ir.Without():
+            return False
         case _:
             return True
 

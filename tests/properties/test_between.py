@@ -35,7 +35,7 @@ from tests.support.random_runs import SPAN, Case, cases, mission_of, trace_of
 LONG = 12
 """Ticks of the small signals."""
 
-FINER = 32
+FINER = 64
 """Moments looked at in each step."""
 
 
@@ -233,7 +233,7 @@ def temporal(formula: ir.Formula) -> bool:
             # What has to hold since a moment is seen at finer steps alone, and may fail for less than one of them.
             alone = operator.bounds is Bounds.TIME or operator.name in ("next", "since")
             return alone or any(map(temporal, operands))
-        case ir.OfAgent(_, body) | ir.AtLeastOf(_, _, _, body):
+        case ir.OfAgent(_, body) | ir.AtLeastOf(_, _, _, body) | ir.Without(_, _, body):
             return temporal(body)
         case _:
             return False
