@@ -414,6 +414,14 @@ def next_(m: Meaning, formula: ir.Apply, body: ir.Formula) -> At:
     return lambda agent, step: m.of(body, agent, step + 1)
 
 
+def arrives(m: Meaning, formula: ir.Apply, body: ir.Formula) -> At:
+    return lambda agent, step: min(m.of(body, agent, step), m.no(m.of(body, agent, step - 1))) if step else m.false
+
+
+def leaves(m: Meaning, formula: ir.Apply, body: ir.Formula) -> At:
+    return lambda agent, step: min(m.of(body, agent, step - 1), m.no(m.of(body, agent, step))) if step else m.false
+
+
 def not_(m: Meaning, formula: ir.Apply, body: ir.Formula) -> At:
     return lambda agent, step: m.no(m.of(body, agent, step))
 
@@ -528,6 +536,8 @@ MEANINGS: dict[str, Callable[..., At]] = {
     "historically": historically,
     "since": since,
     "next": next_,
+    "arrives": arrives,
+    "leaves": leaves,
     "not": not_,
     "and": and_,
     "or": or_,

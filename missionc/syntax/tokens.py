@@ -70,6 +70,8 @@ WORDS: tuple[Word, ...] = (
     Word("polygon", "a shape"),
     Word("not", "an operator", "PREFIX", "!"),
     Word("next", "an operator", "PREFIX"),
+    Word("arrives", "an operator", "PREFIX"),
+    Word("leaves", "an operator", "PREFIX"),
     Word("always", "an operator", "TIME_PREFIX", "G"),
     Word("eventually", "an operator", "TIME_PREFIX", "F"),
     Word("until", "an operator", "TIME_INFIX", "U"),

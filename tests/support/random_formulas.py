@@ -153,7 +153,7 @@ class Formulas:
         assert callable(part)
         words = ["always", "eventually", "eventually", "until", "release"] + (["next"] if room else [])
         if not (self.below_a_route and self.names.metres):  # no backend looks back there
-            words += ["once", "historically", "since"]
+            words += ["once", "historically", "since", "arrives", "leaves"]
         word = self.one(words)
         if word in ("once", "historically", "since"):
             low = int(self.random.integers(0, 3))
@@ -161,6 +161,8 @@ class Formulas:
             if word == "since":
                 return f"(({part(room, depth - 1)}) since{bounds} ({part(room, depth - 1)}))"
             return f"{word}{bounds} ({part(room, depth - 1)})"
+        if word in ("arrives", "leaves"):
+            return f"{word} ({part(room, depth - 1)})"
         if word == "next":
             return f"next ({part(room - 1, depth - 1)})"
         high, bounds = self._window(room)

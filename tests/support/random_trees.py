@@ -128,7 +128,7 @@ def _larger(part: st.SearchStrategy[ast.Formula]) -> st.SearchStrategy[ast.Formu
     one = st.tuples(part)
     two = st.tuples(part, part)
     return st.one_of(
-        _applied("not next", one, st.none()),
+        _applied("not next arrives leaves", one, st.none()),
         _applied("always eventually once historically", one, windows),
         _applied("escape somewhere everywhere", one, lengths),
         _applied("until release since", two, windows),
