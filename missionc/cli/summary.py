@@ -23,9 +23,6 @@ if TYPE_CHECKING:
     from missionc.replay.reverify import Reverified
     from missionc.verify.certificate import Between, Certificate, Check, Delay
 
-MOST_LATE = 8
-"""Agents whose delays are shown."""
-
 SHOWN = 5e-4
 """A margin below it, in its unit, would be shown as nothing."""
 
@@ -142,20 +139,15 @@ def between_lines(between: Iterable[Between]) -> list[str]:
 
 
 def delay_lines(delays: tuple[Delay, ...]) -> list[str]:
-    """By how much each agent may be late, of many those that may be so least, and what breaks then."""
-    shown = sorted(delays, key=lambda each: each.tolerated)[:MOST_LATE] if len(delays) > MOST_LATE else list(delays)
-    width = max((len(each.agent) for each in shown), default=0)
-    head = (
-        "of each, everybody else on time"
-        if len(shown) == len(delays)
-        else f"of the {len(shown)} least of {len(delays)}"
-    )
-    lines = [f"tolerated delay {head}"] if shown else []
-    for each in shown:
-        much = f"{'at least ' if each.open else ''}{each.tolerated:g} s"
-        why = f"; one step more breaks {each.broken}" if each.breaks else ""
-        lines.append(f"  {each.agent:<{width}}  {much}{why}")
-    return lines
+    """By how much the agent may be late that may be so least, and what breaks then; the certificate has all of them."""
+    if not delays:
+        return []
+    least = min(delays, key=lambda each: each.tolerated)
+    others = sum(each.tolerated == least.tolerated for each in delays) - 1
+    who = f"{least.agent}{f' and {others} more' if others else ''}"
+    much = f"{'at least ' if least.open else ''}{least.tolerated:g} s"
+    why = f"; one step more breaks {least.broken}" if least.breaks else ""
+    return [f"tolerated delay: {much} of {who}, everybody else on time{why}"]
 
 
 def file_lines(files: tuple[tuple[str, bytes], ...]) -> list[str]:
