@@ -255,7 +255,7 @@ def _formula() -> list[Rule]:
 _LABEL = rf"{_NAME}(?=\s*:)"
 _MOTION = _match(_any(("moving", "along")) + r"(?=\s*(?:$|#|\())", "keyword.other.motion")
 # A shape may be called like the word; what follows tells.
-_GROWTH = _match(
+_GROWTH = _value_after(
     _any(("uncertain",)) + r"(?=\s*(?:$|#|[\d.(]|(?!(?:moving|along|uncertain)\b)[A-Za-z_]))", "keyword.other.motion"
 )
 

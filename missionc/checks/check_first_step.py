@@ -23,7 +23,7 @@ from missionc.diagnostics.code import ASKS_NOTHING
 from missionc.diagnostics.model import Diagnostic, Label
 from missionc.ir import Agent, Exactly, Inside, Mission, Predicate, Requirement
 from missionc.ir.wording import listed
-from missionc.kernel.analysis import conjuncts
+from missionc.kernel.conjuncts import conjuncts
 from missionc.kernel.evaluate import Domain, evaluate
 from missionc.kernel.nodes import (
     Eventually,

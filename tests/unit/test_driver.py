@@ -44,7 +44,7 @@ def test_no_more_findings_are_shown_than_anybody_reads_and_the_last_says_how_man
 
 
 def test_findings_of_several_checks_are_counted_together() -> None:
-    late = "\n".join(f"require late{index}: every drone: eventually[0, 9 s] base" for index in range(60))
+    late = "\n".join(f"require late{index}: every drone: eventually[1 s, 9 s] base" for index in range(60))
     away = "\n".join(f"region away{index} = box (9, 9) to (9.5, 9.5)" for index in range(60))
     findings = driver.check(Source("a.mission", f"{SMALL}{late}\n{away}\n")).findings
     assert len(findings) == 100

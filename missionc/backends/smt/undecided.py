@@ -1,4 +1,4 @@
-"""How far a search had come that ended without an answer: what was under way, and the candidate nearest to a plan."""
+"""The state of a search that ended without an answer: what was under way, and the candidate nearest to a plan."""
 
 from __future__ import annotations
 

@@ -49,7 +49,7 @@ def plan_json(mission: Mission, plan: Plan) -> str:
 
 
 def _kept(mission: Mission, trace: Trace) -> list[dict[str, dict[str, list[float] | list[bool]]]]:
-    """Of each agent, what it has left of its resources and whether its flags are set, at each step."""
+    """What each agent has left of its resources, and whether its flags are set, at each step."""
     kept: list[dict[str, dict[str, list[float] | list[bool]]]] = [{} for _ in mission.agents]
     for resource in mission.resources:
         left = levels(resource, trace)

@@ -44,7 +44,7 @@ class MeasuredLinks:
     units: Indices
 
     def beside(self, places: Indices, most: int) -> tuple[Indices, Indices, Indices, Indices]:
-        """Of these places the links of at most so many units.
+        """The links of these places of at most so many units.
 
         Returns:
             how many each has, (places,); whose each is, by position in ``places``; what is linked; its units.

@@ -30,7 +30,7 @@ from missionc.language.margins.predicate_margins import holds, of_states
 from missionc.language.margins.resources import changes, within
 
 BUCKETS = 48
-"""Of each resource, from nothing to its capacity: ways that differ by less are not all kept."""
+"""Levels told apart of each resource, from nothing to its capacity: of ways that differ by less not all are kept."""
 
 MOST_PROPOSITIONS = 20
 """So many propositions are told apart by a number."""
