@@ -23,7 +23,7 @@ from missionc.ir import (
     Without,
 )
 from missionc.kernel.nodes import Is, Node
-from missionc.kernel.walk import looks_back
+from missionc.kernel.walk import looks_back, postorder
 from missionc.language.operator import TooLarge, Use
 from missionc.language.operators import by_name
 
@@ -123,6 +123,13 @@ def reaches_back(formula: Formula) -> TypeGuard[Apply]:
     if not isinstance(formula, Apply) or formula.operator.spatial or len(formula.operands) > 2:  # a chain
         return False
     return looks_back(meaning(formula)[0])
+
+
+def asks_the_past(formula: Formula) -> TypeGuard[Apply]:
+    """Whether what an operator says is about earlier steps too, in some part of it."""
+    if not isinstance(formula, Apply) or formula.operator.spatial or len(formula.operands) > 2:  # a chain
+        return False
+    return any(map(looks_back, postorder((meaning(formula)[0],))))
 
 
 def operator_words(formula: Apply) -> Span:

@@ -20,7 +20,7 @@ from missionc.diagnostics.code import CANNOT_EXPRESS, NO_BACKEND
 from missionc.diagnostics.model import Diagnostic, Label
 from missionc.ir import Apply, Flagged, Formula, Holds, Length, Mission, Objective, Still
 from missionc.ir.wording import listed
-from missionc.language.walk_formulas import bottom_up, formulas, operator_words, reaches_back
+from missionc.language.walk_formulas import asks_the_past, bottom_up, formulas, operator_words
 from missionc.syntax.ast import Metric
 
 
@@ -122,7 +122,7 @@ def _of_formula(formula: Formula) -> Iterator[Need]:
             yield Need(Feature.HOPS, operator_words(formula))
         case Apply(bounds=Length()):
             yield Need(Feature.METRIC_LENGTH, operator_words(formula))
-            if past := next(filter(reaches_back, bottom_up(formula.operands)), None):
+            if past := next(filter(asks_the_past, bottom_up(formula.operands)), None):
                 yield Need(Feature.PAST_BELOW_METRES, operator_words(past))
         case Holds(predicate, span):
             if predicate.graph:

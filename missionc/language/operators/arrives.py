@@ -19,6 +19,6 @@ OPERATOR = Operator(
     spatial=False,
     expand=expand,
     says="now, and not one step ago",
-    reads="{body}, which was not so one step ago",
+    reads="now and not one step ago, {body}",
     example="arrives(base)",
 )

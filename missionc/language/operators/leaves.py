@@ -19,6 +19,6 @@ OPERATOR = Operator(
     spatial=False,
     expand=expand,
     says="not now, and one step ago",
-    reads="it was so one step ago that {body}, and it is no longer",
+    reads="one step ago and not now, {body}",
     example="leaves(base)",
 )

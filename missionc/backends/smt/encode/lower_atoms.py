@@ -50,12 +50,13 @@ class Atoms:
         if predicate.reads_past:
             raise Unexpressible("a resource, and no agent by itself found a way that keeps it")
         predicate = predicate.asked_of(agent)
+        reads_own = predicate.reads_oneself(self.labels.mission.dimension)
         match sorted(predicate.others - {agent}):
             case []:
                 return self._own(predicate, truth, agent, steps)
             case [other]:
                 first, second = agent, other
-            case [first, second]:
+            case [first, second] if not reads_own:
                 pass
             case _:
                 raise Unexpressible("a predicate about more than two agents")
