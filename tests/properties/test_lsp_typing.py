@@ -28,7 +28,7 @@ from missionc.lsp.rename import RefusedError, renamable, rename
 from tests.support.open_texts import edited, opened
 from tests.support.typed_edits import MISSIONS, typed
 
-USUAL = 300
+USUAL = 500
 RESTART = 12
 """Edits of one mission before the next one is opened: what follows is mostly rubble."""
 
