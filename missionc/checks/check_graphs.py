@@ -20,7 +20,7 @@ FEWEST = 2
 def check_graphs(mission: Mission) -> list[Diagnostic]:
     """Graphs and formations that cannot be meant."""
     findings = [_small_graph(graph) for graph in mission.graphs if len(graph.agents) < FEWEST]
-    moving = [obstacle for obstacle in mission.obstacles if not isinstance(obstacle.motion, Still)]
+    moving = [obstacle for obstacle in mission.obstacles if not obstacle.constant]
     if moving:
         findings.extend(_past_motion(graph, moving) for graph in mission.graphs if isinstance(graph, Sight))
     for formation in mission.formations:
@@ -70,11 +70,13 @@ def _small_graph(graph: Graph) -> Diagnostic:
 
 def _past_motion(graph: Graph, moving: list[Obstacle]) -> Diagnostic:
     names = listed([f"`{obstacle.name}`" for obstacle in moving])
+    verbs = ["grow" if isinstance(each.motion, Still) else "move" for each in moving]
+    does = " or ".join(sorted(set(verbs), reverse=True))
     return Diagnostic(
         SIGHT_PAST_MOTION,
-        f"graph `{graph.name}` looks past obstacles, and {names} {'moves' if len(moving) == 1 else 'move'}",
+        f"graph `{graph.name}` looks past obstacles, and {names} {does}{'s' if len(moving) == 1 else ''}",
         Label(graph.span),
-        tuple(Label(obstacle.span, "moves") for obstacle in moving),
+        tuple(Label(obstacle.span, f"{verb}s") for obstacle, verb in zip(moving, verbs, strict=True)),
         notes=("a sight is the same at every step for agents at the same places: roadmaps are labelled with it once",),
         help="let the obstacle stand where it blocks the view, or link by `proximity`",
     )

@@ -31,8 +31,8 @@ def resolve_graph(context: Context, graph: ast.Graph) -> ir.Graph:
 
 
 def _shapes_in_the_way(context: Context, graph: ast.Graph) -> tuple[ir.Shape, ...]:
-    """The shapes of the obstacles that stand; those that move are spoken of by ``check_graphs``."""
-    shapes = tuple(each.shape for each in context.obstacles.values() if isinstance(each.motion, ir.Still))
+    """The shapes of the obstacles that stay as they are; of others ``check_graphs`` speaks."""
+    shapes = tuple(each.shape for each in context.obstacles.values() if each.constant)
     count = sum(count_pieces(shape)[0] for shape in shapes)
     if count <= context.limits.shape_parts:
         return shapes

@@ -209,6 +209,13 @@ def test_a_sight_past_an_obstacle_that_moves_is_refused_and_any_other_graph_is_n
     finding = only(text(SHELF, truck, "graph eyes = sight 5 m", asked), SIGHT_PAST_MOTION)
     assert finding.message == "graph `eyes` looks past obstacles, and `truck` moves"
     assert found(text(SHELF, truck, "graph eyes = proximity 5 m", asked), SIGHT_PAST_MOTION) == []
+
+
+def test_a_sight_past_an_obstacle_that_grows_is_refused() -> None:
+    asked = "require watch: always[0, 20 s] connected(eyes)"
+    crowd = "obstacle crowd = disc at (5, 5) radius 1 m uncertain 0.1 m/s"
+    finding = only(text(SHELF, crowd, "graph eyes = sight 5 m", asked), SIGHT_PAST_MOTION)
+    assert finding.message == "graph `eyes` looks past obstacles, and `crowd` grows"
     assert found(text(SHELF, "graph eyes = sight 5 m", asked), SIGHT_PAST_MOTION) == []
 
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from missionc.backends.api import Planned
 from missionc.backends.offers import OFFERS
-from missionc.ir import Mission, Objective, Still
+from missionc.ir import Mission, Objective
 from missionc.lower.choose_backend import Choice
 
 
@@ -17,6 +17,6 @@ def weighs_options(mission: Mission, planned: Planned, choice: Choice) -> bool:
     A schedule estimates lengths, and sees nothing of obstacles that move.
     """
     offer = OFFERS.get(planned.report.engine or choice.backend)
-    moving = any(not isinstance(obstacle.motion, Still) for obstacle in mission.obstacles)
+    moving = any(not obstacle.constant for obstacle in mission.obstacles)
     asked = mission.objective is not Objective.NONE or moving
     return asked and offer is not None and not offer.weighs and planned.report.cut_short is None
