@@ -18,7 +18,7 @@ from operator import and_, or_
 from missionc.base.late_dataclass import dataclass
 from missionc.base.source import Span
 from missionc.checks.free_space import FreeSpace
-from missionc.checks.place_margins import margin_at
+from missionc.checks.place_margins import Joint, margin_at
 from missionc.diagnostics.code import ASKS_NOTHING
 from missionc.diagnostics.model import Diagnostic, Label
 from missionc.ir import Agent, Exactly, Inside, Mission, Predicate, Requirement
@@ -58,7 +58,8 @@ def check_first_step(
     """
     if len(mission.agents) > FEW:
         return
-    starts = Starts(mission, ground, (1 << len(mission.agents)) - 1)
+    joint = tuple(Place(each.start.point) if isinstance(each.start, Exactly) else None for each in mission.agents)
+    starts = Starts(mission, ground, (1 << len(mission.agents)) - 1, joint)
     for requirement, goal in undecided:
         awaited = _awaited(goal)
         if not awaited or more_than(MOST_NODES, (node for asked in awaited.values() for node, _ in asked)):
@@ -86,6 +87,8 @@ class Starts(Domain[int]):
     mission: Mission
     ground: FreeSpace
     everyone: int
+    joint: Joint
+    """Where each agent starts, if that is given."""
     known: dict[tuple[Predicate, bool], int] = field(default_factory=dict)
 
     def atom(self, predicate: Predicate, holds: bool) -> int:
@@ -98,12 +101,9 @@ class Starts(Domain[int]):
     def _sure(self, predicate: Predicate, holds: bool, agent: Agent) -> bool:
         start = agent.start
         if isinstance(start, Exactly):
-            joint = tuple(
-                Place(each.start.point) if isinstance(each.start, Exactly) else None for each in self.mission.agents
-            )
             if predicate.graph:
                 return False
-            margin = margin_at(self.mission, predicate, agent, joint)
+            margin = margin_at(self.mission, predicate, agent, self.joint)
             return margin is not None and (margin > SURE if holds else margin < -SURE)
         if not (holds and isinstance(predicate, Inside)) or predicate.body:
             return False

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from typing import assert_never
 
@@ -58,6 +58,11 @@ def rebuilt(node: Node, parts: tuple[Node, ...], graph: Graph | None = None) -> 
             return replace(node, through=parts[0], end=parts[1], graph=graph or node.graph)
         case _:
             assert_never(node)
+
+
+def same_objects(some: Sequence[object], others: Sequence[object]) -> bool:
+    """Whether two sequences hold the very same objects: what was rewritten is another one."""
+    return len(some) == len(others) and all(one is other for one, other in zip(some, others, strict=True))
 
 
 @dataclass(frozen=True, slots=True)

@@ -120,16 +120,17 @@ def meaning(formula: Apply) -> tuple[Node, tuple[Is, ...]]:
 
 def reaches_back(formula: Formula) -> TypeGuard[Apply]:
     """Whether a formula is an operator of the past."""
-    if not isinstance(formula, Apply) or formula.operator.spatial or len(formula.operands) > 2:  # a chain
-        return False
-    return looks_back(meaning(formula)[0])
+    return _in_time(formula) and looks_back(meaning(formula)[0])
 
 
 def asks_the_past(formula: Formula) -> TypeGuard[Apply]:
     """Whether what an operator says is about earlier steps too, in some part of it."""
-    if not isinstance(formula, Apply) or formula.operator.spatial or len(formula.operands) > 2:  # a chain
-        return False
-    return any(map(looks_back, postorder((meaning(formula)[0],))))
+    return _in_time(formula) and any(map(looks_back, postorder((meaning(formula)[0],))))
+
+
+def _in_time(formula: Formula) -> TypeGuard[Apply]:
+    """Whether it is an operator that may be about other steps: no spatial one, and no chain of and or or."""
+    return isinstance(formula, Apply) and not formula.operator.spatial and len(formula.operands) <= 2
 
 
 def operator_words(formula: Apply) -> Span:

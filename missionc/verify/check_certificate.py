@@ -152,29 +152,25 @@ def _names(stated: object, value: list[str], agents: set[str]) -> bool:
 def _between(stated: object, certificate: Certificate) -> str | None:
     """What is wrong with the verdicts between the steps."""
     computed = [_plain({**asdict(each), "verdict": each.verdict.value}) for each in certificate.between]
-    rows = stated if isinstance(stated, list) else []
-    same = len(rows) == len(computed) and all(
-        isinstance(row, dict)
-        and set(row) == set(each)
-        and _moment(row["at"], each["at"])
-        and difference({**row, "at": None}, {**each, "at": None}) is None
-        for row, each in zip(rows, computed, strict=True)
-    )
-    return None if same else "what it states between the steps is not what the files come to"
+    return None if _same_rows(stated, computed) else "what it states between the steps is not what the files come to"
 
 
 def _delays(stated: object, certificate: Certificate) -> str | None:
     """What is wrong with the delays that the plan tolerates."""
     computed = [_plain(asdict(each)) for each in certificate.delays]
+    return None if _same_rows(stated, computed) else "what it states of delays is not what the files come to"
+
+
+def _same_rows(stated: object, computed: list[dict[str, Any]]) -> bool:
+    """Whether rows are stated as they were computed, each ``at`` its moment."""
     rows = stated if isinstance(stated, list) else []
-    same = len(rows) == len(computed) and all(
+    return len(rows) == len(computed) and all(
         isinstance(row, dict)
         and set(row) == set(each)
         and _moment(row["at"], each["at"])
         and difference({**row, "at": None}, {**each, "at": None}) is None
         for row, each in zip(rows, computed, strict=True)
     )
-    return None if same else "what it states of delays is not what the files come to"
 
 
 def _boxes(stated: Mapping[str, object], certificate: Certificate) -> str | None:

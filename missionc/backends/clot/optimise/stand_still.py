@@ -72,20 +72,21 @@ def stand_still(
         accept: the motion of control points, if it is as good a plan.
     """
     count = len(control)
-    groups = [list(range(count)), *([agent] for agent in range(count))]
-    if _of_team(demand) and not any(_creeps(lengths(*_path(control, group, costs))) for group in groups):
+    everyone, singles = tuple(range(count)), [(agent,) for agent in range(count)]
+    paces = (lengths(*_path(control, list(each), costs)) for each in (everyone, *singles))
+    if _of_team(demand) and not any(map(_creeps, paces)):
         return control, made
     run = _Calm(control, demand, costs)
     if count > 1:
-        run.tune(tuple(range(count)))
+        run.tune(everyone)
         if run.control is not control:
             motion = accept(run.control)
             if motion is not None:
                 control, made = run.control, motion
             run.control = control
-    for agent in range(count):
+    for single in singles:
         if go_on():
-            run.tune((agent,))
+            run.tune(single)
     calm = run.control
     changed = np.flatnonzero((calm != control).any(axis=(1, 2)))
     motion = accept(calm) if changed.size else None

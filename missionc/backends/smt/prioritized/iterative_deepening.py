@@ -13,7 +13,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 from missionc.kernel.nodes import All, Any, At, AtLeast, Eventually, Node, Until
-from missionc.kernel.walk import children, rebuilt
+from missionc.kernel.walk import children, rebuilt, same_objects
 
 FIRST = 16
 """Steps that the first windows are long at most; each time twice as many."""
@@ -28,7 +28,7 @@ def deepened(formulas: Sequence[Node], steps: int) -> Iterator[list[Node]]:
     longest = FIRST
     while 2 * longest <= steps:
         shorter = [within(formula, longest, steps) for formula in formulas]
-        if all(one is other for one, other in zip(shorter, formulas, strict=True)):
+        if same_objects(shorter, formulas):
             break
         yield shorter
         longest *= 2
@@ -47,10 +47,6 @@ def within(formula: Node, longest: int, steps: int) -> Node:
         case At() | All() | Any() | AtLeast():
             below = tuple(children(formula))
             inner = tuple(within(child, longest, steps) for child in below)
-            return (
-                formula
-                if all(one is other for one, other in zip(inner, below, strict=True))
-                else rebuilt(formula, inner)
-            )
+            return formula if same_objects(inner, below) else rebuilt(formula, inner)
         case _:
             return formula

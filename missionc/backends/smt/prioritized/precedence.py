@@ -16,7 +16,7 @@ from missionc.backends.smt.prioritized.planning_order import PlanningOrder
 from missionc.backends.smt.prioritized.requirement_parts import named_agents, throughout
 from missionc.kernel.conjuncts import Conjunct, conjuncts
 from missionc.kernel.nodes import All, Always, Any, At, AtLeast, Eventually, Goal, Kernel, Node, Until
-from missionc.kernel.walk import children, rebuilt
+from missionc.kernel.walk import children, rebuilt, same_objects
 
 AMPLE, SPARE = 1.25, 2
 """What is waited for may take so many times the steps that it takes at least, and so many more."""
@@ -32,8 +32,7 @@ def with_steps_chosen(kernel: Kernel, order: PlanningOrder, later: float) -> Ker
         later: one of ``LATER``.
     """
     requirements = tuple(_goal_chosen(goal, order, later) for goal in kernel.requirements)
-    same = all(one is other for one, other in zip(requirements, kernel.requirements, strict=True))
-    return kernel if same else replace(kernel, requirements=requirements)
+    return kernel if same_objects(requirements, kernel.requirements) else replace(kernel, requirements=requirements)
 
 
 def _goal_chosen(goal: Goal, order: PlanningOrder, later: float) -> Goal:

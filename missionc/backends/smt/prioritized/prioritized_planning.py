@@ -21,7 +21,7 @@ from missionc.backends.api import Planned, Progress
 from missionc.backends.smt.encode.lower_motion import Ways
 from missionc.backends.smt.lift import lift
 from missionc.backends.smt.prioritized.iterative_deepening import deepened
-from missionc.backends.smt.prioritized.receding_horizon import SHORTER, continued, first_steps, last_asked
+from missionc.backends.smt.prioritized.receding_horizon import continued, first_steps, last_asked
 from missionc.backends.smt.prioritized.requirement_parts import (
     NOBODY,
     Agents,
@@ -211,8 +211,6 @@ class PrioritizedPlanner(SingleAgentPlanning):
                 if self.infeasible(asked, ways, before | batch):
                     continue
             last = last_asked(asked, setting.mission)
-            if SHORTER * last > setting.mission.steps:
-                last = setting.mission.steps
             with setting.account.stage("lower"):
                 shorter = first_steps(setting, roadmaps, ways, last)
             goal = Goal("all parts", All(tuple(asked)), setting.mission.span)

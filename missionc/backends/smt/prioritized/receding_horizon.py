@@ -30,15 +30,18 @@ SHORTER = 2
 
 
 def last_asked(formulas: Sequence[Node], mission: Mission) -> int:
-    """The last step that decides formulas of the first step, and the motion that starts there."""
+    """The last step that decides formulas of the first step, and the motion there; the mission's, if that is near."""
     ahead = steps_ahead(formulas, mission.steps)
-    return min(mission.steps, max((ahead[formula] for formula in formulas), default=0) + 1)
+    last = max((ahead[formula] for formula in formulas), default=0) + 1
+    return last if SHORTER * last <= mission.steps else mission.steps
 
 
 def first_steps(
     setting: Setting, roadmaps: tuple[Roadmap, ...], ways: Sequence[Flags], last: int
 ) -> tuple[Setting, tuple[Roadmap, ...], tuple[Flags, ...]]:
-    """The setting, the roadmaps and the ways, (steps + 1, states) each, up to a step."""
+    """The setting, the roadmaps and the ways, (steps + 1, states) each, up to a step; themselves if it is the last."""
+    if last == setting.mission.steps:
+        return setting, roadmaps, tuple(ways)
     mission = replace(setting.mission, steps=Steps(last))
     shorter = tuple(
         replace(
@@ -62,18 +65,18 @@ def continued(
         begun: their first steps, (agents of the mission, some steps).
     """
     whole, limit = reservations.copy(), planning.setting.budget.limits.clauses
-    never, exclusions = planning.requirements.never, planning.requirements.exclusions
+    never, exclusions = dict(planning.requirements.never), planning.requirements.exclusions
+    steps = np.arange(begun.shape[1])
     for agent in agents:
         elsewhere = np.zeros_like(whole.motion.roadmap(agent).standing)
-        steps = np.arange(begun.shape[1])
         elsewhere[steps] = True
         elsewhere[steps, begun[agent]] = False
-        kept = {agent: elsewhere | never[agent] if agent in never else elsewhere}
-        with planning.counted(
-            SingleAgentSearch(planning.order.labels, kept, whole, limit, exclusions=exclusions)
-        ) as search:
+        never[agent] = elsewhere | never[agent] if agent in never else elsewhere
+    search = SingleAgentSearch(planning.order.labels, never, whole, limit, exclusions=exclusions)
+    with planning.counted(search):
+        for agent in agents:
             way = search.way(agent, (), whole)
-        if way is None:
-            return None
-        whole.reserve((agent,), np.broadcast_to(way, whole.states.shape))
+            if way is None:
+                return None
+            whole.reserve((agent,), np.broadcast_to(way, whole.states.shape))
     return np.asarray(whole.states)
