@@ -36,7 +36,8 @@ class interrupted_at:  # noqa: N801 (it is used as a statement)
     """``with interrupted_at(moment):`` raises ``OutOfTime`` within once ``moment`` has come.
 
     It may stand within another: the earlier one comes first. Only the main thread can be interrupted; in any other,
-    and where the system has no timers, nothing is done.
+    and where the system has no timers, nothing is done. An error that comes out after the interruption is taken for
+    it: numpy, where it is interrupted while it compares, raises a ``TypeError`` instead.
 
     Args:
         moment: on the clock of ``time.monotonic``, seconds.
@@ -45,7 +46,7 @@ class interrupted_at:  # noqa: N801 (it is used as a statement)
     def __init__(self, moment: float) -> None:
         self.moment = moment
         self.able = hasattr(signal, "setitimer") and threading.current_thread() is threading.main_thread()
-        self.over = False
+        self.over = self.raised = False
 
     def __enter__(self) -> None:
         if not self.able:
@@ -71,6 +72,8 @@ class interrupted_at:  # noqa: N801 (it is used as a statement)
         left, interval = self.outer
         if left:
             signal.setitimer(signal.ITIMER_REAL, max(SOON, left - (time.perf_counter() - self.begin)), interval)
+        if self.raised and isinstance(error, Exception):
+            raise OutOfTime from error
 
     def _interrupt(self, number: int, frame: FrameType | None) -> None:
         if self.over:
@@ -78,6 +81,7 @@ class interrupted_at:  # noqa: N801 (it is used as a statement)
         if _importing(frame):
             signal.setitimer(signal.ITIMER_REAL, IMPORTING, AGAIN)
             return
+        self.raised = True
         raise OutOfTime
 
 

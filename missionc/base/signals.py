@@ -35,9 +35,9 @@ class Stopped(BaseException):
 
 
 class _State:
-    """The state of the process, as its signal handlers are the process's."""
+    """The state of the process, as its signal handlers are the process's; ``seen`` is a signal's number."""
 
-    seen = False
+    seen = 0
     held = False
 
 
@@ -51,14 +51,14 @@ def stoppable() -> Iterator[None]:
     def stop(number: int, frame: FrameType | None) -> None:
         if _now.seen:
             os._exit(128 + number)
-        _now.seen = True
+        _now.seen = number
         if not _now.held:
             raise Stopped(number)
 
     if threading.current_thread() is not threading.main_thread():
         yield  # only the main thread may install handlers
         return
-    _now.seen = _now.held = False
+    _now.seen, _now.held = 0, False
     with _ended_by_force(), _lost_in_silence():
         before = {number: signal.signal(number, stop) for number in HANDLED if not _nobody_hangs_up(number)}
         try:
@@ -66,7 +66,7 @@ def stoppable() -> Iterator[None]:
         finally:
             for number, handler in before.items():
                 signal.signal(number, handler or signal.SIG_DFL)
-            _now.seen = _now.held = False
+            _now.seen, _now.held = 0, False
 
 
 def _nobody_hangs_up(number: signal.Signals) -> bool:
@@ -135,7 +135,13 @@ def hold() -> None:
 
 def asked() -> bool:
     """Whether someone has asked to end, and what is there is to be brought home."""
-    return _now.seen and _now.held
+    return bool(_now.seen) and _now.held
+
+
+def stop_again() -> None:
+    """Raise the ``Stopped`` that was raised before, if any was: a library may have made an error of its own of it."""
+    if _now.seen and not _now.held:
+        raise Stopped(_now.seen)
 
 
 def end_with_parent() -> None:

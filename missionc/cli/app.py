@@ -14,6 +14,7 @@ from importlib.util import find_spec
 
 import click
 
+from missionc.base.signals import stop_again
 from missionc.cli.exit_status import Status, defect, out_of_memory, say
 from missionc.cli.streams import Unsaid, speaking
 from missionc.diagnostics.sanitize import plain
@@ -67,6 +68,7 @@ def _run(words: list[str], began: float | None) -> int:
         say([out_of_memory()], [], _form(words), {})
         return Status.MISSION_ERRORS
     except Exception as error:
+        stop_again()
         if nowhere():
             return _refused(click.UsageError("the folder that this runs in is gone; change to one that is there"))
         if os.environ.get("MISSIONC_TRACEBACK"):

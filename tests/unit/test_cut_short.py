@@ -109,6 +109,21 @@ def test_a_signal_before_there_is_a_plan_ends_the_run(backend: str, text: str) -
         compiled(backend, text, at("sketch" if backend == "clot" else "discrete", interrupted))
 
 
+def test_a_signal_that_a_library_makes_an_error_of_its_own_of_is_no_defect(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    def translating(*_: object, **__: object) -> None:
+        try:
+            interrupted()
+        except BaseException as error:
+            raise TypeError("cannot compare") from error
+
+    monkeypatch.setattr("missionc.cli.commands.check.check", translating)
+    (tmp_path / "row.mission").write_text(ROW)
+    with pytest.raises(Stopped), stoppable():
+        app.main(["check", str(tmp_path / "row.mission")])
+
+
 def test_a_signal_while_a_plan_is_verified_does_not_lose_it() -> None:
     with stoppable():
         outcome = compiled("clot", ROW, at("verify", interrupted)).outcome

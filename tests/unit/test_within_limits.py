@@ -89,6 +89,35 @@ def test_an_interruption_that_a_destructor_swallows_comes_again(monkeypatch: pyt
     assert within(time.monotonic() + 0.05, work) == Ended(Reason.TIME)
 
 
+def comparing() -> NoReturn:
+    """Work for which numpy calls Python, and makes a ``TypeError`` of whatever is raised there."""
+    rows = np.zeros(2, dtype=[(f"f{number}", float) for number in range(1000)])
+    while True:
+        bool(np.all(rows[1:] != rows[:-1]))
+
+
+def translating() -> NoReturn:
+    """Work that always makes an error of its own of what interrupts it."""
+    try:
+        endless()
+    except BaseException as error:
+        raise TypeError("cannot compare") from error
+
+
+@pytest.mark.parametrize("work", [comparing, translating])
+def test_an_interruption_that_a_library_makes_an_error_of_its_own_of_is_still_one(work: Callable[[], NoReturn]) -> None:
+    for _ in range(5):
+        assert within(time.monotonic() + 0.02, work) == Ended(Reason.TIME)
+
+
+def test_an_error_before_the_interruption_is_an_error() -> None:
+    def work() -> NoReturn:
+        raise TypeError("cannot compare")
+
+    with pytest.raises(TypeError, match="cannot compare"):
+        within(time.monotonic() + FAR, work)
+
+
 def test_in_another_thread_nothing_is_interrupted() -> None:
     found: list[object] = []
     thread = threading.Thread(target=lambda: found.append(within(time.monotonic() - 1, lambda: sum(range(10_000)))))
