@@ -3,7 +3,7 @@
     python bench/warehouse.py [--vehicles N ...] [--limit SECONDS] [--nodes N] [--print]
 
 The hall is that of ``missions/field/amr_hall.mission``. Prints seconds of the processor and bytes, children
-included, of a whole compilation; of that, seconds on the wall for the files of the flight.
+included, of `missionc compile`, to the written folder; of that, seconds on the wall for the files of the flight.
 """
 
 from __future__ import annotations
