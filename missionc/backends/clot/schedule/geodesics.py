@@ -184,21 +184,14 @@ class Geodesics:
         """Moves to neighbouring cells, weighted by their length."""
         if room not in self.graphs:
             free = self.room >= room
-            number = np.arange(free.size).reshape(self.shape)
-            rows, columns, lengths = [], [], []
-            for move in product((-1, 0, 1), repeat=len(self.shape)):
-                if not any(move):
-                    continue
-                here = tuple(slice(max(0, -by), count - max(0, by)) for by, count in zip(move, self.shape, strict=True))
-                there = tuple(
-                    slice(max(0, by), count - max(0, -by)) for by, count in zip(move, self.shape, strict=True)
-                )
-                both = free[here] & free[there]
-                rows.append(number[here][both])
-                columns.append(number[there][both])
-                lengths.append(np.full(int(both.sum()), self.cell * float(np.linalg.norm(move))))
-            row, column, length = (np.concatenate(each) for each in (rows, columns, lengths))
-            self.graphs[room] = sparse.csr_matrix((length, (row, column)), shape=(free.size, free.size))
+            number = np.pad(np.where(free, np.arange(free.size).reshape(self.shape), -1), 1, constant_values=-1)
+            moves = np.array([move for move in product((-1, 0, 1), repeat=len(self.shape)) if any(move)])
+            neighbours = [number[tuple(map(slice, 1 + move, 1 + move + self.shape))] for move in moves]
+            other = np.stack(neighbours, axis=-1).reshape(free.size, len(moves))
+            allowed = free.reshape(-1, 1) & (other >= 0)
+            lengths = np.broadcast_to(self.cell * np.linalg.norm(moves, axis=1), other.shape)
+            ends = np.r_[0, np.cumsum(allowed.sum(axis=1))]
+            self.graphs[room] = sparse.csr_matrix((lengths[allowed], other[allowed], ends), shape=2 * (free.size,))
         return self.graphs[room]
 
     def _cell(self, points: Array) -> Array:

@@ -52,13 +52,14 @@ def sketch(
     position[:, 0] = frames[0].position
     for agent, tour in toured.items():
         position[agent] = tour
+    figures: list[Geodesics] = []
     for earlier, later in pairwise(frames):
         span = later.step - earlier.step
         share = np.arange(1, span + 1) / span
         teams = [team for team in _teams(mission, schedule, earlier.step, later.step) if toured.keys().isdisjoint(team)]
         for team in teams:
             position[team, earlier.step + 1 : later.step + 1] = _together(
-                mission, team, earlier, later, share, geodesics, generator, generator.random() < detour
+                mission, team, earlier, later, share, geodesics, figures, generator, generator.random() < detour
             )
         for agent, route in later.routes.items():
             position[agent, earlier.step + 1 : later.step + 1] = along(
@@ -78,15 +79,23 @@ def _together(
     later: KeyFrame,
     share: Array,
     geodesics: Geodesics,
+    figures: list[Geodesics],
     generator: np.random.Generator,
     other_way: bool,
 ) -> Array:
-    """A team's middle goes round the obstacles, everybody keeps the place beside it: (agents, steps, dim)."""
+    """A team's middle goes round the obstacles, everybody keeps the place beside it: (agents, steps, dim).
+
+    Args:
+        figures: of teams that went before, to which others may be added.
+    """
     start, end = earlier.position[team], later.position[team]
     middle, goal = start.mean(axis=0), end.mean(axis=0)
     radius = max(mission.agents[agent].radius for agent in team) + mission.clearance
     extent = max(float(np.linalg.norm(each - each.mean(axis=0), axis=1).max()) for each in (start, end))
-    way = _of_figure(mission, start - middle, end - goal, middle, goal, radius) if len(team) > 1 else None
+    way = None
+    if len(team) > 1 and float(np.linalg.norm((end - goal) - (start - middle), axis=1).max()) <= SAME:
+        figure = _of_figure(mission, ((start - middle) + (end - goal)) / 2, figures)
+        way = figure.way(middle, goal, radius + MORE, radius)
     if way is None:
         way = geodesics.way(middle, goal, radius + 0.1 + extent, radius)
     if way is not None and other_way:
@@ -108,18 +117,18 @@ def _together(
     return bent
 
 
-def _of_figure(
-    mission: Mission, before: Array, after: Array, middle: Array, goal: Array, radius: float
-) -> Array | None:
-    """The way of a team's middle, (corners, dim), on which nobody of it meets what stands, if all keep their places.
+def _of_figure(mission: Mission, figure: Array, known: list[Geodesics]) -> Geodesics:
+    """Geodesics on which none of a team meets what stands, if all keep their places.
 
     Args:
-        before, after: where its members are to the middle at either end, (members, dim), metres.
+        figure: where its members are to its middle, (members, dim), metres.
+        known: which it may be among, for a figure whose difference the grid does not show; else it is added.
     """
-    if float(np.linalg.norm(after - before, axis=1).max()) > SAME:
-        return None
-    figure = Geodesics(mission, (before + after) / 2)
-    return figure.way(middle, goal, radius + MORE, radius)
+    for each in known:
+        if each.figure.shape == figure.shape and np.linalg.norm(each.figure - figure, axis=1).max() <= each.cell / 2:
+            return each
+    known.append(Geodesics(mission, figure))
+    return known[-1]
 
 
 def _bends(share: Array, length: float, dimension: int, generator: np.random.Generator) -> list[Array]:
