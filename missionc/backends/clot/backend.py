@@ -46,6 +46,7 @@ from missionc.backends.clot.optimise.improve import improve
 from missionc.backends.clot.optimise.levenberg_marquardt import Polished, polish
 from missionc.backends.clot.optimise.motion_residuals import Costs
 from missionc.backends.clot.optimise.pursuit import followed
+from missionc.backends.clot.run.begin import Beginnings
 from missionc.backends.clot.run.near_misses import failure_statement, freed, near
 from missionc.backends.clot.run.parallel_attempts import run_parallel_attempts
 from missionc.backends.clot.run.presets import PRESETS, Preset, preset
@@ -60,11 +61,7 @@ from missionc.backends.clot.run.run_state import (
 )
 from missionc.backends.clot.run.search_results import Begun, Searched
 from missionc.backends.clot.schedule.geodesics import Geodesics
-from missionc.backends.clot.schedule.key_frames import key_frames
-from missionc.backends.clot.schedule.schedule import Scheduler
-from missionc.backends.clot.schedule.sketch import sketch
 from missionc.backends.clot.schedule.tasks import Outline, outline
-from missionc.backends.clot.schedule.tours import tours
 from missionc.backends.clot.torch_device import device_missing, enough_memory, one_thread
 from missionc.backends.options import Options
 from missionc.backends.run_account import Account
@@ -86,9 +83,6 @@ MORE = 1.0, 3.0, 9.0
 
 SEARCH_EVERY = 8
 """Attempts of which the last one searches, from the best schedule so far, where the preset does not do so anyway."""
-
-NOISE = 0.4
-"""How differently distances are judged for every schedule but the first."""
 
 
 @dataclass(slots=True)
@@ -141,6 +135,7 @@ class Run:
     graph: Kernel = field(init=False)
     asked: Outline = field(init=False)
     geodesics: Geodesics = field(init=False)
+    beginnings: Beginnings = field(init=False)
 
     @property
     def agent_steps(self) -> int:
@@ -153,6 +148,7 @@ class Run:
             self.graph = build(self.kernel)
             self.asked = outline(self.graph, self.mission.steps)
             self.geodesics = Geodesics(self.mission)
+            self.beginnings = Beginnings(self.mission, self.kernel, self.asked, self.geodesics, self.in_time)
         self.account.sizes["terms"] = len(formulas_below(self.graph))
         if self.budget.resume is not None:
             self.take_up(from_snapshot(self.budget.resume, self.mission, self.graph))
@@ -329,21 +325,9 @@ class Run:
 
     def begun(self, number: int, generator: np.random.Generator) -> Begun:
         """The schedule, key frames and sketch of an attempt; the generator is that of the attempt, unused."""
-        mission, geodesics = self.mission, self.geodesics
         with self.account.stage("sketch"):
-            scheduler = Scheduler(mission, self.asked, geodesics, generator)
-            schedule = scheduler.schedule(NOISE if number else 0.0)
             self.account.work += sketch_work(self.agent_steps)
-            loose = {agent.index for agent in mission.agents} - scheduler.tied
-            toured: dict[int, Array] = {}
-            if loose:
-                frames, motion = tours(mission, schedule, scheduler.goals, geodesics, generator)
-                if not scheduler.tied:
-                    return Begun(number, schedule, frames, motion)
-                toured = {agent: motion[agent] for agent in sorted(loose)}
-            key = key_frames(mission, schedule, scheduler, geodesics, generator, self.in_time, toured)
-            first = sketch(mission, schedule, key, geodesics, generator, 0.3 if number else 0.0, toured)
-        return Begun(number, schedule, key, first)
+            return self.beginnings.begun(number, generator)
 
     def again(self, number: int, motion: Array | None) -> Begun:
         """What an attempt began with, with another motion, (agents, steps + 1, dim), metres."""

@@ -16,11 +16,12 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from missionc.backends.api import Budget, Impossible, NotFound, Outcome, Planned, Turns, forget, ignore, unheard
-from missionc.backends.clot.backend import ATTEMPTS, NOISE
+from missionc.backends.clot.backend import ATTEMPTS
 from missionc.backends.clot.backend import Run as Smooth
 from missionc.backends.clot.optimise.active_set import Choices
 from missionc.backends.clot.optimise.control_points import splines
 from missionc.backends.clot.optimise.goal_terms import Demand
+from missionc.backends.clot.run.begin import NOISE
 from missionc.backends.clot.run.run_state import Reached
 from missionc.backends.clot.schedule.schedule import Scheduler
 from missionc.backends.clot.torch_device import device_missing, enough_memory, one_thread

@@ -12,10 +12,16 @@ from missionc.kernel.nodes import Atom, Node
 from missionc.kernel.walk import graph_of, postorder
 
 
-def tied_agents(outline: Outline, company: Attendance) -> frozenset[int]:
-    """The agents of whom a formation or links are asked for, at any time, and who always has to be near one of them."""
+def tied_agents(outline: Outline, company: Attendance, *, links: bool = True) -> frozenset[int]:
+    """The agents of whom a formation or links are asked for, at any time, and who always has to be near one of them.
+
+    Args:
+        links: whether links tie those of whom they are asked for.
+    """
     tied: set[int] = set()
     for node in _asked(outline):
+        if not links and reads_links(node):
+            continue
         graph = graph_of(node)
         if graph is not None:
             tied.update(graph.agents)
@@ -26,6 +32,11 @@ def tied_agents(outline: Outline, company: Attendance) -> frozenset[int]:
         tied.update(*(each.agents for each in near))
         left = [each for each in left if each not in near]
     return frozenset(tied)
+
+
+def reads_links(node: Node) -> bool:
+    """Whether a node is about the links of a graph."""
+    return graph_of(node) is not None or (isinstance(node, Atom) and node.predicate.graph is not None)
 
 
 def formations(outline: Outline) -> tuple[Predicate, ...]:

@@ -77,10 +77,20 @@ class Scheduler(Timetable):
     """Schedules of a mission. Distances are in metres, times in seconds.
 
     ``tied``: those whom a formation or links hold together at some time; everybody else goes a way of their own.
+    ``by_links_alone``: whether nobody is tied but by links.
+
+    Args:
+        links: whether links tie; without, they are left to whoever makes motions of the schedule.
     """
 
     def __init__(
-        self, mission: Mission, outline: Outline, geodesics: Geodesics, generator: np.random.Generator
+        self,
+        mission: Mission,
+        outline: Outline,
+        geodesics: Geodesics,
+        generator: np.random.Generator,
+        *,
+        links: bool = True,
     ) -> None:
         self.mission, self.outline, self.generator = mission, outline, generator
         self.places = Places(mission)
@@ -93,7 +103,8 @@ class Scheduler(Timetable):
         self.finishes = [None if agent.finish is None else self._place(agent.finish) for agent in mission.agents]
         self.always = [hold for hold in outline.holds if self._whole(hold)]
         self.company = attendance(mission, self.always)
-        self.tied = tied_agents(outline, self.company)
+        self.tied = tied_agents(outline, self.company, links=links)
+        self.by_links_alone = not tied_agents(outline, self.company, links=False)
         self.goals = GoalSets(mission, geodesics, self._kept(geodesics))
         self.numbers = [number for number, task in enumerate(outline.tasks) if self._scheduled(task)]
         self.capacities = capacities(outline.holds, mission.step, PASSING * mission.step)

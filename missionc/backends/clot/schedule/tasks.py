@@ -203,7 +203,7 @@ class _Reader:
         most = self.steps if node.high is None else node.high
         first, last, apart = min(low + most, self.steps), high + node.low, most - node.low + 1
         count = 1 + max(0, -((first - last) // apart))
-        if last - first > 0 and 2 * ((count - 1) * apart - (last - first)) < apart:
+        if 2 * ((count - 1) * apart - (last - first)) < apart:
             count += 1  # as few as can be would leave nothing to choose when each of them is
         if count > MOST_AGAIN:
             return (Option((hold,)),)
