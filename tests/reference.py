@@ -228,12 +228,13 @@ class Meaning:
     # ---------------------------------------------------------------- routes
 
     def link(self, graph: ir.Graph, one: int, other: int, step: int) -> Value:
+        """From the one to the other."""
         here, there = self.run.position[one][step], self.run.position[other][step]
         match graph:
             case ir.Proximity():
-                return self.strict(graph.radius - math.dist(here, there))
+                return self.strict(range_of(graph, one, other) - math.dist(here, there))
             case ir.Sight():
-                near = self.strict(graph.radius - math.dist(here, there))
+                near = self.strict(range_of(graph, one, other) - math.dist(here, there))
                 clear = (least_on_line(shape, here, there) - graph.room for shape in graph.shapes)
                 return self.all((near, *map(self.strict, clear)))
             case ir.BeaconCover():
@@ -450,6 +451,11 @@ def reach(m: Meaning, formula: ir.Apply, through: ir.Formula, end: ir.Formula) -
     return lambda agent, step: m.reach(
         _length(formula), step, agent, lambda at: m.of(through, at, step), lambda at: m.of(end, at, step)
     )
+
+
+def range_of(graph: ir.Proximity | ir.Sight, one: int, other: int) -> float:
+    said = [pair.radius for pair in graph.ranges if one in pair.senders and other in pair.receivers]
+    return said[0] if said else graph.radius
 
 
 def somewhere(m: Meaning, formula: ir.Apply, body: ir.Formula) -> At:

@@ -6,7 +6,7 @@ their declaration; an agent set is a tuple of such numbers in the order meant.
 """
 
 from missionc.ir.agents import Agent, AgentSet, Anywhere, Exactly, Place
-from missionc.ir.couplings import BeaconCover, Formation, FormationEdge, Graph, Proximity, Sight
+from missionc.ir.couplings import BeaconCover, Formation, FormationEdge, Graph, PairRange, Proximity, Sight
 from missionc.ir.dynamics import DoubleIntegrator, Dynamics, SingleIntegrator, Unicycle
 from missionc.ir.formulas import (
     About,
@@ -95,6 +95,7 @@ __all__ = [
     "Objective",
     "Obstacle",
     "OfAgent",
+    "PairRange",
     "Path",
     "Place",
     "Polygon",

@@ -11,9 +11,18 @@ from missionc.base.units import Metres
 from missionc.ir.shapes import Shape, Vector
 
 
+@dataclass(frozen=True, slots=True)
+class PairRange:
+    """The range of the links from each of some agents to each of some others."""
+
+    senders: frozenset[int]
+    receivers: frozenset[int]
+    radius: Metres
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Proximity:
-    """An edge where two agents are strictly closer than ``radius``. [strel] ε-proximity graphs."""
+    """An edge where two agents are strictly closer than the range of their pair. [strel] ε-proximity graphs."""
 
     by_distance = True
 
@@ -21,10 +30,11 @@ class Proximity:
     radius: Metres
     agents: tuple[int, ...]
     span: Span
+    ranges: tuple[PairRange, ...] = ()
 
     @property
     def rule(self) -> Hashable:
-        return type(self), self.radius
+        return type(self), self.radius, self.ranges
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -32,6 +42,7 @@ class BeaconCover:
     """Two agents both strictly closer than ``radius`` to one beacon. [strel] ε-connectivity graphs."""
 
     by_distance = False
+    ranges = ()
     name: str
     radius: Metres
     beacons: tuple[Vector, ...]
@@ -45,7 +56,7 @@ class BeaconCover:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Sight:
-    """Two agents strictly closer than ``radius``, whose straight line stays more than ``room`` clear of ``shapes``."""
+    """Two agents strictly closer than the range of their pair, their line more than ``room`` clear of ``shapes``."""
 
     by_distance = True
     name: str
@@ -54,14 +65,16 @@ class Sight:
     agents: tuple[int, ...]
     span: Span
     room: Metres = Metres(0.0)
+    ranges: tuple[PairRange, ...] = ()
 
     @property
     def rule(self) -> Hashable:
-        return type(self), self.radius, self.shapes, self.room
+        return type(self), self.radius, self.ranges, self.shapes, self.room
 
 
 Graph: TypeAlias = Proximity | BeaconCover | Sight
-"""``by_distance``: a link is never longer than the radius. ``rule``: what links two, whoever else is on the graph."""
+"""``by_distance``: a link is never longer than the range of its pair, which is the ``radius`` of all whose pair is in
+none of the ``ranges``; each is in one of them at most. ``rule``: what links two, whoever else is on the graph."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,6 +15,7 @@ from missionc.base.limits import Limits
 from missionc.base.source import Span
 from missionc.diagnostics.code import TOO_LARGE_TO_EXPAND
 from missionc.diagnostics.model import Diagnostic, Label
+from missionc.ir.pair_ranges import directed
 from missionc.kernel.nodes import All, Any, At, AtLeast, Atom, Goal, Is, Kernel, Node, Not, Reach
 from missionc.kernel.normal_form import normal_forms
 from missionc.kernel.walk import children, postorder
@@ -106,10 +107,16 @@ class _Expansion:
 
 
 def _linked(graph: ir.Graph) -> Node:
-    """Every agent of the graph reaches the first."""
+    """Every agent of the graph reaches the first; where links lead one way, the first reaches every one too."""
     first, *others = graph.agents
-    route = Reach(graph, All(()), Is(frozenset((first,))), len(others))
-    return All(tuple(At(agent, route) for agent in others))
+
+    def route(end: int) -> Node:
+        return Reach(graph, All(()), Is(frozenset((end,))), len(others))
+
+    to_first = route(first)
+    there = tuple(At(agent, to_first) for agent in others)
+    back = tuple(At(first, route(agent)) for agent in others) if directed(graph) else ()
+    return All(there + back)
 
 
 def _of_agents(kind: str, number: int, parts: tuple[Node, ...], span: Span) -> Node:

@@ -143,13 +143,20 @@ def _place(place: ir.Place) -> str:
 def _graph(graph: ir.Graph) -> str:
     match graph:
         case ir.Proximity():
-            return f"proximity {number(graph.radius)} m"
+            return f"proximity {number(graph.radius)} m{_pair_ranges(graph)}"
         case ir.Sight():
-            return f"sight {number(graph.radius)} m"
+            return f"sight {number(graph.radius)} m{_pair_ranges(graph)}"
         case ir.BeaconCover():
             return f"beacons {', '.join(map(vector, graph.beacons))} within {number(graph.radius)} m"
         case _:
             assert_never(graph)
+
+
+def _pair_ranges(graph: ir.Graph) -> str:
+    return "".join(
+        f", {indices(sorted(each.senders))} to {indices(sorted(each.receivers))} {number(each.radius)} m"
+        for each in graph.ranges
+    )
 
 
 def _formation(formation: ir.Formation) -> Iterator[str]:

@@ -26,6 +26,14 @@ class _Total:
     setting: ast.Setting
 
 
+@dataclass(frozen=True, slots=True)
+class _Ranges:
+    """``{ tower to drone 8 m }``, until the graph around it is read."""
+
+    span: Span
+    pairs: tuple[ast.PairRange, ...]
+
+
 # ---------------------------------------------------------------- quantities
 
 
@@ -153,9 +161,28 @@ def group(span: Span, name: ast.Name, *members: ast.Name | ast.Member) -> ast.Gr
 
 
 def graph(
-    span: Span, name: ast.Name, kind: Token, radius: ast.Quantity, over: ast.Name | ast.Member | None
+    span: Span,
+    name: ast.Name,
+    kind: Token,
+    radius: ast.Quantity | None,
+    over: ast.Name | ast.Member | None,
+    ranges: _Ranges | None,
 ) -> ast.Graph:
-    return ast.Graph(span, name, kind.text, radius, over)
+    if ranges is not None and kind.text == "beacons":
+        message = "two agents share a beacon, so that the range of `beacons` is one for all pairs"
+        help = "give ranges of pairs to `proximity` or `sight`, or leave them out"
+        raise MisreadError(Diagnostic(SYNTAX, message, Label(ranges.span), help=help))
+    return ast.Graph(span, name, kind.text, radius, over, () if ranges is None else ranges.pairs)
+
+
+def graph_of_pairs(
+    span: Span, name: ast.Name, kind: Token, over: ast.Name | ast.Member | None, ranges: _Ranges
+) -> ast.Graph:
+    return graph(span, name, kind, None, over, ranges)
+
+
+def ranges(span: Span, *pairs: ast.PairRange) -> _Ranges:
+    return _Ranges(span, pairs)
 
 
 def link(span: Span, ends: ast.Quantity, length: ast.Quantity) -> ast.Link:
@@ -275,6 +302,7 @@ FUNCTIONS: dict[str, Callable[..., object]] = FORMULAS | {
     "goal": goal,
     "graph": graph,
     "graph_kind": same,
+    "graph_of_pairs": graph_of_pairs,
     "group": group,
     "height": ast.Height,
     "in_region": ast.InRegion,
@@ -292,11 +320,13 @@ FUNCTIONS: dict[str, Callable[..., object]] = FORMULAS | {
     "number": number,
     "obstacle": ast.Obstacle,
     "offsets": lambda span, *points: points,
+    "pair_range": ast.PairRange,
     "param": ast.Param,
     "parentheses": same,
     "point": point,
     "polygon": polygon,
     "prefer": prefer,
+    "ranges": ranges,
     "rate": rate,
     "region": ast.Region,
     "require": require,

@@ -97,7 +97,15 @@ def graphs_of(size: int) -> tuple[ir.Graph, ...]:
         ir.Proximity("part", Metres(1.5), everyone[1:], SPAN),
         ir.BeaconCover("cell", Metres(1.0), ((0.5, 0.5), (2.0, 1.0)), everyone, SPAN),
         ir.Sight("eyes", Metres(1.5), OPAQUE, everyone, SPAN),
+        ir.Proximity("uneven", Metres(1.0), everyone, SPAN, _ranges(everyone[:1], everyone[1:], 1.5, 0.7)),
+        ir.Proximity("star", Metres(0.0), everyone[::-1], SPAN, _ranges(everyone[:1], everyone[1:], 1.5, 1.5)),
+        ir.Sight("gaze", Metres(1.5), OPAQUE, everyone, SPAN, ranges=_ranges(everyone[:2], everyone[2:], 1.2, 1.7)),
     )
+
+
+def _ranges(some: tuple[int, ...], others: tuple[int, ...], there: float, back: float) -> tuple[ir.PairRange, ...]:
+    one, other = frozenset(some), frozenset(others)
+    return (ir.PairRange(one, other, Metres(there)), ir.PairRange(other, one, Metres(back)))
 
 
 @cache

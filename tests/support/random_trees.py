@@ -273,6 +273,17 @@ declarations = st.one_of(
         quantities,
         st.none() | agents,
     ),
+    st.builds(
+        ast.Graph,
+        st.just(NOWHERE),
+        names,
+        st.sampled_from(["proximity", "sight"]),
+        st.none() | quantities,
+        st.none() | agents,
+        st.lists(st.builds(ast.PairRange, st.just(NOWHERE), agents, agents, quantities), min_size=1, max_size=3).map(
+            tuple
+        ),
+    ),
     formations(),
     st.builds(ast.Resource, st.just(NOWHERE), names, agents, st.lists(_rates, min_size=1, max_size=4).map(tuple)),
     st.builds(ast.Flag, st.just(NOWHERE), names, agents, st.lists(_marks, min_size=1, max_size=3).map(tuple)),

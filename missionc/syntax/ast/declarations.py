@@ -90,14 +90,28 @@ class Group:
 
 
 @dataclass(frozen=True, slots=True)
+class PairRange:
+    """``tower to drone 8 m``: the range of links from the ones to the others."""
+
+    span: Span
+    senders: Name | Member
+    receivers: Name | Member
+    radius: Quantity
+
+
+@dataclass(frozen=True, slots=True)
 class Graph:
-    """``proximity 1 m``, ``sight 5 m`` or ``beacons 2.5 m``; ``over`` None means all agents."""
+    """``proximity 1 m``, ``sight 5 m`` or ``beacons 2.5 m``; ``over`` None means all agents.
+
+    ``ranges`` are those of pairs; ``radius``, which may be left out beside them, that of all others.
+    """
 
     span: Span
     name: Name
     kind: str
-    radius: Quantity
+    radius: Quantity | None
     over: Name | Member | None
+    ranges: tuple[PairRange, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
