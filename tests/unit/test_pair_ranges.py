@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,6 +11,7 @@ import missionc
 from missionc import ir
 from missionc.backends.clot.cost_graph.cost_graph import build
 from missionc.backends.clot.schedule.gather_team import gather_team
+from missionc.base.trace import Trace
 from missionc.base.units import Metres
 from missionc.diagnostics import code
 from missionc.ir.pair_ranges import all_ranges, between, directed, kinds, range_of
@@ -20,8 +20,7 @@ from missionc.language.margins.links import all_links
 from missionc.language.margins.predicate_margins import algebraic_connectivity
 from missionc.lower.tighten import tightened
 from missionc.verify.plan.algebraic_connectivity import connectivity
-from tests.support.random_runs import random_trace
-from tests.support.resolved_missions import SPAN
+from tests.support.random_runs import SPAN, trace_of
 
 HEAD = """mission pairs
 time  step 1 s, horizon 4 s
@@ -37,6 +36,10 @@ NET = "graph radio = proximity 3 m { tower to drone 9 m, drone to tower 4 m }\n"
 
 def checked(*lines: str) -> missionc.Checked:
     return missionc.check(missionc.Source("pairs.mission", HEAD + "\n".join(lines) + "\n"), backend="any")
+
+
+def random_trace(size: int, steps: int) -> Trace:
+    return trace_of(np.random.default_rng(0).uniform(0.5, 9, (size, steps + 1, 2)).tolist())
 
 
 def graph(line: str) -> ir.Graph:
@@ -129,8 +132,8 @@ def test_connected_is_one_leaf_of_the_cost_graph_whichever_way_links_lead() -> N
             line, "require whole: connected(radio)", "require torn: eventually[0, 4 s] not connected(radio)"
         )
         assert found.mission is not None
-        kernel = missionc.lower.expand.expand(found.mission)[0]  # type: ignore[attr-defined]
-        goal = build(kernel).requirements[0].formula
+        assert found.kernel is not None
+        goal = build(found.kernel).requirements[0].formula
         assert isinstance(goal, Atom)
         assert isinstance(goal.predicate, ir.Connected)
 
@@ -160,7 +163,7 @@ def test_every_range_is_tightened_by_what_two_agents_may_miss() -> None:
 
 
 @pytest.mark.parametrize("backend", ["smt", "clot", "hybrid"])
-def test_each_backend_keeps_a_team_told_and_heard(backend: str, tmp_path: Path) -> None:
+def test_each_backend_keeps_a_team_told_and_heard(backend: str) -> None:
     text = (
         HEAD
         + NET
@@ -172,10 +175,10 @@ def test_each_backend_keeps_a_team_told_and_heard(backend: str, tmp_path: Path) 
         )
     )
     compiled = missionc.compile(missionc.Source("pairs.mission", text), backend=backend)
-    assert compiled.ok, compiled.findings
-    compiled.write(tmp_path / "pairs")
-    plan = json.loads((tmp_path / "pairs" / "plan.json").read_text())
+    assert isinstance(compiled.outcome, missionc.Verified), compiled.findings
+    plan = json.loads(dict(compiled.files)["plan.json"])
     edges = [{tuple(edge) for edge in step} for step in plan["graphs"]["radio"]]
+    assert any((other, one) not in step for step in edges for one, other in step)
     position = np.array([agent["position"] for agent in plan["agents"]])
     radio = graph(NET)
     for step, linked in enumerate(edges):
