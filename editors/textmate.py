@@ -164,7 +164,7 @@ def _operator_rules() -> list[Rule]:
         _bounded(
             (Bounds.LENGTH,),
             "spatial",
-            r"(?=\s*\[\s*(?:hops|distance)(?!\w))",
+            rf"(?=\s*\[\s*{_NAME}(?!\w))",
             _bracketed(r"\[", r"\]", "meta.window.spatial", within_length, _COMMON),
         ),
         _match(_any(word.text for word in _operators(Bounds.NONE)), "keyword.operator.wordlike.logical"),
@@ -289,6 +289,7 @@ _DECLARED = {
         "entity.name.type.graph",
         body=(
             _after("=", "keyword.operator.assignment", _any(("proximity", "beacons", "sight")), "keyword.other.kind"),
+            _match(_any(("weight",)) + rf"(?=\s+{_NAME})", "keyword.other.part"),
         ),
     ),
     "formation": Declared(

@@ -37,6 +37,7 @@ from missionc.ir import (
     Requirement,
     Resource,
     Sight,
+    Weight,
 )
 from missionc.ir.pair_ranges import directed
 from missionc.ir.wording import all_listed, listed, seconds
@@ -158,6 +159,20 @@ def _resource(resource: Resource, mission: Mission) -> str:
 
 
 def _graph(graph: Graph, mission: Mission) -> str:
+    return _links(graph, mission) + "".join(f"; {_weight(weight, mission)}" for weight in graph.weights)
+
+
+def _weight(weight: Weight, mission: Mission) -> str:
+    pairs = [
+        f"{each.weight} from {names(tuple(sorted(each.senders)), mission)}"
+        f" to {names(tuple(sorted(each.receivers)), mission)}"
+        for each in weight.pairs
+    ]
+    others = f"{weight.others} between all others" if pairs else f"{weight.others}"
+    return f"a link has `{weight.name}` {', '.join((*pairs, others))}"
+
+
+def _links(graph: Graph, mission: Mission) -> str:
     if graph.ranges:
         return _graph_of_pairs(graph, mission)
     if isinstance(graph, Proximity):

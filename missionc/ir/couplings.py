@@ -20,6 +20,24 @@ class PairRange:
     radius: Metres
 
 
+@dataclass(frozen=True, slots=True)
+class PairWeight:
+    """What the links from each of some agents to each of some others weigh."""
+
+    senders: frozenset[int]
+    receivers: frozenset[int]
+    weight: int
+
+
+@dataclass(frozen=True, slots=True)
+class Weight:
+    """What links weigh, at least 1: those of ``pairs``, each in one of them at most, and ``others``."""
+
+    name: str
+    others: int
+    pairs: tuple[PairWeight, ...]
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Proximity:
     """An edge where two agents are strictly closer than the range of their pair. [strel] ε-proximity graphs."""
@@ -31,6 +49,7 @@ class Proximity:
     agents: tuple[int, ...]
     span: Span
     ranges: tuple[PairRange, ...] = ()
+    weights: tuple[Weight, ...] = ()
 
     @property
     def rule(self) -> Hashable:
@@ -48,6 +67,7 @@ class BeaconCover:
     beacons: tuple[Vector, ...]
     agents: tuple[int, ...]
     span: Span
+    weights: tuple[Weight, ...] = ()
 
     @property
     def rule(self) -> Hashable:
@@ -66,6 +86,7 @@ class Sight:
     span: Span
     room: Metres = Metres(0.0)
     ranges: tuple[PairRange, ...] = ()
+    weights: tuple[Weight, ...] = ()
 
     @property
     def rule(self) -> Hashable:

@@ -1,4 +1,4 @@
-"""Ranges of links by ordered pairs of agents, and what follows from them for a graph as a whole."""
+"""Ranges and weights of links by ordered pairs of agents, and what follows from them for a graph as a whole."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import replace
 from itertools import product
 
 from missionc.base.units import Metres
-from missionc.ir.couplings import Graph, PairRange, Proximity, Sight
+from missionc.ir.couplings import Graph, PairRange, PairWeight, Proximity, Sight, Weight
 
 
 def range_of(graph: Graph, sender: int, receiver: int) -> Metres:
@@ -20,9 +20,36 @@ def range_of(graph: Graph, sender: int, receiver: int) -> Metres:
 
 def kinds(graph: Graph) -> tuple[tuple[int, ...], ...]:
     """The agents of a graph, those together whose links have the same ranges, both ways and to one another."""
+    return _alike(graph, graph.ranges)
+
+
+def weigh(weight: Weight, sender: int, receiver: int) -> int:
+    """What a link from the one to the other weighs."""
+    for each in weight.pairs:
+        if sender in each.senders and receiver in each.receivers:
+            return each.weight
+    return weight.others
+
+
+def kinds_of_weight(graph: Graph, weight: Weight) -> tuple[tuple[int, ...], ...]:
+    """The agents of a graph, those together whose links weigh the same, both ways and to one another."""
+    return _alike(graph, weight.pairs)
+
+
+def lightest(weight: Weight) -> int:
+    """What a link weighs at least."""
+    return min((weight.others, *(each.weight for each in weight.pairs)))
+
+
+def heaviest(weight: Weight) -> int:
+    """What a link weighs at most."""
+    return max((weight.others, *(each.weight for each in weight.pairs)))
+
+
+def _alike(graph: Graph, pairs: tuple[PairRange, ...] | tuple[PairWeight, ...]) -> tuple[tuple[int, ...], ...]:
     alike: dict[tuple[tuple[bool, bool], ...], list[int]] = {}
     for agent in graph.agents:
-        sides = tuple((agent in each.senders, agent in each.receivers) for each in graph.ranges)
+        sides = tuple((agent in each.senders, agent in each.receivers) for each in pairs)
         alike.setdefault(sides, []).append(agent)
     return tuple(map(tuple, alike.values()))
 

@@ -27,11 +27,11 @@ class _Total:
 
 
 @dataclass(frozen=True, slots=True)
-class _Ranges:
+class _OfPairs:
     """``{ tower to drone 8 m }``, until the graph around it is read."""
 
     span: Span
-    pairs: tuple[ast.PairRange, ...]
+    pairs: tuple[ast.OfPair, ...]
 
 
 # ---------------------------------------------------------------- quantities
@@ -166,23 +166,28 @@ def graph(
     kind: Token,
     radius: ast.Quantity | None,
     over: ast.Name | ast.Member | None,
-    ranges: _Ranges | None,
+    ranges: _OfPairs | None,
+    *weights: ast.Weight,
 ) -> ast.Graph:
     if ranges is not None and kind.text == "beacons":
         message = "two agents share a beacon, so that the range of `beacons` is one for all pairs"
         help = "give ranges of pairs to `proximity` or `sight`, or leave them out"
         raise MisreadError(Diagnostic(SYNTAX, message, Label(ranges.span), help=help))
-    return ast.Graph(span, name, kind.text, radius, over, () if ranges is None else ranges.pairs)
+    return ast.Graph(span, name, kind.text, radius, over, () if ranges is None else ranges.pairs, weights)
 
 
 def graph_of_pairs(
-    span: Span, name: ast.Name, kind: Token, over: ast.Name | ast.Member | None, ranges: _Ranges
+    span: Span, name: ast.Name, kind: Token, over: ast.Name | ast.Member | None, ranges: _OfPairs, *weights: ast.Weight
 ) -> ast.Graph:
-    return graph(span, name, kind, None, over, ranges)
+    return graph(span, name, kind, None, over, ranges, *weights)
 
 
-def ranges(span: Span, *pairs: ast.PairRange) -> _Ranges:
-    return _Ranges(span, pairs)
+def of_pairs(span: Span, *pairs: ast.OfPair) -> _OfPairs:
+    return _OfPairs(span, pairs)
+
+
+def weight(span: Span, name: ast.Name, value: ast.Quantity, pairs: _OfPairs | None) -> ast.Weight:
+    return ast.Weight(span, name, value, () if pairs is None else pairs.pairs)
 
 
 def link(span: Span, ends: ast.Quantity, length: ast.Quantity) -> ast.Link:
@@ -319,14 +324,14 @@ FUNCTIONS: dict[str, Callable[..., object]] = FORMULAS | {
     "negative": negative,
     "number": number,
     "obstacle": ast.Obstacle,
+    "of_pair": ast.OfPair,
+    "of_pairs": of_pairs,
     "offsets": lambda span, *points: points,
-    "pair_range": ast.PairRange,
     "param": ast.Param,
     "parentheses": same,
     "point": point,
     "polygon": polygon,
     "prefer": prefer,
-    "ranges": ranges,
     "rate": rate,
     "region": ast.Region,
     "require": require,
@@ -342,6 +347,7 @@ FUNCTIONS: dict[str, Callable[..., object]] = FORMULAS | {
     "total": total,
     "vehicle": vehicle,
     "waypoint": waypoint,
+    "weight": weight,
     "world": ast.World,
     "yaw": yaw,
 }

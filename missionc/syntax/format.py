@@ -98,6 +98,7 @@ def _items(program: ast.Program) -> frozenset[int]:
             starts.update(part.span.start for part in parts)
         if isinstance(declaration, ast.Graph):
             starts.update(part.span.start for part in declaration.ranges)
+            starts.update(part.span.start for weight in declaration.weights for part in weight.pairs)
         if isinstance(declaration, ast.Team):
             for item in declaration.items:
                 starts.add(item.span.start)

@@ -73,8 +73,13 @@ def _declaration(node: ast.Declaration) -> str:
 def _ranges(node: ast.Graph) -> str:
     radius = "" if node.radius is None else f" {tight(node.radius)}"
     over = "" if node.over is None else f" over {agents(node.over)}"
-    pairs = ", ".join(f"{agents(p.senders)} to {agents(p.receivers)} {tight(p.radius)}" for p in node.ranges)
-    return radius + over + (f" {{ {pairs} }}" if pairs else "")
+    weights = [f" weight {each.name.text} {tight(each.value)}{_of_pairs(each.pairs)}" for each in node.weights]
+    return radius + over + _of_pairs(node.ranges) + "".join(weights)
+
+
+def _of_pairs(pairs: tuple[ast.OfPair, ...]) -> str:
+    written = ", ".join(f"{agents(p.senders)} to {agents(p.receivers)} {tight(p.value)}" for p in pairs)
+    return f" {{ {written} }}" if written else ""
 
 
 def _rate(node: ast.Rate) -> str:

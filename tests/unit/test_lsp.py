@@ -288,6 +288,8 @@ def test_each_requirement_says_how_far_it_looks_ahead() -> None:
         ("graph wire = proximity 2 m { |", {"drone"}, {"base", "radio"}),
         ("graph wire = proximity 2 m { drone to |", {"drone"}, {"base", "radio"}),
         ("graph wire = proximity 2 m { drone to drone 3 |", {"m", "cm"}, {"s", "drone"}),
+        ("graph wire = proximity 2 m |", {"over", "weight"}, {"drone", "base"}),
+        ("graph wire = proximity 2 m weight cost 1 { |", {"drone"}, {"base", "radio"}),
         ("formation row = |", {"line", "chain", "star"}, {"base"}),
         ("formation row = line of |", {"drone"}, {"base"}),
         ("formation row = circle of drone |", {"radius", "tolerance", "total"}, {"rows", "base"}),

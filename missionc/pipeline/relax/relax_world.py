@@ -31,7 +31,7 @@ def graphs(checked: Checked, targets: ConflictTargets) -> list[Knob]:
         written += [
             (
                 f"the range of `{graph.name.text}` from `{excerpt(p.senders.span)}` to `{excerpt(p.receivers.span)}`",
-                p.radius,
+                p.value,
             )
             for p in graph.ranges
         ]

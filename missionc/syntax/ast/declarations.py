@@ -90,13 +90,23 @@ class Group:
 
 
 @dataclass(frozen=True, slots=True)
-class PairRange:
-    """``tower to drone 8 m``: the range of links from the ones to the others."""
+class OfPair:
+    """``tower to drone 8 m``: the range, or a weight, of links from the ones to the others."""
 
     span: Span
     senders: Name | Member
     receivers: Name | Member
-    radius: Quantity
+    value: Quantity
+
+
+@dataclass(frozen=True, slots=True)
+class Weight:
+    """``weight cost 2 { drone to tower 3 }``: what links weigh, and those of some pairs."""
+
+    span: Span
+    name: Name
+    value: Quantity
+    pairs: tuple[OfPair, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,7 +121,8 @@ class Graph:
     kind: str
     radius: Quantity | None
     over: Name | Member | None
-    ranges: tuple[PairRange, ...] = ()
+    ranges: tuple[OfPair, ...] = ()
+    weights: tuple[Weight, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
