@@ -106,7 +106,7 @@ def _heavy(context: Context, quantity: ast.Quantity, what: str) -> int:
 def _pairs(
     context: Context, pairs: tuple[ast.OfPair, ...], whole: ir.Graph, what: str
 ) -> Iterator[tuple[ast.OfPair, frozenset[int], frozenset[int]]]:
-    """Of whom each speaks, from and to; what is said of a pair before is not said again."""
+    """Each with the agents it is about, from and to; but for those that say again what is said of a pair before."""
     said: dict[ast.OfPair, tuple[frozenset[int], frozenset[int]]] = {}
     for pair in pairs:
         senders, receivers = (_ends(context, end, whole) for end in (pair.senders, pair.receivers))

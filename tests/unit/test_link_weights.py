@@ -111,7 +111,7 @@ def test_sums_of_weights_are_limited_before_they_are_told_apart() -> None:
     (finding,) = [each for each in found.findings if not each.code.warning]
     assert finding.code.name == "MC207"
     assert finding.primary is not None
-    assert finding.primary.text == "so many sums of `cost` are told apart"
+    assert finding.primary.message == "so many sums of `cost` are told apart"
 
 
 def test_a_weight_is_planned_where_hops_are() -> None:
