@@ -1,6 +1,6 @@
 """Resolution of graphs: the agents and beacons in each, and the ranges of its links.
 
-says MC013 MC014 MC104 MC206 MC207 MC209 MC210 MC240 MC241
+says MC007 MC013 MC014 MC104 MC206 MC207 MC209 MC210 MC240 MC241
 """
 
 from __future__ import annotations
@@ -74,6 +74,8 @@ def _weights(context: Context, graph: ast.Graph, whole: ir.Graph) -> tuple[ir.We
         if name in weights:
             said_twice(context, f"the weight `{name}`", weight.name.span, weights[name][0])
             continue
+        if name == ast.Metric.HOPS.value:
+            _named_like_hops(context, weight)
         others = _heavy(context, weight.value, f"`{name}`")
         pairs = [
             ir.PairWeight(
@@ -89,6 +91,15 @@ def _weights(context: Context, graph: ast.Graph, whole: ir.Graph) -> tuple[ir.We
         ]
         weights[name] = weight.name.span, ir.Weight(name, others, tuple(pairs))
     return tuple(weight for _, weight in weights.values())
+
+
+def _named_like_hops(context: Context, weight: ast.Weight) -> None:
+    context.report(
+        code.NAME_NOT_ALLOWED,
+        "a weight cannot be called `hops`: a length in `hops` is the number of links",
+        weight.name.span,
+        help="call it by what it is: `cost`, `delay`",
+    )
 
 
 def _heavy(context: Context, quantity: ast.Quantity, what: str) -> int:

@@ -68,6 +68,7 @@ def test_a_link_weighs_what_its_pair_does() -> None:
         ("proximity 3 m weight cost 2 s", "MC201", ""),
         ("proximity 3 m weight cost 2 { tower to drone 0 }", "MC210", "`cost` from `tower` to `drone` is 0"),
         ("proximity 3 m weight cost 2 weight cost 3", "MC013", "the weight `cost`"),
+        ("proximity 3 m weight hops 2", "MC007", "cannot be called `hops`"),
         ("proximity 3 m weight cost 2 { few to tower 1, drone to tower 2 }", "MC240", "the weight from `drone[0]`"),
         ("proximity 3 m weight cost 2 { tower to tower 1 }", "MC241", "a weight from `tower` to itself"),
         ("proximity 3 m over drone weight cost 2 { tower to drone 1 }", "MC104", "is not on the graph `net`"),

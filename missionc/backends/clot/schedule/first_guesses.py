@@ -358,7 +358,7 @@ class FirstGuesses:
                 spacing.append(float(np.linalg.norm(edge.target)))
             if graph is not None and graph.by_distance and not spacing:
                 ties[np.ix_(graph.agents, graph.agents)] = True
-                spacing.append(0.8 * min((reach for reach in all_ranges(graph) if reach > 0), default=0.0))
+                spacing.append(0.8 * min((reach for reach in all_ranges(graph) if reach > 0), default=graph.radius))
         return ties, min(spacing, default=0.0)
 
     def _packed(self, before: Array, places: dict[Region, list[int]], pitch: float = 1.0) -> Array:
