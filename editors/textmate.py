@@ -153,7 +153,8 @@ def _operators(*bounds: Bounds) -> list[Word]:
 
 
 def _operator_rules() -> list[Rule]:
-    within_length = _after(r"\G", "", _any(("hops", "distance")), "keyword.other.measure")
+    measures = _any(("hops", "distance"))
+    within_length = _after(rf"\G(?!\s*(?!{measures}){_NAME})", "", measures, "keyword.other.measure")
     return [
         _bounded(
             (Bounds.TIME, Bounds.PAST),
@@ -164,7 +165,7 @@ def _operator_rules() -> list[Rule]:
         _bounded(
             (Bounds.LENGTH,),
             "spatial",
-            r"(?=\s*\[\s*(?:hops|distance)(?!\w))",
+            rf"(?=\s*\[\s*{_NAME}\s*(?:<=|(?<=\s)[\w(]))",
             _bracketed(r"\[", r"\]", "meta.window.spatial", within_length, _COMMON),
         ),
         _match(_any(word.text for word in _operators(Bounds.NONE)), "keyword.operator.wordlike.logical"),
@@ -289,6 +290,7 @@ _DECLARED = {
         "entity.name.type.graph",
         body=(
             _after("=", "keyword.operator.assignment", _any(("proximity", "beacons", "sight")), "keyword.other.kind"),
+            _match(_any(("weight",)) + rf"(?=\s+{_NAME})", "keyword.other.part"),
         ),
     ),
     "formation": Declared(

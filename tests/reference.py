@@ -228,12 +228,13 @@ class Meaning:
     # ---------------------------------------------------------------- routes
 
     def link(self, graph: ir.Graph, one: int, other: int, step: int) -> Value:
+        """From the one to the other."""
         here, there = self.run.position[one][step], self.run.position[other][step]
         match graph:
             case ir.Proximity():
-                return self.strict(graph.radius - math.dist(here, there))
+                return self.strict(range_of(graph, one, other) - math.dist(here, there))
             case ir.Sight():
-                near = self.strict(graph.radius - math.dist(here, there))
+                near = self.strict(range_of(graph, one, other) - math.dist(here, there))
                 clear = (least_on_line(shape, here, there) - graph.room for shape in graph.shapes)
                 return self.all((near, *map(self.strict, clear)))
             case ir.BeaconCover():
@@ -252,14 +253,14 @@ class Meaning:
     def at_most(self, bounds: ir.Length, route: tuple[int, ...], bound: float, step: int) -> Value:
         """The route's own length is at most so much. Hops, and a route of none, have no margin."""
         hops = len(route) - 1
-        if bounds.metric.name == "HOPS" or hops == 0:
-            return self.constant(hops <= bound)
+        if bounds.metric.name != "METRES" or hops == 0:
+            return self.constant(counted(bounds, route) <= bound)
         return self.closed(bound - self.metres(route, step))
 
     def shorter(self, bounds: ir.Length, route: tuple[int, ...], bound: float, step: int) -> Value:
         hops = len(route) - 1
-        if bounds.metric.name == "HOPS" or hops == 0:
-            return self.constant(hops < bound)
+        if bounds.metric.name != "METRES" or hops == 0:
+            return self.constant(counted(bounds, route) < bound)
         return self.strict(bound - self.metres(route, step))
 
     def length_fits(self, bounds: ir.Length, route: tuple[int, ...], step: int) -> Value:
@@ -286,8 +287,8 @@ class Meaning:
         routes = [route for route in simple_routes(one, self.remaining(bounds.graph.agents)) if route[-1] == other]
         if not self.number:
             there = [route for route in routes if self.links_of(bounds.graph, route, step)]
-            in_hops = bounds.metric.name == "HOPS"
-            lengths = [len(route) - 1 if in_hops else self.metres(route, step) for route in there]
+            in_metres = bounds.metric.name == "METRES"
+            lengths = [self.metres(route, step) if in_metres else counted(bounds, route) for route in there]
             return bool(lengths) and bounds.low <= min(lengths) <= bounds.high
         near = self.some_way(bounds, one, other, lambda route: self.at_most(bounds, route, bounds.high, step), step)
         if bounds.low <= 0:
@@ -452,6 +453,22 @@ def reach(m: Meaning, formula: ir.Apply, through: ir.Formula, end: ir.Formula) -
     )
 
 
+def counted(bounds: ir.Length, route: tuple[int, ...]) -> int:
+    """The links of a route, or what they weigh."""
+    weight = bounds.weight
+    return sum(1 if weight is None else weigh(weight, *pair) for pair in itertools.pairwise(route))
+
+
+def weigh(weight: ir.Weight, one: int, other: int) -> int:
+    said = [pair.weight for pair in weight.pairs if one in pair.senders and other in pair.receivers]
+    return said[0] if said else weight.others
+
+
+def range_of(graph: ir.Proximity | ir.Sight, one: int, other: int) -> float:
+    said = [pair.radius for pair in graph.ranges if one in pair.senders and other in pair.receivers]
+    return said[0] if said else graph.radius
+
+
 def somewhere(m: Meaning, formula: ir.Apply, body: ir.Formula) -> At:
     return lambda agent, step: m.reach(_length(formula), step, agent, lambda _: m.true, lambda at: m.of(body, at, step))
 
@@ -483,7 +500,10 @@ def escape(m: Meaning, formula: ir.Apply, body: ir.Formula) -> At:
 def surround(m: Meaning, formula: ir.Apply, inner: ir.Formula, border: ir.Formula) -> At:
     """``inner`` here, and no ``inner``-route that leads out of it where or how it must not."""
     bounds = _length(formula)
-    most = len(m.remaining(bounds.graph.agents)) - 1 if bounds.metric.name == "HOPS" else math.inf
+    most = math.inf
+    if bounds.metric.name != "METRES":
+        heavy = 1 if bounds.weight is None else max((bounds.weight.others, *(p.weight for p in bounds.weight.pairs)))
+        most = (len(m.remaining(bounds.graph.agents)) - 1) * heavy
 
     def breaks(route: tuple[int, ...], step: int) -> Value:
         inside, last = [m.of(inner, at, step) for at in route], route[-1]

@@ -17,6 +17,7 @@ from missionc.checks.free_space import FreeSpace
 from missionc.diagnostics.code import CONTRADICTION
 from missionc.diagnostics.model import Diagnostic, Label
 from missionc.ir import BeaconCover, Exactly, Mission, Place, Sight
+from missionc.ir.pair_ranges import range_of
 from missionc.ir.wording import listed, metres, seconds
 from missionc.kernel.analysis import reads_lengths
 from missionc.kernel.nodes import Atom, Goal, Kernel, Node, Not, says_opposite
@@ -154,14 +155,22 @@ def _because(
         case node if (graph := graph_of(node)) and not reads_lengths(node):
             bounds = intervals.links(graph)
             most = culprit.upper is not culprit.node.every
-            links = np.triu((bounds.most if most else bounds.least)[culprit.column], 1)
+            links = (bounds.most if most else bounds.least)[culprit.column].copy()
+            np.fill_diagonal(links, 0.0)
             worst_links = np.argwhere((np.abs(links) == amount) & (links != 0))
             if len(worst_links) == 0 or isinstance(graph, BeaconCover):
                 return (culprit.agent,), []
             first, second = (graph.agents[place] for place in worst_links[0].tolist())
-            near = float(distance_between(np, position[first], position[second])) < graph.radius
+            radius = range_of(graph, first, second)
+            near = float(distance_between(np, position[first], position[second])) < radius
             blocked = ", and an obstacle is in the way" if near and isinstance(graph, Sight) and culprit.upper else ""
-            reach = f"the radius of `{graph.name}` is {metres(graph.radius)}{blocked}"
+            names = [f"`{mission.agents[agent].name}`" for agent in (first, second)]
+            what = (
+                f"range of `{graph.name}` from {names[0]} to {names[1]}"
+                if graph.ranges
+                else f"radius of `{graph.name}`"
+            )
+            reach = f"the {what} is {metres(radius)}{blocked}"
             return (first, second), [f"{apart(first, second)}; {reach}"]
         case _:
             return (culprit.agent,), []

@@ -1,6 +1,6 @@
 """Check of graphs and formations: enough agents, no sight past what moves, formations whose agents would not touch.
 
-says MC506 MC507 MC508 MC530
+says MC506 MC507 MC508 MC530 MC536
 """
 
 from __future__ import annotations
@@ -9,10 +9,18 @@ import math
 from collections.abc import Iterator
 from itertools import pairwise
 
-from missionc.diagnostics.code import FORMATION_TOO_SMALL, FORMATION_TOO_TIGHT, GRAPH_TOO_SMALL, SIGHT_PAST_MOTION
+from missionc.diagnostics.code import (
+    FORMATION_TOO_SMALL,
+    FORMATION_TOO_TIGHT,
+    GRAPH_TOO_SMALL,
+    ONE_WAY_LAMBDA2,
+    SIGHT_PAST_MOTION,
+)
 from missionc.diagnostics.model import Diagnostic, Label
-from missionc.ir import Formation, Graph, Mission, Obstacle, Sight, Still
+from missionc.ir import Connectivity, Formation, Graph, Holds, Mission, Obstacle, Sight, Still
+from missionc.ir.pair_ranges import directed
 from missionc.ir.wording import listed, metres
+from missionc.language.walk_formulas import formulas
 
 FEWEST = 2
 
@@ -23,6 +31,8 @@ def check_graphs(mission: Mission) -> list[Diagnostic]:
     moving = [obstacle for obstacle in mission.obstacles if not obstacle.constant]
     if moving:
         findings.extend(_past_motion(graph, moving) for graph in mission.graphs if isinstance(graph, Sight))
+    if mission.solve.connectivity is Connectivity.LAMBDA2:
+        findings.extend(_one_way(graph) for graph in _connected(mission) if directed(graph))
     for formation in mission.formations:
         if len(formation.agents) < FEWEST:
             findings.append(_small_formation(formation))
@@ -31,6 +41,16 @@ def check_graphs(mission: Mission) -> list[Diagnostic]:
             if tight:
                 findings.append(_forbidden(mission, formation, *min(tight, key=lambda pair: pair[2]), len(tight)))
     return findings
+
+
+def _connected(mission: Mission) -> list[Graph]:
+    """The graphs that formulas call connected, as declared."""
+    asked = {
+        formula.predicate.graph.name
+        for formula in formulas(mission)
+        if isinstance(formula, Holds) and formula.predicate.graph is not None
+    }
+    return [graph for graph in mission.graphs if graph.name in asked]
 
 
 def _tight(mission: Mission, formation: Formation) -> Iterator[tuple[int, int, float]]:
@@ -79,6 +99,16 @@ def _past_motion(graph: Graph, moving: list[Obstacle]) -> Diagnostic:
         tuple(Label(obstacle.span, f"{verb}s") for obstacle, verb in zip(moving, verbs, strict=True)),
         notes=("a sight is the same at every step for agents at the same places: roadmaps are labelled with it once",),
         help="let the obstacle stand where it blocks the view, or link by `proximity`",
+    )
+
+
+def _one_way(graph: Graph) -> Diagnostic:
+    return Diagnostic(
+        ONE_WAY_LAMBDA2,
+        f"`connectivity = lambda2` is of links that lead both ways; those of graph `{graph.name}` lead one way",
+        Label(graph.span),
+        notes=("λ₂ is an eigenvalue of the Laplacian, which is symmetric where every link leads back",),
+        help="give each pair the same range both ways, or leave `connectivity` out: then links of the best trees count",
     )
 
 

@@ -9,7 +9,9 @@ from missionc.checks.must_analysis import MustAnalysis
 from missionc.diagnostics.code import ESCAPES_AT_ONCE, HOPS_BEYOND_TEAM, REACHES_ITSELF
 from missionc.diagnostics.model import Diagnostic, Fix, Label
 from missionc.ir import Apply, AtLeastOf, Formula, Length, Mission, OfAgent
+from missionc.ir.pair_ranges import heaviest
 from missionc.kernel.walk import route_bounds
+from missionc.language.route_lengths import longest
 from missionc.language.walk_formulas import bits_of, formulas, operands, operator_words
 from missionc.syntax.ast import Metric
 
@@ -48,7 +50,10 @@ def too_few_agents(formula: Formula) -> bool:
 def fewest_agents(formula: Apply) -> int:
     """How many agents the shortest route within the bounds has on it, at least."""
     length = length_of(formula)
-    return int(length.low) + 1 if length.metric is Metric.HOPS else (1 if length.low <= 0 else 2)
+    if length.metric is Metric.METRES:
+        return 1 if length.low <= 0 else 2
+    heavy = 1 if length.weight is None else heaviest(length.weight)
+    return -(-int(length.low) // heavy) + 1
 
 
 def _asked(mission: Mission) -> dict[Formula, int]:
@@ -77,13 +82,17 @@ def _too_few_agents(formula: Apply) -> Diagnostic:
     there = len(length.graph.agents)
     return Diagnostic(
         HOPS_BEYOND_TEAM,
-        f"a route of {length.low:.0f} hops takes {fewest_agents(formula)} agents;"
+        f"a route of {_bound(length, length.low)} takes {fewest_agents(formula)} agents;"
         f" graph `{length.graph.name}` has {there}",
         Label(operator_words(formula)),
         (Label(length.graph.span, f"over {there} agents"),),
         ("a route visits no agent twice",),
-        f"lower the bound to {there - 1} hops or fewer",
+        f"lower the bound to {_bound(length, longest(length))} or {'fewer' if length.weight is None else 'less'}",
     )
+
+
+def _bound(length: Length, bound: float) -> str:
+    return f"{bound:.0f} hops" if length.weight is None else f"{length.word} {bound:.0f}"
 
 
 def _escapes_at_once(formula: Apply) -> Diagnostic:
@@ -120,7 +129,7 @@ def _fix(formula: Apply) -> Fix | None:
 def _from_one(formula: Apply) -> str:
     """The operator with a lower bound of one hop (in metres: more than none)."""
     length, name = length_of(formula), formula.operator.name
-    unit = length.metric.value
-    low = "1" if unit == "hops" else "0.1"
+    unit = length.word
+    low = "0.1" if length.metric is Metric.METRES else "1"
     high = "" if length.high == float("inf") else f"{max(length.high, float(low)):g}"
     return f"{name}[{unit} {low}..{high} on {length.graph.name}]"

@@ -21,6 +21,7 @@ from missionc.checks.free_space import FreeSpace
 from missionc.checks.place_margins import Joint, margin_at
 from missionc.ir import Agent, Exactly, Graph, Mission, Predicate
 from missionc.ir import Place as Given
+from missionc.ir.pair_ranges import directed, range_of
 from missionc.kernel.evaluate import Domain, evaluate
 from missionc.kernel.nodes import NeighbourNode, Node, PathLength, ReachNode, RouteNode, UntilNode, WindowNode
 from missionc.kernel.walk import more_than
@@ -140,11 +141,12 @@ class Ends(Domain[May]):
         """For each of the graph's agents those it may be linked to, and those it may not be."""
         if (graph, column) not in self.known_links:
             linked, apart = dict.fromkeys(graph.agents, 0), dict.fromkeys(graph.agents, 0)
+            one_way = directed(graph)
             for one in graph.agents:
                 for other in graph.agents:
-                    if one < other:
+                    if one < other or (one_way and one > other):
                         true, false = _tried(self, column, partial(_link, graph, one, other))
-                        for here, there in ((one, other), (other, one)):
+                        for here, there in ((one, other),) if one_way else ((one, other), (other, one)):
                             linked[here] |= true << there
                             apart[here] |= false << there
                 apart[one] |= 1 << one
@@ -223,7 +225,11 @@ def _enough(everyone: Bits, count: int, parts: list[Bits]) -> Bits:
 
 def _link(graph: Graph, one: int, other: int, joint: Joint) -> float | None:
     here, there = joint[one], joint[other]
-    return None if here is None or there is None else float(link.margin(plain_floats, graph, here, there))
+    return (
+        None
+        if here is None or there is None
+        else float(link.margin(plain_floats, graph, range_of(graph, one, other), here, there))
+    )
 
 
 def _steadily(times: int, bits: Bits, change: Callable[[Bits], Bits]) -> Bits:

@@ -66,6 +66,8 @@ NOT_WHOLE = Code("MC209", "a whole number is needed")
 VALUE_OUT_OF_RANGE = Code("MC210", "a value out of range")
 ASKED_OF_THE_LOST = Code("MC220", "asked of an agent that may be lost")
 NOT_ITS_OWN = Code("MC221", "an agent does not have that")
+RANGE_SAID_TWICE = Code("MC240", "two ranges for one pair")
+RANGE_TO_ITSELF = Code("MC241", "a range from an agent to itself")
 
 # 3xx: time and length
 BEYOND_HORIZON = Code("MC301", "the mission ends too early")
@@ -111,6 +113,7 @@ LANE_BLOCKED = Code("MC542", "a lane through an obstacle")
 NOT_ON_LANES = Code("MC543", "a start or finish that no lane leads to")
 SIGHT_PAST_MOTION = Code("MC530", "a sight past an obstacle that moves")
 RUNS_OUT = Code("MC531", "a resource that runs out")
+ONE_WAY_LAMBDA2 = Code("MC536", "`lambda2` of links that lead one way")
 
 # 6xx: outcome of planning
 IMPOSSIBLE = Code("MC601", "no plan exists on the roadmap")

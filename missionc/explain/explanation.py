@@ -37,7 +37,9 @@ from missionc.ir import (
     Requirement,
     Resource,
     Sight,
+    Weight,
 )
+from missionc.ir.pair_ranges import directed
 from missionc.ir.wording import all_listed, listed, seconds
 from missionc.language.walk_formulas import as_written, bottom_up, goals
 from missionc.lower.choose_backend import Choice, needs_of
@@ -127,7 +129,7 @@ def _things(formula: Formula, mission: Mission) -> Iterator[str]:
                 cleared = f" and cleared in `{thing.cleared_in.name}`" if thing.cleared_in else ""
                 yield f"`{thing.name}` of {names(thing.agents, mission)} is set in `{thing.set_in.name}`{cleared}"
             case _:
-                yield _graph(thing)
+                yield _graph(thing, mission)
 
 
 def _named(part: Formula) -> Iterator[Graph | Formation | Resource | Flag]:
@@ -156,7 +158,23 @@ def _resource(resource: Resource, mission: Mission) -> str:
     return f"`{resource.name}` of {names(resource.agents, mission)} {'; it '.join(parts)}"
 
 
-def _graph(graph: Graph) -> str:
+def _graph(graph: Graph, mission: Mission) -> str:
+    return _links(graph, mission) + "".join(f"; {_weight(weight, mission)}" for weight in graph.weights)
+
+
+def _weight(weight: Weight, mission: Mission) -> str:
+    pairs = [
+        f"{each.weight} from {names(tuple(sorted(each.senders)), mission)}"
+        f" to {names(tuple(sorted(each.receivers)), mission)}"
+        for each in weight.pairs
+    ]
+    others = f"{weight.others} between all others" if pairs else f"{weight.others}"
+    return f"a link has `{weight.name}` {', '.join((*pairs, others))}"
+
+
+def _links(graph: Graph, mission: Mission) -> str:
+    if graph.ranges:
+        return _graph_of_pairs(graph, mission)
     if isinstance(graph, Proximity):
         return f"`{graph.name}` links two agents that are closer than {number(graph.radius)} m to each other"
     if isinstance(graph, Sight):
@@ -165,6 +183,19 @@ def _graph(graph: Graph) -> str:
             "with no obstacle on the straight line between them"
         )
     return f"`{graph.name}` links two agents that are both closer than {number(graph.radius)} m to one beacon"
+
+
+def _graph_of_pairs(graph: Graph, mission: Mission) -> str:
+    ways = [
+        f"closer than {number(each.radius)} m from {names(tuple(sorted(each.senders)), mission)}"
+        f" to {names(tuple(sorted(each.receivers)), mission)}"
+        for each in graph.ranges
+    ]
+    ways += [f"closer than {number(graph.radius)} m between all others"] if graph.radius > 0 else []
+    rest = "" if graph.radius > 0 else "; no others are linked"
+    seen = ", with no obstacle on the straight line between them" if isinstance(graph, Sight) else ""
+    leads = "; a link leads one way" if directed(graph) else ""
+    return f"`{graph.name}` links one agent to another that is {', '.join(ways)}{seen}{rest}{leads}"
 
 
 def _formation(formation: Formation, mission: Mission) -> str:

@@ -157,19 +157,25 @@ class When:
 def length_words(length: ir.Length) -> str:
     """``at most 2 hops``, ``1 to 2 hops``, ``at least 3 m``."""
     low, high = number(length.low), number(length.high) if math.isfinite(length.high) else ""
+    if length.weight is not None:
+        return f"`{length.word}` {_amount(length, low, high)}"
     hops = length.metric is Metric.HOPS
     unit = (" hop" if (high or low) == "1" else " hops") if hops else " m"
+    return _amount(length, low, high) + unit
+
+
+def _amount(length: ir.Length, low: str, high: str) -> str:
     if not high:
-        return f"at least {low}{unit}"
+        return f"at least {low}"
     if length.low <= 0:
-        return f"at most {high}{unit}"
-    return f"exactly {low}{unit}" if low == high else f"{low} to {high}{unit}"
+        return f"at most {high}"
+    return f"exactly {low}" if low == high else f"{low} to {high}"
 
 
 def route_words(length: ir.Length) -> str:
     """``a route of at most 2 hops on `radio` ``"""
     if length.low <= 0 and not math.isfinite(length.high):
-        measured = "" if length.metric is Metric.HOPS else " in metres"
+        measured = " in metres" if length.metric is Metric.METRES else ""
         return f"a route of any length{measured} on `{length.graph.name}`"
     return f"a route of {length_words(length)} on `{length.graph.name}`"
 

@@ -6,7 +6,17 @@ their declaration; an agent set is a tuple of such numbers in the order meant.
 """
 
 from missionc.ir.agents import Agent, AgentSet, Anywhere, Exactly, Place
-from missionc.ir.couplings import BeaconCover, Formation, FormationEdge, Graph, Proximity, Sight
+from missionc.ir.couplings import (
+    BeaconCover,
+    Formation,
+    FormationEdge,
+    Graph,
+    PairRange,
+    PairWeight,
+    Proximity,
+    Sight,
+    Weight,
+)
 from missionc.ir.dynamics import DoubleIntegrator, Dynamics, SingleIntegrator, Unicycle
 from missionc.ir.formulas import (
     About,
@@ -95,6 +105,8 @@ __all__ = [
     "Objective",
     "Obstacle",
     "OfAgent",
+    "PairRange",
+    "PairWeight",
     "Path",
     "Place",
     "Polygon",
@@ -119,6 +131,7 @@ __all__ = [
     "Union",
     "Vector",
     "Vehicle",
+    "Weight",
     "Window",
     "Without",
     "World",

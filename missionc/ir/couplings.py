@@ -11,9 +11,36 @@ from missionc.base.units import Metres
 from missionc.ir.shapes import Shape, Vector
 
 
+@dataclass(frozen=True, slots=True)
+class PairRange:
+    """The range of the links from each of some agents to each of some others."""
+
+    senders: frozenset[int]
+    receivers: frozenset[int]
+    radius: Metres
+
+
+@dataclass(frozen=True, slots=True)
+class PairWeight:
+    """What the links from each of some agents to each of some others weigh."""
+
+    senders: frozenset[int]
+    receivers: frozenset[int]
+    weight: int
+
+
+@dataclass(frozen=True, slots=True)
+class Weight:
+    """What links weigh, at least 1: those of ``pairs``, each in one of them at most, and ``others``."""
+
+    name: str
+    others: int
+    pairs: tuple[PairWeight, ...]
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Proximity:
-    """An edge where two agents are strictly closer than ``radius``. [strel] ε-proximity graphs."""
+    """An edge where two agents are strictly closer than the range of their pair. [strel] ε-proximity graphs."""
 
     by_distance = True
 
@@ -21,10 +48,12 @@ class Proximity:
     radius: Metres
     agents: tuple[int, ...]
     span: Span
+    ranges: tuple[PairRange, ...] = ()
+    weights: tuple[Weight, ...] = ()
 
     @property
     def rule(self) -> Hashable:
-        return type(self), self.radius
+        return type(self), self.radius, self.ranges
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -32,11 +61,13 @@ class BeaconCover:
     """Two agents both strictly closer than ``radius`` to one beacon. [strel] ε-connectivity graphs."""
 
     by_distance = False
+    ranges = ()
     name: str
     radius: Metres
     beacons: tuple[Vector, ...]
     agents: tuple[int, ...]
     span: Span
+    weights: tuple[Weight, ...] = ()
 
     @property
     def rule(self) -> Hashable:
@@ -45,7 +76,7 @@ class BeaconCover:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Sight:
-    """Two agents strictly closer than ``radius``, whose straight line stays more than ``room`` clear of ``shapes``."""
+    """Two agents strictly closer than the range of their pair, their line more than ``room`` clear of ``shapes``."""
 
     by_distance = True
     name: str
@@ -54,14 +85,17 @@ class Sight:
     agents: tuple[int, ...]
     span: Span
     room: Metres = Metres(0.0)
+    ranges: tuple[PairRange, ...] = ()
+    weights: tuple[Weight, ...] = ()
 
     @property
     def rule(self) -> Hashable:
-        return type(self), self.radius, self.shapes, self.room
+        return type(self), self.radius, self.ranges, self.shapes, self.room
 
 
 Graph: TypeAlias = Proximity | BeaconCover | Sight
-"""``by_distance``: a link is never longer than the radius. ``rule``: what links two, whoever else is on the graph."""
+"""``by_distance``: a link is never longer than the range of its pair, which is the ``radius`` of all whose pair is in
+none of the ``ranges``; each is in one of them at most. ``rule``: what links two, whoever else is on the graph."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,7 +9,7 @@ from missionc.base.late_dataclass import dataclass
 from missionc.base.source import Span
 from missionc.base.units import Steps
 from missionc.ir.agents import AgentSet
-from missionc.ir.couplings import Graph
+from missionc.ir.couplings import Graph, Weight
 from missionc.ir.predicates import Predicate
 from missionc.syntax.ast import Metric
 
@@ -41,13 +41,22 @@ class Window:
 
 @dataclass(frozen=True, slots=True)
 class Length:
-    """Bounds of a route, both included: whole hops, or metres. ``high`` is ``math.inf`` where it is left out."""
+    """Bounds of a route, both included: whole hops, metres, or the sum of what its links weigh.
+
+    ``high`` is ``math.inf`` where it is left out; ``weight`` is what the route is measured in, if that is one.
+    """
 
     graph: Graph
     metric: Metric
     low: float
     high: float
     span: Span
+    weight: Weight | None = None
+
+    @property
+    def word(self) -> str:
+        """``hops``, ``distance`` or the name of a weight."""
+        return self.metric.value if self.weight is None else self.weight.name
 
 
 class About(Enum):

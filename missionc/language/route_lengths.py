@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import math
+
 from missionc.base.source import Span
 from missionc.ir import Apply, Length
+from missionc.ir.pair_ranges import heaviest
 from missionc.kernel.nodes import All, Is, Node, Not, PathLength, Reach
+from missionc.language.weighed_routes import within
 from missionc.syntax.ast import Metric
 
 
@@ -13,13 +17,27 @@ def most_hops(length: Length) -> int:
     return max(len(length.graph.agents) - 1, 0)
 
 
-def whole_hops(length: Length) -> tuple[int, int]:
-    """The bounds of a length in hops as whole numbers, the upper one at most ``most_hops``."""
-    return int(length.low), int(min(length.high, most_hops(length)))
+def longest(length: Length) -> float:
+    """How long a route without repeated agents can be: in hops, or in what links weigh; in metres, without limit."""
+    if measured_in_metres(length):
+        return math.inf
+    return most_hops(length) * (1 if length.weight is None else heaviest(length.weight))
 
 
-def measured_in_hops(length: Length) -> bool:
-    return length.metric is Metric.HOPS
+def whole_bounds(length: Length) -> tuple[int, int]:
+    """The bounds of a length that is not in metres as whole numbers, the upper one at most ``longest``."""
+    return int(length.low), int(min(length.high, longest(length)))
+
+
+def measured_in_metres(length: Length) -> bool:
+    return length.metric is Metric.METRES
+
+
+def up_to(length: Length, through: Node, end: Node, most: int, span: Span) -> Node:
+    """A route over ``through`` agents to an ``end`` of at most so many hops, or so much weight."""
+    if length.weight is not None:
+        return within(length, through, end, most)
+    return Reach(length.graph, through, end, min(most, most_hops(length)), span)
 
 
 def no_hops(use: Apply) -> bool:
@@ -33,23 +51,21 @@ def always_true(span: Span) -> Node:
 
 def distance_to(length: Length, agent: int, span: Span) -> Node:
     """The shortest way from here to ``agent``, over any agents, is within the bounds."""
-    if not measured_in_hops(length):
+    if measured_in_metres(length):
         return PathLength(length.graph, agent, length.low, length.high, span)
-    low, high = whole_hops(length)
+    low, high = whole_bounds(length)
     near = _within(length, agent, high, span)
     return near if low == 0 else All((near, Not(_within(length, agent, low - 1, span), span)), span)
 
 
 def distance_from(length: Length, agent: int, span: Span) -> Node:
     """``distance_to`` where a route to ``agent`` is known to be there, so that an open bound asks no more."""
-    low, high = whole_hops(length)
-    if measured_in_hops(length) and low > 0 and high == most_hops(length):
+    if not measured_in_metres(length) and length.low > 0 and length.high >= longest(length):
+        low = int(length.low)
         return Not(_within(length, agent, low - 1, span), span)
     return distance_to(length, agent, span)
 
 
-def _within(length: Length, agent: int, hops: int, span: Span) -> Node:
+def _within(length: Length, agent: int, most: int, span: Span) -> Node:
     target = Is(frozenset((agent,)), span)
-    if hops == 0:
-        return target
-    return Reach(length.graph, always_true(span), target, min(hops, most_hops(length)), span)
+    return target if most == 0 else up_to(length, always_true(span), target, most, span)

@@ -118,7 +118,7 @@ def _of_formulas(all_of_them: Iterable[Formula]) -> list[Need]:
 
 def _of_formula(formula: Formula) -> Iterator[Need]:
     match formula:
-        case Apply(bounds=Length(metric=Metric.HOPS)):
+        case Apply(bounds=Length(metric=Metric.HOPS | Metric.WEIGHT)):
             yield Need(Feature.HOPS, operator_words(formula))
         case Apply(bounds=Length()):
             yield Need(Feature.METRIC_LENGTH, operator_words(formula))

@@ -15,12 +15,15 @@ from missionc.base.limits import Limits
 from missionc.base.source import Span
 from missionc.diagnostics.code import TOO_LARGE_TO_EXPAND
 from missionc.diagnostics.model import Diagnostic, Label
+from missionc.ir.pair_ranges import directed
 from missionc.kernel.nodes import All, Any, At, AtLeast, Atom, Goal, Is, Kernel, Node, Not, Reach
 from missionc.kernel.normal_form import normal_forms
 from missionc.kernel.walk import children, postorder
 from missionc.language.operator import TooLarge, Use
 from missionc.language.operators import by_name
+from missionc.language.route_lengths import whole_bounds
 from missionc.language.walk_formulas import formulas
+from missionc.language.weighed_routes import nodes_at_most
 
 
 def expand(mission: ir.Mission, limits: Limits | None = None) -> tuple[Kernel | None, list[Diagnostic]]:
@@ -85,7 +88,7 @@ class _Expansion:
     def applied(self, formula: ir.Apply) -> Node:
         arguments = tuple(self.nodes[operand] for operand in formula.operands)
         use = Use(arguments, formula.bounds, formula.span, formula.comparison, formula.number, self.room)
-        node = by_name[formula.operator.name].expand(use)
+        node = _too_many_sums(use) or by_name[formula.operator.name].expand(use)
         if isinstance(node, TooLarge):
             self.findings.append(_too_large(formula, node.nodes, self.room))
             return Any((), formula.span)
@@ -106,10 +109,24 @@ class _Expansion:
 
 
 def _linked(graph: ir.Graph) -> Node:
-    """Every agent of the graph reaches the first."""
+    """Every agent of the graph reaches the first; where links lead one way, the first reaches every one too."""
     first, *others = graph.agents
-    route = Reach(graph, All(()), Is(frozenset((first,))), len(others))
-    return All(tuple(At(agent, route) for agent in others))
+
+    def route(end: int) -> Node:
+        return Reach(graph, All(()), Is(frozenset((end,))), len(others))
+
+    to_first = route(first)
+    there = tuple(At(agent, to_first) for agent in others)
+    back = tuple(At(first, route(agent)) for agent in others) if directed(graph) else ()
+    return All(there + back)
+
+
+def _too_many_sums(use: Use) -> TooLarge | None:
+    """Whether sums of weights, told apart for each agent that a route may end at, are more than there is room for."""
+    if not isinstance(use.bounds, ir.Length) or use.bounds.weight is None:
+        return None
+    cost = len(use.graph.agents) * nodes_at_most(use.bounds, whole_bounds(use.bounds)[1])
+    return TooLarge(cost) if cost > use.room else None
 
 
 def _of_agents(kind: str, number: int, parts: tuple[Node, ...], span: Span) -> Node:
@@ -123,6 +140,15 @@ def _of_agents(kind: str, number: int, parts: tuple[Node, ...], span: Span) -> N
 
 
 def _too_large(formula: ir.Apply, nodes: int, room: int) -> Diagnostic:
+    bounds = formula.bounds
+    if isinstance(bounds, ir.Length) and bounds.weight is not None:
+        return Diagnostic(
+            TOO_LARGE_TO_EXPAND,
+            f"this `{formula.operator.name}` grows to {nodes} parts or more; the limit is {room}",
+            Label(formula.span, f"so many sums of `{bounds.word}` are told apart"),
+            help=f"lower the bounds, choose a larger unit for `{bounds.word}`, lay the graph over fewer agents, or"
+            " raise the limit with `--limit formula_nodes=VALUE`",
+        )
     return Diagnostic(
         TOO_LARGE_TO_EXPAND,
         f"this `{formula.operator.name}` grows to {nodes} parts or more; the limit is {room}",

@@ -38,6 +38,7 @@ from missionc.ir import (
     Vector,
     Vehicle,
 )
+from missionc.ir.pair_ranges import with_ranges
 from missionc.kernel.nodes import Atom, Goal, Kernel, LeafNode, Node, Not
 from missionc.kernel.walk import children, graph_of, postorder, rebuilt
 
@@ -157,7 +158,9 @@ class _Borders:
         What stands in the way of a sight comes nearer, or is further away, by the margin.
         """
         if graph not in self._graphs:
-            moved_graph = replace(graph, radius=self._by(2 if graph.by_distance else 1, graph.radius))
+            misses = 2 if graph.by_distance else 1
+            ranges = tuple(replace(each, radius=self._by(misses, each.radius)) for each in graph.ranges)
+            moved_graph = with_ranges(graph, self._by(misses, graph.radius), ranges)
             if isinstance(moved_graph, Sight):
                 moved_graph = replace(moved_graph, room=Metres(moved_graph.room - self.metres))
             self._graphs[graph] = moved_graph

@@ -117,7 +117,8 @@ def _kinds(place: Spot) -> tuple[Kind, ...]:
         return (Kind.GRAPH,)
     if before.word == "in":
         return (Kind.REGION,)
-    if before.word in ("of", "over", "every", "some") or counted or listed:
+    ranged = place.bracket == "{" and place.taken[0].word == "graph" and before.text in ("{", ",", "to")
+    if before.word in ("of", "over", "every", "some") or counted or listed or ranged:
         return AGENTS
     if "box" in expected:
         return (Kind.REGION,)

@@ -34,6 +34,9 @@ def fitting_units(place: Spot) -> Iterator[tuple[str, str]]:
 
 def _measured(place: Spot) -> tuple[Dimension, ...] | None:
     opener = place.opener()
+    if place.bracket == "{" and place.taken[0].word == "graph":
+        weighs = any(token.text == "weight" for token in place.taken)
+        return (Dimension.NUMBER if weighs else Dimension.LENGTH,)
     if place.before.word == "per":
         return Dimension.TIME, Dimension.LENGTH
     if place.bracket == "[" and opener is not None and opener.kind.startswith("TIME"):

@@ -17,6 +17,7 @@ import numpy as np
 
 from missionc.base.trace import Array, Flags, Trace
 from missionc.ir import Graph, Mission
+from missionc.ir.pair_ranges import directed
 from missionc.kernel.nodes import All, Any, At, AtLeast, Atom, NeighbourNode, Node, PathLength, ReachNode, RouteNode
 from missionc.kernel.walk import children, postorder
 from missionc.language.margins.links import all_links, pieces
@@ -35,7 +36,8 @@ class Witness:
     """
     Args:
         holds, fails: (agents, steps + 1): the agents a true, or a false, formula rests on.
-        links: of the routes of true formulas: (number, 3), step and the mission indices of both ends.
+        links: of the routes of true formulas: (number, 3), step and the mission indices of both ends, from and to
+            where links lead one way.
         formations: the names of the formations that it speaks of.
     """
 
@@ -181,10 +183,11 @@ class _Search:
             case NeighbourNode(graph, body):
                 self.light(mask)
                 found = self.known.links(graph) & (self.known.truth(body) != node.every).T[:, None, :]
-                self.walk(np.where(found.any(axis=2), found.argmax(axis=2), -1), mask & (truth != node.every), 1)
+                self.walk(graph, np.where(found.any(axis=2), found.argmax(axis=2), -1), mask & (truth != node.every), 1)
             case ReachNode() | RouteNode():
                 self.light(mask)
-                self.walk(self.known.next_hops(node), mask & (truth != node.every), self.known.shape[0])
+                onward = self.known.next_hops(node)
+                self.walk(node.graph, onward, mask & (truth != node.every), self.known.shape[0])
             case PathLength(_, agent):
                 self.light(mask, (agent,))
             case _ if children(node):
@@ -197,8 +200,9 @@ class _Search:
         self.lit |= mask
         self.lit[:, list(partners)] |= mask.any(axis=1, keepdims=True)
 
-    def walk(self, onward: Values, mask: Flags, most: int) -> None:
+    def walk(self, graph: Graph, onward: Values, mask: Flags, most: int) -> None:
         """Light the way of every agent of the mask. ``onward``: (steps + 1, agents), -1 at the end of a way."""
+        one_way = directed(graph)
         for side in (0, 1):
             agent, step = np.nonzero(mask[side])
             for _ in range(most):
@@ -206,6 +210,7 @@ class _Search:
                 agent, after, step = agent[after >= 0], after[after >= 0], step[after >= 0]
                 if not len(agent):
                     break
-                self.links.append(np.stack([step, np.minimum(agent, after), np.maximum(agent, after)], axis=1))
+                ends = (agent, after) if one_way else (np.minimum(agent, after), np.maximum(agent, after))
+                self.links.append(np.stack([step, *ends], axis=1))
                 agent = after
                 self.lit[side, agent, step] = True

@@ -12,6 +12,7 @@ from missionc.backends.roadmap_graph import RoadmapGraph
 from missionc.base.trace import Array, Trace
 from missionc.diagnostics.code import EXTRA_MISSING
 from missionc.ir import Graph, Mission
+from missionc.ir.pair_ranges import directed
 from missionc.language.margins.links import link_margin
 
 if TYPE_CHECKING:
@@ -39,16 +40,17 @@ def roadmap_to_networkx(roadmap: RoadmapGraph, step: float) -> networkx.DiGraph:
 
 
 def links_to_networkx(mission: Mission, graph: Graph, trace: Trace, step: int) -> networkx.Graph:
-    """The agents of a graph at a step, an edge between those that are linked then."""
+    """The agents of a graph at a step, an edge between those that are linked then; directed where its ranges are."""
     nx = _networkx()
     agents = [mission.agents[index] for index in graph.agents]
-    links = nx.Graph(graph=graph.name, step=step, time=step * float(mission.step))
+    one_way = directed(graph)
+    links = (nx.DiGraph if one_way else nx.Graph)(graph=graph.name, step=step, time=step * float(mission.step))
     for agent in agents:
         links.add_node(agent.name, **_place(trace.position[agent.index, step]), team=agent.team)
     for number, one in enumerate(agents):
-        for other in agents[number + 1 :]:
+        for other in agents[:number] * one_way + agents[number + 1 :]:
             places = trace.position[one.index, step], trace.position[other.index, step]
-            margin = float(link_margin(graph, *places))
+            margin = float(link_margin(graph, one.index, other.index, *places))
             if margin > 0:
                 length = float(((places[0] - places[1]) ** 2).sum() ** 0.5)
                 links.add_edge(one.name, other.name, length=length, margin=margin)

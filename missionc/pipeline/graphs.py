@@ -53,7 +53,8 @@ def link_graph(mission: Checked, trace: Trace, graph: str, step: int) -> network
     """Who is linked to whom at a step of a motion: the agents of one of the mission's graphs, and their links.
 
     A node is an agent with ``x``, ``y`` (and ``z``) in metres and its ``team``; an edge has ``length`` and ``margin``,
-    by how much the link holds, in metres; the graph has ``graph``, ``step`` and ``time``, in seconds.
+    by how much the link holds, in metres; the graph has ``graph``, ``step`` and ``time``, in seconds. It is a
+    ``DiGraph`` where some two agents have another range one way than the other way.
 
     Args:
         trace: of the mission's agents, such as ``Verified.plan.trace``.

@@ -1,24 +1,50 @@
-"""Resolution of graphs: the agents and beacons in each, and the range of its links.
+"""Resolution of graphs: the agents and beacons in each, and the ranges of its links.
 
-says MC014 MC206 MC207 MC210
+says MC007 MC013 MC014 MC104 MC206 MC207 MC209 MC210 MC240 MC241
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import TypeAlias
+
 from missionc import ir
+from missionc.base.source import Span
 from missionc.base.units import Dimension, Metres
+from missionc.diagnostics import code
+from missionc.diagnostics.model import Label
+from missionc.ir.pair_ranges import with_ranges
 from missionc.resolve.context import Context
+from missionc.resolve.formula_findings import not_on_the_graph
 from missionc.resolve.resolve_agents import resolve_set
-from missionc.resolve.resolve_quantities import number, shown
-from missionc.resolve.resolve_settings import missing
+from missionc.resolve.resolve_quantities import excerpt, number, shown
+from missionc.resolve.resolve_quantities import whole as whole_number
+from missionc.resolve.resolve_settings import missing, said_twice
 from missionc.resolve.resolve_shapes import too_many_parts
 from missionc.syntax import ast
 from missionc.world.convex_pieces import count_pieces
 
+Ends: TypeAlias = tuple[frozenset[int], frozenset[int]]
+"""Agents that links lead from, and to."""
+
+HEAVIEST = 100
+"""A link weighs no more: sums of weights are told apart one by one."""
+
 
 def resolve_graph(context: Context, graph: ast.Graph) -> ir.Graph:
     name = graph.name.text
-    radius = Metres(number(context, graph.radius, Dimension.LENGTH, f"the radius of `{name}`", above=0))
+    radius = Metres(0.0)
+    if graph.radius is not None:
+        radius = Metres(number(context, graph.radius, Dimension.LENGTH, f"the radius of `{name}`", above=0))
+    whole = _of_one_range(context, graph, radius)
+    if graph.ranges:
+        whole = with_ranges(whole, radius, _ranges(context, graph, whole))
+    return replace(whole, weights=_weights(context, graph, whole)) if graph.weights else whole
+
+
+def _of_one_range(context: Context, graph: ast.Graph, radius: Metres) -> ir.Graph:
+    name = graph.name.text
     agents = context.everyone if graph.over is None else resolve_set(context, graph.over).agents
     if graph.kind == "proximity":
         return ir.Proximity(name, radius, agents, graph.name.span)
@@ -28,6 +54,122 @@ def resolve_graph(context: Context, graph: ast.Graph) -> ir.Graph:
         missing(context, f"a beacon for `{name}`", graph.span, "declare one: `beacon mast = (1, 1)`")
     beacons = tuple(beacon.position for beacon in context.beacons.values())
     return ir.BeaconCover(name, radius, beacons, agents, graph.name.span)
+
+
+def _ranges(context: Context, graph: ast.Graph, whole: ir.Graph) -> tuple[ir.PairRange, ...]:
+    """The ranges of pairs."""
+    ranges = []
+    for pair, senders, receivers in _pairs(context, graph.ranges, whole, "range"):
+        what = f"the range from `{excerpt(pair.senders.span)}` to `{excerpt(pair.receivers.span)}`"
+        radius = Metres(number(context, pair.value, Dimension.LENGTH, what, above=0))
+        ranges.append(ir.PairRange(senders, receivers, radius))
+    return tuple(ranges)
+
+
+def _weights(context: Context, graph: ast.Graph, whole: ir.Graph) -> tuple[ir.Weight, ...]:
+    """What links weigh, by name."""
+    weights: dict[str, tuple[Span, ir.Weight]] = {}
+    for weight in graph.weights:
+        name = weight.name.text
+        if name in weights:
+            said_twice(context, f"the weight `{name}`", weight.name.span, weights[name][0])
+            continue
+        if name == ast.Metric.HOPS.value:
+            _named_like_hops(context, weight)
+        others = _heavy(context, weight.value, f"`{name}`")
+        pairs = [
+            ir.PairWeight(
+                senders,
+                receivers,
+                _heavy(
+                    context,
+                    pair.value,
+                    f"`{name}` from `{excerpt(pair.senders.span)}` to `{excerpt(pair.receivers.span)}`",
+                ),
+            )
+            for pair, senders, receivers in _pairs(context, weight.pairs, whole, "weight")
+        ]
+        weights[name] = weight.name.span, ir.Weight(name, others, tuple(pairs))
+    return tuple(weight for _, weight in weights.values())
+
+
+def _named_like_hops(context: Context, weight: ast.Weight) -> None:
+    context.report(
+        code.NAME_NOT_ALLOWED,
+        "a weight cannot be called `hops`: a length in `hops` is the number of links",
+        weight.name.span,
+        help="call it by what it is: `cost`, `delay`",
+    )
+
+
+def _heavy(context: Context, quantity: ast.Quantity, what: str) -> int:
+    value = whole_number(context, quantity, what, least=1)
+    if value > HEAVIEST:
+        context.report(
+            code.VALUE_OUT_OF_RANGE,
+            f"{what} is {shown(value)}; it must be at most {HEAVIEST}",
+            quantity.span,
+            help="choose a larger unit for the weight",
+        )
+    return int(value) if 1 <= value <= HEAVIEST else 1
+
+
+def _pairs(
+    context: Context, pairs: tuple[ast.OfPair, ...], whole: ir.Graph, what: str
+) -> Iterator[tuple[ast.OfPair, frozenset[int], frozenset[int]]]:
+    """Each with the agents it is about, from and to; but for those that say again what is said of a pair before."""
+    said: dict[ast.OfPair, tuple[frozenset[int], frozenset[int]]] = {}
+    for pair in pairs:
+        senders, receivers = (_ends(context, end, whole) for end in (pair.senders, pair.receivers))
+        if not senders or not receivers:
+            continue
+        if senders == receivers and len(senders) == 1:
+            _to_itself(context, pair, next(iter(senders)), what)
+            continue
+        of_both = ((before, _common(known, (senders, receivers))) for before, known in said.items())
+        again = next(((before, ends) for before, ends in of_both if ends is not None), None)
+        if again is None:
+            said[pair] = senders, receivers
+            yield pair, senders, receivers
+        else:
+            _said_before(context, pair, *again, what)
+
+
+def _ends(context: Context, end: ast.Name | ast.Member, whole: ir.Graph) -> frozenset[int]:
+    agents = frozenset(resolve_set(context, end).agents)
+    strangers = sorted(agents.difference(whole.agents))
+    if strangers and whole.agents:
+        not_on_the_graph(context, end, whole, strangers)
+        return frozenset()
+    return agents
+
+
+def _common(known: Ends, ends: Ends) -> tuple[int, int] | None:
+    """Two agents, from and to, of whom both speak."""
+    first, second = (sorted(one & other) for one, other in zip(known, ends, strict=True))
+    return next(((one, other) for one in first[:2] for other in second[:2] if one != other), None)
+
+
+def _said_before(context: Context, pair: ast.OfPair, before: ast.OfPair, ends: tuple[int, int], what: str) -> None:
+    one, other = (context.agents[agent].name for agent in ends)
+    context.report(
+        code.RANGE_SAID_TWICE,
+        f"the {what} from `{one}` to `{other}` is said twice",
+        pair.span,
+        labels=(Label(before.span, "here first"),),
+        help="leave one of the two out, or name fewer agents in it",
+    )
+
+
+def _to_itself(context: Context, pair: ast.OfPair, agent: int, what: str) -> None:
+    name = context.agents[agent].name
+    context.report(
+        code.RANGE_TO_ITSELF,
+        f"a {what} from `{name}` to itself is of no use",
+        pair.span,
+        notes=("no agent is linked to itself",),
+        help=f"name another agent, or leave the {what} out",
+    )
 
 
 def _shapes_in_the_way(context: Context, graph: ast.Graph) -> tuple[ir.Shape, ...]:

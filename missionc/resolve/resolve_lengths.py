@@ -1,6 +1,6 @@
-"""Resolution of route bounds: hops or metres, and the graph that the route runs on.
+"""Resolution of route bounds: hops, metres or a weight of links, and the graph that the route runs on.
 
-says MC201 MC208 MC209 MC210 MC303
+says MC101 MC201 MC208 MC209 MC210 MC303
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from missionc.base.source import Span
 from missionc.base.units import Dimension, Metres
 from missionc.diagnostics import code
 from missionc.diagnostics.model import Fix, Label
+from missionc.diagnostics.suggest import nearest
 from missionc.resolve.context import REPORTED, Context
 from missionc.resolve.names import Kind, Unresolved, some_of
 from missionc.resolve.resolve_quantities import number, shown, swapped, whole, with_unit_of
@@ -23,13 +24,12 @@ def resolve_length(context: Context, length: ast.Length) -> ir.Length:
     low = length.low
     if low is not None and length.high is not None and length.metric is ast.Metric.METRES:
         low = with_unit_of(low, length.high, Dimension.LENGTH)
-    lowest = 0.0 if low is None else _bound(context, length.metric, low)
-    highest = math.inf if length.high is None else _bound(context, length.metric, length.high)
+    graph = _graph(context, length)
+    weight = None if length.unit is None else _weight(context, length.unit, graph)
+    lowest = 0.0 if low is None else _bound(context, length, low)
+    highest = math.inf if length.high is None else _bound(context, length, length.high)
     if lowest > highest:
-        metres = length.metric is ast.Metric.METRES
-        most, least = (
-            f"{shown(bound)} {'m' if metres else 'hop' if bound == 1 else 'hops'}" for bound in (highest, lowest)
-        )
+        most, least = (_with_unit(length, bound) for bound in (highest, lowest))
         context.report(
             code.BOUNDS_REVERSED,
             f"bounds run backwards: {most} comes after {least}",
@@ -37,7 +37,32 @@ def resolve_length(context: Context, length: ast.Length) -> ir.Length:
             help="write the smaller bound first",
             fix=_swapped(length),
         )
-    return ir.Length(_graph(context, length), length.metric, lowest, highest, length.span)
+    return ir.Length(graph, length.metric, lowest, highest, length.span, weight)
+
+
+def _with_unit(length: ast.Length, bound: float) -> str:
+    if length.metric is ast.Metric.HOPS:
+        return f"{shown(bound)} {'hop' if bound == 1 else 'hops'}"
+    return f"{shown(bound)} m" if length.unit is None else f"{length.unit.text} {shown(bound)}"
+
+
+def _weight(context: Context, unit: ast.Name, graph: ir.Graph) -> ir.Weight:
+    """The weight of that name; one that weighs every link 1 once it is reported that there is none."""
+    named = {weight.name: weight for weight in graph.weights}
+    if unit.text not in named and graph.name:
+        near = nearest(unit.text, ["hops", "distance", *named])
+        has = f"its links have {some_of(list(named))}" if named else "its links have none"
+        context.report(
+            code.UNKNOWN_NAME,
+            f"no weight of graph `{graph.name}` is called `{unit.text}`; {has}",
+            unit.span,
+            labels=(Label(graph.span, "declared here"),),
+            help=f"did you mean `{near}`?"
+            if isinstance(near, str)
+            else f"a length is in `hops`, in `distance`, or in a weight: `graph {graph.name} = … weight {unit.text} 1`",
+            fix=Fix(unit.span, near) if isinstance(near, str) else None,
+        )
+    return named.get(unit.text, ir.Weight(unit.text, 1, ()))
 
 
 def _swapped(length: ast.Length) -> Fix | None:
@@ -47,9 +72,11 @@ def _swapped(length: ast.Length) -> Fix | None:
     return swapped(length.low, length.high, "..", lends=length.metric is ast.Metric.METRES)
 
 
-def _bound(context: Context, metric: ast.Metric, bound: ast.Quantity) -> float:
-    if metric is ast.Metric.HOPS:
+def _bound(context: Context, length: ast.Length, bound: ast.Quantity) -> float:
+    if length.metric is ast.Metric.HOPS:
         return whole(context, bound, "the number of hops")
+    if length.unit is not None:
+        return whole(context, bound, f"the bound of `{length.unit.text}`")
     return number(context, bound, Dimension.LENGTH, "the length of a route", least=0)
 
 

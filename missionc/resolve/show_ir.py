@@ -41,7 +41,7 @@ def _lines(mission: ir.Mission) -> Iterator[str]:
         for agents in sets:
             yield f"{word} {agents.name} = {indices(agents.agents)}"
     for graph in mission.graphs:
-        yield f"graph {graph.name} = {_graph(graph)} over {indices(graph.agents)}"
+        yield f"graph {graph.name} = {_graph(graph)} over {indices(graph.agents)}{''.join(map(_weight, graph.weights))}"
     for formation in mission.formations:
         yield from _formation(formation)
     for resource in mission.resources:
@@ -143,13 +143,25 @@ def _place(place: ir.Place) -> str:
 def _graph(graph: ir.Graph) -> str:
     match graph:
         case ir.Proximity():
-            return f"proximity {number(graph.radius)} m"
+            return f"proximity {number(graph.radius)} m{_pair_ranges(graph)}"
         case ir.Sight():
-            return f"sight {number(graph.radius)} m"
+            return f"sight {number(graph.radius)} m{_pair_ranges(graph)}"
         case ir.BeaconCover():
             return f"beacons {', '.join(map(vector, graph.beacons))} within {number(graph.radius)} m"
         case _:
             assert_never(graph)
+
+
+def _weight(weight: ir.Weight) -> str:
+    pairs = (f", {indices(sorted(p.senders))} to {indices(sorted(p.receivers))} {p.weight}" for p in weight.pairs)
+    return f" weight {weight.name} {weight.others}{''.join(pairs)}"
+
+
+def _pair_ranges(graph: ir.Graph) -> str:
+    return "".join(
+        f", {indices(sorted(each.senders))} to {indices(sorted(each.receivers))} {number(each.radius)} m"
+        for each in graph.ranges
+    )
 
 
 def _formation(formation: ir.Formation) -> Iterator[str]:

@@ -57,10 +57,10 @@ def _bounds(bounds: ir.Window | ir.Length | None) -> str:
             return ""
         case ir.Window(low, high, _):
             return f"[{low} steps, {'end' if high is None else f'{high} steps'}]"
-        case ir.Length(graph, metric, low, high, _):
+        case ir.Length(graph, metric, low, high):
             unit = " m" if metric is Metric.METRES else ""
             upper = "" if high == math.inf else f"{number(high)}{unit}"
-            return f"[{metric.value} {number(low)}{unit}..{upper} on {graph.name}]"
+            return f"[{bounds.word} {number(low)}{unit}..{upper} on {graph.name}]"
         case _:
             assert_never(bounds)
 

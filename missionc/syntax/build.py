@@ -26,6 +26,14 @@ class _Total:
     setting: ast.Setting
 
 
+@dataclass(frozen=True, slots=True)
+class _OfPairs:
+    """``{ tower to drone 8 m }``, until the graph around it is read."""
+
+    span: Span
+    pairs: tuple[ast.OfPair, ...]
+
+
 # ---------------------------------------------------------------- quantities
 
 
@@ -153,9 +161,33 @@ def group(span: Span, name: ast.Name, *members: ast.Name | ast.Member) -> ast.Gr
 
 
 def graph(
-    span: Span, name: ast.Name, kind: Token, radius: ast.Quantity, over: ast.Name | ast.Member | None
+    span: Span,
+    name: ast.Name,
+    kind: Token,
+    radius: ast.Quantity | None,
+    over: ast.Name | ast.Member | None,
+    ranges: _OfPairs | None,
+    *weights: ast.Weight,
 ) -> ast.Graph:
-    return ast.Graph(span, name, kind.text, radius, over)
+    if ranges is not None and kind.text == "beacons":
+        message = "two agents share a beacon, so that the range of `beacons` is one for all pairs"
+        help = "give ranges of pairs to `proximity` or `sight`, or leave them out"
+        raise MisreadError(Diagnostic(SYNTAX, message, Label(ranges.span), help=help))
+    return ast.Graph(span, name, kind.text, radius, over, () if ranges is None else ranges.pairs, weights)
+
+
+def graph_of_pairs(
+    span: Span, name: ast.Name, kind: Token, over: ast.Name | ast.Member | None, ranges: _OfPairs, *weights: ast.Weight
+) -> ast.Graph:
+    return graph(span, name, kind, None, over, ranges, *weights)
+
+
+def of_pairs(span: Span, *pairs: ast.OfPair) -> _OfPairs:
+    return _OfPairs(span, pairs)
+
+
+def weight(span: Span, name: ast.Name, value: ast.Quantity, pairs: _OfPairs | None) -> ast.Weight:
+    return ast.Weight(span, name, value, () if pairs is None else pairs.pairs)
 
 
 def link(span: Span, ends: ast.Quantity, length: ast.Quantity) -> ast.Link:
@@ -275,6 +307,7 @@ FUNCTIONS: dict[str, Callable[..., object]] = FORMULAS | {
     "goal": goal,
     "graph": graph,
     "graph_kind": same,
+    "graph_of_pairs": graph_of_pairs,
     "group": group,
     "height": ast.Height,
     "in_region": ast.InRegion,
@@ -291,6 +324,8 @@ FUNCTIONS: dict[str, Callable[..., object]] = FORMULAS | {
     "negative": negative,
     "number": number,
     "obstacle": ast.Obstacle,
+    "of_pair": ast.OfPair,
+    "of_pairs": of_pairs,
     "offsets": lambda span, *points: points,
     "param": ast.Param,
     "parentheses": same,
@@ -312,6 +347,7 @@ FUNCTIONS: dict[str, Callable[..., object]] = FORMULAS | {
     "total": total,
     "vehicle": vehicle,
     "waypoint": waypoint,
+    "weight": weight,
     "world": ast.World,
     "yaw": yaw,
 }

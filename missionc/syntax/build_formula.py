@@ -93,17 +93,19 @@ def window(span: Span, low: ast.Quantity, high: ast.Quantity | None = None) -> a
 
 
 def length_between(
-    span: Span, metric: Token, low: ast.Quantity, high: ast.Quantity, graph: ast.Name | None
+    span: Span, unit: Token | ast.Name, low: ast.Quantity | None, high: ast.Quantity | None, graph: ast.Name | None
 ) -> ast.Length:
-    return ast.Length(span, ast.Metric(metric.word), low, high, graph)
+    if isinstance(unit, ast.Name):
+        return ast.Length(span, ast.Metric.WEIGHT, low, high, graph, unit)
+    return ast.Length(span, ast.Metric(unit.word), low, high, graph)
 
 
-def length_up_to(span: Span, metric: Token, high: ast.Quantity, graph: ast.Name | None) -> ast.Length:
-    return ast.Length(span, ast.Metric(metric.word), None, high, graph)
+def length_up_to(span: Span, unit: Token | ast.Name, high: ast.Quantity, graph: ast.Name | None) -> ast.Length:
+    return length_between(span, unit, None, high, graph)
 
 
-def length_from(span: Span, metric: Token, low: ast.Quantity, graph: ast.Name | None) -> ast.Length:
-    return ast.Length(span, ast.Metric(metric.word), low, None, graph)
+def length_from(span: Span, unit: Token | ast.Name, low: ast.Quantity, graph: ast.Name | None) -> ast.Length:
+    return length_between(span, unit, low, None, graph)
 
 
 FORMULAS: dict[str, Callable[..., object]] = {

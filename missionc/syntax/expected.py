@@ -22,6 +22,7 @@ _NAMES = {
     "on": "a graph",
     "over": "a team, group or agent",
     "of": "a team, group or agent",
+    "to": "a team, group or agent",
     "every": "a team, group or agent",
     "some": "a team, group or agent",
     "with": "a backend (`auto`, `smt`, `clot`, `hybrid`)",

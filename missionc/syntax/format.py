@@ -90,12 +90,15 @@ def format_mission(source: Source, program: ast.Program, limits: Limits) -> str:
 
 
 def _items(program: ast.Program) -> frozenset[int]:
-    """Where in the text the items of teams and of their vehicles, of resources and of flags begin."""
+    """Where in the text the items of teams and of their vehicles, of resources, flags and graphs begin."""
     starts: set[int] = set()
     for declaration in program.declarations:
         if isinstance(declaration, ast.Resource | ast.Flag):
             parts = declaration.rates if isinstance(declaration, ast.Resource) else declaration.marks
             starts.update(part.span.start for part in parts)
+        if isinstance(declaration, ast.Graph):
+            starts.update(part.span.start for part in declaration.ranges)
+            starts.update(part.span.start for weight in declaration.weights for part in weight.pairs)
         if isinstance(declaration, ast.Team):
             for item in declaration.items:
                 starts.add(item.span.start)

@@ -78,10 +78,10 @@ def _bounds(node: ast.Window | ast.Length | None) -> str:
             return ""
         case ast.Window(_, low, high):
             return f"[{loose(low)}, {'end' if high is None else loose(high)}]"
-        case ast.Length(_, metric, low, high, graph):
+        case ast.Length(_, _, low, high, graph):
             most = "" if high is None else loose(high)
             length = f"<= {most}" if low is None else f"{loose(low)}..{most}"
-            return f"[{metric.value} {length}{'' if graph is None else f' on {graph.text}'}]"
+            return f"[{node.word} {length}{'' if graph is None else f' on {graph.text}'}]"
         case _:
             assert_never(node)
 

@@ -40,8 +40,8 @@ def _declaration(node: ast.Declaration) -> str:
             return "\n".join([head + " {", *(f"  {_item(item)}" for item in items), "}"])
         case ast.Group(_, name, members):
             return f"group {name.text} = {', '.join(map(agents, members))}"
-        case ast.Graph(_, name, kind, radius, over):
-            return f"graph {name.text} = {kind} {tight(radius)}" + ("" if over is None else f" over {agents(over)}")
+        case ast.Graph(_, name, kind):
+            return f"graph {name.text} = {kind}{_ranges(node)}"
         case ast.Formation():
             return _formation(node)
         case ast.Separation(_, length):
@@ -68,6 +68,18 @@ def _declaration(node: ast.Declaration) -> str:
             return f"solve with {backend.text}" + (f" {{ {options} }}" if options else "")
         case _:
             assert_never(node)
+
+
+def _ranges(node: ast.Graph) -> str:
+    radius = "" if node.radius is None else f" {tight(node.radius)}"
+    over = "" if node.over is None else f" over {agents(node.over)}"
+    weights = [f" weight {each.name.text} {tight(each.value)}{_of_pairs(each.pairs)}" for each in node.weights]
+    return radius + over + _of_pairs(node.ranges) + "".join(weights)
+
+
+def _of_pairs(pairs: tuple[ast.OfPair, ...]) -> str:
+    written = ", ".join(f"{agents(p.senders)} to {agents(p.receivers)} {tight(p.value)}" for p in pairs)
+    return f" {{ {written} }}" if written else ""
 
 
 def _rate(node: ast.Rate) -> str:

@@ -119,7 +119,7 @@ def wrong_bounds(place: Place) -> Diagnostic | None:
             message = f"{quoted(operator.text)} looks along time, not along a route"
             return finding(message, place.before.span, written)
         return None
-    if place.expected == {"hops", "distance"}:
+    if place.expected == {"hops", "distance", NAME}:
         message = f"{quoted(operator.text)} needs to know what it counts, `hops` or `distance`"
         return finding(message, operator.span, written)
     if ".." in place.expected:

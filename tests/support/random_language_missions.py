@@ -252,12 +252,22 @@ def _place(draw: _Drawn, count: int, corner: tuple[float, float], region: str, o
             return f"in {region}"
 
 
+def _ranges(draw: _Drawn) -> str:
+    """Of one pair of teams, one way, perhaps; or among the members of one."""
+    teams = [team for team, _ in draw.teams]
+    pairs = [(one, other) for one in teams for other in teams if one != other or dict(draw.teams)[one] > 1]
+    if not pairs or draw.odds(0.6):
+        return ""
+    one, other = pairs[int(draw.random.integers(len(pairs)))]
+    return f" {{ {one} to {other} {draw.random.uniform(0.9, 4):.2f} m }}"
+
+
 def _couplings(draw: _Drawn, names: Names) -> Names:
     """Graphs, formations and distances between agents."""
     graphs, formations = [], []
     count = dict(draw.teams)["drone"]
     if len(draw.agents) > 1 and draw.odds(0.8):
-        draw.lines += [f"graph radio = proximity {draw.random.uniform(0.9, 3):.2f} m"]
+        draw.lines += [f"graph radio = proximity {draw.random.uniform(0.9, 3):.2f} m{_ranges(draw)}"]
         graphs += ["radio"]
     if names.beacons and count > 1 and draw.odds(0.6):
         draw.lines += [f"graph cell = beacons {draw.random.uniform(1.5, 4):.2f} m" + draw.one("", " over drone")]

@@ -97,7 +97,24 @@ def graphs_of(size: int) -> tuple[ir.Graph, ...]:
         ir.Proximity("part", Metres(1.5), everyone[1:], SPAN),
         ir.BeaconCover("cell", Metres(1.0), ((0.5, 0.5), (2.0, 1.0)), everyone, SPAN),
         ir.Sight("eyes", Metres(1.5), OPAQUE, everyone, SPAN),
+        ir.Proximity("uneven", Metres(1.0), everyone, SPAN, _ranges(everyone[:1], everyone[1:], 1.5, 0.7)),
+        ir.Proximity("star", Metres(0.0), everyone[::-1], SPAN, _ranges(everyone[:1], everyone[1:], 1.5, 1.5)),
+        ir.Sight("gaze", Metres(1.5), OPAQUE, everyone, SPAN, ranges=_ranges(everyone[:2], everyone[2:], 1.2, 1.7)),
     )
+
+
+@cache
+def weights_of(size: int) -> tuple[ir.Weight, ...]:
+    first, others = frozenset((0,)), frozenset(range(1, size))
+    return (
+        ir.Weight("cost", 2, ()),
+        ir.Weight("delay", 1, (ir.PairWeight(first, others, 3), ir.PairWeight(others, others, 2))),
+    )
+
+
+def _ranges(some: tuple[int, ...], others: tuple[int, ...], there: float, back: float) -> tuple[ir.PairRange, ...]:
+    one, other = frozenset(some), frozenset(others)
+    return (ir.PairRange(one, other, Metres(there)), ir.PairRange(other, one, Metres(back)))
 
 
 @cache
@@ -166,8 +183,9 @@ def snapshots(draw: st.DrawFn, operator: Operator) -> Case:
     places = [(x / 4, y / 4) for x, y in generator.integers((0, 0), (13, 4), (4, 2)).tolist()]
     graph = draw(st.sampled_from(graphs_of(4)[:2]))
     metric = draw(st.sampled_from(Metric))
-    low = draw(st.integers(1, 3)) if metric is Metric.HOPS else draw(st.sampled_from([0.5, 1.0, 2.0]))
-    bounds = ir.Length(graph, metric, float(low), low + draw(st.sampled_from([0.0, 1.0, math.inf])), SPAN)
+    low = draw(st.sampled_from([0.5, 1.0, 2.0])) if metric is Metric.METRES else draw(st.integers(1, 3))
+    weight = draw(st.sampled_from(weights_of(4))) if metric is Metric.WEIGHT else None
+    bounds = ir.Length(graph, metric, float(low), low + draw(st.sampled_from([0.0, 1.0, math.inf])), SPAN, weight)
     operands = tuple(draw(leaves(4)) for _ in range(operator.arity))
     formula = ir.Apply(operator, operands, bounds, SPAN, ">=", draw(st.integers(1, 2)))
     trace = trace_of([[place] for place in places])
@@ -239,6 +257,8 @@ def lengths(draw: st.DrawFn, size: int) -> ir.Length:
     if draw(st.booleans()):
         low = draw(st.integers(0, 3))
         high = draw(st.one_of(st.just(math.inf), st.integers(low, low + 3).map(float)))
+        if draw(st.integers(0, 3)) == 0:
+            return ir.Length(graph, Metric.WEIGHT, float(low), high, SPAN, draw(st.sampled_from(weights_of(size))))
         return ir.Length(graph, Metric.HOPS, float(low), high, SPAN)
     near = draw(st.sampled_from([0.0, 0.0, 0.5, 1.0, 1.5, 2.5]))
     far = draw(st.one_of(st.just(math.inf), st.sampled_from([0.0, 0.5, 1.0, 2.0]).map(lambda more: near + more)))

@@ -111,10 +111,14 @@ point_lists = st.lists(points, min_size=1, max_size=4).map(tuple)
 # ------------------------------------------------------------------ formulas
 
 windows = st.builds(ast.Window, st.just(NOWHERE), quantities, st.none() | quantities)
-_metrics = st.sampled_from(ast.Metric)
+_metrics = st.sampled_from((ast.Metric.HOPS, ast.Metric.METRES))
+_weights = st.just(ast.Metric.WEIGHT)
+_on = st.none() | names
 lengths = st.one_of(
-    st.builds(ast.Length, st.just(NOWHERE), _metrics, quantities, st.none() | quantities, st.none() | names),
-    st.builds(ast.Length, st.just(NOWHERE), _metrics, st.none(), quantities, st.none() | names),
+    st.builds(ast.Length, st.just(NOWHERE), _metrics, quantities, st.none() | quantities, _on),
+    st.builds(ast.Length, st.just(NOWHERE), _metrics, st.none(), quantities, _on),
+    st.builds(ast.Length, st.just(NOWHERE), _weights, quantities, st.none() | quantities, _on, names),
+    st.builds(ast.Length, st.just(NOWHERE), _weights, st.none(), quantities, _on, names),
 )
 
 
@@ -251,6 +255,10 @@ def formations(draw: st.DrawFn) -> ast.Formation:
     )
 
 
+_some_pairs = st.lists(st.builds(ast.OfPair, st.just(NOWHERE), agents, agents, quantities), min_size=1, max_size=3).map(
+    tuple
+)
+
 _rates = st.builds(ast.Rate, st.just(NOWHERE), names, quantities, st.none() | _named(*UNITS), st.none() | names)
 _marks = st.builds(ast.Mark, st.just(NOWHERE), names, names)
 labels = st.none() | _named("relay", "reach", "always", "line", "G", "region", "end")
@@ -272,6 +280,18 @@ declarations = st.one_of(
         st.sampled_from(["proximity", "beacons"]),
         quantities,
         st.none() | agents,
+    ),
+    st.builds(
+        ast.Graph,
+        st.just(NOWHERE),
+        names,
+        st.sampled_from(["proximity", "sight"]),
+        st.none() | quantities,
+        st.none() | agents,
+        _some_pairs,
+        st.lists(st.builds(ast.Weight, st.just(NOWHERE), names, quantities, st.just(()) | _some_pairs), max_size=2).map(
+            tuple
+        ),
     ),
     formations(),
     st.builds(ast.Resource, st.just(NOWHERE), names, agents, st.lists(_rates, min_size=1, max_size=4).map(tuple)),

@@ -150,7 +150,8 @@ def test_a_gathered_team_is_connected_and_no_nearer_than_it_must() -> None:
     (radio,) = mission.graphs
     position = np.array([(0, 0), (10, 0), (10, 1), (1, 0), (5, 8)], dtype=float)
     there = gather_team([Connected(radio, (0, 1, 2, 3, 4))], position)
-    links = np.asarray(link_margin(radio, there[:, None], there[None]))
+    members = np.arange(len(there))
+    links = np.asarray(link_margin(radio, members[:, None], members, there[:, None], there[None]))
     joined = np.linalg.matrix_power((links > 0).astype(float), 5)
     assert (joined > 0).all()
     assert np.linalg.norm(there[4] - there, axis=1)[:4].min() > 1.9

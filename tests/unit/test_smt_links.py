@@ -53,7 +53,7 @@ def test_places_are_linked_where_they_are_nearer_than_the_radius_and_to_no_place
 
 def test_places_that_see_each_other_are_linked_exactly_where_their_margin_says_so() -> None:
     position = scattered(150, seed=3)
-    margins = link_margin(EYES, position[:, None], position[None])
+    margins = link_margin(EYES, 0, 1, position[:, None], position[None])
     expected = {(one, other) for one, other in np.argwhere(margins > 0).tolist() if one != other}
     near = EYES.radius - np.linalg.norm(position[:, None] - position[None], axis=-1) > 0
     assert pairs(links_between(EYES, position)) == expected

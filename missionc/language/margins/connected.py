@@ -1,4 +1,4 @@
-"""Margin of ``connected(graph)``: a route between any two of the agents, over these agents; algebraic connectivity."""
+"""Margin of ``connected(graph)``: a route from each of the agents to each, over these alone; algebraic connectivity."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import numpy as np
 
 from missionc.base.trace import Array, Trace
 from missionc.ir import Graph
+from missionc.ir.pair_ranges import directed
 from missionc.language.margins.links import all_links, pieces
 from missionc.language.margins.spanning_trees import spanning_tree
 
@@ -16,15 +17,19 @@ def margin(graph: Graph, trace: Trace) -> Array:
     """The worst link of the best spanning tree: (steps + 1,), metres.
 
     In a proximity graph that is the radius minus the longest edge of the
-    minimum spanning tree. ``inf`` for fewer than two agents.
+    minimum spanning tree. Of links that lead one way, the worst of two trees: of
+    ways from the first agent to all others, and of ways back from them.
+    ``inf`` for fewer than two agents.
     """
+    if directed(graph):
+        return _by_pieces(lambda links: np.minimum(_bottleneck(links), _bottleneck(links.mT)), graph, trace)
     return _by_pieces(_bottleneck, graph, trace)
 
 
 def algebraic_connectivity(graph: Graph, trace: Trace) -> Array:
     """The second smallest eigenvalue of the links' Laplacian, (steps + 1,): positive where the graph is connected.
 
-    Without unit; 0 for fewer than two agents.
+    Without unit; 0 for fewer than two agents. Of links that lead one way it says nothing.
 
     Source:
         [clot] III-C, λ₂.

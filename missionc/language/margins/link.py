@@ -12,11 +12,17 @@ from missionc.world.signed_distance import Array, Namespace, distance_between
 
 
 def margin(
-    xp: Namespace, graph: Graph, first_position: Array, second_position: Array, floor: float = -math.inf
+    xp: Namespace,
+    graph: Graph,
+    reach: Array,
+    first_position: Array,
+    second_position: Array,
+    floor: float = -math.inf,
 ) -> Array:
-    """How far two agents are from losing their link: (..., dim) twice -> (...), metres.
+    """How far the first agent is from losing its link to the second: (..., dim) twice -> (...), metres.
 
-    The radius minus the distance between them; with beacons, what the worse of
+    The range of their pair, ``reach``, in metres, a number or (...), minus the
+    distance between them; with beacons, what the worse of
     the two has left to the beacon that serves them best; of a sight, the
     clearance of the straight line between them too, where that is less. Linked
     where it is above 0. Of a margin that is at most ``floor`` perhaps only that
@@ -27,15 +33,15 @@ def margin(
     """
     match graph:
         case Proximity():
-            return graph.radius - distance_between(xp, first_position, second_position)
-        case Sight(radius=radius, shapes=shapes, room=room):
-            spare = radius - distance_between(xp, first_position, second_position)
+            return reach - distance_between(xp, first_position, second_position)
+        case Sight(shapes=shapes, room=room):
+            spare = reach - distance_between(xp, first_position, second_position)
             return clear_line(xp, shapes, first_position, second_position, spare + room, floor + room) - room
         case BeaconCover():
             return reduce(
                 xp.maximum,
                 [
-                    graph.radius
+                    reach
                     - xp.maximum(
                         distance_between(xp, first_position, beacon), distance_between(xp, second_position, beacon)
                     )

@@ -13,8 +13,11 @@ Indices = NDArray[np.int64]
 def spanning_tree(links: Array) -> tuple[Indices, Indices, Indices]:
     """The tree whose worst link is best, and as good as can be in every other.
 
+    Of links that lead one way it is the tree of ways from the first member to all
+    others: no way to any of them has a better worst link than the one in it.
+
     Args:
-        links: (graphs, members, members), metres, symmetric; the more, the better.
+        links: (graphs, members, members), metres; the more, the better.
 
     Returns:
         the edges in the order in which the tree grows, as numbers of members, (graphs, members - 1)

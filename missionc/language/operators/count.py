@@ -15,7 +15,7 @@ from missionc.ir import Apply
 from missionc.kernel.nodes import All, At, AtLeast, Is, Node, Not
 from missionc.language.operator import Bounds, Fixity, Operator, TooLarge, Use
 from missionc.language.operators.reach import reach
-from missionc.language.route_lengths import always_true, distance_to, measured_in_hops, no_hops
+from missionc.language.route_lengths import always_true, distance_to, measured_in_metres, no_hops
 
 
 def expand(use: Use) -> Node | TooLarge:
@@ -69,7 +69,7 @@ def _some_agent(use: Use) -> Node | TooLarge | None:
     """
     (body,) = use.arguments
     length = use.length
-    if length.low > 0 and not measured_in_hops(length):
+    if length.low > 0 and measured_in_metres(length):
         return None
     nearer = replace(use, bounds=replace(length, low=min(length.low, 1.0)))
     return reach(nearer, always_true(use.span), body)

@@ -19,9 +19,11 @@ from functools import cache
 from math import comb, perm
 
 from missionc.ir import Apply, Length, Truth
+from missionc.ir.pair_ranges import lightest
 from missionc.kernel.nodes import All, Any, Is, Neighbour, Node, Not, Reach, Route
 from missionc.language.operator import Bounds, Fixity, Operator, TooLarge, Use
-from missionc.language.route_lengths import measured_in_hops, no_hops, whole_hops
+from missionc.language.route_lengths import measured_in_metres, no_hops, up_to, whole_bounds
+from missionc.language.weighed_routes import at_least, nodes_at_most
 
 
 def expand(use: Use) -> Node | TooLarge:
@@ -33,17 +35,23 @@ def reach(use: Use, through: Node, end: Node) -> Node | TooLarge:
     """The formula for other operands than those of the use: ``somewhere`` and ``everywhere`` share it."""
     length, span = use.length, use.span
     agents = len(length.graph.agents)
-    if not measured_in_hops(length):
+    if measured_in_metres(length):
         cost = _up_to(use.room, (perm(agents - 1, links) for links in range(agents))) if length.low > 0 else 0
         route = Route(length.graph, through, end, length.low, length.high, span)
         return TooLarge(cost) if cost > use.room else route
-    low, high = whole_hops(length)
+    low, high = whole_bounds(length)
     if low == 0:
-        return Reach(length.graph, through, end, high, span)
+        return up_to(length, through, end, high, span)
     if low > high:
         return Any((), span)
-    cost = _up_to(use.room, (5 * comb(agents, size) * (agents - size) for size in range(low)))
-    return TooLarge(cost) if cost > use.room else _some_links(use, through, end, low, high)
+    most = low if length.weight is None else min(-(-low // lightest(length.weight)), agents)
+    each = 5 if length.weight is None else nodes_at_most(length, high)
+    cost = _up_to(use.room, (each * comb(agents, size) * (agents - size) for size in range(most)))
+    if cost > use.room:
+        return TooLarge(cost)
+    if length.weight is not None:
+        return at_least(length, through, end, low, high)
+    return _some_links(use, through, end, low, high)
 
 
 def _up_to(room: int, costs: Iterator[int]) -> int:

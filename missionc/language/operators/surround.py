@@ -11,10 +11,10 @@ import math
 from dataclasses import replace
 
 from missionc.ir import Apply, Length
-from missionc.kernel.nodes import All, Any, Node, Not, Reach, Route
+from missionc.kernel.nodes import All, Any, Node, Not, Route
 from missionc.language.operator import Bounds, Fixity, Operator, Use
 from missionc.language.operators import escape
-from missionc.language.route_lengths import measured_in_hops, most_hops, whole_hops
+from missionc.language.route_lengths import longest, measured_in_metres, up_to, whole_bounds
 
 
 def expand(use: Use) -> Node:
@@ -27,24 +27,24 @@ def expand(use: Use) -> Node:
     parts = [inner, no_exit(Not(Any((inner, border), span), span), length.high)]
     if length.low > 0:
         parts.append(no_exit(Not(inner, span), _next_below(length)))
-    if length.high < (most_hops(length) if measured_in_hops(length) else math.inf):
+    if length.high < longest(length):
         beyond = replace(length, low=_next_above(length), high=math.inf)
         parts.append(Not(escape.expand(replace(use, arguments=(inner,), bounds=beyond)), span))
     return All(tuple(parts), span)
 
 
 def _route(length: Length, through: Node, end: Node) -> Node:
-    if measured_in_hops(length):
-        return Reach(length.graph, through, end, whole_hops(length)[1], length.span)
+    if not measured_in_metres(length):
+        return up_to(length, through, end, whole_bounds(length)[1], length.span)
     return Route(length.graph, through, end, 0.0, length.high, length.span)
 
 
 def _next_below(length: Length) -> float:
-    return length.low - 1 if measured_in_hops(length) else math.nextafter(length.low, 0.0)
+    return math.nextafter(length.low, 0.0) if measured_in_metres(length) else length.low - 1
 
 
 def _next_above(length: Length) -> float:
-    return length.high + 1 if measured_in_hops(length) else math.nextafter(length.high, math.inf)
+    return math.nextafter(length.high, math.inf) if measured_in_metres(length) else length.high + 1
 
 
 def traps(use: Apply) -> tuple[str, ...]:

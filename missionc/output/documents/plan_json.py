@@ -6,6 +6,7 @@ import numpy as np
 
 from missionc.base.trace import Plan, Trace
 from missionc.ir import Graph, Mission
+from missionc.ir.pair_ranges import directed
 from missionc.language.margins.links import all_links, pieces
 from missionc.language.margins.resources import flag_truths, levels
 from missionc.output.json_layout import compact, listed, record
@@ -63,11 +64,14 @@ def _kept(mission: Mission, trace: Trace) -> list[dict[str, dict[str, list[float
 
 
 def _edges(graph: Graph, trace: Trace) -> list[list[list[int]]]:
-    """The graph's links at each step, as pairs of mission indices in order."""
+    """The graph's links at each step, as pairs of mission indices in order; from and to, where they lead one way."""
     members = np.array(graph.agents, dtype=np.int64)
+    one_way = directed(graph)
     edges: list[list[list[int]]] = []
     for piece in pieces(trace.position.shape[1], len(members)):
         for links in all_links(graph, trace.position[:, piece]):
-            pairs = np.sort(members[np.argwhere(np.triu(links > 0))], axis=1)
+            linked = links > 0
+            pairs = members[np.argwhere(linked if one_way else np.triu(linked))]
+            pairs = pairs if one_way else np.sort(pairs, axis=1)
             edges.append(sorted(pairs.tolist()))
     return edges

@@ -17,6 +17,7 @@ import numpy as np
 from missionc.base.source import Span
 from missionc.base.trace import Array, Plan
 from missionc.ir import Agent, Formation, Graph, Mission, Obstacle, Path
+from missionc.ir.pair_ranges import directed
 from missionc.kernel.nodes import Kernel
 from missionc.language.margins.links import all_links, pieces
 from missionc.language.margins.predicate_margins import formation_margin
@@ -134,21 +135,27 @@ def _obstacle(mission: Mission, obstacle: Obstacle) -> dict[str, Any]:
 
 
 def _graph(graph: Graph, position: Array) -> dict[str, Any]:
-    """Its links, each with the steps at which it begins and, one past the last, ends: rows of four numbers."""
+    """Its links, each with the steps at which it begins and, one past the last, ends: rows of four numbers.
+
+    Where links are ``directed`` they lead from the first agent to the second.
+    """
     members = np.array(graph.agents, dtype=np.int64)
+    one_way = directed(graph)
     steps = position.shape[1]
     runs = [np.zeros((0, 4), dtype=np.int64)]
     if len(members):
         linked = np.concatenate([all_links(graph, position[:, piece]) > 0 for piece in pieces(steps, len(members))])
-        first, second = np.triu_indices(len(members), 1)
+        every = np.ones((len(members), len(members)), dtype=np.bool_)
+        first, second = np.nonzero(every & ~np.eye(len(members), dtype=np.bool_) if one_way else np.triu(every, 1))
         there = np.zeros((len(first), steps + 2), dtype=np.int8)
         there[:, 1:-1] = linked[:, first, second].T
         change = np.diff(there, axis=1)
         (pair, begin), (_, end) = np.nonzero(change > 0), np.nonzero(change < 0)
-        ends = np.sort(np.stack([members[first[pair]], members[second[pair]]], axis=1), axis=1)
+        ends = np.stack([members[first[pair]], members[second[pair]]], axis=1)
+        ends = ends if one_way else np.sort(ends, axis=1)
         runs.append(np.concatenate([ends, begin[:, None], end[:, None]], axis=1))
     whole = np.concatenate(runs)
-    return {"name": graph.name, "radius": graph.radius, "runs": pack(whole.T), "count": len(whole)}
+    return {"name": graph.name, "directed": one_way, "runs": pack(whole.T), "count": len(whole)}
 
 
 def _formation(formation: Formation, position: Array) -> dict[str, Any]:

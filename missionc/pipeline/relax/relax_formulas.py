@@ -7,7 +7,7 @@ import math
 from missionc import ir
 from missionc.diagnostics.model import Fix
 from missionc.ir import Mission
-from missionc.language.route_lengths import most_hops
+from missionc.language.route_lengths import longest
 from missionc.language.walk_formulas import formulas
 from missionc.pipeline.checked import Checked
 from missionc.pipeline.relax.conflict_targets import ConflictTargets, Way
@@ -46,10 +46,10 @@ def lengths(checked: Checked, mission: Mission, targets: ConflictTargets) -> lis
         if bound is None:
             continue
         name = f"the bound of `{excerpt(length.span)}`"
-        hops = bounds.metric is ast.Metric.HOPS
-        if hops and way is Way.MORE:
-            knobs.append(whole(bound, name, most_hops(bounds) - int(bounds.high)))
-        elif hops:
+        counted = bounds.metric is not ast.Metric.METRES
+        if counted and way is Way.MORE:
+            knobs.append(whole(bound, name, int(longest(bounds)) - int(bounds.high)))
+        elif counted:
             knobs.append(whole(bound, name, int(bounds.high - bounds.low), -1))
         else:
             knobs.append(more(bound, name) if way is Way.MORE else less(bound, name, bounds.low / bound.factor))

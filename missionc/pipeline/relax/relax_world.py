@@ -12,7 +12,7 @@ from missionc.pipeline.checked import Checked
 from missionc.pipeline.relax.conflict_targets import ConflictTargets, Way
 from missionc.pipeline.relax.edits import ROUND, Edit, declared, is_in_main_file, spot
 from missionc.pipeline.relax.knobs import Knob, less, more, notch, whole
-from missionc.resolve.resolve_quantities import shown
+from missionc.resolve.resolve_quantities import excerpt, shown
 from missionc.syntax import ast
 
 MORE_AGENTS = 3
@@ -26,10 +26,19 @@ def graphs(checked: Checked, targets: ConflictTargets) -> list[Knob]:
     """The radius of a graph, wider where links are asked for."""
     knobs = []
     for graph in declared(checked, ast.Graph):
-        way, radius = targets.graphs.get(graph.name.text), spot(checked, graph.radius)
-        name = f"the radius of `{graph.name.text}`"
-        if radius is not None and way is not None:
-            knobs.append(less(radius, name, notch(radius.value)) if way is Way.LESS else more(radius, name))
+        way = targets.graphs.get(graph.name.text)
+        written = [(f"the radius of `{graph.name.text}`", graph.radius)] if graph.radius is not None else []
+        written += [
+            (
+                f"the range of `{graph.name.text}` from `{excerpt(p.senders.span)}` to `{excerpt(p.receivers.span)}`",
+                p.value,
+            )
+            for p in graph.ranges
+        ]
+        for name, quantity in written:
+            radius = spot(checked, quantity)
+            if radius is not None and way is not None:
+                knobs.append(less(radius, name, notch(radius.value)) if way is Way.LESS else more(radius, name))
     return knobs
 
 

@@ -34,6 +34,7 @@ from missionc.syntax.ast.declarations import (
     Minimize,
     MissionName,
     Obstacle,
+    OfPair,
     Param,
     Prefer,
     Program,
@@ -46,6 +47,7 @@ from missionc.syntax.ast.declarations import (
     Team,
     Time,
     Tolerate,
+    Weight,
     World,
 )
 from missionc.syntax.ast.formulas import (
@@ -117,6 +119,7 @@ __all__ = [
     "Negative",
     "Number",
     "Obstacle",
+    "OfPair",
     "OnGrid",
     "OnLine",
     "OneAgent",
@@ -144,6 +147,7 @@ __all__ = [
     "Truth",
     "Vehicle",
     "Waypoint",
+    "Weight",
     "Window",
     "World",
     "Yaw",

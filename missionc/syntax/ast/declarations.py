@@ -90,14 +90,39 @@ class Group:
 
 
 @dataclass(frozen=True, slots=True)
+class OfPair:
+    """``tower to drone 8 m``: the range, or a weight, of links from the ones to the others."""
+
+    span: Span
+    senders: Name | Member
+    receivers: Name | Member
+    value: Quantity
+
+
+@dataclass(frozen=True, slots=True)
+class Weight:
+    """``weight cost 2 { drone to tower 3 }``: what links weigh, and those of some pairs."""
+
+    span: Span
+    name: Name
+    value: Quantity
+    pairs: tuple[OfPair, ...]
+
+
+@dataclass(frozen=True, slots=True)
 class Graph:
-    """``proximity 1 m``, ``sight 5 m`` or ``beacons 2.5 m``; ``over`` None means all agents."""
+    """``proximity 1 m``, ``sight 5 m`` or ``beacons 2.5 m``; ``over`` None means all agents.
+
+    ``ranges`` are those of pairs; ``radius``, which may be left out beside them, that of all others.
+    """
 
     span: Span
     name: Name
     kind: str
-    radius: Quantity
+    radius: Quantity | None
     over: Name | Member | None
+    ranges: tuple[OfPair, ...] = ()
+    weights: tuple[Weight, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

@@ -49,13 +49,15 @@ class Metric(Enum):
 
     HOPS = "hops"
     METRES = "distance"
+    WEIGHT = "weight"
 
 
 @dataclass(frozen=True, slots=True)
 class Length:
     """``[hops 0..2 on radio]``.
 
-    ``low`` is None for ``<= 2``, ``high`` for ``2..``, ``graph`` where it is left out.
+    ``low`` is None for ``<= 2``, ``high`` for ``2..``, ``graph`` where it is left out. ``unit`` names the weight that
+    a length is measured in, if it is one.
     """
 
     span: Span
@@ -63,6 +65,12 @@ class Length:
     low: Quantity | None
     high: Quantity | None
     graph: Name | None
+    unit: Name | None = None
+
+    @property
+    def word(self) -> str:
+        """``hops``, ``distance`` or the name of a weight."""
+        return self.metric.value if self.unit is None else self.unit.text
 
 
 @dataclass(frozen=True, slots=True)

@@ -70,11 +70,11 @@ def _of_steps(truth: Flags) -> list[Signal]:
 
 
 def link_signals(graph: Graph, first: Indices, second: Indices, motion: Motion) -> list[Signal]:
-    """When pairs of agents, (pairs,) twice, are linked."""
+    """When links lead from agents to others, (pairs,) twice."""
 
     def margin(pair: Indices, piece: Indices, local: Array) -> Array:
         here, there = (motion.position(agent[pair], piece, local) for agent in (first, second))
-        return np.asarray(link_margin(graph, here, there))
+        return np.asarray(link_margin(graph, first[pair], second[pair], here, there))
 
     faster = np.maximum(motion.speed[first], motion.speed[second])
     match graph:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from missionc.ir import BeaconCover, Graph, Sight
+from missionc.ir.pair_ranges import directed, range_of
 from missionc.kernel.nodes import Atom, Node
 from missionc.kernel.walk import graph_of
 from missionc.language.margins.links import link_margin
@@ -77,9 +78,13 @@ def _because(culprit: Culprit, motion: Motion) -> str:
     names = [agent.name for agent in motion.mission.agents]
     links = [f"{names[one]} and {names[other]} are {length:.3f} m apart" for one, other, length in changed[:MOST_LINKS]]
     reach = f"the radius of `{graph.name}` is {graph.radius:g} m"
+    if graph.ranges:
+        shown = [(names[one], names[other], range_of(graph, one, other)) for one, other, _ in changed[:MOST_LINKS]]
+        reach = f"`{graph.name}` reaches " + ", ".join(f"{far:g} m from {one} to {other}" for one, other, far in shown)
     if isinstance(graph, Sight):
         seen = "nothing is" if linked else "an obstacle is"
-        reach += f", and {seen} in the way" if all(length < graph.radius for _, _, length in changed) else ""
+        near = all(length < range_of(graph, one, other) for one, other, length in changed)
+        reach += f", and {seen} in the way" if near else ""
     if isinstance(graph, BeaconCover):
         links = [
             f"{names[one]} and {names[other]} share {'a' if linked else 'no'} beacon"
@@ -96,14 +101,18 @@ def _changed_links(graph: Graph, culprit: Culprit, made: bool, motion: Motion) -
     low, high = stretch(culprit)
     ticks = np.array([(low + high) // 2, culprit.tick // STEP * STEP, -(-culprit.tick // STEP) * STEP])
     members = np.array(graph.agents)
-    first, second = (members[places] for places in np.triu_indices(members.size, k=1))
+    apart = ~np.eye(members.size, dtype=np.bool_)
+    first, second = (members[places] for places in np.nonzero(apart if directed(graph) else np.triu(apart)))
     piece = motion.piece_at(ticks)
     here, there = (
         motion.position(agent[:, None], piece[None], np.broadcast_to(motion.local(piece, ticks), (agent.size, 3)))
         for agent in (first, second)
     )
-    linked = np.asarray(link_margin(graph, here, there)) > 0
+    linked = np.asarray(link_margin(graph, first[:, None], second[:, None], here, there)) > 0
     lengths = np.asarray(distance_between(np, here, there))[:, 0]
     new = (linked[:, 0] == made) & ((linked[:, 1] != made) | (linked[:, 2] != made))
     pairs = [(int(first[pair]), int(second[pair]), float(lengths[pair])) for pair in np.flatnonzero(new)]
+    ends = {(one, other) for one, other, _ in pairs}
+    alike = {(one, other) for one, other in ends if range_of(graph, one, other) == range_of(graph, other, one)}
+    pairs = [each for each in pairs if each[0] < each[1] or each[1::-1] not in alike]
     return sorted(pairs, key=lambda pair: culprit.agent not in pair[:2])

@@ -18,6 +18,7 @@ import numpy as np
 from missionc.base.trace import Array, Flags
 from missionc.curves.piecewise_polynomials import Indices
 from missionc.ir import Graph
+from missionc.ir.pair_ranges import directed
 from missionc.language.margins.links import pieces
 from missionc.monitoring import graph_routes
 from missionc.monitoring.logic import TRUTH
@@ -35,21 +36,25 @@ class Links:
     """A graph's links over time.
 
     Args:
-        first, second: (pairs,): places among ``members``, the first one before the second.
+        first, second: (pairs,): places among ``members``, the first one before the second unless links lead
+            ``one_way``, from the first one to the second.
         signals: (pairs,): when they are linked.
     """
 
     members: Indices
     first: Indices
     second: Indices
+    one_way: bool
     signals: tuple[Signal, ...]
 
 
 def links_of(graph: Graph, motion: Motion) -> Links:
     members = np.array(graph.agents, dtype=np.int64)
-    first, second = np.triu_indices(members.size, k=1)
+    whole = np.ones((members.size, members.size), dtype=np.bool_)
+    one_way = directed(graph)
+    first, second = np.nonzero(whole & ~np.eye(members.size, dtype=np.bool_) if one_way else np.triu(whole, k=1))
     signals = link_signals(graph, members[first], members[second], motion) if first.size else []
-    return Links(members, first.astype(np.int64), second.astype(np.int64), tuple(signals))
+    return Links(members, first.astype(np.int64), second.astype(np.int64), one_way, tuple(signals))
 
 
 def nearby(links: Links, body: Sequence[Signal], motion: Motion) -> list[Signal]:
@@ -206,7 +211,9 @@ def _view(links: Links, tables: Sequence[tuple[Flags, Flags]], way: int, cell: I
     """What surely holds in some cells (``way`` 0), or may (1), with the lengths in their middle."""
     pairs, *operands = (table[way][cell] for table in tables)
     linked = np.zeros((cell.size, links.members.size, links.members.size), dtype=np.bool_)
-    linked[:, links.first, links.second] = linked[:, links.second, links.first] = pairs
+    linked[:, links.first, links.second] = pairs
+    if not links.one_way:
+        linked[:, links.second, links.first] = pairs
     return View(linked, tuple(operands), lengths, np.zeros_like(lengths))
 
 

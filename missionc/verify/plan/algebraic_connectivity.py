@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from missionc.base.trace import Trace
 from missionc.ir import Holds, Mission
+from missionc.ir.pair_ranges import directed
 from missionc.language.margins.predicate_margins import algebraic_connectivity
 from missionc.language.walk_formulas import formulas
 from missionc.verify.certificate import Figure
@@ -15,7 +16,8 @@ MOST_AGENTS = 400
 def connectivity(mission: Mission, trace: Trace) -> list[Figure]:
     """For each graph the mission calls ``connected``, over the agents it names: the least λ₂ of all steps, and when.
 
-    Positive where the graph is connected at every step.
+    Positive where the graph is connected at every step. None of a graph whose links lead one way, whose Laplacian is
+    not symmetric.
 
     Source:
         [clot] III-C, λ₂.
@@ -23,7 +25,7 @@ def connectivity(mission: Mission, trace: Trace) -> list[Figure]:
     figures: dict[tuple[str, tuple[int, ...]], Figure] = {}
     for formula in formulas(mission):
         graph = formula.predicate.restricted if isinstance(formula, Holds) else None
-        if graph is None:
+        if graph is None or directed(graph):
             continue
         key = graph.name, tuple(sorted(graph.agents))
         if key not in figures and 2 <= len(graph.agents) <= MOST_AGENTS:

@@ -18,6 +18,7 @@ from dataclasses import replace
 from typing import TypeAlias
 
 from missionc.ir import Connected, Graph, Predicate
+from missionc.ir.pair_ranges import directed
 from missionc.kernel.nodes import (
     All,
     Any,
@@ -95,11 +96,12 @@ def _rewritten(node: Node, parts: tuple[Node, ...]) -> Node:
 def _connected(node: All | Any) -> Connected | None:
     """The predicate that a conjunction of routes amounts to: every member of a graph reaches one and the same of them.
 
+    Where links lead one way, that one reaches every other too.
+
     As one leaf it has a spanning tree to push on, and its value takes one pass instead of one for each link of a route.
     A disjunction of the duals of such routes denies it.
     """
-    ends: set[int] = set()
-    starts: set[int] = set()
+    pairs: set[tuple[int, int]] = set()
     graph: Graph | None = None
     for part in node.parts:
         match part:
@@ -112,13 +114,22 @@ def _connected(node: All | Any) -> Connected | None:
                 and isinstance(part.body, Reach) is node.every
             ):
                 graph = links
-                starts.add(start)
-                ends |= agents
+                pairs |= {(start, end) for end in agents}
             case _:
                 return None
-    if graph is None or len(ends) != 1 or starts | ends != set(graph.agents):
+    if graph is None:
         return None
-    return Connected(graph, graph.agents)
+    return Connected(graph, graph.agents) if _amounts_to_connected(graph, pairs) else None
+
+
+def _amounts_to_connected(graph: Graph, pairs: set[tuple[int, int]]) -> bool:
+    """Whether routes between these pairs, from and to, lead from every member to every other, and no more is asked."""
+    for one in {end for _, end in pairs}:
+        others = set(graph.agents) - {one}
+        there, back = {(each, one) for each in others}, {(one, each) for each in others}
+        if pairs - {(one, one)} == (there | back if directed(graph) else there):
+            return True
+    return False
 
 
 def at_least(count: int, parts: tuple[Node, ...]) -> Node:

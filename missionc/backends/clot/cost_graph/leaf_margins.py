@@ -6,14 +6,15 @@ Predicates measure tensors here as they measure traces; only the connected graph
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
+import numpy as np
 import torch
 from torch import Tensor
 
 from missionc.backends.clot.cost_graph.motion_batch import States, Team
 from missionc.backends.clot.torch_device import places
 from missionc.ir import Graph, Predicate
+from missionc.ir.pair_ranges import directed
 from missionc.language.margins.predicate_margins import link_margin
 from missionc.language.margins.view import View
 
@@ -33,16 +34,25 @@ def margin(predicate: Predicate, team: Team, states: States, agents: Sequence[in
     return _tensor(predicate.margin(_OfBatch(team, states, agents or range(states.position.shape[1]))))
 
 
-def all_links(graph: Graph, position: Tensor) -> Tensor:
-    """The link margins of all pairs of the graph's agents: (batch, steps, members, members), metres."""
-    members = position[:, places(graph.agents, position.device)].transpose(1, 2)
-    links = _tensor(link_margin(graph, members[:, :, :, None, :], members[:, :, None, :, :], xp=torch))
+def all_links(graph: Graph, position: Tensor, agents: Sequence[int] | None = None) -> Tensor:
+    """The link margins of all pairs of the graph's agents: (batch, steps, members, members), from and to, metres.
+
+    Args:
+        agents: the numbers of those whose positions these are, where they are not all of the mission's.
+    """
+    numbers = np.array(graph.agents, dtype=np.int64)
+    at = graph.agents if agents is None else tuple(map(agents.index, graph.agents))
+    members = position[:, places(at, position.device)].transpose(1, 2)
+    here, there = members[:, :, :, None, :], members[:, :, None, :, :]
+    links = _tensor(link_margin(graph, numbers[:, None], numbers, here, there, xp=torch))
     own = torch.eye(len(graph.agents), dtype=torch.bool, device=links.device)
     return links.masked_fill(own, -UNLIMITED)
 
 
 def bottleneck(links: Tensor) -> Tensor:
     """The worst link of each graph's best spanning tree (Prim's algorithm, all graphs at once).
+
+    Of links that lead one way, of the best tree of ways from the first member to all others.
 
     Args:
         links: (graphs, members, members), metres.
@@ -111,9 +121,11 @@ class _OfBatch(View):
         return self.team.altitude
 
     def weakest_link(self, graph: Graph) -> Tensor:
-        members = tuple(map(self.agents.index, graph.agents))
-        links = all_links(replace(graph, agents=members), self.states.position)
-        return bottleneck(links.flatten(0, 1)).reshape(links.shape[0], 1, links.shape[1])
+        links = all_links(graph, self.states.position, self.agents)
+        worst = bottleneck(links.flatten(0, 1))
+        if directed(graph):
+            worst = torch.minimum(worst, bottleneck(links.flatten(0, 1).mT))
+        return worst.reshape(links.shape[0], 1, links.shape[1])
 
 
 def _tensor(value: object) -> Tensor:

@@ -22,6 +22,7 @@ from missionc.backends.clot.cost_graph.leaf_margins import UNLIMITED
 from missionc.backends.clot.optimise.route_pieces import Place, that_break, that_make
 from missionc.base.trace import Array, Flags
 from missionc.ir import Graph
+from missionc.ir.pair_ranges import directed
 from missionc.kernel.nodes import (
     All,
     Any,
@@ -43,7 +44,7 @@ Choices: TypeAlias = Mapping[tuple[Node, int, int], int]
 ``Release`` the last one where nothing frees it), or of the agent it is linked to."""
 
 Links: TypeAlias = NDArray[np.int64]
-"""(links, 3): two agents and a step."""
+"""(links, 3): two agents, from and to, and a step."""
 
 
 @dataclass(frozen=True, slots=True, order=True)
@@ -314,4 +315,5 @@ class _Run:
         lengths = np.linalg.norm(here[:, None] - here[None], axis=-1)
         through, end = (self.value(part)[agents, step] for part in (node.through, node.end))
         closest = self.closest[np.ix_(agents, agents)]
-        return Place(self.links[node.graph][step], lengths, closest, through, end, node.low, node.high)
+        links = self.links[node.graph][step]
+        return Place(links, lengths, closest, through, end, node.low, node.high, directed(node.graph))

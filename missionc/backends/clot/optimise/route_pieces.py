@@ -39,9 +39,10 @@ class Place:
     """A graph at one step, for routes of ``low`` to ``high`` metres.
 
     Args:
-        links: margins, (members, members), metres; likewise ``lengths``.
+        links: margins, (members, members), from and to, metres; likewise ``lengths``.
         closest: how near each other their bodies let them come; likewise.
         through: the value of each agent on a route but the last, (members,), metres; ``end`` of the last.
+        one_way: links lead from the first of two to the second.
     """
 
     links: Array
@@ -51,6 +52,11 @@ class Place:
     end: Array
     low: float
     high: float
+    one_way: bool = False
+
+    def link(self, one: int, other: int) -> Piece:
+        """The link from a member to another; of links that lead both ways, either of the two is the same."""
+        return ("link", (one, other)) if self.one_way else ("link", (min(one, other), max(one, other)))
 
 
 def that_make(place: Place, start: int, worth: float) -> set[Piece]:
@@ -58,7 +64,7 @@ def that_make(place: Place, start: int, worth: float) -> set[Piece]:
     route = _route(place, start, worth - ROUNDING)
     pieces: set[Piece] = {("end", route[-1:])}
     for one, other in pairwise(route):
-        pieces |= {_link(one, other), ("through", (one,))}
+        pieces |= {place.link(one, other), ("through", (one,))}
     if len(route) > 1 and np.isfinite(place.high):
         pieces.add(("shorter", route))
     if place.low > 0:
@@ -78,7 +84,7 @@ def that_break(place: Place, start: int, worth: float) -> set[Piece]:
     metres = _metres(place, ~parted & ~passed[:, None])
     reached = np.isfinite(shortest(metres.T[None], np.arange(len(parted))[None] == start)[0])
     border = np.argwhere(parted & (reached & ~passed)[:, None]).tolist()
-    pieces = {_link(one, other) for one, other in border if one != other}
+    pieces = {place.link(one, other) for one, other in border if one != other}
     pieces |= {("through", (one,)) for one in np.flatnonzero(reached & passed).tolist()}
     pieces |= {("end", (one,)) for one in np.flatnonzero(reached & closed).tolist()}
     left = shortest(metres[None], ~closed[None])[0]
@@ -87,7 +93,8 @@ def that_break(place: Place, start: int, worth: float) -> set[Piece]:
         if not queue:
             break
         _, route, length = heappop(queue)
-        if any(not pieces.isdisjoint((_link(one, other), ("through", (one,)))) for one, other in pairwise(route)):
+        crossed = ((place.link(one, other), ("through", (one,))) for one, other in pairwise(route))
+        if any(not pieces.isdisjoint(each) for each in crossed):
             continue
         here = route[-1]
         if (len(route) > 1 or place.low <= 0) and ("end", (here,)) not in pieces:
@@ -103,7 +110,7 @@ def _breaking(place: Place, route: Members, length: float) -> Iterator[tuple[flo
     """Everything that breaks a route, and what it is worth."""
     yield place.end[route[-1]], ("end", route[-1:])
     for one, other in pairwise(route):
-        yield -place.links[one, other], _link(one, other)
+        yield -place.links[one, other], place.link(one, other)
         yield place.through[one], ("through", (one,))
     if len(route) > 1:
         yield length - place.high, ("longer", route)
@@ -134,7 +141,3 @@ def _route(place: Place, start: int, enough: float) -> Members:
 def _metres(place: Place, usable: Flags) -> Array:
     """Lengths of the links that may be used, (members, members); infinite for others."""
     return np.where(usable & ~np.eye(len(usable), dtype=np.bool_), place.lengths, np.inf)
-
-
-def _link(one: int, other: int) -> Piece:
-    return "link", (min(one, other), max(one, other))

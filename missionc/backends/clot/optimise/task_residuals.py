@@ -29,6 +29,7 @@ from missionc.ir import (
     Mission,
     Predicate,
 )
+from missionc.ir.pair_ranges import directed
 from missionc.kernel.nodes import RouteNode
 from missionc.language.margins.formation import edge_error
 from missionc.language.margins.predicate_margins import link_margin
@@ -145,7 +146,7 @@ class TaskCosts:
         yield Group(
             f"link {graph.name}",
             tuple(pair),
-            lambda a, b: self.spare.task - sign * link_margin(graph, a, b, xp=torch),
+            lambda a, b: self.spare.task - sign * link_margin(graph, links[:, 0], links[:, 1], a, b, xp=torch),
             self.weights.task,
             self.spare.task,
         )
@@ -159,11 +160,13 @@ class TaskCosts:
         count, full = len(graph.agents), self.spare.links
         if count < 2 or not len(moments):
             return
+        agents = np.array(graph.agents)
         ring = min(2 - 2 * np.cos(2 * np.pi / count), count)
 
         def shortfall(*points: Tensor) -> Tensor:
             members = torch.stack(points, dim=1)
-            links: Any = link_margin(graph, members[:, :, None], members[:, None], xp=torch)
+            here, there = members[:, :, None], members[:, None]
+            links: Any = link_margin(graph, agents[:, None], agents, here, there, xp=torch)
             own = torch.eye(count, dtype=torch.bool)
             lambda_2 = second_eigenvalue(link_weight(links, full).masked_fill(own, 0.0))
             lacking: Tensor = full * (1 - lambda_2 / ring)
@@ -189,16 +192,24 @@ class TaskCosts:
             )
 
     def _tree(self, graph: Graph, moments: Indices, control: Array) -> Links:
-        """The edges of each step's best spanning tree."""
+        """The edges of each step's best spanning tree; of links that lead one way, of the trees there and back."""
         agents = np.array(graph.agents)
-        first, second, _ = spanning_tree(self._all_links(graph, moments, control))
         if len(agents) < 2:
             return np.zeros((0, 3), dtype=np.int64)
-        step = np.repeat(moments[:, None], len(agents) - 1, axis=1)
-        return np.stack([agents[first].ravel(), agents[second].ravel(), step.ravel()], axis=1)
+        links = self._all_links(graph, moments, control)
+        step = np.repeat(moments[:, None], len(agents) - 1, axis=1).ravel()
+        first, second, _ = spanning_tree(links)
+        there = np.stack([agents[first].ravel(), agents[second].ravel(), step], axis=1)
+        if not directed(graph):
+            return there
+        first, second, _ = spanning_tree(links.mT)
+        back = np.stack([agents[second].ravel(), agents[first].ravel(), step], axis=1)
+        return np.unique(np.concatenate([there, back]), axis=0)
 
     def _cut(self, graph: Graph, moments: Indices, control: Array) -> Links:
         """At each step, all pairs across the tree's worst edge: the parting that takes least."""
+        if directed(graph):
+            return self._one_way_cut(graph, moments, control)
         agents = np.array(graph.agents)
         links = self._all_links(graph, moments, control)
         first, second, worst = spanning_tree(links)
@@ -213,10 +224,31 @@ class TaskCosts:
             cuts.append(np.stack([agents[one], agents[other], np.full(len(one), step)], axis=1))
         return np.concatenate(cuts) if cuts else np.zeros((0, 3), dtype=np.int64)
 
+    def _one_way_cut(self, graph: Graph, moments: Indices, control: Array) -> Links:
+        """At each step, all links out of the agents that a tree had before its worst one, of the tree with the worse.
+
+        No link of the tree was better when it was chosen, so that none out of these is.
+        """
+        agents = np.array(graph.agents)
+        links = self._all_links(graph, moments, control)
+        trees = [spanning_tree(each) for each in (links, links.mT)]
+        cuts: list[Links] = [np.zeros((0, 3), dtype=np.int64)]
+        for row, step in enumerate(moments) if len(agents) > 1 else ():
+            ends = [(first[row, worst[row]], second[row, worst[row]]) for first, second, worst in trees]
+            back = links[row, *ends[1][::-1]] < links[row, *ends[0]]
+            _, second, worst = trees[back]
+            within = np.ones(len(agents), dtype=np.bool_)
+            within[second[row, worst[row] :]] = False
+            one, other = np.nonzero(np.outer(~within, within) if back else np.outer(within, ~within))
+            cuts.append(np.stack([agents[one], agents[other], np.full(len(one), step)], axis=1))
+        return np.concatenate(cuts)
+
     def _all_links(self, graph: Graph, moments: Indices, control: Array) -> Array:
+        """(moments, members, members), from and to, metres."""
+        agents = np.array(graph.agents, dtype=np.int64)
         position, _ = self.splines.states(control)
-        members = position[list(graph.agents)][:, moments].swapaxes(0, 1)
-        return np.asarray(link_margin(graph, members[:, :, None], members[:, None, :]))
+        members = position[agents][:, moments].swapaxes(0, 1)
+        return np.asarray(link_margin(graph, agents[:, None], agents, members[:, :, None], members[:, None, :]))
 
     def _at(self, agent: Indices, step: Indices) -> Arguments:
         return self.splines.position(agent, step, np.zeros(len(agent)))

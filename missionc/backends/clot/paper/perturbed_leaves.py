@@ -6,6 +6,7 @@ they were steps of their own, and the formulas are those of ``leaf_margins``.
 
 from __future__ import annotations
 
+import numpy as np
 import torch
 from torch import Tensor
 
@@ -52,14 +53,21 @@ def moved_margin(
     return torch.stack(values, dim=3)
 
 
-def moved_links(graph: Graph, position: Tensor, agent: int, probes: Tensor, here: slice) -> Tensor:
-    """The link margins of the moved agent to the graph's agents: (batch, members, steps, directions), metres."""
-    members = list(graph.agents)
-    links = link_margin(
-        graph, position[:, places(members, position.device), here, None, :], probes[:, None, here], xp=torch
+def moved_links(graph: Graph, position: Tensor, agent: int, probes: Tensor, here: slice, back: bool) -> Tensor:
+    """The margins of links from the moved agent to the graph's agents, or with ``back`` from these to it.
+
+    (batch, members, steps, directions), metres.
+    """
+    members = np.array(graph.agents, dtype=np.int64)
+    others, moved = position[:, places(graph.agents, position.device), here, None, :], probes[:, None, here]
+    named = members[:, None, None]
+    links = (
+        link_margin(graph, named, agent, others, moved, xp=torch)
+        if back
+        else link_margin(graph, agent, named, moved, others, xp=torch)
     )
     assert isinstance(links, Tensor)
-    links[:, members.index(agent)] = -UNLIMITED
+    links[:, graph.agents.index(agent)] = -UNLIMITED
     return links
 
 

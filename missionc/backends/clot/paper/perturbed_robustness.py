@@ -188,12 +188,15 @@ class Perturbed(ABC):
             there = body[:, still, :, 0, 0].transpose(1, 2)[:, :, None]
             best = torch.minimum(links[..., still], there).amax(dim=-1)
             value = best.transpose(1, 2)[..., None, None].expand(shape)
-        moved = moved_links(graph, self.position, agent, self.probes, here) if agent in members else None
+        moved, back = (
+            moved_links(graph, self.position, agent, self.probes, here, way) if agent in members else None
+            for way in (False, True)
+        )
         for place in changed:
             link = links[..., place].transpose(1, 2)[..., None, None].expand(shape)
-            if moved is not None and members[place] == agent:
+            if back is not None and members[place] == agent:
                 link = link.clone()
-                link[:, :, :, now] = moved
+                link[:, :, :, now] = back
             value = torch.maximum(value, torch.minimum(link, body[:, place : place + 1]))
         if moved is not None:
             value[:, members.index(agent), :, now] = torch.minimum(moved, body[:, :, :, now]).amax(dim=1)

@@ -208,7 +208,8 @@ def communication(graph: Graph, positions: Array) -> frozenset[Edge]:
     Source:
         [clot] IV-B.1: global constraints are modelled by the initial communication graph.
     """
-    margin = all_links(graph, positions[:, None, :])[0]
+    there = all_links(graph, positions[:, None, :])[0]
+    margin = np.maximum(there, there.T)
     first, second, _ = (each[0] for each in spanning_tree(margin[None])) if graph.agents else ((), (), ())
     pairs = [*np.argwhere(margin > 0).tolist(), *zip(first, second, strict=True)]
     return frozenset(_edge(graph.agents[one], graph.agents[other]) for one, other in pairs)

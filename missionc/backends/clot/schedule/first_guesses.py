@@ -18,6 +18,7 @@ from missionc.backends.clot.schedule.schedule import Scheduler
 from missionc.backends.clot.schedule.visits import Schedule
 from missionc.base.trace import Array, Flags
 from missionc.ir import Anywhere, Exactly, Mission, Predicate, Region
+from missionc.ir.pair_ranges import all_ranges
 from missionc.kernel.nodes import Atom
 from missionc.world.signed_distance import signed_distance
 
@@ -357,7 +358,7 @@ class FirstGuesses:
                 spacing.append(float(np.linalg.norm(edge.target)))
             if graph is not None and graph.by_distance and not spacing:
                 ties[np.ix_(graph.agents, graph.agents)] = True
-                spacing.append(0.8 * graph.radius)
+                spacing.append(0.8 * min((reach for reach in all_ranges(graph) if reach > 0), default=graph.radius))
         return ties, min(spacing, default=0.0)
 
     def _packed(self, before: Array, places: dict[Region, list[int]], pitch: float = 1.0) -> Array:

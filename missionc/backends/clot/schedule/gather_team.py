@@ -20,6 +20,7 @@ import numpy as np
 
 from missionc.base.trace import Array
 from missionc.ir import Formation, Graph, Predicate
+from missionc.ir.pair_ranges import directed, range_of
 from missionc.language.margins.predicate_margins import link_margin
 from missionc.language.margins.spanning_trees import Indices, spanning_tree
 
@@ -73,14 +74,21 @@ def gather_team(shapes: Iterable[Predicate], position: Array) -> Array:
 
 
 def tree_of(graph: Graph, position: Array) -> Indices:
-    """The links of a graph's best spanning tree, (links, 2), agents.
+    """The links of a graph's best spanning tree, (links, 2), agents, from and to.
+
+    Of links that lead one way, those of the trees there and back.
 
     Args:
         position: of all the mission's agents, (agents, dim), metres.
     """
-    members = position[list(graph.agents)]
-    one, other, _ = spanning_tree(np.asarray(link_margin(graph, members[:, None], members[None]))[None])
-    tree: Indices = np.array(graph.agents)[np.stack([one[0], other[0]], axis=1)]
+    agents = np.array(graph.agents, dtype=np.int64)
+    members = position[agents]
+    links = np.asarray(link_margin(graph, agents[:, None], agents, members[:, None], members[None]))
+    one, other, _ = spanning_tree(links[None])
+    tree: Indices = agents[np.stack([one[0], other[0]], axis=1)]
+    if directed(graph):
+        one, other, _ = spanning_tree(links.T[None])
+        tree = np.unique(np.concatenate([tree, agents[np.stack([other[0], one[0]], axis=1)]]), axis=0)
     return tree
 
 
@@ -150,7 +158,7 @@ def _ties(shapes: Iterable[Predicate], position: Array) -> tuple[Indices, Indice
                 first.append(one)
                 second.append(other)
                 least.append(0.0)
-                most.append(max(graph.radius - NEAR, 0.0))
+                most.append(max(range_of(graph, one, other) - NEAR, 0.0))
                 offset.append(none)
     ends = np.array(first, dtype=np.int64), np.array(second, dtype=np.int64)
     return *ends, np.array(least), np.array(most), np.array(offset).reshape(-1, dim)

@@ -35,6 +35,7 @@ from missionc.backends.clot.schedule.tasks import Hold
 from missionc.backends.clot.schedule.visits import Appointment, Schedule, Visit
 from missionc.base.trace import Array, Flags
 from missionc.ir import Anywhere, Graph, Inside, Mission, Predicate
+from missionc.ir.pair_ranges import range_of
 from missionc.kernel.nodes import At, Atom
 from missionc.language.margins.spanning_trees import Indices
 
@@ -203,14 +204,16 @@ class _KeyFrames(FirstGuesses):
             relayed, bend = guess.copy(), False
             for graph, ends in links:
                 least = PITCHES[0] if round_corners else pitch
-                far = np.linalg.norm(np.diff(guess[ends], axis=1)[:, 0], axis=-1) > least * graph.radius
+                reach = np.array([range_of(graph, *pair) for pair in ends.tolist()])
+                far = np.linalg.norm(np.diff(guess[ends], axis=1)[:, 0], axis=-1) > least * reach
                 ways = [
                     self._way(graph.agents, *guess[pair]) if round_corners and too_far else guess[pair]
                     for pair, too_far in zip(ends, far, strict=True)
                 ]
                 bend = bend or any(len(way) > 2 for way in ways)
                 lacking = [
-                    too_far * int(length(way) / (pitch * graph.radius)) for way, too_far in zip(ways, far, strict=True)
+                    int(length(way) / (pitch * most)) if too_far and most > 0 else 0
+                    for way, too_far, most in zip(ways, far, reach, strict=True)
                 ]
                 free = [agent for agent in graph.agents if agent not in busy.union(ends[far].ravel().tolist())]
                 for way, count in zip(ways, lacking, strict=True):

@@ -179,8 +179,8 @@ class Formulas:
         agents, steps = agents[rows], steps[rows]
 
         def onward(rows: Indices) -> Literals:
-            def beside(_: int, *cells: Indices) -> Literals:
-                return self.places.onward(node, some, *cells)
+            def beside(agent: int, *cells: Indices) -> Literals:
+                return self.places.onward(node, agent, some, *cells)
 
             return self._by_place(beside, agents[rows], steps[rows])
 

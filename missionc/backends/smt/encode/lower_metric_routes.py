@@ -7,21 +7,27 @@ past the bound: with up to one link, nothing is lost.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Hashable
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 
 from missionc.backends.smt.encode.clauses import FALSE, NOTHING, TRUE, Literals
+from missionc.backends.smt.encode.kinds_of_links import kinds_of, links_from
 from missionc.backends.smt.encode.lower_on_demand import choose
 from missionc.backends.smt.encode.lower_routes import OfPlaces, Route
-from missionc.backends.smt.encode.occupancy import Occupancy, Tables
+from missionc.backends.smt.encode.occupancy import Agents, Occupancy, Tables
 from missionc.backends.smt.roadmap.roadmap import Indices
 from missionc.backends.smt.roadmap.roadmap_links import BLOCK
 from missionc.backends.smt.roadmap.unique_rows import distinct
 from missionc.base.trace import Array
 from missionc.ir import Graph
-from missionc.language.margins.predicate_margins import link_margin
+from missionc.language.margins.links import places_linked
 from missionc.world.signed_distance import distance_between
+
+Way: TypeAlias = tuple[Graph, Agents]
+"""Links of one range, and the agents that they lead to."""
 
 UNITS = 12
 """What a bound is divided into: a route of n links loses n - 1 units at most."""
@@ -65,37 +71,67 @@ class MetricRoutes:
         self._shape = (occupancy.motion.steps + 1, occupancy.motion.places)
         self._tables = Tables(*self._shape)
         self._every: dict[tuple[Route, float], Literals] = {}
-        self._lengths: dict[tuple[Graph, float], tuple[Indices, Indices, Array]] = {}
-        self._links: dict[tuple[Graph, float, bool], MeasuredLinks] = {}
+        self._lengths: dict[tuple[Hashable, float], tuple[Indices, Indices, Array]] = {}
+        self._links: dict[tuple[Hashable, float, bool], MeasuredLinks] = {}
 
-    def route_beside(self, route: Route, metres: float, some: bool, steps: Indices, places: Indices) -> Literals:
-        """A route of at most so many metres leads on from here to a linked agent; or all that do are as asked."""
+    def route_beside(
+        self, route: Route, senders: Agents, metres: float, some: bool, steps: Indices, places: Indices
+    ) -> Literals:
+        """A route of at most so many metres leads on from ``senders`` here to a linked agent; or all are as asked."""
         if some:
-            return self._onward(route, metres, UNITS, steps, places)
+            return self._onward(route, senders, metres, UNITS, steps, places)
         self._name_every(route, metres, steps)
-        sizes, owner, linked, units = self._measured(route.graph, metres, False).beside(places, UNITS)
-        return self.clauses.all_of_ragged(self._every[route, metres][steps[owner], UNITS - units, linked], sizes)
+
+        def beyond(way: Way) -> Literals:
+            links, receivers = way
+            sizes, owner, linked, units = self._measured(links, metres, False).beside(places, UNITS)
+            names = self._every[route, metres][self._number(route, receivers)]
+            return self.clauses.all_of_ragged(names[steps[owner], UNITS - units, linked], sizes)
+
+        return self._all_ways(route, senders, False, len(steps), beyond)
+
+    def _all_ways(
+        self, route: Route, senders: Agents, some: bool, count: int, ask: Callable[[Way], Literals]
+    ) -> Literals:
+        """What is asked of links to some kind of agents, or of those to every kind: (count,)."""
+        ways = links_from(route.graph, senders)
+        if len(ways) == 1:
+            return ask(ways[0])
+        columns = [np.full(count, FALSE if some else TRUE, dtype=np.int32), *map(ask, ways)]
+        return (self.clauses.any_of if some else self.clauses.all_of)(np.stack(columns, axis=1))
+
+    def _number(self, route: Route, agents: Agents) -> int:
+        return kinds_of(route.graph).index(agents)
 
     # ------------------------------------------------------------- some route
 
-    def _onward(self, route: Route, metres: float, left: int, steps: Indices, places: Indices) -> Literals:
+    def _onward(
+        self, route: Route, senders: Agents, metres: float, left: int, steps: Indices, places: Indices
+    ) -> Literals:
         def define(steps: Indices, places: Indices) -> Literals:
-            sizes, owner, linked, units = self._measured(route.graph, metres, True).beside(places, left)
-            literals = np.full(len(owner), FALSE, dtype=np.int32)
-            for unit in np.unique(units).tolist():
-                rows = np.flatnonzero(units == unit)
-                literals[rows] = self._start(route, metres, left - unit, steps[owner[rows]], linked[rows])
-            return self.clauses.any_of_ragged(literals, sizes)
+            def start(way: Way) -> Literals:
+                links, receivers = way
+                sizes, owner, linked, units = self._measured(links, metres, True).beside(places, left)
+                literals = np.full(len(owner), FALSE, dtype=np.int32)
+                for unit in np.unique(units).tolist():
+                    rows = np.flatnonzero(units == unit)
+                    there = steps[owner[rows]], linked[rows]
+                    literals[rows] = self._start(route, receivers, metres, left - unit, *there)
+                return self.clauses.any_of_ragged(literals, sizes)
 
-        return self._tables.look_up(("onward", route, metres, left), steps, places, define)
+            return self._all_ways(route, senders, True, len(steps), start)
 
-    def _start(self, route: Route, metres: float, left: int, steps: Indices, places: Indices) -> Literals:
-        """A route of at most so many units starts at an agent of the graph there."""
+        return self._tables.look_up(("onward", route, senders, metres, left), steps, places, define)
+
+    def _start(
+        self, route: Route, senders: Agents, metres: float, left: int, steps: Indices, places: Indices
+    ) -> Literals:
+        """A route of at most so many units starts at one of these agents there."""
 
         def define(steps: Indices, places: Indices) -> Literals:
             def start_at(node: object, rows: Indices) -> Literals:
                 asked = route.end if node == "end" else route.through
-                return self.of_places.among(asked, True, route.members, steps[rows], places[rows])
+                return self.of_places.among(asked, True, senders, steps[rows], places[rows])
 
             return choose(
                 self.clauses,
@@ -103,10 +139,10 @@ class MetricRoutes:
                 len(steps),
                 lambda rows: start_at("end", rows),
                 lambda rows: start_at("through", rows),
-                lambda rows: self._onward(route, metres, left, steps[rows], places[rows]),
+                lambda rows: self._onward(route, senders, metres, left, steps[rows], places[rows]),
             )
 
-        return self._tables.look_up(("start", route, metres, left), steps, places, define)
+        return self._tables.look_up(("start", route, senders, metres, left), steps, places, define)
 
     # ------------------------------------------------------------ every route
 
@@ -114,36 +150,46 @@ class MetricRoutes:
         """Names, for each length that is left, the places from which all such routes are as asked.
 
         They are a set that no link within its length leads out of. A link may be of no units, so all places of a step
-        are named together.
+        are named together, for agents of every kind.
         """
-        shape = (self._shape[0], UNITS + 1, self._shape[1])
+        alike = kinds_of(route.graph)
+        shape = (len(alike), self._shape[0], UNITS + 1, self._shape[1])
         table = self._every.setdefault((route, metres), np.full(shape, NOTHING, dtype=np.int32))
-        moments = np.unique(steps[table[steps, 0, 0] == NOTHING])
+        moments = np.unique(steps[table[0, steps, 0, 0] == NOTHING])
         if not moments.size:
             return
-        step, place = np.repeat(moments, shape[2]), np.tile(np.arange(shape[2]), len(moments))
-        possible = self.occupancy.presence(route.members, step, place) != FALSE
-        table[moments] = TRUE
-        step, place = step[possible], place[possible]
-        ends = self.of_places.among(route.end, False, route.members, step, place)
-        through = self.of_places.among(route.through, False, route.members, step, place)
-        links = self._measured(route.graph, metres, False)
-        _, owner, linked, units = links.beside(place, UNITS)
-        self.clauses.reserve((UNITS + 1) * (len(place) + len(owner)) // 2)
+        step, place = np.repeat(moments, shape[3]), np.tile(np.arange(shape[3]), len(moments))
+        table[:, moments] = TRUE
+        possible = [self.occupancy.presence(kind, step, place) != FALSE for kind in alike]
+        for here, there in zip(table, possible, strict=True):
+            for left in range(UNITS + 1):
+                here[step[there], left, place[there]] = self.clauses.fresh(int(there.sum()))
+        for kind, there in zip(alike, possible, strict=True):
+            self._say_every(route, metres, kind, step[there], place[there])
+
+    def _say_every(self, route: Route, metres: float, senders: Agents, step: Indices, place: Indices) -> None:
+        """What the names of these agents at these cells stand for."""
+        table = self._every[route, metres]
+        own = table[self._number(route, senders)]
+        ends = self.of_places.among(route.end, False, senders, step, place)
+        through = self.of_places.among(route.through, False, senders, step, place)
         for left in range(UNITS + 1):
-            table[step, left, place] = self.clauses.fresh(len(step))
-        for left in range(UNITS + 1):
-            names = table[step, left, place]
-            self.clauses.add(-names, ends)
-            near = np.flatnonzero(units <= left)
-            beyond = table[step[owner[near]], left - units[near], linked[near]]
-            self.clauses.add(-names[owner[near]], through[owner[near]], beyond)
+            self.clauses.add(-own[step, left, place], ends)
+        for links, receivers in links_from(route.graph, senders):
+            there = table[self._number(route, receivers)]
+            _, owner, linked, units = self._measured(links, metres, False).beside(place, UNITS)
+            self.clauses.reserve((UNITS + 1) * (len(place) + len(owner)) // 2)
+            for left in range(UNITS + 1):
+                names = own[step, left, place]
+                near = np.flatnonzero(units <= left)
+                beyond = there[step[owner[near]], left - units[near], linked[near]]
+                self.clauses.add(-names[owner[near]], through[owner[near]], beyond)
 
     # ---------------------------------------------------------------- lengths
 
     def _measured(self, graph: Graph, metres: float, up: bool) -> MeasuredLinks:
         """The links of at most so many metres, their lengths rounded up or down."""
-        key = graph, metres, up
+        key = graph.rule, metres, up
         if key not in self._links:
             first, linked, length = self._within(graph, metres)
             share = length / metres * UNITS if metres > 0 else length
@@ -157,7 +203,7 @@ class MetricRoutes:
 
     def _within(self, graph: Graph, metres: float) -> tuple[Indices, Indices, Array]:
         """Where the links of each place begin, (places + 1,), what each leads to, and its length: (links,) twice."""
-        key = graph, metres
+        key = graph.rule, metres
         if key not in self._lengths:
             position = self.occupancy.motion.position
             _, point = distinct(position)
@@ -167,7 +213,7 @@ class MetricRoutes:
                 rows = np.arange(start, min(start + block, len(position)))
                 here, there = position[rows, None, :], position[None, :, :]
                 length = np.asarray(distance_between(np, here, there))
-                near = np.asarray(link_margin(graph, here, there) > 0) & (length <= metres * (1 + ROUNDING))
+                near = places_linked(graph, here, there) & (length <= metres * (1 + ROUNDING))
                 near &= point[rows, None] != point[None, :]
                 row, column = np.nonzero(near)
                 sizes.append(np.bincount(row, minlength=len(rows)))

@@ -21,12 +21,14 @@ from typing import Protocol
 import numpy as np
 
 from missionc.backends.smt.encode.clauses import FALSE, TRUE, Literals
+from missionc.backends.smt.encode.kinds_of_links import kind_of, kinds_of
 from missionc.backends.smt.encode.lower_metric_routes import MetricRoutes
 from missionc.backends.smt.encode.lower_on_demand import Ask, at_least, choose, join
 from missionc.backends.smt.encode.lower_routes import Route, Routes
 from missionc.backends.smt.encode.occupancy import Agents, Occupancy, Tables
 from missionc.backends.smt.roadmap.labels import Labels
 from missionc.backends.smt.roadmap.roadmap import Indices
+from missionc.ir import Graph
 from missionc.kernel.nodes import All, Any, AtLeast, Atom, Is, NeighbourNode, Node, Not, ReachNode, RouteNode
 from missionc.kernel.walk import children
 
@@ -93,14 +95,21 @@ class Places:
                 return both(present(agents), at_least(self.clauses, count, [ask(part, some, agents) for part in parts]))
             case NeighbourNode() | ReachNode() | RouteNode() if node.every is some:
                 return both(present(agents), ask(node, not some, agents))
+            case NeighbourNode(graph) | ReachNode(graph) | RouteNode(graph) if (
+                len(apart := _by_kind(graph, agents)) > 1
+            ):
+                return join(self.clauses, not some, len(steps), [ask(node, some, kind) for kind in apart])
             case NeighbourNode(graph, body):
+                linked = agents.intersection(graph.agents)
                 return both(
-                    present(agents.intersection(graph.agents)),
-                    lambda rows: self.routes.agent_beside(graph, body, some, steps[rows], places[rows]),
+                    present(linked),
+                    lambda rows: self._agent_beside(graph, min(linked), body, some, steps[rows], places[rows]),
                 )
             case ReachNode() | RouteNode():
-                start = ask(node.through, some, agents.intersection(node.graph.agents))
-                return self._reach(node, some, ask(node.end, some, agents), start, steps, places)
+                linked = agents.intersection(node.graph.agents)
+                start = ask(node.through, some, linked)
+                here = ask(node.end, some, agents)
+                return self._reach(node, min(linked, default=None), some, here, start, steps, places)
             case _ if self.of_agents.of_team(node):
                 return both(present(agents), self._of_team(node, steps))
             case _:
@@ -173,11 +182,11 @@ class Places:
             case NeighbourNode(graph, body):
                 if agent not in graph.agents:
                     return constant(node.every)
-                return self.routes.agent_beside(graph, body, not node.every, steps, places)
+                return self._agent_beside(graph, agent, body, not node.every, steps, places)
             case ReachNode() | RouteNode():
                 if agent not in node.graph.agents:
                     return self.standing(node.end, agent, steps, places)
-                return self._reach(node, not node.every, ask(node.end), ask(node.through), steps, places)
+                return self._reach(node, agent, not node.every, ask(node.end), ask(node.through), steps, places)
             case _:
                 return self._of_team(node, steps)(np.arange(len(steps)))
 
@@ -188,7 +197,7 @@ class Places:
                 case Is(members):
                     own: tuple[Agents, ...] = (members,)
                 case NeighbourNode(graph) | ReachNode(graph) | RouteNode(graph):
-                    own = (frozenset(graph.agents),)
+                    own = kinds_of(graph)
                 case _:
                     own = ()
             # What is asked of linked agents is the same whoever asks.
@@ -198,27 +207,42 @@ class Places:
 
     # ---------------------------------------------------------------- asks
 
-    def onward(self, node: ReachNode | RouteNode, some: bool, steps: Indices, places: Indices) -> Literals:
-        """Some route goes on from here to a linked agent; or all that do are as asked."""
-        route = Route(node.graph, node.through, node.end)
+    def onward(self, node: ReachNode | RouteNode, agent: int, some: bool, steps: Indices, places: Indices) -> Literals:
+        """Some route goes on from that agent, here, to a linked one; or all that do are as asked."""
+        route, senders = Route(node.graph, node.through, node.end), kind_of(node.graph, agent)
         if isinstance(node, RouteNode):
             assert node.low <= 0, "`metric_bounds` leaves none"
-            return self.metric_routes.route_beside(route, node.high, some, steps, places)
+            return self.metric_routes.route_beside(route, senders, node.high, some, steps, places)
         links = min(node.hops, len(node.graph.agents) - 1) - 1
-        return self.routes.route_beside(route, links, some, steps, places)
+        return self.routes.route_beside(route, senders, links, some, steps, places)
+
+    def _agent_beside(
+        self, graph: Graph, agent: int, body: Node, some: bool, steps: Indices, places: Indices
+    ) -> Literals:
+        return self.routes.agent_beside(graph, kind_of(graph, agent), body, some, steps, places)
 
     def _of_team(self, node: Node, steps: Indices) -> Ask:
         return lambda rows: self.of_agents.holds(node, np.zeros_like(rows), steps[rows])
 
     def _reach(
-        self, node: ReachNode | RouteNode, some: bool, here: Ask, start: Ask, steps: Indices, places: Indices
+        self,
+        node: ReachNode | RouteNode,
+        agent: int | None,
+        some: bool,
+        here: Ask,
+        start: Ask,
+        steps: Indices,
+        places: Indices,
     ) -> Literals:
-        """Routes from who is there, of whom ``here`` asks for their end and ``start`` for what leads onward."""
-        if not leads_on(node):
+        """Routes from who is there, of whom ``here`` asks for their end and ``start`` for what leads onward.
+
+        Those of the graph who may be there are of the kind of ``agent``; there are none without one.
+        """
+        if agent is None or not leads_on(node):
             return here(np.arange(len(steps)))
 
         def onward(rows: Indices) -> Literals:
-            return self.onward(node, some, steps[rows], places[rows])
+            return self.onward(node, agent, some, steps[rows], places[rows])
 
         return choose(self.clauses, some, len(steps), here, start, onward)
 
@@ -226,6 +250,12 @@ class Places:
 def leads_on(node: ReachNode | RouteNode) -> bool:
     """Whether a route of it may have a link."""
     return len(node.graph.agents) > 1 and (isinstance(node, RouteNode) or node.hops > 0)
+
+
+def _by_kind(graph: Graph, agents: Agents) -> list[Agents]:
+    """The agents in parts, by the kinds of those that are on the graph."""
+    parts = [agents.intersection(kind) for kind in kinds_of(graph)]
+    return [part for part in (*parts, agents.difference(graph.agents)) if part] if len(parts) > 1 else [agents]
 
 
 def _narrowed(node: All | Any, parts: tuple[Node, ...], agents: Agents) -> tuple[Agents, list[Node]]:

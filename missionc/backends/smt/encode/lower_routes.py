@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable
+from collections.abc import Callable, Hashable
 from dataclasses import dataclass
+from functools import partial
 from typing import Protocol
 
 import numpy as np
 
 from missionc.backends.smt.encode.clauses import NOTHING, TRUE, Literals
-from missionc.backends.smt.encode.lower_on_demand import choose
+from missionc.backends.smt.encode.kinds_of_links import kinds_of, links_from
+from missionc.backends.smt.encode.lower_on_demand import choose, join
 from missionc.backends.smt.encode.occupancy import Agents, Define, Occupancy, Tables
 from missionc.backends.smt.roadmap.roadmap import Indices
 from missionc.ir import Graph
 from missionc.kernel.nodes import Node
+
+Ahead = Callable[[Agents, Indices, Indices], Literals]
+"""What is asked of agents of a kind at cells."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,42 +55,45 @@ class Routes:
         self.most_links, self.shortened = most_links, False
         motion = occupancy.motion
         self._tables = Tables(motion.steps + 1, motion.places)
-        self._groups: dict[Graph, Tables] = {}
+        self._groups: dict[Hashable, Tables] = {}
         self._isolated: dict[Route, Literals] = {}
 
-    def agent_beside(self, graph: Graph, body: Node, some: bool, steps: Indices, places: Indices) -> Literals:
-        """At some linked place is an agent of the graph of whom the formula holds; or it holds of every one there."""
-        members = frozenset(graph.agents)
+    def agent_beside(
+        self, graph: Graph, senders: Agents, body: Node, some: bool, steps: Indices, places: Indices
+    ) -> Literals:
+        """At some place linked to ``senders`` here is an agent of whom the formula holds; or it holds of all there."""
 
-        def ask(*cells: Indices) -> Literals:
-            return self.of_places.among(body, some, members, *cells)
+        def ask(receivers: Agents, *cells: Indices) -> Literals:
+            return self.of_places.among(body, some, receivers, *cells)
 
-        return self._over_links((body, some), graph, some, ask, steps, places)
+        return self._over_links((body, some), graph, senders, some, ask, steps, places)
 
-    def route_beside(self, route: Route, links: int, some: bool, steps: Indices, places: Indices) -> Literals:
-        """A route of at most so many links starts at some linked place; or all that start there are as asked."""
+    def route_beside(
+        self, route: Route, senders: Agents, links: int, some: bool, steps: Indices, places: Indices
+    ) -> Literals:
+        """A route of at most so many links starts at some place linked to ``senders`` here; or all are as asked."""
+
+        def cut_off(receivers: Agents, *cells: Indices) -> Literals:
+            return self._cut_off(route, receivers, *cells)
+
+        def start(receivers: Agents, *cells: Indices) -> Literals:
+            return self._route(route, receivers, links, some, *cells)
+
         if not some and links >= len(route.members) - 2:
-            return self._over_links(
-                (route, "cut off"), route.graph, some, lambda *cells: self._cut_off(route, *cells), steps, places
-            )
+            return self._over_links((route, "cut off"), route.graph, senders, some, cut_off, steps, places)
         if some:
             self.shortened |= links > self.most_links
             links = min(links, self.most_links)
-        return self._over_links(
-            (route, links, some),
-            route.graph,
-            some,
-            lambda *cells: self._route(route, links, some, *cells),
-            steps,
-            places,
-        )
+        return self._over_links((route, links, some), route.graph, senders, some, start, steps, places)
 
-    def _route(self, route: Route, links: int, some: bool, steps: Indices, places: Indices) -> Literals:
-        """A route of at most so many links starts at an agent of the graph there; or all that do are as asked."""
+    def _route(
+        self, route: Route, senders: Agents, links: int, some: bool, steps: Indices, places: Indices
+    ) -> Literals:
+        """A route of at most so many links starts at one of these agents there; or all that do are as asked."""
 
         def define(steps: Indices, places: Indices) -> Literals:
             def start_at(node: Node, rows: Indices) -> Literals:
-                return self.of_places.among(node, some, route.members, steps[rows], places[rows])
+                return self.of_places.among(node, some, senders, steps[rows], places[rows])
 
             if links == 0:
                 return start_at(route.end, np.arange(len(steps)))
@@ -95,41 +103,67 @@ class Routes:
                 len(steps),
                 lambda rows: start_at(route.end, rows),
                 lambda rows: start_at(route.through, rows),
-                lambda rows: self.route_beside(route, links - 1, some, steps[rows], places[rows]),
+                lambda rows: self.route_beside(route, senders, links - 1, some, steps[rows], places[rows]),
             )
 
-        return self._tables.look_up(("route", route, links, some), steps, places, define)
+        return self._tables.look_up(("route", route, senders, links, some), steps, places, define)
 
-    def _cut_off(self, route: Route, steps: Indices, places: Indices) -> Literals:
-        """All routes that start at an agent of the graph there are as asked, of whatever length.
+    def _cut_off(self, route: Route, senders: Agents, steps: Indices, places: Indices) -> Literals:
+        """All routes that start at one of these agents there are as asked, of whatever length.
 
         Such places are a set that no step of a route leaves unasked: to
         say so takes no layers. Each place is about those beside it, so all of a
-        step are named together.
+        step are named together, for agents of every kind.
         """
-        shape = (self.occupancy.motion.steps + 1, self.occupancy.motion.places)
+        alike = kinds_of(route.graph)
+        shape = (len(alike), self.occupancy.motion.steps + 1, self.occupancy.motion.places)
         table = self._isolated.setdefault(route, np.full(shape, NOTHING, dtype=np.int32))
-        moments = np.unique(steps[table[steps, places] == NOTHING])
+        number = alike.index(senders)
+        moments = np.unique(steps[table[number, steps, places] == NOTHING])
         if moments.size:
-            step, place = np.repeat(moments, shape[1]), np.tile(np.arange(shape[1]), len(moments))
-            possible = self.occupancy.presence(route.members, step, place) != -TRUE
-            table[moments] = TRUE
-            step, place = step[possible], place[possible]
-            table[step, place] = names = self.clauses.fresh(len(step))
-            self.clauses.add(-names, self.of_places.among(route.end, False, route.members, step, place))
-            through = self.of_places.among(route.through, False, route.members, step, place)
-            _, owner, linked = self.occupancy.motion.linked(route.graph).beside(place)
-            beyond = self._each(
-                (route, "cut off"), route.graph, False, lambda *cells: table[cells], step[owner], linked
-            )
+            step, place = np.repeat(moments, shape[2]), np.tile(np.arange(shape[2]), len(moments))
+            table[:, moments] = TRUE
+            possible = [self.occupancy.presence(kind, step, place) != -TRUE for kind in alike]
+            for here, there in zip(table, possible, strict=True):
+                here[step[there], place[there]] = self.clauses.fresh(int(there.sum()))
+            for here, there, kind in zip(table, possible, alike, strict=True):
+                self._say_cut_off(route, kind, here, step[there], place[there])
+        return _looked_up(table[number], steps, places)
+
+    def _say_cut_off(self, route: Route, senders: Agents, table: Literals, step: Indices, place: Indices) -> None:
+        """What the names, (steps + 1, places), of these agents at these cells stand for."""
+        names = table[step, place]
+        self.clauses.add(-names, self.of_places.among(route.end, False, senders, step, place))
+        through = self.of_places.among(route.through, False, senders, step, place)
+        alike = kinds_of(route.graph)
+        for links, receivers in links_from(route.graph, senders):
+            beyond_table = self._isolated[route][alike.index(receivers)]
+            _, owner, linked = self.occupancy.motion.linked(links).beside(place)
+            what = (route, "cut off"), receivers
+            beyond = self._each(what, links, False, partial(_looked_up, beyond_table), step[owner], linked)
             self.clauses.add(-names[owner], through[owner], beyond)
-        return table[steps, places]
 
     def _over_links(
+        self, what: Hashable, graph: Graph, senders: Agents, some: bool, ask: Ahead, steps: Indices, places: Indices
+    ) -> Literals:
+        """What is asked holds at some place linked to these agents here; or, not ``some``, at every one."""
+
+        def onward(links: Graph, receivers: Agents, steps: Indices, places: Indices) -> Literals:
+            return self._over_links_to((what, receivers), links, some, partial(ask, receivers), steps, places)
+
+        ways = links_from(graph, senders)
+        if len(ways) == 1:
+            return onward(*ways[0], steps, places)
+
+        def of_way(way: tuple[Graph, Agents], rows: Indices) -> Literals:
+            return onward(*way, steps[rows], places[rows])
+
+        return join(self.clauses, not some, len(steps), [partial(of_way, way) for way in ways])
+
+    def _over_links_to(
         self, what: Hashable, graph: Graph, some: bool, ask: Define, steps: Indices, places: Indices
     ) -> Literals:
-        """What is asked holds at some linked place; or, not ``some``, at every one."""
-
+        """What is asked of agents of one kind holds at some linked place; or, not ``some``, at every one."""
         links = self.occupancy.motion.linked(graph)
 
         def define(steps: Indices, places: Indices) -> Literals:
@@ -137,7 +171,7 @@ class Routes:
             literals = self._each(what, graph, some, ask, steps[owner], linked)
             return (self.clauses.any_of_ragged if some else self.clauses.all_of_ragged)(literals, sizes)
 
-        return self._tables.look_up(("links", graph, what), steps, links.same[places], define)
+        return self._tables.look_up(("links", graph.rule, what), steps, links.same[places], define)
 
     def _each(self, what: Hashable, graph: Graph, some: bool, ask: Define, steps: Indices, linked: Indices) -> Literals:
         """What is asked of each of these places; of a group, that it holds at some place of it, or at every one."""
@@ -155,8 +189,13 @@ class Routes:
         alone = linked < places
         result[alone] = ask(steps[alone], linked[alone])
         if not alone.all():
-            if graph not in self._groups:
-                self._groups[graph] = Tables(self.occupancy.motion.steps + 1, len(groups))
-            tables = self._groups[graph]
+            if graph.rule not in self._groups:
+                self._groups[graph.rule] = Tables(self.occupancy.motion.steps + 1, len(groups))
+            tables = self._groups[graph.rule]
             result[~alone] = tables.look_up(what, steps[~alone], linked[~alone] - places, define)
         return result
+
+
+def _looked_up(table: Literals, steps: Indices, places: Indices) -> Literals:
+    literals: Literals = table[steps, places]
+    return literals

@@ -15,6 +15,7 @@ from dataclasses import replace
 
 from missionc.base.units import Metres
 from missionc.ir import Graph, Proximity
+from missionc.ir.pair_ranges import with_ranges
 from missionc.kernel.analysis import reads_lengths
 from missionc.kernel.nodes import (
     All,
@@ -155,8 +156,11 @@ def _weaker(node: Node, parts: tuple[Node, ...]) -> Node:
 def _some_way(node: Route) -> Node:
     """A route of so many metres has links to its end, none longer than itself, and that end is no farther away."""
     graph, through, end, metres = node.graph, node.through, node.end, node.high
-    near = Proximity("near", Metres(math.nextafter(metres, math.inf)), graph.agents, graph.span)
-    links = near if isinstance(graph, Proximity) and near.radius < graph.radius else graph
+    just = Metres(math.nextafter(metres, math.inf))
+    near = Proximity("near", just, graph.agents, graph.span)
+    shorter = tuple(replace(each, radius=min(each.radius, just)) for each in graph.ranges)
+    capped = with_ranges(graph, min(graph.radius, just), shorter)
+    links = capped if isinstance(graph, Proximity) and capped.rule != graph.rule else graph
     route = _of_hops(node, links, through, end)
     if math.isinf(metres):
         return route

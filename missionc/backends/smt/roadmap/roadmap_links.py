@@ -20,7 +20,7 @@ from missionc.backends.smt.roadmap.roadmap import Indices
 from missionc.backends.smt.roadmap.unique_rows import distinct
 from missionc.base.trace import Array, Flags
 from missionc.ir import Graph
-from missionc.language.margins.links import are_linked
+from missionc.language.margins.links import places_linked
 
 BLOCK = 1 << 20
 """How many pairs of places are looked at at once."""
@@ -86,7 +86,7 @@ def links_between(graph: Graph, position: Array) -> Links:
 def _linked_to_each(graph: Graph, points: Array, position: Array) -> float:
     """How many places, (places, dim), metres, are linked to one of the points, (points, dim), in the mean of some."""
     some = points[:: max(1, len(points) // SAMPLED)]
-    linked = are_linked(graph, some[:, None, :], position[None, :, :])
+    linked = places_linked(graph, some[:, None, :], position[None, :, :])
     return float(linked.sum() / max(1, len(some)))
 
 
@@ -118,7 +118,7 @@ class Places:
         block = max(1, BLOCK // max(1, places))
         for start in range(0, len(by_place), block):
             rows = by_place[start : start + block]
-            near = are_linked(self.graph, self.points[rows, None, :], self.points[None, :, :])
+            near = places_linked(self.graph, self.points[rows, None, :], self.points[None, :, :])
             near[np.arange(len(rows)), rows] = False
             whole: Flags = np.zeros((len(rows), _padded(places, levels)), dtype=np.bool_)
             whole[:, :places] = near[:, column_of]

@@ -19,6 +19,7 @@ from missionc.backends.smt.roadmap.roadmap import Indices
 from missionc.backends.smt.roadmap.unique_rows import distinct
 from missionc.backends.smt.shorten.held_goals import Goals
 from missionc.base.trace import Flags, Trace
+from missionc.ir.pair_ranges import directed
 from missionc.kernel.nodes import All, Any, At, AtLeast, Node, UntilNode, WindowNode
 from missionc.language.margins.links import are_linked
 from missionc.monitoring.monitor import truths
@@ -154,7 +155,9 @@ class Slack:
             return states, np.arange(states.size)
         columns = [self.labels.states(predicate, number)[states, None] for predicate in atoms]
         here, others = self.motion.roadmap(self.agent).position[states, None], self.trace.position[None, :, step]
-        columns += [are_linked(graph, here, others) for graph in graphs]
+        everyone = np.arange(len(self.trace.position))
+        columns += [are_linked(graph, self.agent, everyone, here, others) for graph in graphs]
+        columns += [are_linked(graph, everyone, self.agent, others, here) for graph in graphs if directed(graph)]
         rows = np.packbits(np.concatenate([np.zeros((states.size, 1), np.bool_), *columns], axis=1), axis=1)
         first, kind = distinct(rows)
         return states[first], kind

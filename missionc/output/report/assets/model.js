@@ -64,7 +64,7 @@ function readModel(data) {
     dash,
     stepAt,
     within: (time) => Math.min(horizon, Math.max(0, time)),
-    graphs: data.graphs.map((graph) => ({ name: graph.name, runs: readRuns(graph.runs) })),
+    graphs: data.graphs.map((graph) => ({ name: graph.name, directed: graph.directed, runs: readRuns(graph.runs) })),
     formations: data.formations.map((formation) => ({ ...formation, margins: metres(formation.margins) })),
     charts: data.charts.map((chart) => ({ ...chart, series: chart.series.map((each) => ({ ...each, values: metres(each.values) })) })),
     grownAt: (obstacle, time) => obstacle.growth * time,

@@ -181,7 +181,23 @@ function star(context, x, y, size, palette) {
   context.stroke();
 }
 
-// Links as they are, thicker at the step they appear, dashed at the step they break; the lit route and formation above.
+// Beyond the middle of a link that leads one way, towards its end.
+function arrowhead(context, [x0, y0], [x1, y1], colour) {
+  const long = Math.hypot(x1 - x0, y1 - y0);
+  if (long < 16) return;
+  const [along, across] = [(x1 - x0) / long, (y1 - y0) / long];
+  const [x, y] = [x0 + 0.6 * (x1 - x0), y0 + 0.6 * (y1 - y0)];
+  context.beginPath();
+  context.moveTo(x + 6 * along, y + 6 * across);
+  context.lineTo(x - 6 * along - 5 * across, y - 6 * across + 5 * along);
+  context.lineTo(x - 6 * along + 5 * across, y - 6 * across - 5 * along);
+  context.closePath();
+  context.fillStyle = colour;
+  context.fill();
+}
+
+// Links as they are, thicker at the step they appear, dashed at the step they break, with an arrowhead where they lead
+// one way; the lit route and formation above.
 function paintLinks(context, points, happening, palette) {
   const between = (first, second) => line(context, ...points[first], ...points[second]);
   for (const link of happening.links) {
@@ -190,6 +206,7 @@ function paintLinks(context, points, happening, palette) {
     context.lineWidth = link.kind === "new" ? 2.6 : 1.2;
     context.setLineDash(link.kind === "gone" ? [2, 5] : []);
     between(link.first, link.second);
+    if (link.oneWay && link.kind !== "gone") arrowhead(context, points[link.first], points[link.second], palette.link);
   }
   context.setLineDash([]);
   context.globalAlpha = 1;

@@ -72,6 +72,10 @@ function happenings(model, state) {
     if (begin <= step && step < end) links.push({ first, second, kind: begin === step && step > 0 ? "new" : "there" });
     else if (end === step) links.push({ first, second, kind: "gone" });
   }
+  if (graph && graph.directed) {
+    const there = new Set(links.filter((link) => link.kind !== "gone").map((link) => `${link.first} ${link.second}`));
+    for (const link of links) link.oneWay = !there.has(`${link.second} ${link.first}`);
+  }
   const route = row ? row.links.filter(([, , begin, end]) => begin <= step && step < end) : [];
   const lit = (agent) => (row && row.lit ? row.lit[agent * model.states + step] : 0);
   const edges = [];

@@ -1,0 +1,108 @@
+"""Routes bounded in a weight of links, in kernel form: one link at a time, by what is left of the bound.
+
+Every link weighs at least 1, so that the bound runs out. What is left is told apart, and the agents by what their
+links weigh, not by their names; where there is a lower bound, also the agents left behind.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+
+from missionc.base.source import Span
+from missionc.ir import Graph, Length, Weight
+from missionc.ir.pair_ranges import kinds_of_weight, weigh
+from missionc.kernel.nodes import All, Any, Is, Neighbour, Node, Not
+
+
+def nodes_at_most(length: Length, most: int) -> int:
+    """How many kernel nodes the routes that weigh up to ``most`` come to, about."""
+    assert length.weight is not None
+    alike = len(kinds_of_weight(length.graph, length.weight))
+    return (most + 1) * (4 + alike * (3 + 2 * alike))
+
+
+def within(length: Length, through: Node, end: Node, most: int) -> Node:
+    """A route over ``through`` agents to an ``end`` that weighs at most so much in all."""
+    graph, weight, span = length.graph, length.weight, length.span
+    assert weight is not None
+    ways = _ways(graph, weight)
+    left = {most}
+    for _ in range(len(graph.agents)):
+        more = {rest - each for rest in left for each in {w for _, _, w in ways} if rest >= each} - left
+        if not more:
+            break
+        left |= more
+    made: dict[int, Node] = {}
+    for rest in sorted(left):
+        onward = _onward(graph, ways, made, rest, span)
+        made[rest] = Any((end, All((through, onward), span)), span) if onward.parts else end
+    return made[most]
+
+
+def at_least(length: Length, through: Node, end: Node, low: int, high: int) -> Node:
+    """Likewise a route that weighs at least ``low``, above 0, in all: it visits no agent twice.
+
+    Up to where it weighs so much the agents left behind are told apart; the rest is over the others, and a walk
+    among them leaves out its loops and is a route.
+    """
+    graph, weight, span = length.graph, length.weight, length.span
+    assert weight is not None
+    here = {agent: Is(frozenset((agent,)), span) for agent in graph.agents}
+
+    @cache
+    def rest(behind: frozenset[int], most: int) -> Node:
+        outside = Not(Is(behind, span), span)
+        return within(length, All((through, outside), span), All((end, outside), span), most)
+
+    @cache
+    def leaving(behind: frozenset[int], spent: int) -> Node:
+        """From an agent that is not among those behind."""
+        return Any(tuple(from_(agent, behind, spent) for agent in graph.agents if agent not in behind), span)
+
+    @cache
+    def from_(agent: int, behind: frozenset[int], spent: int) -> Node:
+        left = behind | {agent}
+        ends = tuple(arriving(agent, other, left, spent) for other in graph.agents if other not in left)
+        return All((here[agent], through, Neighbour(graph, Any(ends, span), span)), span)
+
+    def arriving(agent: int, other: int, left: frozenset[int], spent: int) -> Node:
+        total = spent + weigh(weight, agent, other)
+        if total > high:
+            return Any((), span)
+        onward = rest(left, high - total) if total >= low else from_(other, left, total)
+        return All((here[other], onward), span)
+
+    return leaving(frozenset(), 0)
+
+
+def _ways(graph: Graph, weight: Weight) -> tuple[tuple[tuple[int, ...], tuple[int, ...], int], ...]:
+    """From agents of a kind to those of another, and what their links weigh."""
+    alike = kinds_of_weight(graph, weight)
+    return tuple(
+        (senders, receivers, weigh(weight, senders[0], receivers[-1]))
+        for senders in alike
+        for receivers in alike
+        if senders is not receivers or len(senders) > 1
+    )
+
+
+def _onward(
+    graph: Graph,
+    ways: tuple[tuple[tuple[int, ...], tuple[int, ...], int], ...],
+    made: dict[int, Node],
+    rest: int,
+    span: Span,
+) -> Any:
+    """From whoever this is, a link that weighs no more than the rest, to where what is left of it is enough."""
+    starts: dict[tuple[int, ...], list[Node]] = {}
+    for senders, receivers, each in ways:
+        if each <= rest and rest - each in made:
+            ends = All((Is(frozenset(receivers), span), made[rest - each]), span)
+            starts.setdefault(senders, []).append(ends)
+    return Any(
+        tuple(
+            All((Is(frozenset(senders), span), Neighbour(graph, Any(tuple(ends), span), span)), span)
+            for senders, ends in starts.items()
+        ),
+        span,
+    )
