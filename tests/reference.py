@@ -56,6 +56,8 @@ def ahead(formula: ir.Formula) -> int:
                 before, last = map(ahead, formula.operands)
                 return max(high + last, high - 1 + before if high > 0 else 0)
             return further + high
+        if isinstance(formula.bounds, ir.Period):
+            return further + formula.bounds.steps
         return further + (formula.operator.name == "next")
     if isinstance(formula, ir.AtLeastOf | ir.OfAgent | ir.Without):
         return ahead(formula.body)
@@ -372,6 +374,16 @@ def eventually(m: Meaning, formula: ir.Apply, body: ir.Formula) -> At:
     return lambda agent, step: m.any(m.of(body, agent, later) for later in m.window(formula, step))
 
 
+def every(m: Meaning, formula: ir.Apply, body: ir.Formula) -> At:
+    """In each stretch of the period from now on that the mission does not end before."""
+    assert isinstance(formula.bounds, ir.Period)
+    period = formula.bounds.steps
+    return lambda agent, step: m.all(
+        m.any(m.of(body, agent, when) for when in range(begin, begin + period + 1))
+        for begin in range(step, m.run.last - period + 1)
+    )
+
+
 def until(m: Meaning, formula: ir.Apply, hold: ir.Formula, end: ir.Formula) -> At:
     return lambda agent, step: m.any(
         min(m.of(end, agent, later), m.all(m.of(hold, agent, before) for before in range(step, later)))
@@ -535,6 +547,7 @@ MEANINGS: dict[str, Callable[..., At]] = {
     "once": once,
     "historically": historically,
     "since": since,
+    "every": every,
     "next": next_,
     "arrives": arrives,
     "leaves": leaves,

@@ -117,8 +117,10 @@ def _kinds(place: Spot) -> tuple[Kind, ...]:
         return (Kind.GRAPH,)
     if before.word == "in":
         return (Kind.REGION,)
-    if before.word in ("of", "over", "every", "some") or counted or listed:
+    if before.word in ("of", "over", "some") or counted or listed:
         return AGENTS
+    if before.word == "every":
+        return (*AGENTS, Kind.PARAM)
     if "box" in expected:
         return (Kind.REGION,)
     if "PREFIX" in expected:

@@ -38,6 +38,8 @@ def _measured(place: Spot) -> tuple[Dimension, ...] | None:
         return Dimension.TIME, Dimension.LENGTH
     if place.bracket == "[" and opener is not None and opener.kind.startswith("TIME"):
         return Dimension.TIME, Dimension.STEPS
+    if len(place.taken) > 1 and place.taken[-2].word == "every":
+        return Dimension.TIME, Dimension.STEPS
     for token in reversed(place.taken):
         if token.kind in BETWEEN:
             continue

@@ -45,18 +45,22 @@ def _operand(formula: ir.Formula, lets: dict[int, str], mission: ir.Mission) -> 
 
 def _apply(formula: ir.Apply, operands: list[str]) -> str:
     word = f"{formula.operator.name}{_bounds(formula.bounds)}"
+    if isinstance(formula.bounds, ir.Period):
+        return f"{word}: {operands[0]}"
     if formula.operator.arity == 2:
         return f" {word} ".join(operands)
     compared = f" {formula.comparison} {formula.number}" if formula.comparison else ""
     return f"{word} {operands[0]}{compared}"
 
 
-def _bounds(bounds: ir.Window | ir.Length | None) -> str:
+def _bounds(bounds: ir.Window | ir.Length | ir.Period | None) -> str:
     match bounds:
         case None:
             return ""
         case ir.Window(low, high, _):
             return f"[{low} steps, {'end' if high is None else f'{high} steps'}]"
+        case ir.Period(steps):
+            return f" {steps} steps"
         case ir.Length(graph, metric, low, high, _):
             unit = " m" if metric is Metric.METRES else ""
             upper = "" if high == math.inf else f"{number(high)}{unit}"

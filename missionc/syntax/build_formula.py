@@ -60,6 +60,15 @@ def quantified(span: Span, kind: Token, agents: ast.Name | ast.Member, body: ast
     return ast.Quantified(span, kind.word, None, agents, as_formula(body))
 
 
+def period(span: Span, length: ast.Quantity) -> ast.Period:
+    return ast.Period(span, length)
+
+
+def recurrent(span: Span, kind: Token, every: ast.Period, body: ast.Formula) -> ast.Apply:
+    """``every 40 s: f``"""
+    return ast.Apply(span, kind.word, kind.span, (as_formula(body),), every)
+
+
 def at_least(span: Span, least: ast.Quantity, agents: ast.Name | ast.Member, body: ast.Formula) -> ast.Quantified:
     return ast.Quantified(span, "at least", least, agents, as_formula(body))
 
@@ -120,8 +129,10 @@ FORMULAS: dict[str, Callable[..., object]] = {
     "length_up_to": length_up_to,
     "minus": minus,
     "one_agent": one_agent,
+    "period": period,
     "prefix": prefix,
     "quantified": quantified,
+    "recurrent": recurrent,
     "term": term,
     "window": window,
     "compare": lambda span, relation: relation,

@@ -22,7 +22,7 @@ _NAMES = {
     "on": "a graph",
     "over": "a team, group or agent",
     "of": "a team, group or agent",
-    "every": "a team, group or agent",
+    "every": "a team, group or agent, or a period such as `40 s`",
     "some": "a team, group or agent",
     "with": "a backend (`auto`, `smt`, `clot`, `hybrid`)",
     "minimize": "`duration`, `energy`",
@@ -52,6 +52,8 @@ def in_words(expected: frozenset[str], before: Token) -> str:
     phrases = []
     if {"mission", "region"} <= rest:
         return "a declaration"
+    if before.word == "every" and NUMBER in rest:
+        return _NAMES["every"]
     if rest == {"("} and before.word != "distance":
         return "a point such as `(1, 2)`"
     for marks, covers, phrase in _PHRASES:

@@ -221,13 +221,15 @@ def label_colon(place: Place) -> Diagnostic | None:
 
 
 def quantifier_colon(place: Place) -> Diagnostic | None:
-    """``every drone always[…] …``"""
+    """``every drone always[…] …``, ``every 40 s some drone: …``"""
     if ":" not in place.expected or not place.expected <= {":", "[", "(", ".."} or not place.in_formula:
         return None
     start = place.after(place.here - 1) - 1 if place.before.kind == "]" else place.here - 1
     number = place.after(start - 1) if place.tokens[start - 1].kind == ")" else start - 1
     if place.tokens[start - 1].kind in ("every", "some"):
         words = place.tokens[start - 1].span.to(place.before.span)
+    elif place.before.kind == UNIT and place.tokens[start - 2].kind == "every":
+        words = place.tokens[start - 2].span.to(place.before.span)
     elif place.tokens[number - 1].kind in ("least", "any"):
         words = place.tokens[number - 2].span.to(place.before.span)
     else:

@@ -153,7 +153,7 @@ class Formulas:
         assert callable(part)
         words = ["always", "eventually", "eventually", "until", "release"] + (["next"] if room else [])
         if not (self.below_a_route and self.names.metres):  # no backend looks back there
-            words += ["once", "historically", "since", "arrives", "leaves"]
+            words += ["once", "historically", "since", "arrives", "leaves"] + (["every"] if room else [])
         word = self.one(words)
         if word in ("once", "historically", "since"):
             low = int(self.random.integers(0, 3))
@@ -161,6 +161,9 @@ class Formulas:
             if word == "since":
                 return f"(({part(room, depth - 1)}) since{bounds} ({part(room, depth - 1)}))"
             return f"{word}{bounds} ({part(room, depth - 1)})"
+        if word == "every":
+            period = self._time(int(self.random.integers(1, room + 1)))
+            return f"({word} {period}: {part(0, depth - 1)})"
         if word in ("arrives", "leaves"):
             return f"{word} ({part(room, depth - 1)})"
         if word == "next":

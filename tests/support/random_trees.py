@@ -111,6 +111,7 @@ point_lists = st.lists(points, min_size=1, max_size=4).map(tuple)
 # ------------------------------------------------------------------ formulas
 
 windows = st.builds(ast.Window, st.just(NOWHERE), quantities, st.none() | quantities)
+periods = st.builds(ast.Period, st.just(NOWHERE), quantities)
 _metrics = st.sampled_from(ast.Metric)
 lengths = st.one_of(
     st.builds(ast.Length, st.just(NOWHERE), _metrics, quantities, st.none() | quantities, st.none() | names),
@@ -130,6 +131,7 @@ def _larger(part: st.SearchStrategy[ast.Formula]) -> st.SearchStrategy[ast.Formu
     return st.one_of(
         _applied("not next arrives leaves", one, st.none()),
         _applied("always eventually once historically", one, windows),
+        _applied("every", one, periods),
         _applied("escape somewhere everywhere", one, lengths),
         _applied("until release since", two, windows),
         _applied("reach surround", two, lengths),

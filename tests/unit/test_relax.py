@@ -103,6 +103,8 @@ def test_a_mission_is_changed_where_its_requirements_look_and_nowhere_else() -> 
         ("every drone: everywhere[hops 0..2 on radio] base", "the bound of `[hops 0..2 on radio]` 1 instead of 2"),
         ("every drone: everywhere[hops 0..2 on radio] base", "the radius of `radio` 1.4 m instead of 1.5 m"),
         ("every drone: somewhere[distance <= 3 m on radio] base", "the bound of `[distance <= 3 m on radio]` 3.1 m"),
+        ("every 5 s: some drone: mast", "in `asked`, the period 6 s instead of 5 s"),
+        ("every (R * 4 s / (1.5 m)): some drone: mast", "the radius of `mast` 0.51 m instead of 0.5 m"),
         ("at least 2 drone: base", "at least, of `drone`, 1 instead of 2"),
         ("every drone: count[hops 0..1 on radio] base >= 2", "`count[hops 0..1 on radio] base >= 2` 1 instead of 2"),
         ("every drone: count[hops 0..1 on radio] mast <= 2", "`count[hops 0..1 on radio] mast <= 2` 3 instead of 2"),

@@ -44,6 +44,14 @@ class Window:
     high: Quantity | None
 
 
+@dataclass(frozen=True, slots=True)
+class Period:
+    """The ``40 s`` of ``every 40 s: f``."""
+
+    span: Span
+    length: Quantity
+
+
 class Metric(Enum):
     """What a route's length is measured in."""
 
@@ -76,7 +84,7 @@ class Apply:
     operator: str
     operator_span: Span
     operands: tuple[Formula, ...]
-    bounds: Window | Length | None = None
+    bounds: Window | Length | Period | None = None
     comparison: str | None = None
     number: Quantity | None = None
 
