@@ -66,6 +66,7 @@ NOT_WHOLE = Code("MC209", "a whole number is needed")
 VALUE_OUT_OF_RANGE = Code("MC210", "a value out of range")
 ASKED_OF_THE_LOST = Code("MC220", "asked of an agent that may be lost")
 NOT_ITS_OWN = Code("MC221", "an agent does not have that")
+NO_HEADING = Code("MC222", "an agent without a heading")
 
 # 3xx: time and length
 BEYOND_HORIZON = Code("MC301", "the mission ends too early")

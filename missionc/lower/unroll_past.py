@@ -169,7 +169,7 @@ class _Unrolling:
                 assert_never(node)
 
     def may_begin_earlier(self, node: WindowNode, steps: range) -> bool:
-        """Whether windows that look back from these steps look as far ahead from earlier ones: none reaches before 0."""
+        """Whether windows that look back from these steps look ahead from earlier ones: none reaches before 0."""
         return looks_back(node) and node.body not in self.past and bool(steps) and steps[0] + node.low >= 0
 
     def pair(self, node: Node, parts: tuple[Node, ...], *, contrary: bool = False) -> Node:

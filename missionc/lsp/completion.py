@@ -117,6 +117,8 @@ def _kinds(place: Spot) -> tuple[Kind, ...]:
         return (Kind.GRAPH,)
     if before.word == "in":
         return (Kind.REGION,)
+    if before.word == "of" and place.asks_heading:
+        return (Kind.PARAM, Kind.BEACON)
     if before.word in ("of", "over", "some") or counted or listed:
         return AGENTS
     if before.word == "every":

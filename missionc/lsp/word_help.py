@@ -8,6 +8,7 @@ from missionc.ir import FIGURES
 from missionc.ir.wording import listed
 from missionc.language.operators import by_name
 from missionc.language.predicates import CALLED
+from missionc.language.predicates.heading import PREDICATE as HEADING
 from missionc.resolve.resolve_dynamics import SETTINGS as DYNAMICS
 from missionc.resolve.show_vehicle import figures_of
 from missionc.syntax import forms
@@ -47,8 +48,8 @@ def meaning(token: Token, before: Token | None = None) -> str:
         return _of_operator(word)
     if token.kind == token.word and token.declares:
         return _entry("a declaration", word, "", forms.DECLARED[word])
-    if token.text in CALLED:
-        predicate = CALLED[token.text]
+    if token.text in CALLED or token.kind == HEADING.name:
+        predicate = CALLED.get(token.text, HEADING)
         return _entry("a predicate", token.text, predicate.says, predicate.example)
     if word in forms.PARTS:
         return _entry(SPELLINGS[word].says, word, "", forms.PARTS[word])

@@ -26,6 +26,7 @@ from missionc.resolve.names import AGENTS, STATE_WORDS, UNRESOLVED, Kind, Unreso
 from missionc.resolve.prefix_scope import check_prefix_scope
 from missionc.resolve.resolve_agents import resolve_set
 from missionc.resolve.resolve_comparisons import one_agent, resolve_comparison
+from missionc.resolve.resolve_headings import resolve_facing
 from missionc.resolve.resolve_lengths import no_graph, resolve_length
 from missionc.resolve.resolve_quantities import excerpt, shown, whole
 from missionc.resolve.resolve_shapes import NOWHERE
@@ -71,6 +72,8 @@ def resolve_formula(context: Context, formula: ast.Formula) -> Typed:
             return _call(context, formula)
         case ast.Compare():
             return resolve_comparison(context, formula)
+        case ast.Facing():
+            return resolve_facing(context, formula)
         case ast.Apply():
             return _within_limits(context, _apply(context, formula))
         case ast.Quantified():

@@ -81,6 +81,9 @@ class Words:
     def graph(self, graph: ir.Graph, agents: tuple[int, ...]) -> str:
         return graph.name if agents == graph.agents else ", ".join((graph.name, *map(self.agent, agents)))
 
+    def angle(self, value: float) -> str:
+        return f"{number(math.degrees(value))} deg"
+
     def inequality(self, terms: tuple[tuple[float, str], ...], constant: float, sign: str) -> str:
         signed = [(weight, word if abs(weight) == 1 else f"{number(abs(weight))}*{word}") for weight, word in terms]
         if constant:

@@ -93,6 +93,10 @@ def comparison(span: Span, left: ast.Formula, relation: Token, right: ast.Formul
     return ast.Compare(span, relation.text, as_quantity(left), as_quantity(right))
 
 
+def facing(span: Span, within: ast.Quantity, towards: ast.Quantity) -> ast.Facing:
+    return ast.Facing(span, within, towards)
+
+
 def call(span: Span, name: ast.Name, *arguments: ast.Name | ast.Member | ast.Number) -> ast.Call:
     return ast.Call(span, name, arguments)
 
@@ -123,6 +127,7 @@ FORMULAS: dict[str, Callable[..., object]] = {
     "chain": chain,
     "comparison": comparison,
     "count": count,
+    "facing": facing,
     "infix": infix,
     "length_between": length_between,
     "length_from": length_from,

@@ -12,7 +12,7 @@ JOINING = frozenset({"and", "or", "implies", "iff", "TIME_INFIX", "ROUTE_INFIX"}
 FORMULA = frozenset(
     {"PREFIX", "TIME_PREFIX", "ROUTE_PREFIX", "count", "every", "some", "at", "without", "true", "false"}
 ) | {
-    *("distance", NAME, NUMBER, "(", "-"),
+    *("distance", "heading", NAME, NUMBER, "(", "-"),
 }
 SHAPES = frozenset({"box", "disc", "ball", "cylinder", "polygon"})
 

@@ -27,6 +27,8 @@ def formula(node: ast.Formula, binding: int = _IFF, last: bool = True) -> str:
             return f"{name.text}({', '.join(map(_argument, arguments))})"
         case ast.Compare(_, operator, left, right):
             return _in_brackets(f"{_sum(left)} {operator} {_sum(right)}", binding > _UNARY)
+        case ast.Facing(_, within, towards):
+            return _in_brackets(f"heading within {tight(within)} of {tight(towards)}", binding > _UNARY)
         case ast.Quantified(_, kind, number, who, body):
             least = "" if number is None else f" {tight(number)}"
             return _in_brackets(f"{kind}{least} {agents(who)}: {formula(body)}", not last)

@@ -197,6 +197,14 @@ def inside_without(place: Place) -> Diagnostic | None:
     return finding(message, place.found.span, "write it as in `drone[0]: base`")
 
 
+def heading_within(place: Place) -> Diagnostic | None:
+    """``heading <= 90 deg``, ``heading of 90 deg``"""
+    if place.before.kind != "heading" or place.expected != {"within"}:
+        return None
+    message = "no heading is more or less than another: they go round in a circle"
+    return finding(message, place.before.span, "ask how near it is, as in `heading within 10 deg of 90 deg`")
+
+
 def call_brackets(place: Place) -> Diagnostic | None:
     """``inside base``, ``connected radio``"""
     called = place.before.text in ("inside", "touches", "connected") and place.before.kind == NAME

@@ -129,6 +129,7 @@ def run_of(mission: ir.Mission, trace: Trace) -> Run:
         mission,
         [[tuple(point) for point in agent] for agent in trace.position.tolist()],
         [[tuple(point) for point in agent] for agent in trace.velocity.tolist()],
+        trace.heading.tolist(),
     )
 
 

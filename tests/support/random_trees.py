@@ -159,6 +159,7 @@ formulas = st.recursive(
         agents,
         st.builds(ast.Call, st.just(NOWHERE), names, st.lists(agents | _numbers, min_size=1, max_size=3).map(tuple)),
         st.builds(ast.Compare, st.just(NOWHERE), st.sampled_from(["<=", "<", ">", ">="]), measures, measures),
+        st.builds(ast.Facing, st.just(NOWHERE), quantities, quantities),
     ),
     _larger,
     max_leaves=10,

@@ -59,6 +59,7 @@ def knobs(found: Checked) -> list[Knob]:
         *relax_formulas.lengths(found, mission, asked),
         *relax_formulas.counts(found, asked),
         *relax_formulas.comparisons(found, asked),
+        *relax_formulas.headings(found, asked),
         *relax_world.graphs(found, asked),
         *relax_world.formations(found, asked),
         *relax_world.regions(found, mission, asked),

@@ -4,7 +4,7 @@ A stretch begins at each step from now on and ends, both ends included, no later
 none. Each is asked for at its last step, from where it reaches back, so that the operator may stand at any step.
 
 Source:
-    Konur, "A survey on temporal logics for specifying and verifying real-time systems" (2013), bounded recurrence.
+    Konrad and Cheng, "Real-time Specification Patterns" (2005), bounded recurrence.
 """
 
 from __future__ import annotations

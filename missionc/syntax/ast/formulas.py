@@ -36,6 +36,15 @@ class Compare:
 
 
 @dataclass(frozen=True, slots=True)
+class Facing:
+    """``heading within 10 deg of 90 deg``; ``towards`` may be the ``Name`` of a beacon."""
+
+    span: Span
+    within: Quantity
+    towards: Quantity
+
+
+@dataclass(frozen=True, slots=True)
 class Window:
     """``[2 s, 12 s]``; ``high`` is None for ``end``."""
 
@@ -109,5 +118,5 @@ class OneAgent:
     body: Formula
 
 
-Formula: TypeAlias = "Truth | Name | Member | Call | Compare | Apply | Quantified | OneAgent"
+Formula: TypeAlias = "Truth | Name | Member | Call | Compare | Facing | Apply | Quantified | OneAgent"
 """A ``Name`` may be a region, team, group, agent, formation or ``let``; resolve tells which."""
