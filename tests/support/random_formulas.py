@@ -20,6 +20,7 @@ class Names:
         hops, metres: whether routes are bounded so.
         volume: whether the world has a height.
         lets: names of formulas about one agent that look no step ahead.
+        faces: whether all agents have a heading.
     """
 
     step: float
@@ -35,6 +36,7 @@ class Names:
     lets: Sequence[str] = ()
     resources: Sequence[str] = ()
     flags: Sequence[str] = ()
+    faces: bool = False
 
 
 class Formulas:
@@ -118,6 +120,7 @@ class Formulas:
         place = self.one(self.names.regions)
         kinds = [place, place, f"inside({place})", f"touches({place})", "belongs", "coordinates", "speed", "distance"]
         kinds += ["true", "false"] if self.odds(0.1) else []
+        kinds += ["heading", "heading", "heading"] if self.names.faces else []
         kinds += [*self.names.lets, *self.names.flags, *self.names.flags, *self.names.resources, *self.names.resources]
         sign = self.one(["<=", ">=", "<", ">"])
         match self.one(kinds):
@@ -132,6 +135,9 @@ class Formulas:
                 return self.one(
                     ["speed <= 1.2 m/s", "speed >= 0.1 m/s", "altitude >= 0.5 m", "speed + 0.2 m/s <= 2 m/s"]
                 )
+            case "heading":
+                towards = self.one([f"{self.number(-180, 360)} deg", *self.names.beacons])
+                return f"heading within {self.number(10, 120)} deg of {towards}"
             case "distance":
                 thing = self.one([*self.names.regions, *self.names.beacons, *self.names.agents])
                 return f"distance({thing}) {sign} {self.number(0.2, 4)} m"
