@@ -13,7 +13,6 @@ from missionc.kernel.nodes import (
     At,
     Atom,
     Is,
-    Kernel,
     LinkNode,
     NeighbourNode,
     Node,
@@ -68,12 +67,6 @@ def remembering(roots: Iterable[Node]) -> set[int]:
     """The agents of whom something may be asked that reads the past."""
     asked = ((node, agents) for root in roots for node, agents in agents_asked(root).items())
     return {agent for node, agents in asked if isinstance(node, Atom) and node.predicate.reads_past for agent in agents}
-
-
-def reads_headings(kernel: Kernel) -> bool:
-    """Whether a goal asks where agents face."""
-    order = postorder(goal.formula for goal in (*kernel.requirements, *kernel.preferences))
-    return any(isinstance(node, Atom) and node.predicate.reads_heading for node in order)
 
 
 def reads_lengths(node: Node) -> bool:

@@ -17,8 +17,8 @@ from missionc.base.units import Metres
 from missionc.checks.check_world import check_world
 from missionc.diagnostics.model import has_errors
 from missionc.ir import Mission
-from missionc.kernel.analysis import reads_headings
 from missionc.kernel.nodes import Kernel
+from missionc.kernel.walk import reads_headings
 from missionc.language.operator import TooLarge
 from missionc.lower.ahead_of_time import ahead_of_time, with_room_for_delays
 from missionc.lower.tighten import tightened, tracking_margin, with_flyable_speeds, with_vehicle_room
