@@ -243,12 +243,13 @@ def _items() -> Rule:
 
 def _formula() -> list[Rule]:
     least, any_ = (_match(_any((word,)), "keyword.control.quantifier") for word in ("least", "any"))
-    called = sorted(CALLED)
+    called, preposition = sorted(CALLED), "keyword.other.preposition"
     return [
         # A number of agents has no unit: in `at least 2 m: …`, the team is called `m`.
         _after(_any(("at",)), "keyword.other.preposition", _NUMBER, "constant.numeric", least),
         _after(_any(("without",)), "keyword.control.quantifier", _NUMBER, "constant.numeric", any_),
         _match(_any(called) + r"(?=\s*\()", "support.function.predicate"),
+        _after(_any(("heading",)) + r"(?=\s*within(?!\w))", "variable.language.state", _any(("within",)), preposition),
         _match(_any(sorted(STATES)), "variable.language.state"),
     ]
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 from missionc import ir
@@ -28,6 +28,7 @@ class Run:
     mission: ir.Mission
     position: list[list[Point]]
     velocity: list[list[Point]]
+    heading: list[list[float]] = field(default_factory=list)
 
     @property
     def last(self) -> int:
@@ -56,6 +57,8 @@ def ahead(formula: ir.Formula) -> int:
                 before, last = map(ahead, formula.operands)
                 return max(high + last, high - 1 + before if high > 0 else 0)
             return further + high
+        if isinstance(formula.bounds, ir.Period):
+            return further + formula.bounds.steps
         return further + (formula.operator.name == "next")
     if isinstance(formula, ir.AtLeastOf | ir.OfAgent | ir.Without):
         return ahead(formula.body)
@@ -171,6 +174,8 @@ class Meaning:
                 if self.lost and not edges:
                     return self.true
                 return self.closed(formation.tolerance - (sum(errors) if formation.total else max(errors, default=0.0)))
+            case ir.Facing(towards, within):
+                return self.closed(self.to_spare(here, self.run.heading[agent][step], towards, within))
             case ir.Flagged(flag):
                 return self.any(self.set_since(flag, agent, before, step) for before in range(step + 1))
 
@@ -186,6 +191,21 @@ class Meaning:
             self.no(self.closed(-signed_distance(flag.cleared_in.shape, at))) for at in track[before + 1 : step + 1]
         )
         return self.all((sets, *away))
+
+    def to_spare(self, here: Point, heading: float, towards: float | ir.Beacon, within: float) -> float:
+        """Of a direction, the angle between the heading and where it would be too far aside.
+
+        Of a beacon, how far it is from the two rays beyond which one faces it too far aside.
+        """
+        if isinstance(towards, ir.Beacon):
+            x, y = (there - place for there, place in zip(towards.position[:2], here[:2], strict=True))
+            off = angle_between(heading, math.atan2(y, x))
+            rays = [(math.cos(heading + turn), math.sin(heading + turn)) for turn in (within, -within)]
+            nearest = min(
+                abs(x * up - y * along) if x * along + y * up >= 0 else math.hypot(x, y) for along, up in rays
+            )
+            return math.copysign(nearest, within - off)
+        return within - angle_between(heading, towards)
 
     def left(self, resource: ir.Resource, agent: int, step: int) -> float:
         """What the agent has left, from the first step on."""
@@ -307,6 +327,11 @@ class Meaning:
         )
 
 
+def angle_between(one: float, other: float) -> float:
+    """The shorter way round, rad."""
+    return math.acos(max(-1.0, min(1.0, math.cos(one) * math.cos(other) + math.sin(one) * math.sin(other))))
+
+
 def simple_routes(start: int, members: tuple[int, ...]) -> Iterator[tuple[int, ...]]:
     """Every sequence of different agents from ``start`` on; an agent outside the graph goes nowhere."""
 
@@ -371,6 +396,16 @@ def always(m: Meaning, formula: ir.Apply, body: ir.Formula) -> At:
 
 def eventually(m: Meaning, formula: ir.Apply, body: ir.Formula) -> At:
     return lambda agent, step: m.any(m.of(body, agent, later) for later in m.window(formula, step))
+
+
+def every(m: Meaning, formula: ir.Apply, body: ir.Formula) -> At:
+    """In each stretch of the period from now on that the mission does not end before."""
+    assert isinstance(formula.bounds, ir.Period)
+    period = formula.bounds.steps
+    return lambda agent, step: m.all(
+        m.any(m.of(body, agent, when) for when in range(begin, begin + period + 1))
+        for begin in range(step, m.run.last - period + 1)
+    )
 
 
 def until(m: Meaning, formula: ir.Apply, hold: ir.Formula, end: ir.Formula) -> At:
@@ -555,6 +590,7 @@ MEANINGS: dict[str, Callable[..., At]] = {
     "once": once,
     "historically": historically,
     "since": since,
+    "every": every,
     "next": next_,
     "arrives": arrives,
     "leaves": leaves,

@@ -28,6 +28,7 @@ class Feature(Enum):
     LEAST_SPEED = "dynamics with a least speed"
     RESOURCE = "a resource"
     FLAG = "a flag"
+    HEADING = "a heading that is asked for"
     PREFER = "a preference"
     DISTANCE = "`minimize distance`"
     DURATION = "`minimize duration`"

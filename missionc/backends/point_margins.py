@@ -33,7 +33,7 @@ class PointMargins(Domain["Array | None"]):
     def atom(self, predicate: Predicate, holds: bool) -> Array | None:
         if predicate.others or predicate.about_team or predicate.restricted is not None:
             return None
-        if predicate.reads_past or (predicate.reads_speed and not self.known):
+        if predicate.reads_past or predicate.reads_heading or (predicate.reads_speed and not self.known):
             return None
         value: Array = of_states(predicate, self.mission, self.agent, self.points, self.velocity)
         return value if holds else 0.0 - value

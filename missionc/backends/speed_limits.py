@@ -58,4 +58,4 @@ def slowness(mission: Mission, agent: int, nodes: Sequence[Node], points: Array)
 
 
 def _of_speed(node: Node) -> bool:
-    return isinstance(node, Atom) and node.predicate.reads_speed
+    return isinstance(node, Atom) and node.predicate.reads_speed and not node.predicate.reads_heading

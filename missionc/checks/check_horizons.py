@@ -19,7 +19,7 @@ from missionc.base.source import Span
 from missionc.diagnostics.code import BEYOND_HORIZON, WINDOW_EMPTY
 from missionc.diagnostics.model import Diagnostic, Fix, Label
 from missionc.diagnostics.text_order import in_text_order
-from missionc.ir import Apply, Formula, Mission, Preference, Requirement, Window
+from missionc.ir import Apply, Formula, Mission, Period, Preference, Requirement, Window
 from missionc.ir.wording import seconds
 from missionc.kernel.nodes import Node
 from missionc.kernel.walk import Ask, asks
@@ -128,8 +128,8 @@ def _chain(formula: Formula, looks: Mapping[Formula, Look]) -> list[Apply]:
 
 
 def _opens_to_the_end(formula: Apply, looks: Mapping[Formula, Look]) -> bool:
-    """Whether the formula is the ``[a, end]`` from whose last step something looks further."""
-    reaches = isinstance(formula.bounds, Window) and formula.bounds.high is None
+    """Whether the formula is the ``[a, end]``, or recurs to the end, from whose last step something looks further."""
+    reaches = isinstance(formula.bounds, Period) or (isinstance(formula.bounds, Window) and formula.bounds.high is None)
     below = looks[formula].then
     return reaches and math.isinf(looks[formula].total) and below is not None and math.isfinite(looks[below].total)
 
@@ -189,10 +189,12 @@ def _bounded(
     mission: Mission, chain: list[Apply], stuck: Apply, looks: Mapping[Formula, Look]
 ) -> tuple[str, Fix | None]:
     """The way out of a window to ``end`` with something under it that looks further."""
-    assert isinstance(stuck.bounds, Window)
+    assert isinstance(stuck.bounds, Window | Period)
     before = sum(looks[window].own for window in chain[: chain.index(stuck)])
     further = sum(looks[window].own for window in chain[chain.index(stuck) + 1 :])
     latest = mission.steps - before - further
+    if isinstance(stuck.bounds, Period):
+        return _spelt_out(mission, stuck, latest)
     if latest < stuck.bounds.low:
         return f"shorten the window inside `{_quoted(stuck)}`", None
     low = seconds(mission, stuck.bounds.low) if stuck.bounds.low else "0"
@@ -200,6 +202,16 @@ def _bounded(
     way_out = f"write `{stuck.operator.name}{bounds}`, or let the window inside it reach to `end` as well"
     words = operator_words(stuck)
     return way_out, None if words == stuck.span else Fix(words, f"{stuck.operator.name}{bounds}")
+
+
+def _spelt_out(mission: Mission, stuck: Apply, latest: int) -> tuple[str, Fix | None]:
+    """The way out of a recurrence whose operand looks further: one over the stretches from whose ends it can."""
+    assert isinstance(stuck.bounds, Period)
+    period, word = stuck.bounds.steps, _quoted(stuck)
+    if latest < period:
+        return f"shorten the window inside `{word}`", None
+    begins, length = (seconds(mission, steps) for steps in (latest - period, period))
+    return f"write `always[0, {begins}] eventually[0, {length}] …` in place of `{word}: …`", None
 
 
 def _quoted(formula: Apply) -> str:

@@ -21,10 +21,10 @@ from missionc.checks.literals import Unbounded, comparison
 from missionc.checks.necessary_conditions import Fact, NecessaryConditions
 from missionc.diagnostics.code import NOT_ITS_OWN, RUNS_OUT
 from missionc.diagnostics.model import Diagnostic, Label
-from missionc.ir import Agent, Apply, AtLeastOf, Compare, Formula, Holds, Length, Level, Mission, OfAgent, Resource
+from missionc.ir import Agent, Compare, Holds, Level, Mission, Resource
 from missionc.ir.wording import listed, metres, number, seconds
 from missionc.kernel.nodes import Kernel
-from missionc.language.walk_formulas import goals, operands
+from missionc.language.walk_formulas import asked_agents
 from missionc.world.area import Area
 from missionc.world.configuration_space import empty
 
@@ -57,14 +57,8 @@ def check_resources(mission: Mission, kernel: Kernel, ground: FreeSpace) -> list
 
 def _strangers(mission: Mission) -> Iterator[Diagnostic]:
     """Who is asked about a resource that it does not have, once for each comparison."""
-    seen: set[tuple[Formula, tuple[int, ...]]] = set()
     said: set[tuple[Span, Resource]] = set()
-    waiting: list[tuple[Formula, tuple[int, ...]]] = [(goal.formula, ()) for goal in goals(mission)]
-    while waiting:
-        formula, agents = waiting.pop()
-        if (formula, agents) in seen:
-            continue
-        seen.add((formula, agents))
+    for formula, agents in asked_agents(mission):
         match formula:
             case Holds(Compare(terms=terms), span):
                 for resource in (each.resource for _, each in terms if isinstance(each, Level)):
@@ -72,15 +66,8 @@ def _strangers(mission: Mission) -> Iterator[Diagnostic]:
                     if lacking and (span, resource) not in said:
                         said.add((span, resource))
                         yield _not_its_own(resource, span, lacking)
-            case AtLeastOf(agents=named, body=body):
-                waiting.append((body, named.agents))
-            case OfAgent(agent=agent, body=body):
-                waiting.append((body, (agent,)))
-            case Apply(bounds=Length(graph=graph)):
-                everyone = tuple(sorted({*agents, *graph.agents}))
-                waiting.extend((operand, everyone) for operand in operands(formula))
             case _:
-                waiting.extend((operand, agents) for operand in operands(formula))
+                pass
 
 
 def _demands(mission: Mission, facts: Sequence[Fact]) -> Iterator[Demand]:

@@ -66,6 +66,7 @@ NOT_WHOLE = Code("MC209", "a whole number is needed")
 VALUE_OUT_OF_RANGE = Code("MC210", "a value out of range")
 ASKED_OF_THE_LOST = Code("MC220", "asked of an agent that may be lost")
 NOT_ITS_OWN = Code("MC221", "an agent does not have that")
+NO_HEADING = Code("MC222", "an agent without a heading")
 RANGE_SAID_TWICE = Code("MC240", "two ranges for one pair")
 RANGE_TO_ITSELF = Code("MC241", "a range from an agent to itself")
 

@@ -151,7 +151,23 @@ class When:
     def before(self) -> str:
         if self.low < 0:
             return "after it up to then"
-        return f"from {'0 s' if self.from_start else 'then'} until just before it"
+        return f"from {self.start} until just before it"
+
+    @property
+    def start(self) -> str:
+        return "0 s" if self.from_start else "then"
+
+    @property
+    def adverbials(self) -> dict[str, str]:
+        """What fills the places of a sentence. A period is asked for at each step to the end, from its length on."""
+        return {
+            "each": self.at("every step"),
+            "some": self.at("some step"),
+            "before": f"at every step {self.before}",
+            "earlier": f"at some step {self.before}",
+            "period": seconds(self.mission, self.low),
+            "start": self.start,
+        }
 
 
 def length_words(length: ir.Length) -> str:

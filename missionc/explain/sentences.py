@@ -359,8 +359,7 @@ class _Speaker:
         texts, _ = self._operands(tuple(by_place[name] for name in read), around, when is not None)
         slots = dict(zip(read, texts, strict=True))
         if when is not None:
-            slots["each"], slots["some"] = when.at("every step"), when.at("some step")
-            slots["before"], slots["earlier"] = f"at every step {when.before}", f"at some step {when.before}"
+            slots |= when.adverbials
         return template.format(**slots)
 
     def _when(self, formula: ir.Apply, around: Around) -> When | None:

@@ -10,7 +10,7 @@ import math
 from collections.abc import Iterator
 
 from missionc.base.late_dataclass import dataclass
-from missionc.ir import Apply, Formula, Mission, Window
+from missionc.ir import Apply, Formula, Mission, Period, Window
 from missionc.ir.wording import seconds
 from missionc.kernel.nodes import Node
 from missionc.kernel.walk import children, range_asked, window_of
@@ -73,8 +73,7 @@ def windows(formula: Formula, mission: Mission) -> Iterator[Span]:
                     part,
                     depth,
                     _words(part, mission, depth > 0),
-                    _placed(window, max(low, -(window[1] or 0)), mission.steps),
-                    _placed(window, high, mission.steps),
+                    *_places(part, window, low, high, mission.steps),
                     max((last for _, _, last, _ in below), default=0),
                 )
         stack.extend(reversed(below))
@@ -120,6 +119,8 @@ def _label(span: Span) -> str:
 def _words(formula: Apply, mission: Mission, nested: bool) -> str:
     """``eventually [1 s, 3 s]``, with a plus where it counts from the step of another window."""
     plus = "+" if nested else ""
+    if isinstance(formula.bounds, Period):
+        return f"{formula.operator.name} {seconds(mission, formula.bounds.steps)}"
     if not isinstance(formula.bounds, Window):
         return formula.operator.name
     low, high = formula.bounds.low, formula.bounds.high
@@ -137,6 +138,19 @@ def _window(node: Node) -> tuple[int, int | None] | None:
         return own
     candidates = [window for window in map(_window, children(node)) if window is not None]
     return max(candidates, key=lambda window: math.inf if window[1] is None else window[1], default=None)
+
+
+def _places(
+    formula: Apply, window: tuple[int, int | None], low: int, high: int, steps: int
+) -> tuple[tuple[int, int], tuple[int, int]]:
+    """The window as it lies first and last, where its operator is asked from ``low`` to ``high``.
+
+    Of a period, its first stretch and the mission's last.
+    """
+    if isinstance(formula.bounds, Period):
+        length = formula.bounds.steps
+        return _placed((0, length), low, steps), (max(steps - length, 0), steps)
+    return _placed(window, max(low, -(window[1] or 0)), steps), _placed(window, high, steps)
 
 
 def _placed(window: tuple[int, int | None], step: int, steps: int) -> tuple[int, int]:

@@ -59,6 +59,14 @@ class Length:
         return self.metric.value if self.weight is None else self.weight.name
 
 
+@dataclass(frozen=True, slots=True)
+class Period:
+    """The length of the stretches in which something recurs; at least 1."""
+
+    steps: Steps
+    span: Span
+
+
 class About(Enum):
     """Whom a formula speaks of; the value reads well in a message."""
 
@@ -93,7 +101,7 @@ class Apply:
 
     operator: Operator
     operands: tuple[Formula, ...]
-    bounds: Window | Length | None
+    bounds: Window | Length | Period | None
     span: Span
     comparison: str = ""
     number: int = 0

@@ -105,6 +105,9 @@ class Words:
         declared = next((known for known in self.mission.graphs if known.name == graph.name), graph)
         return graph.name if declared.agents == agents else f"{graph.name} over {', '.join(map(self.agent, agents))}"
 
+    def angle(self, value: float) -> str:
+        return f"{number(value)} rad"
+
     def inequality(self, terms: tuple[tuple[float, str], ...], constant: float, sign: str) -> str:
         parts = [word if weight == 1 else f"{number(weight)}*{word}" for weight, word in terms]
         return f"({' + '.join([*parts, number(constant)])} {sign} 0)"

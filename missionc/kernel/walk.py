@@ -13,6 +13,8 @@ from missionc.kernel.nodes import (
     Any,
     At,
     AtLeast,
+    Atom,
+    Kernel,
     LeafNode,
     LinkNode,
     NeighbourNode,
@@ -203,3 +205,9 @@ def postorder(roots: Iterable[Node]) -> list[Node]:
             stack.append((node, True))
             stack.extend((child, False) for child in reversed(children(node)))
     return order
+
+
+def reads_headings(kernel: Kernel) -> bool:
+    """Whether a goal asks where agents face."""
+    order = postorder(goal.formula for goal in (*kernel.requirements, *kernel.preferences))
+    return any(isinstance(node, Atom) and node.predicate.reads_heading for node in order)

@@ -7,17 +7,18 @@ from enum import Enum
 
 from missionc.base.late_dataclass import dataclass
 from missionc.base.source import Span
-from missionc.ir import Apply, Graph, Length, Window
+from missionc.ir import Apply, Graph, Length, Period, Window
 from missionc.kernel.nodes import Node
 
 
 class Bounds(Enum):
-    """What stands in the square brackets after the operator."""
+    """What stands in the square brackets after the operator; a period, before a colon."""
 
     NONE = "no bounds"
     TIME = "a time window"
     PAST = "a time window that ends, and reaches back"
     LENGTH = "a route length"
+    PERIOD = "a time"
 
 
 class Fixity(Enum):
@@ -33,7 +34,7 @@ class Use:
     """
 
     arguments: tuple[Node, ...]
-    bounds: Window | Length | None
+    bounds: Window | Length | Period | None
     span: Span
     comparison: str = ""
     number: int = 0
@@ -51,6 +52,11 @@ class Use:
         low, high = self.window.low, self.window.high
         assert high is not None
         return -high, -low
+
+    @property
+    def period(self) -> int:
+        assert isinstance(self.bounds, Period)
+        return self.bounds.steps
 
     @property
     def length(self) -> Length:
@@ -83,7 +89,8 @@ class Operator:
 
     ``says`` is the meaning in a few words. ``reads`` is a sentence with places to
     fill: ``{body}``, or ``{left}`` and ``{right}``, or ``{parts}`` of a chain, are the
-    operands; ``{each}``, ``{some}``, ``{before}`` and ``{earlier}`` say the window;
+    operands; ``{each}``, ``{some}``, ``{before}`` and ``{earlier}`` say the window, ``{period}`` and ``{start}`` how
+    long the stretches are and when the first begins;
     ``{route}``, ``{far}``, ``{graph}``, ``{here}``, ``{perhaps}``, ``{included}`` and
     ``{number}`` what a spatial operator looks at. Its operands are verbs: ``that
     {right}``, or with a noun ``{left:agent on it}``, "every agent on it is …".

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from functools import wraps
 from typing import TypeGuard, TypeVar, assert_never
 from weakref import WeakKeyDictionary
@@ -15,6 +15,7 @@ from missionc.ir import (
     Belongs,
     Formula,
     Holds,
+    Length,
     Mission,
     OfAgent,
     Preference,
@@ -102,6 +103,31 @@ def bits_of(agents: tuple[int, ...]) -> int:
     for agent in agents:
         bits[agent // 8] |= 1 << agent % 8
     return int.from_bytes(bits, "little")
+
+
+def asked_agents(mission: Mission) -> Iterator[tuple[Formula, tuple[int, ...]]]:
+    """Every formula of the mission's goals with the agents that it is asked of, as quantifiers and graphs say it.
+
+    One that is asked in several places comes with each of these sets of agents, once.
+    """
+    seen: set[tuple[Formula, tuple[int, ...]]] = set()
+    waiting: list[tuple[Formula, tuple[int, ...]]] = [(goal.formula, ()) for goal in goals(mission)]
+    while waiting:
+        formula, agents = waiting.pop()
+        if (formula, agents) in seen:
+            continue
+        seen.add((formula, agents))
+        yield formula, agents
+        match formula:
+            case AtLeastOf(agents=named, body=body):
+                waiting.append((body, named.agents))
+            case OfAgent(agent=agent, body=body):
+                waiting.append((body, (agent,)))
+            case Apply(bounds=Length(graph=graph)):
+                everyone = tuple(sorted({*agents, *graph.agents}))
+                waiting.extend((operand, everyone) for operand in operands(formula))
+            case _:
+                waiting.extend((operand, agents) for operand in operands(formula))
 
 
 @once

@@ -129,6 +129,8 @@ def _of_formula(formula: Formula) -> Iterator[Need]:
                 yield Need(Feature.CONNECTED, span)
             if predicate.reads_past:
                 yield Need(Feature.FLAG if isinstance(predicate, Flagged) else Feature.RESOURCE, span)
+            if predicate.reads_heading:
+                yield Need(Feature.HEADING, span)
             if predicate.formation:
                 yield Need(Feature.TOTAL_TOLERANCE if predicate.formation.total else Feature.FORMATION, span)
         case _:

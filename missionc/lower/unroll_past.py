@@ -144,6 +144,12 @@ class _Unrolling:
         match node:
             case All() | Any() | AtLeast() | At():
                 return rebuilt(node, tuple(self.at(child, step) for child in children(node)))
+            case WindowNode(WindowNode() as inner, low, high) if self.may_begin_earlier(
+                inner, self.window(step, low, high)
+            ):
+                window = self.window(step, low, high)
+                ahead = replace(inner, low=0, high=(inner.high or 0) - inner.low)
+                return replace(node, body=ahead, low=window[0] + inner.low, high=window[-1] + inner.low)
             case WindowNode(body, low, high):
                 whole = self.each(body, self.window(step, low, high), node.every)
                 return replace(whole, span=node.span, dual=node.dual) if isinstance(whole, All | Any) else whole
@@ -161,6 +167,10 @@ class _Unrolling:
                 raise AssertionError("a leaf has no operator of the past in it")
             case _:
                 assert_never(node)
+
+    def may_begin_earlier(self, node: WindowNode, steps: range) -> bool:
+        """Whether windows that look back from these steps look ahead from earlier ones: none reaches before 0."""
+        return looks_back(node) and node.body not in self.past and bool(steps) and steps[0] + node.low >= 0
 
     def pair(self, node: Node, parts: tuple[Node, ...], *, contrary: bool = False) -> Node:
         """Some of the parts, or all of them where ``node`` asks for every one; ``contrary``, the other way round."""

@@ -118,8 +118,12 @@ def _kinds(place: Spot) -> tuple[Kind, ...]:
     if before.word == "in":
         return (Kind.REGION,)
     ranged = place.bracket == "{" and place.taken[0].word == "graph" and before.text in ("{", ",", "to")
-    if before.word in ("of", "over", "every", "some") or counted or listed or ranged:
+    if before.word == "of" and place.asks_heading:
+        return (Kind.PARAM, Kind.BEACON)
+    if before.word in ("of", "over", "some") or counted or listed or ranged:
         return AGENTS
+    if before.word == "every":
+        return (*AGENTS, Kind.PARAM)
     if "box" in expected:
         return (Kind.REGION,)
     if "PREFIX" in expected:

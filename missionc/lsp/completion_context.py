@@ -48,6 +48,12 @@ class Spot:
         """The innermost open bracket, or nothing."""
         return self.taken[self.opened[-1]].kind if self.opened else ""
 
+    @property
+    def asks_heading(self) -> bool:
+        """Whether it is within the words that ask for a heading: after the last `of` or `within` there is no other."""
+        words = [token.kind for token in self.taken if token.kind in ("heading", "within", "of")]
+        return words[-3:] == ["heading", "within", "of"] and self.taken[0].word != "formation"
+
     def opener(self, back: int = 1) -> Token | None:
         """The word so far before the innermost open bracket."""
         at = self.opened[-1] - back if self.opened else -1

@@ -13,7 +13,7 @@ MEASURES: dict[str, Dimension] = {name: figure.dimension for name, figure in FIG
     **dict.fromkeys(("altitude", "spacing", "tolerance", "proximity", "beacons", "sight"), Dimension.LENGTH),
     **dict.fromkeys(("separation", "clearance", "distance"), Dimension.LENGTH),
     **dict.fromkeys(("step", "horizon", "delay"), Dimension.TIME),
-    **dict.fromkeys(("yaw", "heading"), Dimension.ANGLE),
+    **dict.fromkeys(("yaw", "heading", "within"), Dimension.ANGLE),
     "turn": Dimension.TURN,
     **dict.fromkeys(("moving", "uncertain"), Dimension.SPEED),
     "hops": Dimension.NUMBER,
@@ -41,8 +41,10 @@ def _measured(place: Spot) -> tuple[Dimension, ...] | None:
         return Dimension.TIME, Dimension.LENGTH
     if place.bracket == "[" and opener is not None and opener.kind.startswith("TIME"):
         return Dimension.TIME, Dimension.STEPS
+    if len(place.taken) > 1 and place.taken[-2].word == "every":
+        return Dimension.TIME, Dimension.STEPS
     for token in reversed(place.taken):
-        if token.kind in BETWEEN:
+        if token.kind in BETWEEN or (token.word == "of" and place.asks_heading):
             continue
         known = MEASURES.get(token.text)
         return None if known is None else (known,)

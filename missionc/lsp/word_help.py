@@ -8,6 +8,7 @@ from missionc.ir import FIGURES
 from missionc.ir.wording import listed
 from missionc.language.operators import by_name
 from missionc.language.predicates import CALLED
+from missionc.language.predicates.heading import PREDICATE as HEADING
 from missionc.resolve.resolve_dynamics import SETTINGS as DYNAMICS
 from missionc.resolve.show_vehicle import figures_of
 from missionc.syntax import forms
@@ -40,16 +41,15 @@ def meaning(token: Token, before: Token | None = None) -> str:
     if before is not None and before.word == "dynamics" and token.text in DYNAMICS:
         return f"`{token.text}`: a kind of dynamics; it takes {listed([f'`{each}`' for each in DYNAMICS[token.text]])}"
     word = token.word
-    if word in by_name:
-        operator = by_name[word]
-        takes = f"; it takes {operator.bounds.value}" if "[" in operator.example else ""
-        return _entry(SPELLINGS[word].says, word, f"{operator.says}{takes}", operator.example)
     if word in QUANTIFIERS:
-        return _entry("a quantifier", word, QUANTIFIERS[word], forms.IN_FORMULA[word])
+        quantifier = _entry("a quantifier", word, QUANTIFIERS[word], forms.IN_FORMULA[word])
+        return f"{quantifier}\n\n{_of_operator(word)}" if word in by_name else quantifier
+    if word in by_name:
+        return _of_operator(word)
     if token.kind == token.word and token.declares:
         return _entry("a declaration", word, "", forms.DECLARED[word])
-    if token.text in CALLED:
-        predicate = CALLED[token.text]
+    if token.text in CALLED or token.kind == HEADING.name:
+        predicate = CALLED.get(token.text, HEADING)
         return _entry("a predicate", token.text, predicate.says, predicate.example)
     if word in forms.PARTS:
         return _entry(SPELLINGS[word].says, word, "", forms.PARTS[word])
@@ -61,6 +61,12 @@ def meaning(token: Token, before: Token | None = None) -> str:
         form = forms.IN_FORMULA.get(word, "")
         return _entry(next(known.says for known in WORDS if known.text == word), word, "", form)
     return ""
+
+
+def _of_operator(word: str) -> str:
+    operator = by_name[word]
+    takes = f"; it takes {operator.bounds.value}" if "[" in operator.example else ""
+    return _entry("an operator", word, f"{operator.says}{takes}", operator.example)
 
 
 def figure(name: str) -> str:

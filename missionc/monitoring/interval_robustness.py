@@ -162,7 +162,7 @@ class Intervals(Domain[Interval]):
         return Interval(np.full(self.radius.shape, -np.inf), np.full(self.radius.shape, np.inf))
 
     def _of_predicate(self, predicate: Predicate) -> Interval:
-        if predicate.reads_past:
+        if predicate.reads_past or predicate.reads_heading:
             return self._unknown()
         value = np.atleast_2d(margin(predicate, self.mission, self.least.trace))
         change = predicate.rate(_Reach(self.mission.dimension, self.radius))

@@ -6,7 +6,7 @@
 
 Samples may be finer than the mission's steps, and beside them: between two an
 agent moves straight. Velocities are read where they are given (``vx,vy[,vz]``)
-and otherwise follow from the positions, as does the heading (``yaw``).
+and otherwise follow from the positions, as does the heading (``yaw``) where the mission does not ask for it.
 """
 
 from __future__ import annotations
@@ -26,7 +26,8 @@ from missionc.base.strict_json import NotJsonError, parse_json
 from missionc.base.trace import Array, Trace
 from missionc.diagnostics.code import TRACE_MISMATCH, TRACE_UNREADABLE
 from missionc.diagnostics.model import Diagnostic, Label
-from missionc.ir import Mission
+from missionc.ir import Holds, Mission
+from missionc.language.walk_formulas import asked_agents
 
 ON_TIME = 1e-6
 """Seconds: a sample so near to a step is at it."""
@@ -198,9 +199,24 @@ def _assemble(source: Source, mission: Mission, states: list[_State]) -> tuple[T
     for name, samples in own.items():
         samples.sort(key=lambda state: state.time)
         findings += _misfits(source, mission, name, samples)
+    if not findings:
+        findings += _unknown_headings(mission, own)
     if findings:
         return None, findings[:MOST_FINDINGS]
     return _trace(mission, list(own.values())), []
+
+
+def _unknown_headings(mission: Mission, own: dict[str, list[_State]]) -> list[Diagnostic]:
+    """Where nothing is said of a heading that the mission asks for, of the first agent of whom it is."""
+    for formula, agents in asked_agents(mission):
+        if isinstance(formula, Holds) and formula.predicate.reads_heading:
+            for agent in agents:
+                name = mission.agents[agent].name
+                bare = next((state for state in own[name] if "yaw" not in state.numbers), None)
+                if bare is not None:
+                    message = f"the trace does not say where `{name}` faces, which the mission asks for"
+                    return [_mismatch(bare.span, message, "give every agent its `yaw` at each time, in rad")]
+    return []
 
 
 def _misfits(source: Source, mission: Mission, name: str, samples: list[_State]) -> list[Diagnostic]:

@@ -17,6 +17,7 @@ from missionc.base.limits import Limits
 from missionc.base.source import Source, Span
 from missionc.base.units import Seconds
 from missionc.checks.check_ends import check_ends
+from missionc.checks.check_headings import check_headings
 from missionc.checks.check_horizons import check_horizons
 from missionc.checks.check_past import check_past
 from missionc.checks.check_requirements import check_requirements
@@ -134,7 +135,8 @@ def check(
     with watch.stage("check"):
         ground = None if mission.world.flat else FreeSpace.of(mission)
         kernel_or_empty = kernel or Kernel((), ())
-        findings += [*check_horizons(mission), *check_past(mission), *check_world(mission, kernel_or_empty, ground)]
+        findings += [*check_horizons(mission), *check_past(mission), *check_headings(mission)]
+        findings += check_world(mission, kernel_or_empty, ground)
         if kernel is not None:
             findings += check_requirements(mission, kernel, ground)
         if backend != ANY_BACKEND:

@@ -18,6 +18,7 @@ from missionc.checks.check_world import check_world
 from missionc.diagnostics.model import has_errors
 from missionc.ir import Mission
 from missionc.kernel.nodes import Kernel
+from missionc.kernel.walk import reads_headings
 from missionc.language.operator import TooLarge
 from missionc.lower.ahead_of_time import ahead_of_time, with_room_for_delays
 from missionc.lower.tighten import tightened, tracking_margin, with_flyable_speeds, with_vehicle_room
@@ -117,16 +118,17 @@ def _too_large(ahead: TooLarge, room: int) -> str:
 
 
 def _planned(backend: Backend, mission: Mission, kernel: Kernel, options: Options, budget: Budget) -> Outcome:
-    """What a backend says. A plan of a portfolio that comes from a roadmap is straightened, but for the user's own."""
+    """What a backend says. A plan of a portfolio that comes from a roadmap is straightened, but for the user's own.
+
+    Nor is one that asks for headings: who stands and faces has a heading on the roadmap, and none in motion.
+    """
     outcome = backend.plan(mission, kernel, options, budget)
     if not isinstance(outcome, Planned):
         return outcome
     straighten = load_straighten(outcome.report.engine)
-    return (
-        outcome
-        if straighten is None or mission.solve.roadmap is not None
-        else straighten(mission, kernel, outcome, budget)
-    )
+    if straighten is None or mission.solve.roadmap is not None or reads_headings(kernel):
+        return outcome
+    return straighten(mission, kernel, outcome, budget)
 
 
 def further_attempts(mission: Mission, options: Options, budget: Budget) -> Iterator[tuple[Options, Budget]]:

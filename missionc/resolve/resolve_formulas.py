@@ -26,10 +26,11 @@ from missionc.resolve.names import AGENTS, STATE_WORDS, UNRESOLVED, Kind, Unreso
 from missionc.resolve.prefix_scope import check_prefix_scope
 from missionc.resolve.resolve_agents import resolve_set
 from missionc.resolve.resolve_comparisons import one_agent, resolve_comparison
+from missionc.resolve.resolve_headings import resolve_facing
 from missionc.resolve.resolve_lengths import no_graph, resolve_length
 from missionc.resolve.resolve_quantities import excerpt, shown, whole
 from missionc.resolve.resolve_shapes import NOWHERE
-from missionc.resolve.resolve_time import resolve_window
+from missionc.resolve.resolve_time import resolve_period, resolve_window
 from missionc.resolve.typed import Typed, joined
 from missionc.syntax import ast
 
@@ -71,6 +72,8 @@ def resolve_formula(context: Context, formula: ast.Formula) -> Typed:
             return _call(context, formula)
         case ast.Compare():
             return resolve_comparison(context, formula)
+        case ast.Facing():
+            return resolve_facing(context, formula)
         case ast.Apply():
             return _within_limits(context, _apply(context, formula))
         case ast.Quantified():
@@ -243,7 +246,7 @@ def _apply(context: Context, formula: ast.Apply) -> Typed:
     return Typed(resolved, about, formula.span, operands, mixed, size, depth)
 
 
-def _bounds(context: Context, formula: ast.Apply, operator: Operator) -> ir.Window | ir.Length | None:
+def _bounds(context: Context, formula: ast.Apply, operator: Operator) -> ir.Window | ir.Length | ir.Period | None:
     match operator.bounds, formula.bounds:
         case Bounds.NONE, None:
             return None
@@ -253,6 +256,8 @@ def _bounds(context: Context, formula: ast.Apply, operator: Operator) -> ir.Wind
             return resolve_window(context, window)
         case Bounds.LENGTH, ast.Length() as length:
             return resolve_length(context, length)
+        case Bounds.PERIOD, ast.Period() as period:
+            return resolve_period(context, period)
         case _:
             context.report(
                 code.WRONG_UNIT,
@@ -301,6 +306,8 @@ def _within_limits(context: Context, formula: Typed) -> Typed:
 
 
 def _quantified(context: Context, formula: ast.Quantified) -> Typed:
+    if formula.kind == "every" and isinstance(formula.agents, ast.Name) and _is_number(context, formula.agents):
+        return _recurrent(context, formula, formula.agents)
     agents = resolve_set(context, formula.agents)
     body = resolve_formula(context, formula.body)
     of_team = formula.kind == "without any"
@@ -322,6 +329,13 @@ def _quantified(context: Context, formula: ast.Quantified) -> Typed:
         return _without(context, formula, number, agents, body)
     resolved = ir.AtLeastOf(formula.kind, number, agents, body.formula, formula.span)
     return Typed(resolved, About.TEAM, formula.span, size=1 + body.size, depth=1 + body.depth)
+
+
+def _recurrent(context: Context, formula: ast.Quantified, length: ast.Name) -> Typed:
+    """``every patrol: f``, where the name is that of a parameter: a period."""
+    word = Span(formula.span.source, formula.span.start, formula.span.start + len(formula.kind))
+    period = ast.Period(length.span, length)
+    return _apply(context, ast.Apply(formula.span, formula.kind, word, (formula.body,), period))
 
 
 def _without(context: Context, formula: ast.Quantified, number: int, agents: ir.AgentSet, body: Typed) -> Typed:

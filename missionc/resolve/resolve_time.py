@@ -70,9 +70,21 @@ def resolve_window(context: Context, window: ast.Window) -> ir.Window:
     return ir.Window(Steps(_whole_or_zero(low)), last, window.span)
 
 
+def resolve_period(context: Context, period: ast.Period) -> ir.Period:
+    """The length of the stretches in which something recurs, one step or more."""
+    steps = _steps(
+        context, period.length, "the period", "nothing recurs within no time", "a period of one step or more"
+    )
+    if steps < 1:
+        _shorter_than_a_step(context, period, steps)
+    else:
+        _whole_bound(context, period.length, steps)
+    return ir.Period(Steps(max(_whole_or_zero(steps), 1)), period.span)
+
+
 def resolve_delay(context: Context, delay: ast.Quantity) -> Steps:
     """A delay in whole steps, no more than the mission has."""
-    steps = _steps(context, delay, "the delay", "nobody is late by less than nothing", "a delay")
+    steps = _steps(context, delay, "the delay", "nobody is late by less than nothing", "a delay of at least 0")
     _whole_bound(context, delay, steps)
     if steps > context.steps and not math.isnan(context.step):
         context.report(
@@ -93,7 +105,7 @@ def _steps(
     bound: ast.Quantity,
     what: str = "the bound",
     why: str = "a window counts from 0 on",
-    noun: str = "a bound",
+    instead: str = "a bound of at least 0",
 ) -> float:
     """A bound in steps, not yet whole; NaN once it is reported, or while the step is not known."""
     amount = evaluate(context, bound)
@@ -106,7 +118,7 @@ def _steps(
             code.VALUE_OUT_OF_RANGE,
             f"{what} is {shown(value)}{' steps' if in_steps else ' s'}; {why}",
             bound.span,
-            help=f"write {noun} of at least 0",
+            help=f"write {instead}",
         )
         return REPORTED
     return as_whole(value if in_steps else value / context.step)
@@ -132,6 +144,15 @@ def _whole_bound(context: Context, bound: ast.Quantity, steps: float) -> None:
         bound.span,
         help=f"write `{_seconds(context, math.floor(steps))}` or `{_seconds(context, math.ceil(steps))}`",
         fix=Fix(bound.span, _seconds(context, round(steps))),
+    )
+
+
+def _shorter_than_a_step(context: Context, period: ast.Period, steps: float) -> None:
+    context.report(
+        code.VALUE_OUT_OF_RANGE,
+        f"the period is {_written(context, steps)}, shorter than a step",
+        period.span,
+        help=f"write `{_written(context, 1)}` or more; what holds at every step is `always[0, end] …`",
     )
 
 

@@ -45,18 +45,22 @@ def _operand(formula: ir.Formula, lets: dict[int, str], mission: ir.Mission) -> 
 
 def _apply(formula: ir.Apply, operands: list[str]) -> str:
     word = f"{formula.operator.name}{_bounds(formula.bounds)}"
+    if isinstance(formula.bounds, ir.Period):
+        return f"{word}: {operands[0]}"
     if formula.operator.arity == 2:
         return f" {word} ".join(operands)
     compared = f" {formula.comparison} {formula.number}" if formula.comparison else ""
     return f"{word} {operands[0]}{compared}"
 
 
-def _bounds(bounds: ir.Window | ir.Length | None) -> str:
+def _bounds(bounds: ir.Window | ir.Length | ir.Period | None) -> str:
     match bounds:
         case None:
             return ""
         case ir.Window(low, high, _):
             return f"[{low} steps, {'end' if high is None else f'{high} steps'}]"
+        case ir.Period(steps):
+            return f" {steps} steps"
         case ir.Length(graph, metric, low, high):
             unit = " m" if metric is Metric.METRES else ""
             upper = "" if high == math.inf else f"{number(high)}{unit}"
@@ -76,6 +80,9 @@ class Words:
 
     def graph(self, graph: ir.Graph, agents: tuple[int, ...]) -> str:
         return graph.name if agents == graph.agents else ", ".join((graph.name, *map(self.agent, agents)))
+
+    def angle(self, value: float) -> str:
+        return f"{number(math.degrees(value))} deg"
 
     def inequality(self, terms: tuple[tuple[float, str], ...], constant: float, sign: str) -> str:
         signed = [(weight, word if abs(weight) == 1 else f"{number(abs(weight))}*{word}") for weight, word in terms]

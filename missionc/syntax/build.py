@@ -356,7 +356,7 @@ NESTS: frozenset[str] = frozenset(
     {
         *("arithmetic", "negative", "term", "minus", "combined", "parentheses", "comparison"),
         *("infix", "bounded_infix", "prefix", "bounded_prefix", "chain", "count"),
-        *("quantified", "at_least", "without", "one_agent"),
+        *("quantified", "recurrent", "at_least", "without", "one_agent"),
     }
 )
 """The rules that put a node into another of its kind, or brackets around one."""

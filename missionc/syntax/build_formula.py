@@ -60,6 +60,15 @@ def quantified(span: Span, kind: Token, agents: ast.Name | ast.Member, body: ast
     return ast.Quantified(span, kind.word, None, agents, as_formula(body))
 
 
+def period(span: Span, length: ast.Quantity) -> ast.Period:
+    return ast.Period(span, length)
+
+
+def recurrent(span: Span, kind: Token, every: ast.Period, body: ast.Formula) -> ast.Apply:
+    """``every 40 s: f``"""
+    return ast.Apply(span, kind.word, kind.span, (as_formula(body),), every)
+
+
 def at_least(span: Span, least: ast.Quantity, agents: ast.Name | ast.Member, body: ast.Formula) -> ast.Quantified:
     return ast.Quantified(span, "at least", least, agents, as_formula(body))
 
@@ -82,6 +91,10 @@ def minus(span: Span, sign: Token, body: ast.Formula) -> ast.Negative:
 
 def comparison(span: Span, left: ast.Formula, relation: Token, right: ast.Formula) -> ast.Compare:
     return ast.Compare(span, relation.text, as_quantity(left), as_quantity(right))
+
+
+def facing(span: Span, within: ast.Quantity, towards: ast.Quantity) -> ast.Facing:
+    return ast.Facing(span, within, towards)
 
 
 def call(span: Span, name: ast.Name, *arguments: ast.Name | ast.Member | ast.Number) -> ast.Call:
@@ -116,14 +129,17 @@ FORMULAS: dict[str, Callable[..., object]] = {
     "chain": chain,
     "comparison": comparison,
     "count": count,
+    "facing": facing,
     "infix": infix,
     "length_between": length_between,
     "length_from": length_from,
     "length_up_to": length_up_to,
     "minus": minus,
     "one_agent": one_agent,
+    "period": period,
     "prefix": prefix,
     "quantified": quantified,
+    "recurrent": recurrent,
     "term": term,
     "window": window,
     "compare": lambda span, relation: relation,

@@ -12,7 +12,7 @@ JOINING = frozenset({"and", "or", "implies", "iff", "TIME_INFIX", "ROUTE_INFIX"}
 FORMULA = frozenset(
     {"PREFIX", "TIME_PREFIX", "ROUTE_PREFIX", "count", "every", "some", "at", "without", "true", "false"}
 ) | {
-    *("distance", NAME, NUMBER, "(", "-"),
+    *("distance", "heading", NAME, NUMBER, "(", "-"),
 }
 SHAPES = frozenset({"box", "disc", "ball", "cylinder", "polygon"})
 
@@ -23,7 +23,7 @@ _NAMES = {
     "over": "a team, group or agent",
     "of": "a team, group or agent",
     "to": "a team, group or agent",
-    "every": "a team, group or agent",
+    "every": "a team, group or agent, or a period such as `40 s`",
     "some": "a team, group or agent",
     "with": "a backend (`auto`, `smt`, `clot`, `hybrid`)",
     "minimize": "`duration`, `energy`",
@@ -53,6 +53,8 @@ def in_words(expected: frozenset[str], before: Token) -> str:
     phrases = []
     if {"mission", "region"} <= rest:
         return "a declaration"
+    if before.word == "every" and NUMBER in rest:
+        return _NAMES["every"]
     if rest == {"("} and before.word != "distance":
         return "a point such as `(1, 2)`"
     for marks, covers, phrase in _PHRASES:

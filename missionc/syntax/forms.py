@@ -54,6 +54,7 @@ IN_FORMULA: dict[str, str] = {
     "any": "without any 1 drone: some drone: base",
     "count": "count[hops 1..1] base >= 2",
     "distance": "distance(base) <= 2 m",
+    "heading": "heading within 10 deg of 90 deg",
 }
 """Words in formulas, and what they need behind them."""
 

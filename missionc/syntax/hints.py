@@ -70,6 +70,7 @@ SLIPS: tuple[Callable[[Place], Diagnostic | None], ...] = (
     words.members,
     words.inside_without,
     words.call_brackets,
+    words.heading_within,
     words.hyphen,
     words.unknown_unit,
     words.unknown_shape,

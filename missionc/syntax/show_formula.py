@@ -27,6 +27,8 @@ def formula(node: ast.Formula, binding: int = _IFF, last: bool = True) -> str:
             return f"{name.text}({', '.join(map(_argument, arguments))})"
         case ast.Compare(_, operator, left, right):
             return _in_brackets(f"{_sum(left)} {operator} {_sum(right)}", binding > _UNARY)
+        case ast.Facing(_, within, towards):
+            return _in_brackets(f"heading within {tight(within)} of {tight(towards)}", binding > _UNARY)
         case ast.Quantified(_, kind, number, who, body):
             least = "" if number is None else f" {tight(number)}"
             return _in_brackets(f"{kind}{least} {agents(who)}: {formula(body)}", not last)
@@ -45,6 +47,8 @@ def _argument(node: ast.Name | ast.Member | ast.Number) -> str:
 def _apply(node: ast.Apply, binding: int, last: bool) -> str:
     word = node.operator + _bounds(node.bounds)
     match node.operands:
+        case (body,) if isinstance(node.bounds, ast.Period):
+            return _in_brackets(f"{word}: {formula(body)}", not last)
         case (body,) if node.number is not None:
             text = f"{word} {formula(body, _COUNTED, False)} {node.comparison} {tight(node.number)}"
             return _in_brackets(text, binding > _UNARY)
@@ -72,7 +76,7 @@ def _binding(operator: str) -> tuple[int, int, int]:
             return _PATH, _PATH, _PATH + 1
 
 
-def _bounds(node: ast.Window | ast.Length | None) -> str:
+def _bounds(node: ast.Window | ast.Length | ast.Period | None) -> str:
     match node:
         case None:
             return ""
@@ -82,6 +86,10 @@ def _bounds(node: ast.Window | ast.Length | None) -> str:
             most = "" if high is None else loose(high)
             length = f"<= {most}" if low is None else f"{loose(low)}..{most}"
             return f"[{node.word} {length}{'' if graph is None else f' on {graph.text}'}]"
+        case ast.Period(_, ast.Number() as length):
+            return f" {tight(length)}"
+        case ast.Period(_, length):
+            return f" ({loose(length)})"
         case _:
             assert_never(node)
 

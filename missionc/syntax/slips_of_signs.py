@@ -80,9 +80,11 @@ def counted(place: Place) -> Diagnostic | None:
 
 
 def bounds_not_taken(place: Place) -> Diagnostic | None:
-    """``next[1] x``, ``x and[0, 5 s] y``"""
+    """``next[1] x``, ``x and[0, 5 s] y``, ``every[40 s] x``"""
     before = place.before
     adjacent = place.found.kind == "[" and place.found.span.start == before.span.end
+    if adjacent and before.kind == "every":
+        return finding("`every` has its period without brackets", place.found.span, "write it as in `every 40 s: …`")
     if not adjacent or before.word not in OPERATORS or before.kind in forms.BOUNDS:
         return None
     message = f"{quoted(before.text)} takes no bounds"

@@ -197,6 +197,14 @@ def inside_without(place: Place) -> Diagnostic | None:
     return finding(message, place.found.span, "write it as in `drone[0]: base`")
 
 
+def heading_within(place: Place) -> Diagnostic | None:
+    """``heading <= 90 deg``, ``heading of 90 deg``"""
+    if place.before.kind != "heading" or place.expected != {"within"}:
+        return None
+    message = "no heading is more or less than another: they go round in a circle"
+    return finding(message, place.before.span, "ask how near it is, as in `heading within 10 deg of 90 deg`")
+
+
 def call_brackets(place: Place) -> Diagnostic | None:
     """``inside base``, ``connected radio``"""
     called = place.before.text in ("inside", "touches", "connected") and place.before.kind == NAME
@@ -221,13 +229,15 @@ def label_colon(place: Place) -> Diagnostic | None:
 
 
 def quantifier_colon(place: Place) -> Diagnostic | None:
-    """``every drone always[…] …``"""
+    """``every drone always[…] …``, ``every 40 s some drone: …``"""
     if ":" not in place.expected or not place.expected <= {":", "[", "(", ".."} or not place.in_formula:
         return None
     start = place.after(place.here - 1) - 1 if place.before.kind == "]" else place.here - 1
     number = place.after(start - 1) if place.tokens[start - 1].kind == ")" else start - 1
     if place.tokens[start - 1].kind in ("every", "some"):
         words = place.tokens[start - 1].span.to(place.before.span)
+    elif place.before.kind == UNIT and place.tokens[start - 2].kind == "every":
+        words = place.tokens[start - 2].span.to(place.before.span)
     elif place.tokens[number - 1].kind in ("least", "any"):
         words = place.tokens[number - 2].span.to(place.before.span)
     else:

@@ -126,6 +126,8 @@ WORDS: tuple[Word, ...] = (
     Word("hops", "a measure", reserved=False),
     Word("weight", "a part of `prefer`", reserved=False),
     Word("delay", "a part of `tolerate`", reserved=False),
+    Word("heading", "a measure", reserved=False),
+    Word("within", "a preposition", reserved=False),
 )
 """Every word of the grammar. A letter (``U``) may also be a name, but for those of operators before their operand."""
 

@@ -68,9 +68,11 @@ def larger(lefts: list[ir.Formula], rights: list[ir.Formula]) -> list[ir.Formula
     return found
 
 
-def bounds_of(kind: Bounds) -> list[ir.Window | ir.Length | None]:
+def bounds_of(kind: Bounds) -> list[ir.Window | ir.Length | ir.Period | None]:
     if kind is Bounds.TIME:
         return [ir.Window(Steps(low), None if high is None else Steps(high), SPAN) for low, high in ((0, 2), (1, None))]
+    if kind is Bounds.PERIOD:
+        return [ir.Period(Steps(2), SPAN)]
     if kind is Bounds.PAST:
         return [ir.Window(Steps(low), Steps(high), SPAN) for low, high in ((0, 2), (1, 3))]
     if kind is Bounds.LENGTH:

@@ -20,6 +20,7 @@ class Names:
         hops, metres: whether routes are bounded so.
         volume: whether the world has a height.
         lets: names of formulas about one agent that look no step ahead.
+        faces: whether all agents have a heading.
     """
 
     step: float
@@ -35,6 +36,7 @@ class Names:
     lets: Sequence[str] = ()
     resources: Sequence[str] = ()
     flags: Sequence[str] = ()
+    faces: bool = False
 
 
 class Formulas:
@@ -118,6 +120,7 @@ class Formulas:
         place = self.one(self.names.regions)
         kinds = [place, place, f"inside({place})", f"touches({place})", "belongs", "coordinates", "speed", "distance"]
         kinds += ["true", "false"] if self.odds(0.1) else []
+        kinds += ["heading", "heading", "heading"] if self.names.faces else []
         kinds += [*self.names.lets, *self.names.flags, *self.names.flags, *self.names.resources, *self.names.resources]
         sign = self.one(["<=", ">=", "<", ">"])
         match self.one(kinds):
@@ -132,6 +135,9 @@ class Formulas:
                 return self.one(
                     ["speed <= 1.2 m/s", "speed >= 0.1 m/s", "altitude >= 0.5 m", "speed + 0.2 m/s <= 2 m/s"]
                 )
+            case "heading":
+                towards = self.one([f"{self.number(-180, 360)} deg", *self.names.beacons])
+                return f"heading within {self.number(10, 120)} deg of {towards}"
             case "distance":
                 thing = self.one([*self.names.regions, *self.names.beacons, *self.names.agents])
                 return f"distance({thing}) {sign} {self.number(0.2, 4)} m"
@@ -153,7 +159,7 @@ class Formulas:
         assert callable(part)
         words = ["always", "eventually", "eventually", "until", "release"] + (["next"] if room else [])
         if not (self.below_a_route and self.names.metres):  # no backend looks back there
-            words += ["once", "historically", "since", "arrives", "leaves"]
+            words += ["once", "historically", "since", "arrives", "leaves"] + (["every"] if room else [])
         word = self.one(words)
         if word in ("once", "historically", "since"):
             low = int(self.random.integers(0, 3))
@@ -161,6 +167,9 @@ class Formulas:
             if word == "since":
                 return f"(({part(room, depth - 1)}) since{bounds} ({part(room, depth - 1)}))"
             return f"{word}{bounds} ({part(room, depth - 1)})"
+        if word == "every":
+            period = self._time(int(self.random.integers(1, room + 1)))
+            return f"({word} {period}: {part(0, depth - 1)})"
         if word in ("arrives", "leaves"):
             return f"{word} ({part(room, depth - 1)})"
         if word == "next":

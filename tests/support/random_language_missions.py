@@ -80,7 +80,8 @@ def random_program(generator: np.random.Generator) -> dict[str, str]:
     ]
     names = _places(draw)
     _teams(draw)
-    names = replace(names, agents=tuple(draw.agents), teams=tuple(draw.teams))
+    faces = all("dynamics unicycle" in line for line in draw.lines if "dynamics" in line)
+    names = replace(names, agents=tuple(draw.agents), teams=tuple(draw.teams), faces=faces)
     names = _couplings(draw, names)
     formulas = Formulas(generator, names)
     if draw.odds(0.3):

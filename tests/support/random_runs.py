@@ -146,6 +146,7 @@ def run_of(mission: ir.Mission, trace: Trace) -> Run:
         mission,
         [[tuple(point) for point in agent] for agent in trace.position.tolist()],
         [[tuple(point) for point in agent] for agent in trace.velocity.tolist()],
+        trace.heading.tolist(),
     )
 
 
@@ -222,7 +223,7 @@ def quantified(draw: st.DrawFn, size: int, budget: int, depth: int) -> ir.Formul
 @cache
 @st.composite
 def applied(draw: st.DrawFn, operator: Operator, size: int, budget: int, depth: int) -> ir.Formula:
-    bounds: ir.Window | ir.Length | None = None
+    bounds: ir.Window | ir.Length | ir.Period | None = None
     if operator.name == "next":
         if budget == 0:
             return draw(leaves(size))
@@ -234,6 +235,10 @@ def applied(draw: st.DrawFn, operator: Operator, size: int, budget: int, depth: 
             bounds, budget = ir.Window(Steps(low), Steps(high), SPAN), budget - high
         else:
             bounds, budget = ir.Window(Steps(low), None, SPAN), 0
+    elif operator.bounds is Bounds.PERIOD:
+        if budget == 0:
+            return draw(leaves(size))
+        bounds, budget = ir.Period(Steps(draw(st.integers(1, budget))), SPAN), 0
     elif operator.bounds is Bounds.PAST:
         low = draw(st.integers(0, 3))
         bounds = ir.Window(Steps(low), Steps(low + draw(st.integers(0, 4))), SPAN)

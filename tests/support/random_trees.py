@@ -111,6 +111,7 @@ point_lists = st.lists(points, min_size=1, max_size=4).map(tuple)
 # ------------------------------------------------------------------ formulas
 
 windows = st.builds(ast.Window, st.just(NOWHERE), quantities, st.none() | quantities)
+periods = st.builds(ast.Period, st.just(NOWHERE), quantities)
 _metrics = st.sampled_from((ast.Metric.HOPS, ast.Metric.METRES))
 _weights = st.just(ast.Metric.WEIGHT)
 _on = st.none() | names
@@ -134,6 +135,7 @@ def _larger(part: st.SearchStrategy[ast.Formula]) -> st.SearchStrategy[ast.Formu
     return st.one_of(
         _applied("not next arrives leaves", one, st.none()),
         _applied("always eventually once historically", one, windows),
+        _applied("every", one, periods),
         _applied("escape somewhere everywhere", one, lengths),
         _applied("until release since", two, windows),
         _applied("reach surround", two, lengths),
@@ -161,6 +163,7 @@ formulas = st.recursive(
         agents,
         st.builds(ast.Call, st.just(NOWHERE), names, st.lists(agents | _numbers, min_size=1, max_size=3).map(tuple)),
         st.builds(ast.Compare, st.just(NOWHERE), st.sampled_from(["<=", "<", ">", ">="]), measures, measures),
+        st.builds(ast.Facing, st.just(NOWHERE), quantities, quantities),
     ),
     _larger,
     max_leaves=10,

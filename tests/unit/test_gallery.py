@@ -109,6 +109,8 @@ def predicate(formula: ir.Formula) -> list[str]:
             return ["formation"]
         case ir.Holds(ir.Flagged()):
             return ["flag"]
+        case ir.Holds(ir.Facing()):
+            return ["heading"]
         case _:
             return []
 

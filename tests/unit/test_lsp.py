@@ -161,6 +161,8 @@ def test_a_requirement_is_said_back_at_its_label_and_at_its_word() -> None:
         ("require a: every dro|ne: base", "3 agents."),
         ("require a: every drone: ba|se", "a region"),
         ("require a: every drone: alw|ays[0, 2 s] base", "At every step of the window; it takes a time window"),
+        ("require a: eve|ry 5 s: some drone: base", "at some step of each stretch of that length"),
+        ("require a: eve|ry drone: base", "what follows holds of every one of these agents"),
         ("require a: every drone: spe|ed <= 1", "how fast the agent is"),
         ("require a: always[0, 3 s] conn|ected(radio)", "every one of the agents has a route"),
         ("require a: every drone: always[0, 300 m|s] base", "unit of a time: 0.001 s"),
@@ -268,6 +270,9 @@ def test_each_requirement_says_how_far_it_looks_ahead() -> None:
     [
         ("|", {"region", "require", "let"}, {"base", "box", "at"}),
         ("require a: every |", {"drone"}, {"base", "radio", "not"}),
+        ("param P = 5 s\nrequire a: every |", {"drone", "P"}, {"base", "radio", "not"}),
+        ("require a: every 5 |", {"s", "min", "steps"}, {"m", "deg", "drone"}),
+        ("require a: every 5 s: |", {"every", "always", "base"}, {"radio"}),
         ("require a: at least 2 |", {"drone"}, {"base", "radio"}),
         (
             "require a: every drone: |",

@@ -67,10 +67,11 @@ def test_an_example_shows_its_operator() -> None:
 def test_every_node_carries_the_words_it_came_from() -> None:
     window = ir.Window(Steps(0), Steps(2), SPAN)
     for operator in OPERATORS:
-        bounds: ir.Window | ir.Length | None = {
+        bounds: ir.Window | ir.Length | ir.Period | None = {
             Bounds.TIME: window,
             Bounds.PAST: window,
             Bounds.LENGTH: hops(1, 2),
+            Bounds.PERIOD: ir.Period(Steps(2), SPAN),
             Bounds.NONE: None,
         }[operator.bounds]
         node = operator.expand(Use((F, G)[: operator.arity], bounds, SPAN, ">=", 2))

@@ -155,7 +155,7 @@ def test_a_frequent_slip_is_named_and_can_be_mended(
         ("region box = a", "MC007", "`box` is a word of the language (a shape)", "box_1"),
         ("region G = a", "MC007", "`G` is short for `always`", "G_1"),
         ("region region = a", "MC007", "(a declaration)", "region_1"),
-        ("let f = every team: x", "MC001", "a team, group or agent was expected after `every`", "every drone: base"),
+        ("let f = every team: x", "MC001", "a period such as `40 s` was expected after `every`", "every drone: base"),
         ("minimize time", "MC001", "`duration`, `energy` or `distance` was expected", "minimize distance"),
         ("region été = a", "MC007", "letters other than a to z", "a to z"),
         ("region a\u202e = b", "MC007", "U+202E", "delete"),

@@ -5,12 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from missionc.backends.smt.encode.lower_motion import Motion
+from missionc.backends.smt.roadmap.faced import faced
 from missionc.backends.smt.roadmap.roadmap import Indices
 from missionc.base.trace import Array, Trace
 from missionc.ir import Mission
-
-STILL = 1e-9
-"""Metres: who moves less within a step keeps facing where it faced."""
 
 
 def lift(states: Indices, motion: Motion, mission: Mission) -> Trace:
@@ -35,10 +33,7 @@ def _headings(states: Indices, way: Array, motion: Motion) -> Array:
     """
     headings = np.zeros(states.shape)
     for agent, row in enumerate(states):
-        faced = np.append(motion.roadmap(agent).heading[row[1:]], np.nan)
-        moves = np.linalg.norm(way[agent, :, :2], axis=-1) > STILL
-        along = np.arctan2(way[agent, :, 1], way[agent, :, 0])
-        known = np.where(np.append(moves, False), np.append(along, 0.0), faced)
+        known = np.append(faced(way[agent], motion.roadmap(agent).heading[row[1:]]), np.nan)
         given = np.flatnonzero(~np.isnan(known))
         if given.size:
             latest = np.maximum.accumulate(np.where(np.isnan(known), -1, np.arange(len(known))))

@@ -10,6 +10,7 @@ from typing import TypeAlias
 
 from missionc.ir.predicates.compare import Compare
 from missionc.ir.predicates.connected import Connected
+from missionc.ir.predicates.facing import Facing
 from missionc.ir.predicates.features import (
     Altitude,
     Coordinate,
@@ -23,7 +24,7 @@ from missionc.ir.predicates.flagged import Flagged
 from missionc.ir.predicates.in_formation import InFormation
 from missionc.ir.predicates.in_region import Inside, Touches
 
-Predicate: TypeAlias = Inside | Touches | Compare | Connected | InFormation | Flagged
+Predicate: TypeAlias = Inside | Touches | Compare | Connected | InFormation | Flagged | Facing
 
 __all__ = [
     "Altitude",
@@ -32,6 +33,7 @@ __all__ = [
     "Coordinate",
     "DistanceBetween",
     "DistanceTo",
+    "Facing",
     "Feature",
     "Flagged",
     "InFormation",

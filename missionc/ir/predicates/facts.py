@@ -71,6 +71,10 @@ class PredicateFacts:
         return False
 
     @property
+    def reads_heading(self) -> bool:
+        return False
+
+    @property
     def is_of_speed(self) -> bool:
         """Whether its margin is in m/s."""
         return False

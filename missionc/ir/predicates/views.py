@@ -54,6 +54,9 @@ class Measures(Protocol):
     def flagged(self, flag: Flag) -> Array:
         """The margin of the flag's being set."""
 
+    def facing(self, towards: float | Beacon, within: float) -> Array:
+        """How much is to spare of one's heading within an angle of a direction, rad, or of where a beacon is."""
+
     def nothing(self, *, of_team: bool = False) -> Array:
         """Zeros: one for each agent that is asked and each moment, or for each moment."""
 
@@ -104,6 +107,9 @@ class Words(Protocol):
 
     def graph(self, graph: Graph, agents: tuple[int, ...]) -> str:
         """The graph, and over which of its agents where those are not all."""
+
+    def angle(self, value: float) -> str:
+        """An angle, rad, in degrees and with their unit."""
 
     def inequality(self, terms: tuple[tuple[float, str], ...], constant: float, sign: str) -> str:
         """``constant + sum(weight * word) >= 0``."""

@@ -47,14 +47,24 @@ def holds(predicate: Predicate, margins: Array) -> Array:
 
 
 def of_states(
-    predicate: Predicate, mission: Mission, agent: int, position: Array, velocity: Array, *, xp: Namespace = np
+    predicate: Predicate,
+    mission: Mission,
+    agent: int,
+    position: Array,
+    velocity: Array,
+    heading: Array | None = None,
+    *,
+    xp: Namespace = np,
 ) -> Array:
     """The margin of a predicate that one agent's own state decides: (..., dim) twice -> (...).
+
+    Args:
+        heading: (...), rad; NaN where nothing is known of it, which makes NaN of the margin. For who asks of headings.
 
     Raises:
         ValueError: the predicate needs another agent.
     """
-    return predicate.margin(_OfSome(xp, mission, {agent: position}, velocity))
+    return predicate.margin(_OfSome(xp, mission, {agent: position}, velocity, heading))
 
 
 def of_pair(
@@ -106,6 +116,9 @@ class _AlongTrace(View):
     def velocity(self) -> Array:
         return self.trace.velocity
 
+    def heading(self) -> Array:
+        return self.trace.heading
+
     def radius(self) -> Array:
         return np.array([agent.radius for agent in self.mission.agents])[:, None]
 
@@ -125,9 +138,16 @@ class _AlongTrace(View):
 class _OfSome(View):
     """The first of a few agents is asked; nothing is known of any other."""
 
-    def __init__(self, xp: Namespace, mission: Mission, places: dict[int, Array], velocity: Array | None) -> None:
+    def __init__(
+        self,
+        xp: Namespace,
+        mission: Mission,
+        places: dict[int, Array],
+        velocity: Array | None,
+        heading: Array | None = None,
+    ) -> None:
         super().__init__(xp, mission.dimension)
-        self.places, self.moving = places, velocity
+        self.places, self.moving, self.faced = places, velocity, heading
         self.agent = mission.agents[next(iter(places))]
 
     def own(self) -> Array:
@@ -141,6 +161,9 @@ class _OfSome(View):
 
     def velocity(self) -> Array:
         return super().velocity() if self.moving is None else self.moving
+
+    def heading(self) -> Array:
+        return super().heading() if self.faced is None else self.faced
 
     def nothing(self, *, of_team: bool = False) -> Array:
         return 0.0 * self.own()[..., 0]

@@ -70,6 +70,18 @@ class View:
     def flagged(self, flag: Flag) -> Array:
         raise ValueError("no steps before are seen here")
 
+    def heading(self) -> Array:
+        """Where the agents face that are asked: (...), rad. These views are of numpy."""
+        raise ValueError("no heading is seen here")
+
+    def facing(self, towards: float | Beacon, within: float) -> Array:
+        from missionc.language.margins import headings  # numpy, which nothing else here loads
+
+        if not isinstance(towards, Beacon):
+            return headings.of_direction(self.heading(), towards, within)
+        x, y = (towards.position[axis] - self.coordinate(axis) for axis in (0, 1))
+        return headings.of_place(self.heading(), x, y, within)
+
     def nothing(self, *, of_team: bool = False) -> Array:
         return 0.0 * (self.place(0) if of_team else self.own())[..., 0]
 

@@ -12,6 +12,7 @@ from missionc.language.operators import (
     count,
     escape,
     eventually,
+    every,
     everywhere,
     historically,
     iff,
@@ -32,6 +33,7 @@ from missionc.language.operators import (
 OPERATORS: tuple[Operator, ...] = (
     always.OPERATOR,
     eventually.OPERATOR,
+    every.OPERATOR,
     until.OPERATOR,
     release.OPERATOR,
     once.OPERATOR,

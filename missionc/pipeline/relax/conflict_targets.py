@@ -30,8 +30,9 @@ class Way(Enum):
 class ConflictTargets:
     """Conflict targets, by the words of the formula or the name of the thing: which way asks for less.
 
-    ``windows``: the last step of the window. ``lengths``: the upper bound of a route. ``counts``: of agents.
-    ``comparisons``: what is compared with zero, as if it were a sum that has to be positive.
+    ``windows``: the last step of the window, the length of a period. ``lengths``: the upper bound of a route.
+    ``counts``: of agents. ``comparisons``: what is compared with zero, as if it were a sum that has
+    to be positive.
     """
 
     windows: dict[Span, Way] = field(default_factory=dict)
@@ -74,7 +75,7 @@ def _note(found: ConflictTargets, node: Node, sign: int) -> None:
             _add(found.counts, span, sign if node.dual else -sign)
         case _:
             sign = -sign if node.every else sign
-            if window_of(node):
+            if (window := window_of(node)) and window[1] is not None:
                 _add(found.windows, span, sign)
             if graph := graph_of(node):
                 # A wider graph has shorter ways, and links where there were none: how that bears on a bound is open.

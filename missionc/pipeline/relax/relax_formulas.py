@@ -75,6 +75,21 @@ def counts(checked: Checked, targets: ConflictTargets) -> list[Knob]:
     return knobs
 
 
+def headings(checked: Checked, targets: ConflictTargets) -> list[Knob]:
+    """The angle to either side within which a heading is to be."""
+    knobs = []
+    for node in sorted(
+        (each for each in nodes(checked.program) if isinstance(each, ast.Facing)), key=lambda each: each.span.start
+    ):
+        way, angle = targets.comparisons.get(node.span, Way.EITHER), spot(checked, node.within)
+        if angle is None or way is Way.EITHER:
+            continue
+        name = f"the angle of `{excerpt(node.span)}`"
+        most = math.nextafter(math.pi / angle.factor, 0.0)
+        knobs.append(more(angle, name, most) if way is Way.MORE else less(angle, name))
+    return knobs
+
+
 def _in_order(checked: Checked) -> list[ast.Apply | ast.Quantified | ast.Compare]:
     """The formulas as written that may have a number of their own."""
     kinds = (ast.Apply, ast.Quantified, ast.Compare)

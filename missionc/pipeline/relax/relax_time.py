@@ -1,10 +1,10 @@
-"""Relaxations of time: a longer horizon, a window that ends later or asks for less time."""
+"""Relaxations of time: a longer horizon, a window that ends later or asks for less time, a longer period."""
 
 from __future__ import annotations
 
 from missionc.base.source import Span
 from missionc.checks.check_horizons import steps_ahead
-from missionc.ir import Apply, Mission, Preference, Requirement, Window
+from missionc.ir import Apply, Mission, Period, Preference, Requirement, Window
 from missionc.language.walk_formulas import bottom_up, formulas, goals, operator_words
 from missionc.pipeline.checked import Checked
 from missionc.pipeline.relax.conflict_targets import ConflictTargets, Way
@@ -52,14 +52,20 @@ def _meant(mission: Mission) -> dict[Span, Apply]:
 
 
 def windows(checked: Checked, mission: Mission, targets: ConflictTargets) -> list[Knob]:
-    """The last steps of windows: later where something is to happen, sooner where something is to last."""
+    """The last steps of windows: later where something is to happen, sooner where something is to last.
+
+    Of what is to recur, the period: longer.
+    """
     written = {node.span: node.bounds for node in nodes(checked.program) if isinstance(node, ast.Apply)}
+    periods = _periods(checked)
     meant = _meant(mission)
     knobs = []
     for span, way in targets.windows.items():
         window, formula = written.get(span), meant.get(span)
         if isinstance(window, ast.Window) and formula is not None and way is not Way.EITHER:
             knobs.append(_window(checked, mission, window, formula, way))
+        elif formula is not None and isinstance(formula.bounds, Period) and way is Way.MORE and span in periods:
+            knobs.append(_period(checked, mission, periods[span], formula))
     return [knob for knob in knobs if knob is not None]
 
 
@@ -87,6 +93,33 @@ def _window(checked: Checked, mission: Mission, window: ast.Window, formula: App
 
     most = (LONGER - 1) * mission.steps if way is Way.MORE else high - low
     return Knob(edit, 1 / max(1, high), min(most, max(1, high)), most) if most else None
+
+
+def _periods(checked: Checked) -> dict[Span, ast.Quantity]:
+    """The period of each formula that is to recur, as it is written: a quantity, or the name of a parameter."""
+    found: dict[Span, ast.Quantity] = {}
+    for node in nodes(checked.program):
+        match node:
+            case ast.Apply(span=span, bounds=ast.Period(length=length)):
+                found[span] = length
+            case ast.Quantified(span=span, kind="every", agents=ast.Name() as name):
+                found[span] = name
+            case _:
+                pass
+    return found
+
+
+def _period(checked: Checked, mission: Mission, length: ast.Quantity, formula: Apply) -> Knob | None:
+    """The period, longer by whole steps as long as the mission lasts long enough."""
+    place = spot(checked, length)
+    assert isinstance(formula.bounds, Period)
+    steps = formula.bounds.steps
+    asking = [goal for goal in goals(mission) if formula in bottom_up([goal.formula])]
+    most = mission.steps - _ahead(mission, asking)
+    if place is None or most < 1:
+        return None
+    name = f"in `{asking[0].name}`, the period"
+    return Knob(lambda notches: _at(place, mission, steps + notches, name), 1 / steps, min(most, steps), most)
 
 
 def _ahead(mission: Mission, asking: list[Requirement | Preference]) -> int:

@@ -195,6 +195,7 @@ def _knobs(checked: Checked, mission: Mission, kernel: Kernel, conflict: tuple[s
         *relax_formulas.lengths(checked, mission, asks),
         *relax_formulas.counts(checked, asks),
         *relax_formulas.comparisons(checked, asks),
+        *relax_formulas.headings(checked, asks),
         *relax_world.graphs(checked, asks),
         *relax_world.formations(checked, asks),
         *relax_world.regions(checked, mission, asks),

@@ -36,12 +36,29 @@ class Compare:
 
 
 @dataclass(frozen=True, slots=True)
+class Facing:
+    """``heading within 10 deg of 90 deg``; ``towards`` may be the ``Name`` of a beacon."""
+
+    span: Span
+    within: Quantity
+    towards: Quantity
+
+
+@dataclass(frozen=True, slots=True)
 class Window:
     """``[2 s, 12 s]``; ``high`` is None for ``end``."""
 
     span: Span
     low: Quantity
     high: Quantity | None
+
+
+@dataclass(frozen=True, slots=True)
+class Period:
+    """The ``40 s`` of ``every 40 s: f``."""
+
+    span: Span
+    length: Quantity
 
 
 class Metric(Enum):
@@ -84,7 +101,7 @@ class Apply:
     operator: str
     operator_span: Span
     operands: tuple[Formula, ...]
-    bounds: Window | Length | None = None
+    bounds: Window | Length | Period | None = None
     comparison: str | None = None
     number: Quantity | None = None
 
@@ -109,5 +126,5 @@ class OneAgent:
     body: Formula
 
 
-Formula: TypeAlias = "Truth | Name | Member | Call | Compare | Apply | Quantified | OneAgent"
+Formula: TypeAlias = "Truth | Name | Member | Call | Compare | Facing | Apply | Quantified | OneAgent"
 """A ``Name`` may be a region, team, group, agent, formation or ``let``; resolve tells which."""

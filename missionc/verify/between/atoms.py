@@ -18,7 +18,7 @@ import numpy as np
 from missionc.base.trace import Array, Flags
 from missionc.curves.piecewise_polynomials import Indices
 from missionc.ir import BeaconCover, Flagged, Graph, Predicate, Proximity, Resource, Sight
-from missionc.language.margins.predicate_margins import holds, link_margin
+from missionc.language.margins.predicate_margins import holds, link_margin, margin
 from missionc.language.margins.resources import flag_truths
 from missionc.language.margins.view import View
 from missionc.verify.between.interval_sets import Signal
@@ -50,15 +50,17 @@ def atom_signals(predicate: Predicate, agents: Indices, motion: Motion) -> list[
         agents = np.zeros(1, dtype=np.int64)
     if isinstance(predicate, Flagged):
         return _of_steps(flag_truths(predicate.flag, motion.at_steps)[agents])
+    if predicate.reads_heading and predicate.unit == "rad":
+        return _of_steps(holds(predicate, margin(predicate, motion.mission, motion.at_steps))[agents])
     rate = np.broadcast_to(predicate.rate(_Speeds(motion, agents)), (agents.size, motion.joints.size - 1))
     border = 0
     if not (predicate.others or predicate.reads_oneself(motion.mission.dimension)):  # no motion changes it
         border = 1 if bool(holds(predicate, np.zeros(1))[0]) else -1
 
-    def margin(item: Indices, piece: Indices, local: Array) -> Array:
+    def measured(item: Indices, piece: Indices, local: Array) -> Array:
         return np.asarray(predicate.margin(_Moments(motion, agents[item], piece, local)))
 
-    return _signals(margin, rate, motion, border)
+    return _signals(measured, rate, motion, border, by_step=predicate.reads_heading)
 
 
 def _of_steps(truth: Flags) -> list[Signal]:
@@ -72,7 +74,7 @@ def _of_steps(truth: Flags) -> list[Signal]:
 def link_signals(graph: Graph, first: Indices, second: Indices, motion: Motion) -> list[Signal]:
     """When links lead from agents to others, (pairs,) twice."""
 
-    def margin(pair: Indices, piece: Indices, local: Array) -> Array:
+    def measured(pair: Indices, piece: Indices, local: Array) -> Array:
         here, there = (motion.position(agent[pair], piece, local) for agent in (first, second))
         return np.asarray(link_margin(graph, first[pair], second[pair], here, there))
 
@@ -86,7 +88,7 @@ def link_signals(graph: Graph, first: Indices, second: Indices, motion: Motion) 
             rate = np.maximum(motion.relative_speed(first, second), faster)
         case _:
             assert_never(graph)
-    return _signals(margin, rate, motion, 0)
+    return _signals(measured, rate, motion, 0)
 
 
 # --------------------------------------------------------------------- views
@@ -113,6 +115,9 @@ class _Moments(View):
 
     def level(self, resource: Resource) -> Array:
         return self.motion.level(resource, self.agent, self.piece, self.local)
+
+    def heading(self) -> Array:
+        return self.motion.heading(self.agent, self.piece, self.local)
 
     def radius(self) -> Array:
         return np.array([agent.radius for agent in self.motion.mission.agents])[self.agent]
@@ -149,20 +154,24 @@ class _Speeds:
 # --------------------------------------------------------------------- signs
 
 
-def _signals(margin: Margin, rate: Array, motion: Motion, border: int) -> list[Signal]:
+def _signals(margin: Margin, rate: Array, motion: Motion, border: int, *, by_step: bool = False) -> list[Signal]:
     """When each item's margin is surely positive, and when surely negative.
 
     Args:
         rate: (items, pieces), per second.
         border: 1 or -1 says what a margin of exactly 0 means; 0 leaves it open.
+        by_step: it may jump at the steps as well as at the joints.
     """
-    items, pieces = rate.shape
+    items, _ = rate.shape
     slack = 0.0 if border else motion.slack
     shortest = max(1, int(RESOLUTION / motion.mission.step * STEP))
-    there = np.flatnonzero(np.tile(np.diff(motion.joints) > 0, items))
+    pieces, lows, highs = motion.stretches(by_step=by_step)
+    everything = np.arange(items * pieces.size)
     waiting = [
-        (item, piece, motion.joints[piece], motion.joints[piece + 1])
-        for item, piece in (np.divmod(there[begin : begin + CHUNK], pieces) for begin in range(0, there.size, CHUNK))
+        (item, pieces[stretch], lows[stretch], highs[stretch])
+        for item, stretch in (
+            np.divmod(everything[begin : begin + CHUNK], pieces.size) for begin in range(0, everything.size, CHUNK)
+        )
     ]
     intervals: list[tuple[Indices, Indices, Indices, Indices]] = []
     spent = 0

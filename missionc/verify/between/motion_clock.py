@@ -18,6 +18,9 @@ STEP = 1 << 32
 ROUNDING = 1e-11
 """The rounding of a margin, for each metre (m/s) of the sum of a polynomial's terms: more than floating point makes."""
 
+AT_STEP = 1e-9
+"""Steps: a moment so little before a step is at it."""
+
 FURTHER = 0.5 + 1e-9
 """How far a stretch reaches from its middle, in its own length and one tick; a little more, for rounding."""
 
@@ -57,6 +60,18 @@ class Motion:
     def piece_at(self, tick: Indices) -> Indices:
         """The piece that a tick falls into: (...) -> (...)."""
         return np.clip(np.searchsorted(self.joints, tick, side="right") - 1, 0, self.joints.size - 2).astype(np.int64)
+
+    def stretches(self, *, by_step: bool) -> tuple[Indices, Indices, Indices]:
+        """The pieces that last, and from when to when each does, in ticks: (stretches,) three times.
+
+        ``by_step``: they end at each step as well, and the last step is a stretch of its own.
+        """
+        if not by_step:
+            there = np.flatnonzero(np.diff(self.joints) > 0)
+            return there, self.joints[there], self.joints[there + 1]
+        edges = np.unique(np.concatenate([self.joints, np.arange(0, self.end + 1, STEP)]))
+        low, high = np.append(edges[:-1], self.end), np.append(edges[1:], self.end)
+        return self.piece_at(low), low, high
 
     def position(self, agent: Indices, piece: Indices, local: Array) -> Array:
         """(...) -> (..., dim), metres."""
@@ -108,6 +123,12 @@ class Motion:
         before = np.clip(np.floor(time), 0, known.shape[1] - 2).astype(np.int64)
         first, second = known[agent, before], known[agent, before + 1]
         return np.asarray(first + (second - first) * np.clip(time - before, 0.0, 1.0))
+
+    def heading(self, agent: Indices, piece: Indices, local: Array) -> Array:
+        """Where agents face, (...), rad: where they faced at the step before, or face at that very step."""
+        known = self.at_steps.heading
+        time = (self.curves.times[piece] + local) / self.mission.step
+        return np.asarray(known[agent, np.clip(np.floor(time + AT_STEP), 0, known.shape[1] - 1).astype(np.int64)])
 
     def use(self, resource: Resource) -> Array:
         """By how much what is left changes at most, (agents,), per second."""

@@ -11,9 +11,10 @@ import numpy as np
 import torch
 from torch import Tensor
 
+from missionc.backends.clot.cost_graph.heading_of_motion import facing
 from missionc.backends.clot.cost_graph.motion_batch import States, Team
 from missionc.backends.clot.torch_device import places
-from missionc.ir import Graph, Predicate
+from missionc.ir import Beacon, Graph, Predicate
 from missionc.ir.pair_ranges import directed
 from missionc.language.margins.predicate_margins import link_margin
 from missionc.language.margins.view import View
@@ -110,6 +111,9 @@ class _OfBatch(View):
 
     def velocity(self) -> Tensor:
         return self.states.velocity
+
+    def facing(self, towards: float | Beacon, within: float) -> Tensor:
+        return facing(self.own(), self.velocity(), towards, within)
 
     def nothing(self, *, of_team: bool = False) -> Tensor:
         return 0.0 * self.states.position[:, : 1 if of_team else None, :, 0]

@@ -16,6 +16,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
+from missionc.backends.clot.cost_graph.heading_of_motion import facing
 from missionc.backends.clot.cost_graph.leaf_margins import link_weight, second_eigenvalue
 from missionc.backends.clot.cost_weights import Spare, Weights
 from missionc.backends.clot.optimise.active_set import Active, Links, Stretch
@@ -23,6 +24,7 @@ from missionc.backends.clot.optimise.control_points import Arguments, Indices, S
 from missionc.backends.clot.optimise.residuals import Group
 from missionc.base.trace import Array, Flags
 from missionc.ir import (
+    Beacon,
     Connectivity,
     Formation,
     Graph,
@@ -128,7 +130,8 @@ class TaskCosts:
             torch.from_numpy(np.array([getattr(one, what) for one in self.mission.agents])[agent])
             for what in ("radius", "altitude")
         )
-        scale, spare = (made.step, Spare().task) if predicate.is_of_speed and made.steps else (1.0, self.spare.task)
+        of_speed = predicate.is_of_speed or predicate.reads_heading
+        scale, spare = (made.step, Spare().task) if of_speed and made.steps else (1.0, self.spare.task)
 
         def shortfall(*points: Tensor) -> Tensor:
             measured = predicate.margin(_OfPoints(points, named, radius, altitude)) + 0.0 * points[0][:, 0]
@@ -270,6 +273,9 @@ class _OfPoints(View):
 
     def velocity(self) -> Tensor:
         return self.points[1]
+
+    def facing(self, towards: float | Beacon, within: float) -> Tensor:
+        return facing(self.own(), self.velocity(), towards, within)
 
     def radius(self) -> Tensor:
         return self.own_radius

@@ -72,9 +72,9 @@ class Atoms:
             return self._in(self.labels.standing(predicate, number) == truth, agent, steps)
         last = steps == self.motion.steps
         result = np.empty(len(steps), dtype=np.int32)
-        fits = self.labels.moves(predicate, number, at_end=False) == truth
+        fits = self.labels.moves(predicate, number, truth, at_end=False)
         result[~last] = self._by_moves(fits, agent, steps[~last])
-        fits = self.labels.moves(predicate, number, at_end=True) == truth
+        fits = self.labels.moves(predicate, number, truth, at_end=True)
         result[last] = self._by_moves(fits, agent, steps[last] - 1)
         return result
 

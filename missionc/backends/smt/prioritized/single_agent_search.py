@@ -206,8 +206,9 @@ class SingleAgentSearch:
             elif isinstance(leaf, Atom) and leaf.predicate.reads_past:
                 past.append(node)
             elif isinstance(leaf, Atom) and not leaf.predicate.others and self._labels.of_moves(leaf.predicate, number):
-                begins, ends = (self._labels.moves(leaf.predicate, number, at_end=at_end) for at_end in (False, True))
-                of_move[node] = (begins, ends) if leaf is node else (~begins, ~ends)
+                labels, truth = self._labels, leaf is node
+                begins, ends = (labels.moves(leaf.predicate, number, truth, at_end=end) for end in (False, True))
+                of_move[node] = begins, ends
             elif (
                 isinstance(node, All | Any | AtLeast)
                 or window_of(node) is not None

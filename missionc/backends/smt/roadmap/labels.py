@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable
+from typing import TypeAlias
 
 import numpy as np
 
+from missionc.backends.smt.roadmap.faced import faced
 from missionc.backends.smt.roadmap.roadmap import Roadmap
 from missionc.backends.smt.roadmap.unique_rows import Indices, distinct
 from missionc.base.trace import Array, Flags
 from missionc.ir import Mission, Predicate
 from missionc.language.margins.predicate_margins import holds, of_pair, of_states
+
+OwnState: TypeAlias = "tuple[Array, Array, Array | None]"
+"""Positions and velocities, (..., dim) each, and headings, (...), where those are asked for."""
 
 
 class Unexpressible(ValueError):
@@ -24,6 +29,7 @@ class Labels:
         self.mission, self.roadmaps = mission, roadmaps
         self.roadmap_of = {agent: number for number, roadmap in enumerate(roadmaps) for agent in roadmap.agents}
         self._known: dict[Hashable, Flags] = {}
+        self._open: dict[Hashable, Flags] = {}
         self._parts: dict[Predicate, tuple[Predicate, ...]] = {}
 
     def of_places(self, predicate: Predicate) -> bool:
@@ -46,23 +52,29 @@ class Labels:
     def states(self, predicate: Predicate, number: int) -> Flags:
         """In which states of that roadmap it holds: (states,)."""
         roadmap = self.roadmaps[number]
-        return self._own(predicate, number, "states", lambda: (roadmap.position, roadmap.velocity))
+        return self._own(predicate, number, "states", lambda: (roadmap.position, roadmap.velocity, None))
 
     def standing(self, predicate: Predicate, number: int) -> Flags:
         """In which states of that roadmap it holds of an agent that never moves: (states,)."""
         position = self.roadmaps[number].position
-        return self._own(predicate, number, "standing", lambda: (position, np.zeros_like(position)))
+        return self._own(predicate, number, "standing", lambda: (position, np.zeros_like(position), None))
 
-    def moves(self, predicate: Predicate, number: int, *, at_end: bool) -> Flags:
-        """During which moves it holds, in the state they start from or, ``at_end``, end in: (moves,)."""
-        position = self.roadmaps[number].position
-        source, target = self.roadmaps[number].moves.T
+    def moves(self, predicate: Predicate, number: int, holds: bool, *, at_end: bool) -> Flags:
+        """During which moves it holds, or does not, in the state they start from or, ``at_end``, end in: (moves,).
 
-        def states() -> tuple[Array, Array]:
-            velocity = (position[target] - position[source]) / self.mission.step
-            return position[target if at_end else source], velocity
+        Of the heading of who stays, and may face anywhere, nothing is known: then it does neither.
+        """
+        roadmap = self.roadmaps[number]
+        source, target = roadmap.moves.T
 
-        return self._own(predicate, number, "ends" if at_end else "begins", states)
+        def states() -> OwnState:
+            way = roadmap.position[target] - roadmap.position[source]
+            heading = faced(way, roadmap.heading[target]) if predicate.reads_heading else None
+            return roadmap.position[target if at_end else source], way / self.mission.step, heading
+
+        there = "ends" if at_end else "begins"
+        true = self._own(predicate, number, there, states)
+        return true if holds else ~true & ~self._open[predicate, number, there]
 
     def parts(self, predicate: Predicate) -> tuple[Predicate, ...]:
         """The predicates about fewer agents that it is the conjunction of."""
@@ -92,9 +104,9 @@ class Labels:
         first, place = distinct(position)
         return position[first], place
 
-    def _own(self, predicate: Predicate, number: int, what: str, states: Callable[[], tuple[Array, Array]]) -> Flags:
+    def _own(self, predicate: Predicate, number: int, what: str, states: Callable[[], OwnState]) -> Flags:
         key = (predicate, number, what)
         if key not in self._known:
-            margins = of_states(predicate, self.mission, self.roadmaps[number].agents[0], *states())
-            self._known[key] = np.asarray(holds(predicate, np.asarray(margins)))
+            margins = np.asarray(of_states(predicate, self.mission, self.roadmaps[number].agents[0], *states()))
+            self._known[key], self._open[key] = np.asarray(holds(predicate, margins)), np.isnan(margins)
         return self._known[key]

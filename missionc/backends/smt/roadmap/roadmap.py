@@ -23,8 +23,9 @@ from missionc.backends.smt.roadmap.slow_paths import always_slow, slow_paths
 from missionc.backends.smt.roadmap.unroll import Unrolled, unroll
 from missionc.base.memory import reserve
 from missionc.base.trace import Array, Flags
-from missionc.ir import Agent, Anywhere, Exactly, Lanes, Mission, Place
-from missionc.kernel.nodes import Kernel
+from missionc.ir import Agent, Anywhere, Beacon, Exactly, Facing, Lanes, Mission, Place
+from missionc.kernel.nodes import Atom, Kernel
+from missionc.kernel.walk import postorder
 from missionc.world.clearance import Motions, clear_of_movers, clear_places
 from missionc.world.dynamics import States, motion_of
 from missionc.world.signed_distance import signed_distance
@@ -150,7 +151,8 @@ def _build(
     mission, dynamics = ground.mission, ground.agents[0].dynamics
     slow = list(slow_paths(ground, kernel, nodes, edges))
     fast_too = not always_slow(ground, kernel)
-    whole = unroll(dynamics, nodes, edges, mission.step, slow, fast_too=fast_too, one_way=bool(names))
+    asked, one_way = _headings_asked(kernel), bool(names)
+    whole = unroll(dynamics, nodes, edges, mission.step, slow, fast_too=fast_too, one_way=one_way, asked=asked)
     is_node = np.arange(len(whole.states)) < len(nodes)
     starts = [_may_be(ground, agent.start, 0, whole.states) & is_node for agent in ground.agents]
     finishes = [_may_be(ground, agent.finish, mission.steps, whole.states) for agent in ground.agents]
@@ -197,6 +199,16 @@ def _may_be(ground: Ground, place: Place | None, step: int, states: States) -> F
             assert_never(place)
     clear = clear_places(ground.mission, states.position, ground.margin, (step,))[0]
     return np.asarray(there & clear & np.all(states.velocity == 0, axis=1))
+
+
+def _headings_asked(kernel: Kernel) -> tuple[float | Beacon, ...]:
+    """The directions and the beacons that agents are asked to face, each once."""
+    atoms = (
+        node.predicate
+        for node in postorder(goal.formula for goal in kernel.requirements + kernel.preferences)
+        if isinstance(node, Atom)
+    )
+    return tuple(dict.fromkeys(predicate.towards for predicate in atoms if isinstance(predicate, Facing)))
 
 
 def _useful(whole: Unrolled, starts: list[Flags], ending: Flags, steps: int) -> Flags:

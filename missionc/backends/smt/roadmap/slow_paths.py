@@ -102,4 +102,5 @@ def _limits(ground: Ground, kernel: Kernel) -> list[tuple[int, list[Node]]]:
 
 
 def _reads_speed(formula: Node) -> bool:
-    return any(isinstance(node, Atom) and node.predicate.reads_speed for node in postorder((formula,)))
+    atoms = (node.predicate for node in postorder((formula,)) if isinstance(node, Atom))
+    return any(predicate.reads_speed and not predicate.reads_heading for predicate in atoms)

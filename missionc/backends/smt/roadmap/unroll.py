@@ -7,7 +7,8 @@ Where turning is bounded a state also has a heading, that of the motion which
 ended there: every edge has its own arrival, from which those edges go on that
 turn little enough. Node i then stands for an agent that may face anywhere,
 which only the start of a mission can be. Where waiting is allowed, a ring of
-headings at each node lets an agent turn there, as far in each step as it may.
+headings at each node lets an agent turn there, as far in each step as it may. Where a mission asks for headings the
+ring has those too, also of agents that may turn at will.
 
 Source:
     [strel] Algorithm 1, lines 7-9.
@@ -25,7 +26,7 @@ from numpy.typing import NDArray
 from missionc.backends.smt.roadmap.edges import Edges, paths
 from missionc.backends.smt.roadmap.unique_rows import distinct
 from missionc.base.trace import Array, Flags
-from missionc.ir import Dynamics
+from missionc.ir import Beacon, Dynamics
 from missionc.world.dynamics import States, can_wait, headings_along, turn_in_step
 
 Indices = NDArray[np.int64]
@@ -55,6 +56,7 @@ def unroll(
     *,
     fast_too: bool = True,
     one_way: bool = False,
+    asked: Sequence[float | Beacon] = (),
 ) -> Unrolled:
     """The states and one-step moves of a roadmap.
 
@@ -63,10 +65,13 @@ def unroll(
             that turn at once.
         fast_too: they are there at their own pace as well.
         one_way: an edge is not the way back of another, so that each is unrolled by itself.
+        asked: the directions, rad, and the beacons that agents are asked to face: who waits may turn there.
     """
     limit = turn_in_step(dynamics, step)
     if math.isfinite(limit):
-        return _unroll_headings(dynamics, nodes, edges, step, limit)
+        return _unroll_headings(dynamics, nodes, edges, step, limit, asked)
+    if asked and dynamics.faces_ahead and can_wait(dynamics) and not slow:
+        return _unroll_headings(dynamics, nodes, edges, step, math.pi, asked)
     symmetric = not dynamics.has_momentum and not one_way
     parts, moves = [nodes], [np.zeros((0, 2), dtype=np.int64)]
     size = len(nodes)
@@ -92,7 +97,9 @@ def unroll(
     return Unrolled(states, np.full(size, np.nan), _sorted([*moves, _waits(dynamics, states)]))
 
 
-def _unroll_headings(dynamics: Dynamics, nodes: States, edges: Edges, step: float, limit: float) -> Unrolled:
+def _unroll_headings(
+    dynamics: Dynamics, nodes: States, edges: Edges, step: float, limit: float, asked: Sequence[float | Beacon]
+) -> Unrolled:
     parts, headings, moves = [nodes], [np.full(len(nodes), np.nan)], [np.zeros((0, 2), dtype=np.int64)]
     size = len(nodes)
     first, last = np.zeros(len(edges), dtype=np.int64), np.zeros(len(edges), dtype=np.int64)
@@ -112,19 +119,36 @@ def _unroll_headings(dynamics: Dynamics, nodes: States, edges: Edges, step: floa
     into, out = _pairs(edges.target, edges.source, len(nodes))
     moves.append(np.stack([last[into], first[out]], axis=1)[_turns(arriving[into], leaving[out]) <= limit])
     if can_wait(dynamics):
-        slots = math.ceil(2 * math.pi / limit)
+        spoke = _spokes(nodes, limit, asked)
+        slots = spoke.shape[1]
         ring = size + np.arange(len(nodes) * slots).reshape(len(nodes), slots)
-        spoke = np.linspace(0.0, 2 * math.pi, slots, endpoint=False, dtype=np.float64)
         parts.append(nodes.take(np.repeat(np.arange(len(nodes)), slots)))
-        headings.append(np.tile(spoke, len(nodes)))
+        headings.append(spoke.ravel())
         around = np.stack([ring.ravel(), np.roll(ring, 1, axis=1).ravel()], axis=1)
         moves += [around, around[:, ::-1]]
-        edge, slot = np.nonzero(_turns(arriving[:, None], spoke) <= limit)
+        if asked:
+            node, slot, other = np.nonzero(_turns(spoke[:, :, None], spoke[:, None, :]) <= limit)
+            moves.append(np.stack([ring[node, slot], ring[node, other]], axis=1))
+            moves.append(np.stack([np.repeat(np.arange(len(nodes)), slots), ring.ravel()], axis=1))
+        edge, slot = np.nonzero(_turns(arriving[:, None], spoke[edges.target]) <= limit)
         moves.append(np.stack([last[edge], ring[edges.target[edge], slot]], axis=1))
-        edge, slot = np.nonzero(_turns(leaving[:, None], spoke) <= limit)
+        edge, slot = np.nonzero(_turns(leaving[:, None], spoke[edges.source]) <= limit)
         moves.append(np.stack([ring[edges.source[edge], slot], first[edge]], axis=1))
     states = _joined(parts)
     return Unrolled(states, np.concatenate(headings), _sorted([*moves, _waits(dynamics, states)]))
+
+
+def _spokes(nodes: States, limit: float, asked: Sequence[float | Beacon]) -> Array:
+    """Headings at each node, rad, (nodes, slots), in order round the circle: no further apart than the limit."""
+    spoke = np.linspace(0.0, 2 * math.pi, math.ceil(2 * math.pi / limit), endpoint=False, dtype=np.float64)
+    parts: list[Array] = [np.tile(spoke, (len(nodes), 1))]
+    for towards in asked:
+        if isinstance(towards, Beacon):
+            way = np.array(towards.position[:2]) - nodes.position[:, :2]
+            parts.append(np.arctan2(way[:, 1], way[:, 0])[:, None])
+        else:
+            parts.append(np.full((len(nodes), 1), towards))
+    return np.asarray(np.sort(np.concatenate(parts, axis=1) % (2 * math.pi), axis=1))
 
 
 def _links(chain: Indices) -> Indices:

@@ -1,0 +1,32 @@
+"""Headings of motions as the optimiser sees them: of who moves, by its velocity."""
+
+from __future__ import annotations
+
+import math
+
+import torch
+from torch import Tensor
+
+from missionc.ir import Beacon
+from missionc.language.margins.headings import of_motion
+
+APART = 1e-9
+"""Metres: the direction of a place that is nearer than this is any."""
+
+
+def facing(position: Tensor, velocity: Tensor, towards: float | Beacon, within: float) -> Tensor:
+    """How much of the motion is to spare of leading within an angle of a direction: (..., dim) twice -> (...), m/s.
+
+    It has the sign of the predicate's own margin where the agent moves, and 0 where it stands.
+    """
+    if isinstance(towards, Beacon):
+        x, y = (towards.position[axis] - position[..., axis] for axis in (0, 1))
+        far = (x**2 + y**2 + APART**2).sqrt()
+        return _tensor(of_motion(torch, velocity[..., 0], velocity[..., 1], (x / far, y / far), within))
+    along = math.cos(towards), math.sin(towards)
+    return _tensor(of_motion(torch, velocity[..., 0], velocity[..., 1], along, within))
+
+
+def _tensor(value: object) -> Tensor:
+    assert isinstance(value, Tensor)
+    return value
