@@ -37,7 +37,7 @@ START, END = np.array([1.0, 5.3]), np.array([8.7, 5.3])
 def past(text: str) -> tuple[Mission, Array | None]:
     """The two rovers of a mission abreast, from left to right."""
     mission, _ = checked(text)
-    times = np.arange(1, mission.steps + 1) * mission.step
+    times: Array = np.arange(1, mission.steps + 1) * float(mission.step)
     around = np.repeat(np.array([[[0.0, -0.3]], [[0.0, 0.3]]]), len(times), axis=1)
     middle = pass_movers(mission, [0, 1], around, times, START, END, Geodesics(mission))
     return mission, None if middle is None else middle + around

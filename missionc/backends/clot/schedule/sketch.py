@@ -89,7 +89,7 @@ def _by_routes(
     }
     moving = bool(_movers(mission))
     if len(routed) == len(team):
-        moved = np.stack(list(routed.values()))
+        moved: Array = np.stack(list(routed.values()))
         if not moving or _meeting(mission, team, earlier, later, moved) == 0.0:
             return moved
     made = _together(mission, team, earlier, later, share, geodesics, generator, other_way)
