@@ -25,6 +25,7 @@ Columns: *solved* by the verifier's word, between the steps too; *at steps*, how
 (what a formulation at samples can promise); mean CPU seconds of all runs, stopped ones with the limit (a ``>`` says
 there were some); mean path length of a robot; smoothness, the mean |v(t+1) - v(t)| over robots and steps (the paper
 does not define its own); the least distance between bodies, or to an obstacle, beyond what is allowed, at any moment;
+what a search took where one was made, its iterations and the joint motions that it had to choose from, in the mean;
 the peak memory of the process, libraries included. Path, smoothness and clearance are of the solved
 runs; in brackets, where none was solved, of the motions that were returned. *Published* is the paper's
 success and seconds, on its GPU, in its own unpublished scene.
@@ -96,8 +97,11 @@ def main() -> None:
     parser.add_argument("--memory", type=float, default=8.0, help="GiB of data of a process")
     parser.add_argument("--only", nargs="+", choices=list(METHODS), default=list(METHODS))
     arguments = parser.parse_args()
-    print("| N | method | solved | at steps | CPU s | path m | smoothness m/s | clearance m | peak MB | published |")
-    print("|---|---|---|---|---|---|---|---|---|---|", flush=True)
+    print(
+        "| N | method | solved | at steps | CPU s | iterations | joint motions "
+        "| path m | smoothness m/s | clearance m | peak MB | published |"
+    )
+    print("|---|---|---|---|---|---|---|---|---|---|---|---|", flush=True)
     remarks: list[str] = []
     beaten: set[str] = set()
     for agents in arguments.agents:
@@ -132,6 +136,9 @@ def row(name: str, agents: int, made: list[Run]) -> str:
     memory = max(run.memory for run in made)
     cells = [str(agents), name, f"{len(solved)}/{len(made)}", f"{sum(score.sampled for score in scores)}/{len(made)}"]
     cells.append(f"{'> ' if stopped else ''}{statistics.mean(seconds):.2f}")
+    for figure in ("iterations", "joint_motions"):
+        counts = [count for run in made if (count := getattr(run, figure)) is not None]
+        cells.append(f"{statistics.mean(counts):.1f}" if counts else "–")
     for figure, pick in (("length", statistics.mean), ("smoothness", statistics.mean), ("clearance", min)):
         values = [getattr(score, figure) for score in shown]
         digits = 3 if figure == "clearance" else 2

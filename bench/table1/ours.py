@@ -7,15 +7,18 @@ import time
 from missionc.backends.api import Budget, Planned
 from missionc.backends.load import load
 from missionc.backends.options import PRESETS, Options
-from missionc.base.trace import Trace
 from missionc.diagnostics.model import Diagnostic
 from missionc.ir import Mission
 from missionc.kernel.nodes import Kernel
+from table1.score import Searched
 
 
-def plan(mission: Mission, kernel: Kernel, seed: int, limit: float, preset: str = PRESETS[0]) -> Trace | str:
+def plan(mission: Mission, kernel: Kernel, seed: int, limit: float, preset: str = PRESETS[0]) -> Searched | str:
     backend = load("clot")
     if isinstance(backend, Diagnostic):
         return backend.message
     outcome = backend.plan(mission, kernel, Options(preset=preset), Budget(time.monotonic() + 10 * limit, seed=seed))
-    return outcome.trace if isinstance(outcome, Planned) else outcome.statement
+    if not isinstance(outcome, Planned):
+        return outcome.statement
+    sizes = dict(outcome.report.sizes)
+    return Searched(outcome.trace, sizes.get("local iterations"), sizes.get("joint motions"))

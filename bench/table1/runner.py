@@ -37,13 +37,18 @@ class Task:
 
 @dataclass(frozen=True)
 class Run:
-    """One seed: CPU seconds, the process's peak memory so far in bytes, and the score or why there is none."""
+    """One seed: CPU seconds, the process's peak memory so far in bytes, and the score or why there is none.
+
+    ``iterations`` and ``joint_motions`` are those of a search, where it tells them.
+    """
 
     seed: int
     seconds: float
     memory: int
     score: object
     words: str = ""
+    iterations: int | None = None
+    joint_motions: int | None = None
 
 
 def runs(task: Task, seeds: list[int]) -> list[Run]:
@@ -88,7 +93,7 @@ def _peak(process: int | None) -> int:
 
 def _child(task: Task, seeds: list[int], pipe: Connection) -> None:
     from table1.scene import Unsupported
-    from table1.score import score
+    from table1.score import Searched, score
 
     resource.setrlimit(resource.RLIMIT_DATA, (task.memory, task.memory))
     plan = importlib.import_module(f"table1.{task.module}").plan
@@ -115,6 +120,9 @@ def _child(task: Task, seeds: list[int], pipe: Connection) -> None:
         seconds = time.process_time() - begin
         signal.setitimer(signal.ITIMER_PROF, 0)
         peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
+        counts: tuple[int | None, int | None] = (None, None)
+        if isinstance(made, Searched):
+            made, counts = made.trace, (made.iterations, made.joint_motions)
         words = made if isinstance(made, str) else ""
         scored = None if isinstance(made, str) else score(mission, kernel, made)
-        pipe.send(Run(seed, seconds, peak, scored, words))
+        pipe.send(Run(seed, seconds, peak, scored, words, *counts))

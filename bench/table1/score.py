@@ -16,6 +16,15 @@ BODIES = ("obstacle", "separation")
 
 
 @dataclass(frozen=True)
+class Searched:
+    """A motion, and what a search took for it: its iterations, and the joint motions that it had to choose from."""
+
+    trace: Trace
+    iterations: int | None
+    joint_motions: int | None
+
+
+@dataclass(frozen=True)
 class Score:
     """``sampled``: the plan holds at the steps; ``solved``: between them too, all that ``verify`` asks.
 

@@ -1,9 +1,11 @@
-"""Choices that a plan makes once: the nodes of a formula that are asked at one step, and not at every step of a window.
+"""Choices that a plan makes once: the nodes of a formula that are asked at one step, or kept from an event on.
 
 in   formulas about the team
 out  the nodes and agents that are asked so; formulas without some of their branches
 
-What is chosen afresh at every step of a window, or for every neighbour, is left to the motion and is none.
+Of what is to last for a window from the moment that is awaited (``eventually always[0, 2 s] (a or b)``), a plan may
+keep one branch throughout; that is a choice too. What is chosen afresh at every step of any other window, or for every
+neighbour, is left to the motion and is none.
 """
 
 from __future__ import annotations
@@ -11,15 +13,28 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import NamedTuple
 
-from missionc.kernel.nodes import All, Any, At, AtLeast, Node
+from missionc.kernel.nodes import All, Always, Any, At, AtLeast, Node, WindowNode
 from missionc.kernel.walk import awaited, children, rebuilt
 
 
 class Asked(NamedTuple):
-    """A node, and the agent that it is asked of."""
+    """A node, and the agent that it is asked of.
+
+    Args:
+        low, high: the steps, counted from the event, over which it is to be kept; ``high`` None: to the last one.
+        event: whether it is asked from an event on, at a moment that the plan chooses.
+    """
 
     node: Node
     agent: int
+    low: int = 0
+    high: int | None = 0
+    event: bool = False
+
+    @property
+    def once(self) -> bool:
+        """Whether it is asked at one step, and not kept over several."""
+        return self.low == self.high
 
 
 def made_once(formula: Node) -> Iterator[Asked]:
@@ -38,7 +53,7 @@ def branches(asked: Asked) -> tuple[Asked, ...]:
     """The branches among which a plan chooses; none where there is nothing to choose."""
     match asked.node:
         case Any(parts) | AtLeast(_, parts) if len(parts) > _needed(asked.node):
-            return tuple(Asked(part, asked.agent) for part in parts)
+            return tuple(asked._replace(node=part) for part in parts)
         case _:
             return ()
 
@@ -46,6 +61,11 @@ def branches(asked: Asked) -> tuple[Asked, ...]:
 def witnesses(asked: Asked) -> int:
     """How many of its branches have to hold."""
     return _needed(asked.node)
+
+
+def kept(asked: Asked) -> Node:
+    """What holds at the step of the event where the node holds over all of its window: a new node, but for one step."""
+    return asked.node if asked.low == asked.high == 0 else Always(asked.node, asked.low, asked.high)
 
 
 def without(formula: Node, removed: Mapping[Asked, frozenset[int]]) -> Node:
@@ -65,15 +85,18 @@ def without(formula: Node, removed: Mapping[Asked, frozenset[int]]) -> Node:
 
 
 def _below(asked: Asked) -> list[Asked]:
-    node, agent = asked
+    node = asked.node
     match node:
         case All(parts) | Any(parts) | AtLeast(_, parts):
-            return [Asked(part, agent) for part in parts]
+            return [asked._replace(node=part) for part in parts]
         case At(other, body):
-            return [Asked(body, other)]
+            return [asked._replace(node=body, agent=other)]
+        case WindowNode(body, low, high) if node.every and asked.event and low >= 0:
+            last = None if asked.high is None or high is None else asked.high + high
+            return [asked._replace(node=body, low=asked.low + low, high=last)]
         case _:
-            ask = awaited(node)
-            return [] if ask is None else [Asked(ask.node, agent)]
+            ask = awaited(node) if asked.once else None
+            return [] if ask is None else [Asked(ask.node, asked.agent, event=True)]
 
 
 def _needed(node: Node) -> int:

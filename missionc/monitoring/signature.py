@@ -5,7 +5,7 @@
 
 Two plans differ where one of these is so:
 - *option*: a choice that is made once (``kernel.choices``) holds in both, and by no branches of which enough hold in
-  both;
+  both; of one that is kept for a while, those branches count that hold all the while;
 - *order*: an agent does two things in the other order;
 - *side*: an agent's path passes a part of the standing obstacles on the other side (``world.winding``).
 All else is how one plan is moved, and makes no other plan of it.
@@ -22,7 +22,7 @@ import numpy as np
 from missionc.base.trace import Array, Flags, Trace
 from missionc.ir import Mission
 from missionc.kernel.analysis import about_whom, relevance
-from missionc.kernel.choices import Asked, branches, made_once, witnesses
+from missionc.kernel.choices import Asked, branches, kept, made_once, witnesses
 from missionc.kernel.nodes import At, Kernel, Node
 from missionc.kernel.walk import awaited, children
 from missionc.monitoring.monitor import truths
@@ -98,27 +98,27 @@ class Signatures:
         self.about = about_whom(formulas, len(mission.agents))
         self.relevant = dict(relevance(formulas, len(mission.agents), mission.steps))
         self.choices: dict[Asked, str] = {}
+        self.kept: dict[Asked, Node] = {}
         self.awaited: dict[Asked, str] = {}
         for goal in kernel.requirements:
             for asked in made_once(goal.formula):
-                if branches(asked):
+                if parts := branches(asked):
                     self.choices.setdefault(asked, goal.name)
-                if awaited(asked.node) is not None and len(self.awaited) < MOST_EVENTS:
+                    self.kept |= {each: kept(each) for each in (asked, *parts)}
+                if asked.once and awaited(asked.node) is not None and len(self.awaited) < MOST_EVENTS:
                     self.awaited.setdefault(asked, goal.name)
 
     def of(self, trace: Trace) -> Signature:
         """The signature of a plan."""
-        nodes = {asked.node for asked in (*self.choices, *self.awaited)}
-        nodes |= {part.node for asked in self.choices for part in branches(asked)}
-        nodes |= {_body(asked) for asked in self.awaited}
+        nodes = {*self.kept.values(), *map(_body, self.awaited)}
         true = truths(nodes, self.mission, trace)
         options: dict[Asked, Options] = {}
         for asked, name in self.choices.items():
-            here = true[asked.node][asked.agent] & self.relevant[asked.node][asked.agent]
+            here = true[self.kept[asked]][asked.agent] & self._begun(asked)
             numbers = frozenset(
                 number
                 for number, part in enumerate(branches(asked))
-                if bool((true[part.node][part.agent] & here).any())
+                if bool((true[self.kept[part]][part.agent] & here).any())
             )
             if len(numbers) >= witnesses(asked):
                 options[asked] = Options(name, asked, numbers)
@@ -130,6 +130,14 @@ class Signatures:
             if steps.any():
                 events[asked] = Event(name, asked, body, steps, frozenset(whom.tolist()))
         return Signature(self.mission, options, events, self.parts, swept_angles(self.parts, trace.position))
+
+    def _begun(self, asked: Asked) -> Flags:
+        """The steps of an event from which all of a choice's window matters, (steps + 1,)."""
+        matters, last = self.relevant[asked.node][asked.agent], self.mission.steps
+        first = np.arange(last + 1) + asked.low
+        end = np.full_like(first, last) if asked.high is None else first - asked.low + asked.high
+        within = (first <= last) & (end <= last)
+        return np.asarray(within & matters[np.minimum(first, last)] & matters[np.minimum(end, last)])
 
 
 def differences(one: Signature, other: Signature) -> tuple[str, ...]:

@@ -8,9 +8,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import shapely
 from click.testing import CliRunner
 
 from missionc.base.source import Source
+from missionc.base.trace import Trace
 from missionc.cli.app import commands
 from missionc.ir import Obstacle
 from missionc.kernel.nodes import Until
@@ -20,6 +22,7 @@ from missionc.monitoring.signature import Signatures, differences
 from missionc.output.folder.write_folder import write_folder
 from missionc.pipeline import driver
 from missionc.pipeline.alternatives.restriction import Restriction, restrictions
+from missionc.pipeline.front_end import check
 from missionc.pipeline.results import Compiled, Verified
 from missionc.replay.reverify import reverify
 from missionc.verify.verify_plan import verify
@@ -188,6 +191,32 @@ def test_an_order_is_reversed_by_a_requirement() -> None:
     assert not truth(other.requirements[0].formula, mission, trace)[0, 0]
     assert any(" before " in words for each in made.alternatives for words in each.row.differs)
     assert np.isfinite([each.row.length for each in made.alternatives]).all()
+
+
+def test_a_bar_is_one_that_all_who_pass_on_a_side_have_to_go_round() -> None:
+    checked = check(
+        Source("a.mission", PILLAR.replace("rover[1]", "rover[3]").replace("(3, 7)", "(3, 9), (3, 10), (3, 11)"))
+    )
+    mission, kernel = checked.mission, checked.kernel
+    assert mission is not None
+    assert kernel is not None
+    across = np.linspace(3.0, 20.0, mission.steps + 1)
+    position = np.stack([np.column_stack([across, np.full_like(across, height)]) for height in (9, 10, 11)])
+    still = np.zeros(position.shape[:2])
+    signature = Signatures(mission, kernel).of(Trace(mission.step, position, np.zeros_like(position), still))
+    first = next(each for each in restrictions(Restriction(), signature, mission, position) if each.barred)
+    bar = shapely.Polygon(first.barred[0])
+    assert all(bar.intersects(shapely.LineString(path)) for path in position)
+
+
+STAR = (Path(__file__).parents[2] / "missions" / "clot_star.mission").read_text()
+
+
+@pytest.mark.slow
+def test_both_regions_of_the_paper_are_among_the_plans() -> None:
+    pytest.importorskip("torch")
+    said = [words for each in compiled(STAR, 2).alternatives for words in each.row.differs]
+    assert any(words.startswith("`stay` by `every robot: w") for words in said)
 
 
 def test_the_command_says_what_differs(tmp_path: Path) -> None:

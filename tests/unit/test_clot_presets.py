@@ -25,7 +25,7 @@ from missionc.backends.clot.optimise.free_distance import Surroundings
 from missionc.backends.clot.paper.prefix import about
 from missionc.backends.clot.paper.prefix_check import prefix_margin
 from missionc.backends.clot.paper.probe_cost import ProbeCost
-from missionc.backends.clot.run.presets import PRESETS, preset
+from missionc.backends.clot.run.presets import PRESETS, fewer_samples, preset
 from missionc.backends.options import PRESETS as NAMES
 from missionc.backends.options import Options
 from missionc.base.source import Source
@@ -119,6 +119,23 @@ def test_an_unknown_preset_and_too_few_samples_are_named() -> None:
         preset("serach")
     with pytest.raises(ValueError, match="few_samples = 0"):
         preset("paper", 0)
+
+
+@pytest.mark.parametrize("name", ["paper", "fsot", "mpot"])
+def test_published_presets_take_as_many_trajectories_as_published_on_a_gpu_and_say_so_where_not(name: str) -> None:
+    on_gpu, on_cpu = preset(name, None, "cuda"), preset(name, None, "cpu")
+    assert (on_gpu.search.few_samples, on_gpu.search.many_samples) == (800, 800)
+    said = fewer_samples(on_cpu, None, "cpu")
+    assert said is not None
+    assert "96 trajectories at once, where the paper has 800" in said
+    assert fewer_samples(on_gpu, None, "cuda") is None
+    assert fewer_samples(preset(name, 24), 24, "cpu") is None
+
+
+@pytest.mark.parametrize("name", ["sketch", "search"])
+def test_presets_of_our_own_are_the_same_on_any_device(name: str) -> None:
+    assert preset(name, None, "cuda") == preset(name)
+    assert fewer_samples(preset(name), None, "cpu") is None
 
 
 def test_a_preset_is_refused_where_the_mission_goes_to_the_other_backend() -> None:

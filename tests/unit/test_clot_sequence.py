@@ -90,9 +90,34 @@ def test_a_chain_that_must_last_couples_consecutive_agents_throughout() -> None:
     assert phase.edges == chain(0, 1, 2, 3, 4)
 
 
-def test_formations_under_an_or_couple_both_their_edges() -> None:
-    (phase,) = corpus("clot_star").phases
-    assert phase.edges == chain(0, 1, 2, 3, 4) | {(0, 2), (1, 2), (2, 3), (2, 4)}
+STAR = {(0, 2), (1, 2), (2, 3), (2, 4)}
+
+
+def test_formations_under_an_or_couple_both_their_edges_and_each_its_own() -> None:
+    phases = corpus("clot_star").phases
+    assert {(phase.first, phase.last) for phase in phases} == {(0, 47)}
+    made = [set(phase.edges) for phase in phases]
+    assert len(made) == 3
+    assert all(edges in made for edges in (chain(0, 1, 2, 3, 4), STAR, chain(0, 1, 2, 3, 4) | STAR))
+
+
+def test_who_follows_is_coupled_in_each_formation_that_there_may_be() -> None:
+    found = corpus("clot_star")
+    valid = [order for order in permutations(range(5)) if is_valid(found, order)]
+    for order in valid:
+        assert 2 in order[:2], "the middle of the star"
+        assert all(max(order[:place]) - min(order[:place]) < place for place in range(1, 6)), "a piece of the chain"
+    assert len(valid) == 12
+
+
+def test_a_star_about_the_end_of_a_chain_leaves_the_two_sequences_of_the_paper() -> None:
+    text = (ROOT / "missions" / "clot_star.mission").read_text(encoding="utf-8")
+    for other in (1, 3, 4):
+        text = text.replace(f"2-{other}:", f"0-{other}:")
+    found = coupled(text.replace("2-0:", "0-2:"), "clot_star", dock=(0.5, 5.0))
+    valid = [order for order in permutations(range(5)) if is_valid(found, order)]
+    assert valid == [(0, 1, 2, 3, 4), (1, 0, 2, 3, 4)]
+    assert found.next_agents(frozenset()) == (0, 1), "nobody else can be the first"
 
 
 def test_the_windows_of_until_cut_the_corridor_into_phases() -> None:

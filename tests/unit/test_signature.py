@@ -114,6 +114,36 @@ def test_what_is_chosen_at_every_step_of_a_window_is_no_choice() -> None:
     assert chosen == []
 
 
+KEPT = TEXT.replace("eventually[0, 8 s] (a or b)", "eventually[0, 6 s] always[0, 2 s] (a or b)")
+
+
+def test_what_is_kept_from_an_event_on_is_a_choice_of_what_is_kept() -> None:
+    assert told_apart(KEPT, moved(UP, STILL), moved(DOWN, STILL))[0] == "`either` by `b` instead of `a`"
+    _, kernel = read(KEPT)
+    (choice,) = [asked for asked in made_once(kernel.requirements[0].formula) if branches(asked)]
+    assert (choice.low, choice.high, choice.once) == (0, 2, False)
+
+
+def test_a_branch_that_does_not_last_the_window_is_not_the_one_that_is_kept() -> None:
+    by_the_way = [(2, 10), (5, 14), (10, 15), (14, 15), (17, 13), (17, 7)]
+    assert not any("`either`" in words for words in told_apart(KEPT, moved(DOWN, STILL), moved(by_the_way, STILL)))
+
+
+def test_what_is_awaited_again_and_again_from_an_event_on_is_no_choice() -> None:
+    _, kernel = read(TEXT.replace("eventually[0, 8 s] (a", "eventually[0, 2 s] always[0, 3 s] eventually[0, 2 s] (a"))
+    assert [asked for asked in made_once(kernel.requirements[0].formula) if branches(asked)] == []
+
+
+@pytest.mark.parametrize("number", [0, 1])
+def test_a_formula_without_a_branch_that_is_kept_is_stricter(number: int) -> None:
+    mission, kernel = read(KEPT)
+    formula = kernel.requirements[0].formula
+    (choice,) = [asked for asked in made_once(formula) if branches(asked)]
+    narrower = without(formula, {choice: frozenset({number})})
+    held = [bool(truth(narrower, mission, moved(path, STILL))[0, 0]) for path in (UP, DOWN)]
+    assert held == [number == 1, number == 0]
+
+
 def test_a_formula_without_a_branch_holds_where_another_one_does() -> None:
     mission, kernel = read(TEXT)
     formula = kernel.requirements[0].formula

@@ -49,7 +49,7 @@ from missionc.backends.clot.optimise.pursuit import followed
 from missionc.backends.clot.run.begin import Beginnings
 from missionc.backends.clot.run.near_misses import failure_statement, freed, near
 from missionc.backends.clot.run.parallel_attempts import run_parallel_attempts
-from missionc.backends.clot.run.presets import PRESETS, Preset, preset
+from missionc.backends.clot.run.presets import PRESETS, Preset, fewer_samples, preset
 from missionc.backends.clot.run.run_state import (
     Candidate,
     Nearest,
@@ -143,7 +143,7 @@ class Run:
         return len(self.mission.agents) * self.mission.steps
 
     def __post_init__(self) -> None:
-        self.preset = preset(self.options.preset, self.options.samples)
+        self.preset = preset(self.options.preset, self.options.samples, self.options.device)
         with self.account.stage("lower"):
             self.graph = build(self.kernel)
             self.asked = outline(self.graph, self.mission.steps)
@@ -152,6 +152,9 @@ class Run:
         self.account.sizes["terms"] = len(formulas_below(self.graph))
         if self.budget.resume is not None:
             self.take_up(from_snapshot(self.budget.resume, self.mission, self.graph))
+        fewer = fewer_samples(self.preset, self.options.samples, self.options.device)
+        if fewer and fewer not in self.account.notes:
+            self.account.notes.append(fewer)
 
     def turns(self, attempt: Callable[[int], Reached | None] | None = None) -> Turns:
         """What the first attempt that finds a plan leads to. It pauses after each attempt.

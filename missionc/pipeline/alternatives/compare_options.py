@@ -13,10 +13,9 @@ import heapq
 import time
 from collections.abc import Iterator
 from dataclasses import replace
-from functools import partial
 from itertools import count, islice
 
-from missionc.backends.api import Budget, CutShort, NotFound, Planned, Reason, forget, unheard
+from missionc.backends.api import Budget, CutShort, NotFound, Planned, Reason
 from missionc.backends.load import load_engines
 from missionc.backends.options import Options
 from missionc.base.signals import asked
@@ -25,10 +24,10 @@ from missionc.diagnostics.model import Diagnostic
 from missionc.ir import Mission, Objective
 from missionc.kernel.nodes import Kernel
 from missionc.monitoring.signature import Signature, Signatures, differences
+from missionc.pipeline.alternatives.plan_restricted import plan_restricted
 from missionc.pipeline.alternatives.quality import amount, objective_value, quality
 from missionc.pipeline.alternatives.restriction import Restriction, restrictions
-from missionc.pipeline.plan_with_margin import plan_with_margin
-from missionc.pipeline.run_limited import Ended, within
+from missionc.pipeline.run_limited import Ended
 
 MOST = 3
 """Restricted missions that are planned."""
@@ -79,9 +78,7 @@ def compare_options(
             break
         _, _, restriction = heapq.heappop(waiting)
         tries += 1
-        short = replace(budget, work=left, keep=forget, resume=None, found=unheard)
-        narrower = restriction.applied(mission, kernel)
-        outcome = within(moment, partial(plan_with_margin, backend, *narrower, options, short))
+        outcome = plan_restricted(backend, mission, kernel, restriction, options, budget, left, moment)
         if isinstance(outcome, Ended) or (isinstance(outcome, NotFound) and outcome.reason is Reason.TIME):
             late = True
             break

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Hashable, Iterator
 from dataclasses import dataclass, field, replace
+from typing import TypeAlias
 
 import numpy as np
 import shapely
@@ -41,6 +42,9 @@ LOOKED_AT = 24
 MOST_ORDERS = 24
 """Orders of a plan that are reversed, each by itself."""
 
+Bar: TypeAlias = tuple[tuple[float, float], ...]
+"""Corners of what nobody may pass, metres."""
+
 
 @dataclass(frozen=True, slots=True)
 class Restriction:
@@ -54,7 +58,7 @@ class Restriction:
 
     removed: dict[Asked, frozenset[int]] = field(default_factory=dict)
     first: tuple[tuple[Event, Event], ...] = ()
-    barred: tuple[tuple[tuple[float, float], ...], ...] = ()
+    barred: tuple[Bar, ...] = ()
 
     @property
     def key(self) -> Hashable:
@@ -118,16 +122,24 @@ def _orders(before: Restriction, signature: Signature) -> Iterator[Restriction]:
 
 
 def _sides(before: Restriction, signature: Signature, mission: Mission, position: Array) -> Iterator[Restriction]:
+    """Bars that a whole company has to go round come first, and the shortest ones after them."""
     turns = [
-        (-abs(float(signature.swept[agent, number])), number, agent)
+        (-abs(float(signature.swept[agent, number])), number, agent, sign)
         for number in range(len(signature.parts))
         for sign in (1, -1)
         for agent in [int(np.argmax(sign * signature.swept[:, number]))]
         if sign * signature.swept[agent, number] > PASSING
     ]
-    for _, number, agent in sorted(turns):
-        corners = _bar(mission, signature.parts, signature.parts[number], position[agent, :, :2])
-        if corners is not None and _leaves_ways(mission, (*before.barred, corners), position):
+    short: list[Bar] = []
+    for _, number, agent, sign in sorted(turns):
+        company = np.flatnonzero(sign * signature.swept[:, number] > PASSING)
+        bars = _bars(mission, signature.parts[number], position[agent, :, :2], position[company, :, :2])
+        for corners in bars[:1]:
+            if _leaves_ways(mission, (*before.barred, corners), position):
+                yield replace(before, barred=(*before.barred, corners))
+        short.extend(bars[1:])
+    for corners in short:
+        if _leaves_ways(mission, (*before.barred, corners), position):
             yield replace(before, barred=(*before.barred, corners))
 
 
@@ -137,35 +149,38 @@ def _in_order(first: Event, second: Event) -> Node:
     return Until(At(late.agent, negated(second.body)), At(early.agent, first.body), 0, None)
 
 
-def _prism(mission: Mission, corners: tuple[tuple[float, float], ...]) -> Shape:
+def _prism(mission: Mission, corners: Bar) -> Shape:
     band = None if mission.dimension == 2 else Prism(mission.world.low[2], mission.world.high[2])
     return Polygon(corners, band)
 
 
-def _bar(
-    mission: Mission, parts: tuple[StandingPart, ...], part: StandingPart, path: Array
-) -> tuple[tuple[float, float], ...] | None:
-    """The shortest bar across a path, (steps + 1, 2), from the part it passes to whatever stands behind it, or the
-    world's border; None where there is none that leaves all starts and finishes alone."""
+def _bars(mission: Mission, part: StandingPart, path: Array, company: Array) -> list[Bar]:
+    """Bars across a path, (steps + 1, 2), from the part it passes to whatever stands behind it, or the world's border.
+
+    The one that the most of a company, (agents, steps + 1, 2), cross, and of such the shortest; and, where that is
+    another one, the shortest of all. None that does not leave all starts and finishes alone.
+    """
     low, high = mission.world.low[:2], mission.world.high[:2]
     standing = [outline(mission, each.shape) for each in mission.obstacles if isinstance(each.motion, Still)]
     behind = shapely.union_all([shapely.box(*low, *high).exterior, *(each for each in standing)])
     far = float(np.hypot(high[0] - low[0], high[1] - low[1]))
     half = THICK * max(high[0] - low[0], high[1] - low[1]) / 2
-    ends = [
-        shapely.Point(place.point[:2]).buffer(agent.radius + mission.clearance)
-        for agent in mission.agents
-        for place in (agent.start, agent.finish)
-        if isinstance(place, Exactly)
-    ]
-    way = shapely.LineString(path) if np.ptp(path, axis=0).any() else None
-    best: shapely.Geometry | None = None
-    for place in path[np.unique(np.linspace(0, len(path) - 1, LOOKED_AT).astype(np.int64))]:
-        near = shapely.shortest_line(part.solid, shapely.Point(place))
-        begin = np.array(near.coords[0])
+    ends = shapely.union_all(
+        [
+            shapely.Point(place.point[:2]).buffer(agent.radius + mission.clearance)
+            for agent in mission.agents
+            for place in (agent.start, agent.finish)
+            if isinstance(place, Exactly)
+        ]
+    )
+    ways = shapely.linestrings(company)
+    found: list[tuple[int, float, int, shapely.Geometry]] = []
+    places = path[np.unique(np.linspace(0, len(path) - 1, LOOKED_AT).astype(np.int64))]
+    for number, place in enumerate(places if np.ptp(path, axis=0).any() else ()):
+        begin = np.array(shapely.shortest_line(part.solid, shapely.Point(place)).coords[0])
         away = place - begin
         length = float(np.hypot(*away))
-        if way is None or length <= 0:
+        if length <= 0:
             continue
         ray = shapely.LineString([begin + away / length * 1e-6, begin + away / length * far])
         hits = shapely.intersection(ray, behind)
@@ -175,15 +190,20 @@ def _bar(
         if reach <= length:
             continue  # something else stands between
         bar = shapely.LineString([begin, begin + away / length * reach])
-        if (best is None or bar.length < best.length) and not any(bar.distance(end) <= half for end in ends):
-            best = bar
-    if best is None:
-        return None
-    wide = best.buffer(half, cap_style="flat")
+        if ends.is_empty or bar.distance(ends) > half:
+            found.append((-int(shapely.intersects(ways, bar).sum()), bar.length, number, bar))
+    if not found:
+        return []
+    chosen = [min(found, key=lambda each: each[:3])[-1], min(found, key=lambda each: each[1:3])[-1]]
+    return list(dict.fromkeys(_corners(bar, half) for bar in chosen))
+
+
+def _corners(bar: shapely.Geometry, half: float) -> Bar:
+    wide = bar.buffer(half, cap_style="flat")
     return tuple((round(float(x), 6), round(float(y), 6)) for x, y in wide.exterior.coords[:-1])
 
 
-def _leaves_ways(mission: Mission, barred: tuple[tuple[tuple[float, float], ...], ...], position: Array) -> bool:
+def _leaves_ways(mission: Mission, barred: tuple[Bar, ...], position: Array) -> bool:
     """Whether every agent can still get from where it starts to where a plan has it end, as far as a map shows."""
     standing = [outline(mission, each.shape) for each in mission.obstacles if isinstance(each.motion, Still)]
     taken = shapely.union_all([*standing, *(shapely.Polygon(corners) for corners in barred)]).buffer(

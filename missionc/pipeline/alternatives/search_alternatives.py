@@ -17,7 +17,7 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 from itertools import count
 
-from missionc.backends.api import Backend, Budget, Planned, forget, unheard
+from missionc.backends.api import Backend, Budget, Planned
 from missionc.backends.load import load_engines
 from missionc.backends.options import Options
 from missionc.base.deadline import last_call
@@ -27,12 +27,12 @@ from missionc.diagnostics.model import Diagnostic
 from missionc.ir import Mission
 from missionc.kernel.nodes import Kernel
 from missionc.monitoring.signature import Signature, Signatures, differences
+from missionc.pipeline.alternatives.plan_restricted import plan_restricted
 from missionc.pipeline.alternatives.quality import Quality, quality
 from missionc.pipeline.alternatives.restriction import Restriction, restrictions
 from missionc.pipeline.certify_plan import Certified, certify_plan, reserved_time
 from missionc.pipeline.checked import Checked
 from missionc.pipeline.front_end import Stopwatch
-from missionc.pipeline.plan_with_margin import plan_with_margin
 from missionc.pipeline.results import Verified
 from missionc.pipeline.run_limited import within
 
@@ -156,9 +156,8 @@ def _planned(
 ) -> Planned | None:
     """A plan of the restricted mission, if one was found with the work of an attempt."""
     work = max(LEAST_WORK, TIMES * first.report.work)
-    short = replace(budget, work=work, keep=forget, resume=None, found=unheard)
-    narrower = restriction.applied(search.mission, search.kernel)
-    outcome = within(last_call(budget.deadline), partial(plan_with_margin, backend, *narrower, options, short))
+    moment = last_call(budget.deadline)
+    outcome = plan_restricted(backend, search.mission, search.kernel, restriction, options, budget, work, moment)
     if not isinstance(outcome, Planned):
         return None
     return replace(outcome, report=replace(outcome.report, engine=outcome.report.engine or backend.name))

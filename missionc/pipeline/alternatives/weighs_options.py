@@ -14,7 +14,7 @@ from missionc.lower.choose_backend import Choice
 def weighs_options(mission: Mission, planned: Planned, choice: Choice) -> bool:
     """Whether the backend chose among options by an estimate, and the estimate is not what the mission asks for.
 
-    A schedule estimates lengths, and sees nothing of obstacles that move.
+    A schedule estimates lengths, and its ways see nothing of obstacles that move.
     """
     offer = OFFERS.get(planned.report.engine or choice.backend)
     moving = any(not obstacle.constant for obstacle in mission.obstacles)

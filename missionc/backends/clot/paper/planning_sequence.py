@@ -2,7 +2,8 @@
 
 A phase is a run of steps at which the same pairs of agents are coupled. Couplings come from
 the requirements alone: formations couple their edges, distances their two agents, ``connected``
-and the spatial operators the agents that are linked where they start.
+and the spatial operators the agents that are linked where they start. Formations of the same agents at the same steps
+are kept one at a time, nobody knows when which: there each has a phase of its own beside that of all pairs together.
 """
 
 from __future__ import annotations
@@ -103,8 +104,8 @@ class Couplings:
     def next_agents(self, planned: frozenset[int]) -> tuple[int, ...]:
         """Who may be planned next, in mission order; nobody exactly where all are planned.
 
-        All, where nobody is planned. A component that has been begun is
-        finished first. Where no agent of it meets every phase, no valid
+        All, where nobody is planned, or nobody of a component, but for those after whom no valid sequence takes in
+        everybody. A component that has been begun is finished first. Where no agent of it meets every phase, no valid
         sequence goes on from here, and those that meet the most are offered.
 
         Source:
@@ -113,9 +114,21 @@ class Couplings:
         others = [agent for agent in range(len(self.whole.part)) if agent not in planned]
         near = [agent for agent in others if not self.whole.neighbours[agent].isdisjoint(planned)]
         if not near:
-            return tuple(others)
+            return tuple(filter(self._leads_on, others)) or tuple(others)
         met = [sum(phase.meets(planned, agent) for phase in self.phases) for agent in near]
         return tuple(agent for agent, count in zip(near, met, strict=True) if count == max(met))
+
+    def _leads_on(self, first: int) -> bool:
+        """Whether a valid sequence takes in all of an agent's component after that agent.
+
+        Whoever may follow some may follow more of the component too, so each is taken as soon as it can be.
+        """
+        left = {agent for agent, part in enumerate(self.whole.part) if part == self.whole.part[first]} - {first}
+        planned = {first}
+        while able := {agent for agent in left if self.may_follow(planned, agent)}:
+            planned |= able
+            left -= able
+        return not left
 
     def breadth_first(self, first: int) -> tuple[int, ...]:
         """One sequence from this agent on: always the neighbour of the agent that was planned earliest.
@@ -168,6 +181,7 @@ def couplings(mission: Mission, kernel: Kernel, positions: Array) -> Couplings:
     """
     agents, steps = len(mission.agents), int(mission.steps) + 1
     when: dict[frozenset[Edge], Flags] = {}
+    shaped: dict[Predicate, tuple[frozenset[Edge], Flags]] = {}
 
     @cache
     def communicating(graph: Graph) -> frozenset[Edge]:
@@ -180,12 +194,28 @@ def couplings(mission: Mission, kernel: Kernel, positions: Array) -> Couplings:
         elif isinstance(node, Atom) and (linked_over := node.predicate.restricted):
             timed_edges = [(communicating(linked_over), _any_agent(where))]
         elif isinstance(node, Atom):
-            timed_edges = _coupled_by(node.predicate, where)
+            timed_edges = list(_coupled_by(node.predicate, where))
+            if node.predicate.formation:
+                edges, before = shaped.get(node.predicate, (frozenset[Edge](), np.zeros(steps, dtype=np.bool_)))
+                shaped[node.predicate] = edges.union(*(pairs for pairs, _ in timed_edges)), before | _any_agent(where)
         for pairs, at in timed_edges:
             when[pairs] = when.get(pairs, at) | at
     nobody: frozenset[Edge] = frozenset()
     by_step = [nobody.union(*(pairs for pairs, at in when.items() if at[step])) for step in range(steps)]
-    return of_phases(_runs(by_step), agents)
+    return of_phases([*_runs(by_step), *_one_at_a_time(list(shaped.values()))], agents)
+
+
+def _one_at_a_time(shaped: list[tuple[frozenset[Edge], Flags]]) -> Iterator[tuple[int, int, frozenset[Edge]]]:
+    """The phases of formations that others of some of the same agents are asked for beside, at the same steps."""
+    members = [frozenset(agent for edge in edges for agent in edge) for edges, _ in shaped]
+    nobody: frozenset[Edge] = frozenset()
+    for number, (edges, at) in enumerate(shaped):
+        beside = np.zeros_like(at)
+        for other, (others, its) in enumerate(shaped):
+            if others != edges and members[number] & members[other]:
+                beside |= its
+        runs = _runs([edges if both else nobody for both in (at & beside).tolist()])
+        yield from (run for run in runs if run[-1])
 
 
 def of_phases(phases: Iterable[tuple[int, int, Collection[Edge]]], agents: int) -> Couplings:
@@ -196,7 +226,7 @@ def of_phases(phases: Iterable[tuple[int, int, Collection[Edge]]], agents: int) 
     """
     made = tuple(_phase(first, last, edges, agents) for first, last, edges in phases)
     together = frozenset(edge for phase in made for edge in phase.edges)
-    return Couplings(made, _phase(made[0].first, made[-1].last, together, agents))
+    return Couplings(made, _phase(made[0].first, max(phase.last for phase in made), together, agents))
 
 
 def communication(graph: Graph, positions: Array) -> frozenset[Edge]:

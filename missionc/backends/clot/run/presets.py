@@ -10,8 +10,8 @@ What ``paper`` keeps of ours: positions for states, a rotation for each waypoint
 time (without that next to nothing is found, see ``transport``), scores normalised by visits, and starts
 and finishes that are regions taken from a key frame, for the paper has none of those.
 
-The paper optimises 800 to 1000 trajectories at once on a GPU; ``samples`` is how many here, 96 where
-it is not said (``--samples``).
+The paper optimises 800 to 1000 trajectories at once on a GPU; ``samples`` is how many here. Where it is not said
+(``--samples``), it is 96 on a CPU, and the paper's 800 on a GPU.
 
 Source:
     [clot] Algorithms 1 and 2; V-A.3 (I) and (II) for ``mpot`` and ``fsot``.
@@ -22,7 +22,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from enum import Enum, auto
 
-from missionc.backends.clot.run.search_settings import FSOT, SearchSettings
+from missionc.backends.clot.run.search_settings import FSOT, PAPER, SearchSettings
 from missionc.backends.clot.run.transport_settings import Coupling, TransportSettings
 
 
@@ -49,6 +49,7 @@ class Preset:
         deviation: of the prior half-way between two ends, for a world 10 m wide, metres.
         settled: an expansion ends once enough candidates hold with something to spare.
         hinged: goals cost only what they lack, each by itself; else minus the mean of their robustness.
+        published: how many trajectories the paper optimises at once on its GPU; 0 where it has no such preset.
     """
 
     name: str
@@ -60,11 +61,14 @@ class Preset:
     deviation: float = 1.5
     settled: bool = False
     hinged: bool = False
+    published: int = 0
     search: SearchSettings = field(default_factory=SearchSettings)
     transport: TransportSettings = field(default_factory=TransportSettings)
 
-    def with_samples(self, samples: int | None) -> Preset:
-        """The same with so many trajectories optimised at once."""
+    def with_samples(self, samples: int | None, device: str = "cpu") -> Preset:
+        """The same with so many trajectories optimised at once; with as many as published, on a GPU and not told."""
+        if samples is None and device != "cpu":
+            samples = self.published or None
         if samples is None:
             return self
         return replace(self, search=replace(self.search, few_samples=samples, many_samples=samples))
@@ -72,7 +76,12 @@ class Preset:
 
 _PUBLISHED = TransportSettings(iterations=40, coupling=Coupling.SINKHORN)
 
-_PAPER = Preset("paper", search=SearchSettings(few_samples=96, many_samples=96), transport=_PUBLISHED)
+_PAPER = Preset(
+    "paper",
+    published=PAPER.many_samples,
+    search=SearchSettings(few_samples=96, many_samples=96),
+    transport=_PUBLISHED,
+)
 
 PRESETS = {
     each.name: each
@@ -96,12 +105,22 @@ PRESETS = {
 }
 
 
-def preset(name: str, samples: int | None = None) -> Preset:
-    """The preset of that name, with so many trajectories where a number is given.
+def preset(name: str, samples: int | None = None, device: str = "cpu") -> Preset:
+    """The preset of that name, with so many trajectories where a number is given, or as many as the device is for.
 
     Raises:
         ValueError: there is no such preset, or the number is less than 1.
     """
     if name not in PRESETS:
         raise ValueError(f"there is no preset `{name}`; there are {', '.join(PRESETS)}")
-    return PRESETS[name].with_samples(samples)
+    return PRESETS[name].with_samples(samples, device)
+
+
+def fewer_samples(way: Preset, samples: int | None, device: str) -> str | None:
+    """What to say where a preset works with fewer trajectories than the paper because no GPU was asked for."""
+    if samples is not None or device != "cpu" or not way.published:
+        return None
+    return (
+        f"preset `{way.name}` moved {way.search.many_samples} trajectories at once, where the paper has {way.published}"
+        " on a GPU: `--device cuda` takes as many, and `--samples` says how many"
+    )

@@ -69,6 +69,13 @@ class Geodesics:
         room: Array = np.min(some, axis=0)
         return room
 
+    def room_near(self, points: Array) -> Array:
+        """Room at the middle of the cell that a point is in, (..., dim) -> (...); less than any outside the grid."""
+        flat = points.reshape(-1, points.shape[-1])
+        room: Array = self.room[tuple(self._cell(flat).T)].reshape(points.shape[:-1])
+        outside = ((points < self.low) | (points > np.array(self.mission.world.high))).any(axis=-1)
+        return np.where(outside, -np.inf, room)
+
     def _room(self, points: Array) -> Array:
         world = Box(self.mission.world.low, self.mission.world.high)
         room: Array = -np.asarray(signed_distance(np, world, points))

@@ -14,9 +14,10 @@ from missionc.backends.clot.optimise.obstacle_index import Obstacles
 from missionc.backends.clot.schedule.geodesics import Geodesics, along
 from missionc.backends.clot.schedule.give_way import give_way
 from missionc.backends.clot.schedule.key_frame import NO_TOURS, KeyFrame
+from missionc.backends.clot.schedule.pass_movers import pass_movers
 from missionc.backends.clot.schedule.visits import Schedule
 from missionc.base.trace import Array
-from missionc.ir import Box, Mission
+from missionc.ir import Box, Mission, Obstacle
 from missionc.kernel.nodes import Atom
 from missionc.world.signed_distance import signed_distance
 
@@ -57,19 +58,52 @@ def sketch(
         span = later.step - earlier.step
         share = np.arange(1, span + 1) / span
         teams = [team for team in _teams(mission, schedule, earlier.step, later.step) if toured.keys().isdisjoint(team)]
+        ahead = slice(earlier.step + 1, later.step + 1)
         for team in teams:
-            position[team, earlier.step + 1 : later.step + 1] = _together(
-                mission, team, earlier, later, share, geodesics, figures, generator, generator.random() < detour
-            )
-        for agent, route in later.routes.items():
-            position[agent, earlier.step + 1 : later.step + 1] = along(
-                np.concatenate([earlier.position[agent][None], route[1:-1], later.position[agent][None]]), share
+            other_way = generator.random() < detour
+            position[team, ahead] = _by_routes(
+                mission, team, earlier, later, share, geodesics, figures, generator, other_way
             )
         if detour:
             alone = [team[0] for team in teams if len(team) == 1 and team[0] not in later.routes]
             both = slice(earlier.step, later.step + 1)
             position[:, both] = give_way(mission, position[:, both], earlier.step, alone, geodesics)
     return position
+
+
+def _by_routes(
+    mission: Mission,
+    team: list[int],
+    earlier: KeyFrame,
+    later: KeyFrame,
+    share: Array,
+    geodesics: Geodesics,
+    figures: list[Geodesics],
+    generator: np.random.Generator,
+    other_way: bool,
+) -> Array:
+    """Whoever has a route goes along it, unless all who do would meet something that moves: (agents, steps, dim)."""
+    routed = {
+        number: along(
+            np.concatenate([earlier.position[agent][None], later.routes[agent][1:-1], later.position[agent][None]]),
+            share,
+        )
+        for number, agent in enumerate(team)
+        if agent in later.routes
+    }
+    moving = bool(_movers(mission))
+    if len(routed) == len(team):
+        moved: Array = np.stack(list(routed.values()))
+        if not moving or _meeting(mission, team, earlier, later, moved) == 0.0:
+            return moved
+    made = _together(mission, team, earlier, later, share, geodesics, figures, generator, other_way)
+    beside = made.copy()
+    for number, way in routed.items():
+        beside[number] = way
+    if not routed or not moving:
+        return beside
+    met, met_beside = (_meeting(mission, team, earlier, later, each) for each in (made, beside))
+    return beside if met_beside <= met else made
 
 
 def _together(
@@ -105,11 +139,16 @@ def _together(
         way = np.stack([middle, goal])
     around = (start - middle)[:, None] * (1 - share)[None, :, None] + (end - goal)[:, None] * share[None, :, None]
     moved: Array = along(way, share)[None] + around
-    time = (earlier.step + share * (later.step - earlier.step)) * mission.step
-    movers = [obstacle for obstacle in mission.obstacles if not obstacle.constant]
-    if _blocked(Obstacles(mission, movers, time), moved[None], radius)[0] == 0.0:
+    if _meeting(mission, team, earlier, later, moved) == 0.0:
         return moved
-    # What moves or grows has no way round that a map of standing obstacles could show: the least blocked of many bends.
+    # What moves or grows has no way round that a map of standing obstacles could show.
+    time = _times(mission, earlier, later)
+    past = None
+    if _movers(mission) and not other_way:
+        past = pass_movers(mission, team, around, time, middle, goal, geodesics)
+    if past is not None:
+        by: Array = past + around
+        return by
     bends = np.stack(_bends(share, float(np.linalg.norm(goal - middle)), mission.dimension, generator))
     blocked = _blocked(Obstacles(mission, mission.obstacles, time), moved + bends[:, None], radius)
     extra = np.linalg.norm(np.diff(bends, axis=1), axis=2).sum(axis=1)
@@ -129,6 +168,23 @@ def _of_figure(mission: Mission, figure: Array, known: list[Geodesics]) -> Geode
             return each
     known.append(Geodesics(mission, figure))
     return known[-1]
+
+
+def _times(mission: Mission, earlier: KeyFrame, later: KeyFrame) -> Array:
+    """The moments of the steps after one key frame up to the next, seconds."""
+    times: Array = np.arange(earlier.step + 1, later.step + 1) * mission.step
+    return times
+
+
+def _meeting(mission: Mission, team: list[int], earlier: KeyFrame, later: KeyFrame, moved: Array) -> float:
+    """By how much a team's motion, (agents, steps, dim), is in what moves or grows, and out of the world: metres."""
+    movers = Obstacles(mission, _movers(mission), _times(mission, earlier, later))
+    radius = max(mission.agents[agent].radius for agent in team) + mission.clearance
+    return float(_blocked(movers, moved[None], radius)[0])
+
+
+def _movers(mission: Mission) -> list[Obstacle]:
+    return [obstacle for obstacle in mission.obstacles if not obstacle.constant]
 
 
 def _bends(share: Array, length: float, dimension: int, generator: np.random.Generator) -> list[Array]:
