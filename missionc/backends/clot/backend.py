@@ -45,6 +45,7 @@ from missionc.backends.clot.optimise.goal_terms import Demand
 from missionc.backends.clot.optimise.improve import improve
 from missionc.backends.clot.optimise.levenberg_marquardt import Polished, polish
 from missionc.backends.clot.optimise.motion_residuals import Costs
+from missionc.backends.clot.optimise.own_state_stays import with_stays
 from missionc.backends.clot.optimise.pursuit import followed
 from missionc.backends.clot.run.near_misses import failure_statement, freed, near
 from missionc.backends.clot.run.parallel_attempts import run_parallel_attempts
@@ -58,13 +59,12 @@ from missionc.backends.clot.run.run_state import (
     from_snapshot,
     to_snapshot,
 )
-from missionc.backends.clot.run.search_results import Begun, Searched
+from missionc.backends.clot.run.search_results import Searched
+from missionc.backends.clot.schedule.draft import Begun, draft
 from missionc.backends.clot.schedule.geodesics import Geodesics
-from missionc.backends.clot.schedule.key_frames import key_frames
+from missionc.backends.clot.schedule.own_state_stops import with_stops
 from missionc.backends.clot.schedule.schedule import Scheduler
-from missionc.backends.clot.schedule.sketch import sketch
 from missionc.backends.clot.schedule.tasks import Outline, outline
-from missionc.backends.clot.schedule.tours import tours
 from missionc.backends.clot.torch_device import device_missing, enough_memory, one_thread
 from missionc.backends.options import Options
 from missionc.backends.run_account import Account
@@ -266,7 +266,7 @@ class Run:
             return None if plan is None else Reached(control, choices, final=True)
         for more in MORE:
             with self.account.stage("polish"):
-                demand, costs = self.wanted(choices, more)
+                demand, costs = self.wanted(choices, first, more)
                 told = partial(self.tell, "polish", number)
                 polished = polish(control, costs, demand, ITERATIONS, self.in_time, told)
             self.account.work += polish_work(self.agent_steps, polished.iterations)
@@ -291,20 +291,27 @@ class Run:
         self.keep(number, reached=reached)
         self.tell("improve", number)
         with self.account.stage("improve"):
-            demand, costs = self.wanted(reached.choices)
+            demand, costs = self.wanted(reached.choices, made.position)
             better = improve(
                 control, made, self.mission, self.kernel, self.graph, demand, costs, self.accepted, self.in_time
             )
         self.account.notes.extend(better.notes)
         return better.trace
 
-    def wanted(self, choices: Choices, more: float = 1.0) -> tuple[Demand, Costs]:
-        """What is asked of a motion, and what it costs; ``more``: so many times the usual to spare of room."""
+    def wanted(self, choices: Choices, first: Array, more: float = 1.0) -> tuple[Demand, Costs]:
+        """What is asked of a motion, and what it costs.
+
+        Args:
+            first: the motion that it comes of, (agents, steps + 1, dim), metres.
+            more: so many times the usual to spare of room.
+        """
         roots = tuple(wanted.formula for wanted in self.graph.requirements)
+        made = splines(self.mission)
         demand = Demand.of(self.mission, roots, choices, self.mission.steps)
+        demand = with_stays(demand, *made.states(made.through(first)))
         room = spare(self.mission)
         roomier = replace(room, bodies=more * room.bodies)
-        return demand, Costs(self.mission, splines(self.mission), Weights(), roomier)
+        return demand, Costs(self.mission, made, Weights(), roomier)
 
     def accepted(self, control: Array) -> Trace | None:
         """The motion of control points, (agents, points, dim), metres, if it is a plan."""
@@ -332,18 +339,14 @@ class Run:
         mission, geodesics = self.mission, self.geodesics
         with self.account.stage("sketch"):
             scheduler = Scheduler(mission, self.asked, geodesics, generator)
-            schedule = scheduler.schedule(NOISE if number else 0.0)
-            self.account.work += sketch_work(self.agent_steps)
-            loose = {agent.index for agent in mission.agents} - scheduler.tied
-            toured: dict[int, Array] = {}
-            if loose:
-                frames, motion = tours(mission, schedule, scheduler.goals, geodesics, generator)
-                if not scheduler.tied:
-                    return Begun(number, schedule, frames, motion)
-                toured = {agent: motion[agent] for agent in sorted(loose)}
-            key = key_frames(mission, schedule, scheduler, geodesics, generator, self.in_time, toured)
-            first = sketch(mission, schedule, key, geodesics, generator, 0.3 if number else 0.0, toured)
-        return Begun(number, schedule, key, first)
+            drawn = generator.bit_generator.state
+
+            def begin(scheduler: Scheduler) -> Begun:
+                generator.bit_generator.state = drawn
+                self.account.work += sketch_work(self.agent_steps)
+                return draft(number, mission, scheduler, geodesics, generator, NOISE if number else 0.0, self.in_time)
+
+            return with_stops(mission, self.graph, scheduler, begin, self.in_time)
 
     def again(self, number: int, motion: Array | None) -> Begun:
         """What an attempt began with, with another motion, (agents, steps + 1, dim), metres."""

@@ -15,6 +15,7 @@ Source:
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
+from copy import copy
 from dataclasses import replace
 from itertools import combinations
 
@@ -41,9 +42,8 @@ from missionc.backends.clot.schedule.timetable import (
     Timetable,
     _deadline,
     _Draft,
-    _schedule,
 )
-from missionc.backends.clot.schedule.visits import Appointment, Escort, Key, Schedule, Visit
+from missionc.backends.clot.schedule.visits import Appointment, Escort, Key, Schedule, Visit, schedule_of
 from missionc.base.trace import Array
 from missionc.ir import Anywhere, Dynamics, Exactly, Mission, Predicate, Region
 from missionc.kernel.nodes import Node
@@ -104,6 +104,15 @@ class Scheduler(Timetable):
         for literal in kept_or_not.union(*(each.literals for each in self.capacities)):
             self.denied.setdefault(literal, {})[literal] = 0.0
         self.standing = self._visits(-1, (), self._passing(outline.holds))
+        self.between: dict[Key, tuple[Key | None, Key | None]] = {}
+
+    def with_stop(self, options: tuple[Option, ...], after: Key | None, before: Key | None) -> Scheduler:
+        """The same with one more task of one visit, which comes after and before these where they are given."""
+        more, number = copy(self), len(self.outline.tasks)
+        more.outline = replace(self.outline, tasks=(*self.outline.tasks, Task("stop", options)))
+        more.numbers = [*self.numbers, number]
+        more.between = {**self.between, (number, 0): (after, before)}
+        return more
 
     def _seconds_apart(self, agent: int, one: Predicate, other: Predicate) -> float:
         """What an agent takes at least from where one predicate holds to where another does; 0 if unknown."""
@@ -125,11 +134,16 @@ class Scheduler(Timetable):
 
     def _made(self, perturbed: PerturbedDistances) -> Schedule:
         tasks = self.outline.tasks
-        first = sorted(self.numbers, key=lambda each: (len(tasks[each].options), _deadline(tasks[each].options)))
+        stops = {key[0] for key in self.between}
+        bound = stops | {key[0] for pair in self.between.values() for key in pair if key is not None}
+        first = sorted(
+            self.numbers,
+            key=lambda each: (each in stops, len(tasks[each].options), _deadline(tasks[each].options)),
+        )
         draft = _Draft(sorted(self.standing, key=lambda visit: visit.event.low))
         for number in first:
             self._put(draft, number, perturbed)
-        loose = [number for number in first if all(map(self._is_loose, draft.visits(number)))]
+        loose = [number for number in first if number not in bound and all(map(self._is_loose, draft.visits(number)))]
         draft = self._repaired(draft, loose, perturbed) if len(loose) > 1 else draft
         made = self._settled(draft, perturbed)
         if made.late > 0 and len(loose) > 1:
@@ -178,16 +192,25 @@ class Scheduler(Timetable):
     def _places(self, order: list[Visit], visit: Visit) -> Iterator[int]:
         """Where in an order a visit makes a difference, after the one that it counts from."""
         mine, wary = visit.agents, bool(visit.says or visit.before)
-        begin = 0
-        if visit.after is not None:
-            begin = 1 + next(number for number, each in enumerate(order) if each.key == visit.after)
-        for place in range(begin, len(order) + 1):
+        begin, end = self._bounds(order, visit)
+        for place in range(begin, end + 1):
             if (
-                place == len(order)
+                place == end
                 or not mine.isdisjoint(order[place].agents)
                 or (wary and (order[place].says or order[place].before))
             ):
                 yield place
+
+    def _bounds(self, order: list[Visit], visit: Visit) -> tuple[int, int]:
+        """The first and the last place that an order has for a visit."""
+        if visit.after is None and not self.between:
+            return 0, len(order)
+        place = {each.key: number for number, each in enumerate(order)}
+        after, before = self.between.get(visit.key, (None, None))
+        earlier = [visit.after, after, *(stop for stop, (_, key) in self.between.items() if key == visit.key)]
+        later = [before, *(stop for stop, (key, _) in self.between.items() if key == visit.key)]
+        begin = max((place[key] + 1 for key in earlier if key in place), default=0)
+        return begin, max(begin, min((place[key] for key in later if key in place), default=len(order)))
 
     def _visits(self, task: int, events: Iterable[Event], holds: Iterable[Hold]) -> tuple[Visit, ...]:
         """Events and those that come after them, each after the one it counts from; and what holds at fixed steps."""
@@ -288,7 +311,7 @@ class Scheduler(Timetable):
             appointments = self._at_steps(visits, run, slower)
             if not self._denied(appointments, fixed):
                 break
-        made = _schedule(self.outline, appointments, options, run.late, self.mission.steps)
+        made = schedule_of(self.outline, appointments, options, run.late, self.mission.steps)
         return replace(made, company=self.company, escorts=tuple(self._escorts(options)))
 
     def _accompanied(self, come: Attendance) -> Attendance:
