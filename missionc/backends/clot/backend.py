@@ -346,7 +346,7 @@ class Run:
                 self.account.work += sketch_work(self.agent_steps)
                 return draft(number, mission, scheduler, geodesics, generator, NOISE if number else 0.0, self.in_time)
 
-            return with_stops(mission, self.graph, scheduler, begin, self.in_time)
+            return with_stops(mission, self.graph, scheduler, begin, number, self.in_time)
 
     def again(self, number: int, motion: Array | None) -> Begun:
         """What an attempt began with, with another motion, (agents, steps + 1, dim), metres."""

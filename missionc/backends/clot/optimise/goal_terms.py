@@ -66,11 +66,11 @@ class Demand:
                 whole.add(node)
         return self._activated(position, velocity, None, whole).formulas
 
-    def failing(self, leaves: Collection[Node], position: Array, velocity: Array) -> Mapping[Node, Flags]:
-        """Where such leaves have to hold and do not: (agents, steps)."""
+    def failing(self, allowed: Mapping[Node, float], position: Array, velocity: Array) -> Mapping[Node, Flags]:
+        """Where such leaves have to hold and fail by more than is allowed each: (agents, steps)."""
         _, values = self._evaluated(position, velocity)
-        asked = self._activated(position, velocity, None, leaves).formulas
-        return {leaf: mask & (values[leaf] < 0) for leaf, mask in asked.items()}
+        asked = self._activated(position, velocity, None, allowed.keys()).formulas
+        return {leaf: mask & (values[leaf] < -allowed[leaf]) for leaf, mask in asked.items()}
 
     def _activated(
         self,

@@ -19,7 +19,7 @@ from missionc.backends.clot.cost_weights import Spare, Weights
 from missionc.backends.clot.optimise.control_points import Indices, Splines
 from missionc.backends.clot.optimise.residuals import Group
 from missionc.base.trace import Array, Flags
-from missionc.ir import Compare, Flag, Inside, Level, Mission, Predicate, Resource
+from missionc.ir import Compare, Flag, Inside, Level, Mission, Predicate, Region, Resource
 from missionc.language.margins.resources import levels_along
 from missionc.language.margins.view import View
 from missionc.world.signed_distance import signed_distance
@@ -35,12 +35,8 @@ def flag_pieces(flag: Flag, holds: bool, mask: Flags, position: Array) -> Iterat
     inside, outside = (np.zeros_like(mask) for _ in range(2))
     first, last = (flag.set_in, flag.cleared_in) if holds else (flag.cleared_in, flag.set_in)
     for agent in set(np.flatnonzero(mask.any(axis=1)).tolist()) & set(flag.agents):
-        depth, away = (
-            np.full(position.shape[1], -np.inf if region is first else np.inf)
-            if region is None
-            else np.asarray(signed_distance(np, region.shape, position[agent])) * (-1 if region is first else 1)
-            for region in (first, last)
-        )
+        depth = -_outside(first, position[agent])
+        away = _outside(last, position[agent])
         for step in np.flatnonzero(mask[agent]):
             begin, free = _since(depth[: step + 1], away[: step + 1], holds)
             if begin is not None:
@@ -49,6 +45,13 @@ def flag_pieces(flag: Flag, holds: bool, mask: Flags, position: Array) -> Iterat
     for region, within, where in ((first, True, inside), (last, False, outside)):
         if region is not None and where.any():
             yield Inside(region, False), within, where
+
+
+def _outside(region: Region | None, position: Array) -> Array:
+    """How far outside of a region each place is, (steps, dim) -> (steps,), metres; of none, infinitely far."""
+    if region is None:
+        return np.full(len(position), np.inf)
+    return np.asarray(signed_distance(np, region.shape, position))
 
 
 def _since(depth: Array, away: Array, holds: bool) -> tuple[int | None, int]:

@@ -17,11 +17,12 @@ Source:
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
+from missionc.backends.clot.cost_graph.cost_graph import signed_predicate
 from missionc.backends.clot.optimise.control_points import splines
 from missionc.backends.clot.optimise.goal_terms import Demand
 from missionc.backends.clot.schedule.attendance import reads_past
@@ -31,18 +32,22 @@ from missionc.backends.clot.schedule.tasks import Event, Hold, Option
 from missionc.backends.clot.schedule.visits import Appointment, Key
 from missionc.base.trace import Array
 from missionc.ir import Compare, Flagged, Inside, Level, Mission, Predicate, Region
-from missionc.kernel.nodes import Atom, Kernel, Node, Not
+from missionc.kernel.nodes import Always, At, Atom, Kernel, Node
 from missionc.kernel.walk import postorder
 from missionc.language.margins.resources import levels_along
 
-ROUNDS, GAPS = 16, 4
-"""Stops that are put into one schedule, and places that each is tried at, of its agent's, the latest first."""
+TRIES, GAPS = 60, 4
+"""Schedules that are tried with stops, and places that a stop is tried at, of its agent's, the latest first."""
 
 NESTED = 2
 """Stops that may be needed on the way to another one: who has to be washed before it gets what it is to bring."""
 
 ROUNDING = 1e-6
 """Seconds."""
+
+SLACKS = 0.0, 0.1, 0.2
+"""Shares of a full resource that may be lacking on a first motion, which goes further and slower than it has to: of the
+first attempt, of the next, and so on in turns."""
 
 SHARES = 1.0, 0.5, 0.25
 """Shares of the time that it takes to fill a resource: a stop for less of it, where there is not that much."""
@@ -73,6 +78,12 @@ class _Draft:
         ]
         return sorted((each for each, agents in whose if agent in agents), key=lambda each: each.step)
 
+    @property
+    def last_stop(self) -> int:
+        """The step of the stop that was put in last."""
+        number = len(self.scheduler.outline.tasks) - 1
+        return next(each.step for each in self.begun.schedule.appointments if each.visit.key[0] == number)
+
     def progress(self, agent: int, tasks: int, late: float) -> tuple[bool, float, float]:
         """How far an agent gets, the more the better: past which of its visits of the tasks, and to which step.
 
@@ -90,43 +101,68 @@ def with_stops(
     graph: Kernel,
     scheduler: Scheduler,
     begin: Callable[[Scheduler], Begun],
+    number: int,
     go_on: Callable[[], bool],
 ) -> Begun:
-    """What an attempt begins with, with stops where the requirements ask for some.
+    """What an attempt begins with, with stops for as long as these get somebody further.
 
     Args:
         begin: what follows from a scheduler, the same each time it is asked.
+        number: of the attempt.
     """
     roots = tuple(goal.formula for goal in graph.requirements)
-    leaves = frozenset(node for node in postorder(roots) if reads_past(node))
+    slack = SLACKS[number % len(SLACKS)]
+    allowed = {leaf: slack * _most(mission, leaf) for leaf in postorder(roots) if reads_past(leaf)}
     first = begin(scheduler)
-    if not leaves:
+    if not allowed:
         return first
 
-    def made(scheduler: Scheduler, begun: Begun) -> _Draft:
-        return _Draft(scheduler, begun, _lacks(mission, roots, leaves, begun))
+    tasks, tries = len(scheduler.outline.tasks), iter(range(TRIES))
 
-    best, tasks = made(scheduler, first), len(scheduler.outline.tasks)
-    for _ in range(ROUNDS):
-        waiting = sorted(best.lacks.values(), key=lambda lack: (lack.step, lack.agent))
-        better = None
-        for lack in waiting:
-            better = _mended(mission, best, lack, tasks, lambda more: made(more, begin(more)), go_on)
-            if better is not None:
-                break
-        if better is None or not go_on():
-            break
-        best = better
+    def made(scheduler: Scheduler, begun: Begun) -> _Draft:
+        stops = tuple(
+            At(hold.agent, Always(hold.node, each.step, min(each.step + hold.high, mission.steps)))
+            for each in begun.schedule.appointments
+            if each.visit.key[0] >= tasks
+            for hold in each.visit.event.holds
+        )
+        return _Draft(scheduler, begun, _lacks(mission, (*roots, *stops), allowed, begun))
+
+    best = made(scheduler, first)
+    stuck: set[int] = set()
+    while waiting := [lack for agent, lack in best.lacks.items() if agent not in stuck]:
+        soonest = min(waiting, key=lambda lack: (lack.step, lack.agent))
+        better = _mended(
+            mission,
+            best,
+            soonest,
+            tasks,
+            lambda more: made(more, begin(more)),
+            lambda: next(tries, None) is not None and go_on(),
+        )
+        if better is None:
+            stuck.add(soonest.agent)
+        else:
+            best = better
     return best.begun
 
 
-def _lacks(mission: Mission, roots: tuple[Node, ...], leaves: frozenset[Node], begun: Begun) -> dict[int, Lack]:
+def _most(mission: Mission, leaf: Node) -> float:
+    """What a full resource counts in the margin of a comparison; 0 of a flag."""
+    predicate = signed_predicate(leaf)[0]
+    if not isinstance(predicate, Compare):
+        return 0.0
+    levels = ((weight, each.resource) for weight, each in predicate.terms if isinstance(each, Level))
+    return max(abs(weight) * resource.capacity for weight, resource in levels) / predicate.scale(mission.dimension)
+
+
+def _lacks(mission: Mission, roots: tuple[Node, ...], allowed: Mapping[Node, float], begun: Begun) -> dict[int, Lack]:
     """The first thing that fails of what is asked of each agent's own state; of agents of whom nothing does, none."""
     made = splines(mission)
     states = made.states(made.through(begun.motion))
     demand = Demand.of(mission, roots, begun.schedule.choices, mission.steps)
     found: dict[int, Lack] = {}
-    for leaf, mask in demand.failing(leaves, *states).items():
+    for leaf, mask in demand.failing(allowed, *states).items():
         for agent in np.flatnonzero(mask.any(axis=1)).tolist():
             step = int(mask[agent].argmax())
             if agent not in found or step < found[agent].step:
@@ -156,7 +192,7 @@ def _mended(
             if not go_on():
                 return None
             tried = made(draft.scheduler.with_stop(options, after, before))
-            another = tried.lacks.get(agent)
+            another, there = tried.lacks.get(agent), tried.last_stop
             if more and another is not None and another.leaf is not lack.leaf:
                 tried = _mended(mission, tried, another, tasks, made, go_on, more - 1) or tried
             progress = tried.progress(agent, tasks, late)
@@ -164,6 +200,8 @@ def _mended(
                 best = progress, tried
             if best is not None and best[0][0] and best[0][1] > now[1]:
                 return best[1]
+            if another is not None and another.step < there:
+                break  # less of a stop that it does not get to helps no more
     return None if best is None else best[1]
 
 
@@ -181,10 +219,8 @@ def _stops(mission: Mission, lack: Lack, motion: Array) -> Iterator[tuple[Option
     Args:
         motion: of its agent, (steps + 1, dim), metres.
     """
-    leaf = lack.leaf.body if isinstance(lack.leaf, Not) else lack.leaf
-    assert isinstance(leaf, Atom)
-    holds = leaf is lack.leaf
-    match leaf.predicate:
+    asked, holds = signed_predicate(lack.leaf)
+    match asked:
         case Flagged(flag):
             region = flag.set_in if holds else flag.cleared_in
             if region is not None:

@@ -104,14 +104,19 @@ class Scheduler(Timetable):
         for literal in kept_or_not.union(*(each.literals for each in self.capacities)):
             self.denied.setdefault(literal, {})[literal] = 0.0
         self.standing = self._visits(-1, (), self._passing(outline.holds))
-        self.between: dict[Key, tuple[Key | None, Key | None]] = {}
+        self.draft = _Draft(list(self.standing))
+        self.unstopped: _Draft | None = None
+        self.between: tuple[Key | None, Key | None] = (None, None)
+        self.waits = {}
 
     def with_stop(self, options: tuple[Option, ...], after: Key | None, before: Key | None) -> Scheduler:
-        """The same with one more task of one visit, which comes after and before these where they are given."""
+        """The order that was made last with one more task of one visit, after and before these where they are given."""
         more, number = copy(self), len(self.outline.tasks)
         more.outline = replace(self.outline, tasks=(*self.outline.tasks, Task("stop", options)))
         more.numbers = [*self.numbers, number]
-        more.between = {**self.between, (number, 0): (after, before)}
+        more.unstopped, more.between = self.draft, (after, before)
+        if before is not None:
+            more.waits = {**self.waits, before: (*self.waits.get(before, ()), (number, 0))}
         return more
 
     def _seconds_apart(self, agent: int, one: Predicate, other: Predicate) -> float:
@@ -128,26 +133,28 @@ class Scheduler(Timetable):
             if made.late <= 0 or self.tied:
                 break
         if noise and made.late > 0:  # perhaps only because ways were misjudged
-            again = self._made(replace(perturbed, noise=0.0))
-            made = again if again.late <= 0 else made
+            draft, again = self.draft, self._made(replace(perturbed, noise=0.0))
+            made, self.draft = (again, self.draft) if again.late <= 0 else (made, draft)
+        at = {each.visit.key: each.step for each in made.appointments}
+        self.draft.order.sort(key=lambda visit: at[visit.key])
         return made
 
     def _made(self, perturbed: PerturbedDistances) -> Schedule:
+        if self.unstopped is not None:
+            self.draft = self.unstopped.without([])
+            self._put(self.draft, self.numbers[-1], perturbed)
+            return self._settled(self.draft, perturbed)
         tasks = self.outline.tasks
-        stops = {key[0] for key in self.between}
-        bound = stops | {key[0] for pair in self.between.values() for key in pair if key is not None}
-        first = sorted(
-            self.numbers,
-            key=lambda each: (each in stops, len(tasks[each].options), _deadline(tasks[each].options)),
-        )
+        first = sorted(self.numbers, key=lambda each: (len(tasks[each].options), _deadline(tasks[each].options)))
         draft = _Draft(sorted(self.standing, key=lambda visit: visit.event.low))
         for number in first:
             self._put(draft, number, perturbed)
-        loose = [number for number in first if number not in bound and all(map(self._is_loose, draft.visits(number)))]
-        draft = self._repaired(draft, loose, perturbed) if len(loose) > 1 else draft
-        made = self._settled(draft, perturbed)
+        loose = [number for number in first if all(map(self._is_loose, draft.visits(number)))]
+        self.draft = self._repaired(draft, loose, perturbed) if len(loose) > 1 else draft
+        made = self._settled(self.draft, perturbed)
         if made.late > 0 and len(loose) > 1:
-            made = self._settled(self._with_exchanges(draft, loose, perturbed), perturbed)
+            self.draft = self._with_exchanges(self.draft, loose, perturbed)
+            made = self._settled(self.draft, perturbed)
         return made
 
     # --------------------------------------------------------------- inserting
@@ -203,14 +210,12 @@ class Scheduler(Timetable):
 
     def _bounds(self, order: list[Visit], visit: Visit) -> tuple[int, int]:
         """The first and the last place that an order has for a visit."""
-        if visit.after is None and not self.between:
+        if visit.after is None and self.unstopped is None:
             return 0, len(order)
         place = {each.key: number for number, each in enumerate(order)}
-        after, before = self.between.get(visit.key, (None, None))
-        earlier = [visit.after, after, *(stop for stop, (_, key) in self.between.items() if key == visit.key)]
-        later = [before, *(stop for stop, (key, _) in self.between.items() if key == visit.key)]
-        begin = max((place[key] + 1 for key in earlier if key in place), default=0)
-        return begin, max(begin, min((place[key] for key in later if key in place), default=len(order)))
+        after, before = (visit.after, None) if self.unstopped is None else self.between
+        begin = 0 if after is None else place[after] + 1
+        return begin, len(order) if before is None else max(begin, place[before])
 
     def _visits(self, task: int, events: Iterable[Event], holds: Iterable[Hold]) -> tuple[Visit, ...]:
         """Events and those that come after them, each after the one it counts from; and what holds at fixed steps."""

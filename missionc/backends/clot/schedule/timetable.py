@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from math import ceil
 
@@ -58,8 +58,9 @@ def _deadline(options: tuple[Option, ...]) -> int:
 class Timetable:
     """When the visits of an order are, for agents that take their time from one to the next.
 
-    ``tied``: those whom a formation or links hold together. ``pace``, ``speed`` in m/s and ``stopping`` in
-    seconds have a number for each agent; ``unhurried`` is the share of the slack that a visit leaves before it.
+    ``waits``: for a visit, the stops that it comes after. ``tied``: those whom a formation or links hold together.
+    ``pace``, ``speed`` in m/s and ``stopping`` in seconds have a number for each agent; ``unhurried`` is the share of
+    the slack that a visit leaves before it.
     """
 
     mission: Mission
@@ -72,6 +73,7 @@ class Timetable:
     capacities: tuple[Capacity, ...]
     formations: tuple[Predicate, ...]
     tied: frozenset[int]
+    waits: Mapping[Key, tuple[Key, ...]]
     unhurried: float
     shaped: dict[tuple[tuple[Predicate, ...], bytes], Array]
 
@@ -90,6 +92,7 @@ class Timetable:
                 low, high = low + base, high + base
             begin = max(low, visit.event.not_before * step)
             if not visit.agents:
+                begin = max([begin, *(run.times[number_of[stop]] for stop in self.waits.get(visit.key, ()))])
                 begin = max(begin, min(high, self._awaited(visit, visits[number + 1 :], where, free, begin)))
             shaped = sorted({agent for shape in visit.shapes for agent in shape.others})
             places: list[Place] = []
@@ -288,7 +291,8 @@ class Timetable:
                 wanted = ceil(time / step - ROUNDING) if self._is_loose(visit) or slower <= 1 else round(time / step)
             else:  # nobody has to get to a place for it, and what comes after may need the time
                 wanted = max([round(first / step), *(each.step for each in appointments)])
-            soonest = max(base + visit.event.low, visit.event.not_before)
+            stops = [at[stop] for stop in self.waits.get(visit.key, ())]
+            soonest = max([base + visit.event.low, visit.event.not_before, *stops])
             for leg in legs:
                 since = 0 if leg.begin < 0 else appointments[leg.begin].step
                 wanted = max(wanted, since + ceil(leg.least / step - ROUNDING))
@@ -328,6 +332,8 @@ class Timetable:
                     base = index[visit.after]
                     latest[number] = min(latest[number], latest[base] + high)
                     latest[base] = min(latest[base], latest[number] - low)
+                for stop in self.waits.get(visit.key, ()):
+                    latest[index[stop]] = min(latest[index[stop]], latest[number])
                 for leg in run.legs[number]:
                     if leg.begin >= 0:
                         latest[leg.begin] = min(latest[leg.begin], latest[number] - leg.seconds)

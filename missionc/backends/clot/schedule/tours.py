@@ -182,17 +182,22 @@ def _tour(mission: Mission, agent: int, stops: list[Stop], goals: GoalSets, geod
 def _at_the_refill(
     mission: Mission, agent: int, here: Stop, there: Stop, when: tuple[int, int], way: Array
 ) -> tuple[int, int]:
-    """From when to when an agent is on a way: who waits waits where a resource is filled, before it or after it.
+    """From when to when an agent is on a way: who uses up a resource by waiting waits where it is filled.
 
     Args:
         when: the step at which it may leave, and the one at which it has to be there.
         way: the points of the way, (points, dim), metres.
     """
-    shapes = [refill.region.shape for each in mission.resources if agent in each.agents for refill in each.refills]
+    shapes = [
+        refill.region.shape
+        for each in mission.resources
+        if each.per_second > 0 and agent in each.agents
+        for refill in each.refills
+    ]
     fills = [any(float(signed_distance(np, shape, stop.point)) <= 0 for shape in shapes) for stop in (here, there)]
     dynamics = mission.agents[agent].dynamics
     metres = float(np.linalg.norm(np.diff(way, axis=0), axis=1).sum())
-    seconds = metres / (SHARES[0] * dynamics.top_speed) + dynamics.top_speed / dynamics.top_acceleration
+    seconds = metres / (SHARES[-1] * dynamics.top_speed) + dynamics.top_speed / dynamics.top_acceleration
     begin, end = when
     takes = min(math.ceil(seconds / mission.step), end - begin)
     return (end - takes, end) if fills[0] else (begin, begin + takes) if fills[1] else when
