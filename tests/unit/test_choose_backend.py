@@ -167,10 +167,9 @@ def test_every_feature_is_found_at_its_first_words() -> None:
     }
 
 
-def test_transport_offers_all_but_hops_lanes_and_what_reads_the_past() -> None:
-    past = {Feature.RESOURCE, Feature.FLAG}
-    others = {Feature.HOPS, Feature.RESTLESS_DURATION, Feature.LANES, Feature.PAST_BELOW_METRES}
-    assert set(Feature) - OFFERS["clot"].features == others | past
+def test_transport_offers_all_but_hops_lanes_and_what_no_backend_does() -> None:
+    nobody = {Feature.RESTLESS_DURATION, Feature.PAST_BELOW_METRES}
+    assert set(Feature) - OFFERS["clot"].features == {Feature.HOPS, Feature.LANES} | nobody
 
 
 def test_hybrid_offers_all_that_transport_does_and_hops() -> None:

@@ -45,6 +45,7 @@ from missionc.backends.clot.optimise.goal_terms import Demand
 from missionc.backends.clot.optimise.improve import improve
 from missionc.backends.clot.optimise.levenberg_marquardt import Polished, polish
 from missionc.backends.clot.optimise.motion_residuals import Costs
+from missionc.backends.clot.optimise.own_state_stays import with_stays
 from missionc.backends.clot.optimise.pursuit import followed
 from missionc.backends.clot.run.begin import Beginnings
 from missionc.backends.clot.run.near_misses import failure_statement, freed, near
@@ -59,7 +60,8 @@ from missionc.backends.clot.run.run_state import (
     from_snapshot,
     to_snapshot,
 )
-from missionc.backends.clot.run.search_results import Begun, Searched
+from missionc.backends.clot.run.search_results import Searched
+from missionc.backends.clot.schedule.draft import Begun
 from missionc.backends.clot.schedule.geodesics import Geodesics
 from missionc.backends.clot.schedule.tasks import Outline, outline
 from missionc.backends.clot.torch_device import device_missing, enough_memory, one_thread
@@ -148,7 +150,9 @@ class Run:
             self.graph = build(self.kernel)
             self.asked = outline(self.graph, self.mission.steps)
             self.geodesics = Geodesics(self.mission)
-            self.beginnings = Beginnings(self.mission, self.kernel, self.asked, self.geodesics, self.in_time)
+            self.beginnings = Beginnings(
+                self.mission, self.kernel, self.graph, self.asked, self.geodesics, self.in_time, self.sketched
+            )
         self.account.sizes["terms"] = len(formulas_below(self.graph))
         if self.budget.resume is not None:
             self.take_up(from_snapshot(self.budget.resume, self.mission, self.graph))
@@ -265,7 +269,7 @@ class Run:
             return None if plan is None else Reached(control, choices, final=True)
         for more in MORE:
             with self.account.stage("polish"):
-                demand, costs = self.wanted(choices, more)
+                demand, costs = self.wanted(choices, first, more)
                 told = partial(self.tell, "polish", number)
                 polished = polish(control, costs, demand, ITERATIONS, self.in_time, told)
             self.account.work += polish_work(self.agent_steps, polished.iterations)
@@ -290,20 +294,27 @@ class Run:
         self.keep(number, reached=reached)
         self.tell("improve", number)
         with self.account.stage("improve"):
-            demand, costs = self.wanted(reached.choices)
+            demand, costs = self.wanted(reached.choices, made.position)
             better = improve(
                 control, made, self.mission, self.kernel, self.graph, demand, costs, self.accepted, self.in_time
             )
         self.account.notes.extend(better.notes)
         return better.trace
 
-    def wanted(self, choices: Choices, more: float = 1.0) -> tuple[Demand, Costs]:
-        """What is asked of a motion, and what it costs; ``more``: so many times the usual to spare of room."""
+    def wanted(self, choices: Choices, first: Array, more: float = 1.0) -> tuple[Demand, Costs]:
+        """What is asked of a motion, and what it costs.
+
+        Args:
+            first: the motion that it comes of, (agents, steps + 1, dim), metres.
+            more: so many times the usual to spare of room.
+        """
         roots = tuple(wanted.formula for wanted in self.graph.requirements)
+        made = splines(self.mission)
         demand = Demand.of(self.mission, roots, choices, self.mission.steps)
+        demand = with_stays(demand, *made.states(made.through(first)))
         room = spare(self.mission)
         roomier = replace(room, bodies=more * room.bodies)
-        return demand, Costs(self.mission, splines(self.mission), Weights(), roomier)
+        return demand, Costs(self.mission, made, Weights(), roomier)
 
     def accepted(self, control: Array) -> Trace | None:
         """The motion of control points, (agents, points, dim), metres, if it is a plan."""
@@ -329,8 +340,11 @@ class Run:
     def begun(self, number: int, generator: np.random.Generator) -> Begun:
         """The schedule, key frames and sketch of an attempt; the generator is that of the attempt, unused."""
         with self.account.stage("sketch"):
-            self.account.work += sketch_work(self.agent_steps)
             return self.beginnings.begun(number, generator)
+
+    def sketched(self) -> None:
+        """A first motion was made."""
+        self.account.work += sketch_work(self.agent_steps)
 
     def again(self, number: int, motion: Array | None) -> Begun:
         """What an attempt began with, with another motion, (agents, steps + 1, dim), metres."""

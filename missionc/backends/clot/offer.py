@@ -6,7 +6,7 @@ from missionc.backends.features import EVERYTHING, Feature, Offer
 
 CLOT = Offer(
     "clot",
-    EVERYTHING - {Feature.HOPS, Feature.LANES, Feature.RESOURCE, Feature.FLAG},
+    EVERYTHING - {Feature.HOPS, Feature.LANES},
     frozenset({"preset", "samples", "device", "margin", "processes", "stretch"}),
     checkpoints=True,
     home="missionc.backends.clot.backend",

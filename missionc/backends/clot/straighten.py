@@ -28,6 +28,7 @@ from missionc.backends.clot.optimise.improve import as_many, travelled
 from missionc.backends.clot.optimise.levenberg_marquardt import polish
 from missionc.backends.clot.optimise.minimize_duration import duration
 from missionc.backends.clot.optimise.motion_residuals import Costs
+from missionc.backends.clot.optimise.own_state_stays import with_stays
 from missionc.backends.clot.optimise.stand_still import stand_still
 from missionc.backends.clot.torch_device import enough_memory, one_thread
 from missionc.backends.run_account import Account
@@ -97,7 +98,7 @@ class _Straightened:
         roots += [each.formula for each in graph.preferences if each.name in kept]
         demand = Demand.of(mission, tuple(roots), {}, mission.steps)
         choices = demand.witness(*made.states(start))
-        self.demand = Demand.of(mission, tuple(roots), choices, mission.steps)
+        self.demand = with_stays(Demand.of(mission, tuple(roots), choices, mission.steps), *made.states(start))
         least = spare(mission)
         if not self.consider(self.descended(start, least)):
             self.consider_wider(least)

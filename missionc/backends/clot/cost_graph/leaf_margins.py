@@ -14,9 +14,10 @@ from torch import Tensor
 from missionc.backends.clot.cost_graph.heading_of_motion import facing
 from missionc.backends.clot.cost_graph.motion_batch import States, Team
 from missionc.backends.clot.torch_device import places
-from missionc.ir import Beacon, Graph, Predicate
+from missionc.ir import Beacon, Flag, Graph, Predicate, Resource
 from missionc.ir.pair_ranges import directed
 from missionc.language.margins.predicate_margins import link_margin
+from missionc.language.margins.resources import flag_margins_along, levels_along
 from missionc.language.margins.view import View
 
 UNLIMITED = 1e6
@@ -130,6 +131,14 @@ class _OfBatch(View):
         if directed(graph):
             worst = torch.minimum(worst, bottleneck(links.flatten(0, 1).mT))
         return worst.reshape(links.shape[0], 1, links.shape[1])
+
+    def level(self, resource: Resource) -> Tensor:
+        return _tensor(levels_along(torch, resource, self.team.mission.step, self.states.position))
+
+    def flagged(self, flag: Flag) -> Tensor:
+        found = _tensor(flag_margins_along(torch, flag, self.states.position))
+        stranger = torch.tensor([agent not in flag.agents for agent in self.agents], device=found.device)
+        return found.masked_fill(stranger[:, None], -UNLIMITED)
 
 
 def _tensor(value: object) -> Tensor:

@@ -28,6 +28,7 @@ class Robustness(Domain[Tensor]):
     A value is (batch, agents, steps), with 1 in place of agents or steps where
     it does not depend on them; metres. Where a window runs past the last step
     it is ``-UNLIMITED``; the horizon check sees to it that no goal reads that.
+    Of a few steps nobody knows what was before: what reads that holds without limit there, and so does its negation.
     """
 
     def __init__(self, team: Team, states: States, ruled_out: Mapping[SignedPredicate, Tensor] | None = None) -> None:
@@ -44,6 +45,8 @@ class Robustness(Domain[Tensor]):
         return evaluate(order, self)
 
     def atom(self, predicate: Predicate, holds: bool) -> Tensor:
+        if predicate.reads_past and self.states.position.shape[2] != self.team.mission.steps + 1:
+            return self._constant(UNLIMITED)
         if predicate not in self.margins:
             self.margins[predicate] = margin(predicate, self.team, self.states)
         value = self.margins[predicate] if holds else -self.margins[predicate]

@@ -15,7 +15,7 @@ from missionc.backends.clot.cost_graph.robustness import Robustness
 from missionc.backends.clot.optimise.active_set import Active, Choices, activate
 from missionc.base.trace import Array, Flags
 from missionc.ir import Mission
-from missionc.kernel.nodes import Node, UntilNode, WindowNode
+from missionc.kernel.nodes import Atom, Node, UntilNode, WindowNode
 from missionc.kernel.walk import children, graph_of, postorder
 
 
@@ -61,9 +61,16 @@ class Demand:
         """The formulas about one step alone that have to hold, as large as they are, and where: (agents, steps)."""
         whole: set[Node] = set()
         for node in self.order:
-            if not isinstance(node, WindowNode | UntilNode) and whole.issuperset(children(node)):
+            reads_past = isinstance(node, Atom) and node.predicate.reads_past
+            if not isinstance(node, WindowNode | UntilNode) and not reads_past and whole.issuperset(children(node)):
                 whole.add(node)
         return self._activated(position, velocity, None, whole).formulas
+
+    def failing(self, allowed: Mapping[Node, float], position: Array, velocity: Array) -> Mapping[Node, Flags]:
+        """Where such leaves have to hold and fail by more than is allowed each: (agents, steps)."""
+        _, values = self._evaluated(position, velocity)
+        asked = self._activated(position, velocity, None, allowed.keys()).formulas
+        return {leaf: mask & (values[leaf] < -allowed[leaf]) for leaf, mask in asked.items()}
 
     def _activated(
         self,

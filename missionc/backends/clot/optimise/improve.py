@@ -15,6 +15,7 @@ from missionc.backends.clot.optimise.goal_terms import Demand
 from missionc.backends.clot.optimise.levenberg_marquardt import polish
 from missionc.backends.clot.optimise.minimize_duration import shorten
 from missionc.backends.clot.optimise.motion_residuals import Costs
+from missionc.backends.clot.optimise.own_state_stays import with_stays
 from missionc.backends.clot.optimise.stand_still import stand_still
 from missionc.base.trace import Array, Trace
 from missionc.ir import Mission, Objective
@@ -81,8 +82,11 @@ def improve(
             motion = accept(tried)
             return motion if motion is not None and as_many(mission, kernel, made, motion) else None
 
+        anew = tuple(goal.formula for goal in graph.requirements) + roots[len(demand.roots) :]
+        full_demand = Demand.of(mission, anew, {}, mission.steps)  # when there is something to fill is open too
         shorter = shorten(control, made, full_demand, costs, as_good, go_on)
         control, made, costs = shorter.control, shorter.trace, shorter.costs
+        full_demand = with_stays(full_demand, *costs.splines.states(control))
         notes.append(shorter.note)
     measure = MEASURES.get(mission.objective)
     before = made

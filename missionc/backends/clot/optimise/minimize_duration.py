@@ -15,6 +15,7 @@ import numpy as np
 from missionc.backends.clot.optimise.goal_terms import Demand
 from missionc.backends.clot.optimise.levenberg_marquardt import polish
 from missionc.backends.clot.optimise.motion_residuals import Costs
+from missionc.backends.clot.optimise.own_state_stays import with_stays
 from missionc.base.trace import Array, Trace
 
 ITERATIONS = 40
@@ -54,7 +55,8 @@ def shorten(
         resting = replace(costs, splines=replace(costs.splines, rest=target))
         for start in _starts(made.position, best, target):
             first = np.where(costs.splines.fixed[..., None], control, costs.splines.through(start))
-            tried = polish(resting.splines.at_rest(first), resting, demand, ITERATIONS, go_on).control
+            stays = with_stays(demand, *costs.splines.states(first))
+            tried = polish(resting.splines.at_rest(first), resting, stays, ITERATIONS, go_on).control
             motion = accept(tried)
             if motion is not None and duration(motion) <= target:
                 control, made, best_costs, best = tried, motion, resting, duration(motion)

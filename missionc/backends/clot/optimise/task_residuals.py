@@ -21,11 +21,14 @@ from missionc.backends.clot.cost_graph.leaf_margins import link_weight, second_e
 from missionc.backends.clot.cost_weights import Spare, Weights
 from missionc.backends.clot.optimise.active_set import Active, Links, Stretch
 from missionc.backends.clot.optimise.control_points import Arguments, Indices, Splines
+from missionc.backends.clot.optimise.own_state_residuals import flag_pieces, level_groups
 from missionc.backends.clot.optimise.residuals import Group
 from missionc.base.trace import Array, Flags
 from missionc.ir import (
     Beacon,
+    Compare,
     Connectivity,
+    Flagged,
     Formation,
     Graph,
     Mission,
@@ -61,7 +64,9 @@ class TaskCosts:
     def _margin(self, predicate: Predicate, holds: bool, mask: Flags, control: Array) -> Iterator[Group]:
         graph = predicate.restricted
         moments = np.flatnonzero(mask.any(axis=0)).astype(np.int64)
-        if predicate.formation:
+        if predicate.reads_past:
+            yield from self._own_state(predicate, holds, mask, control)
+        elif predicate.formation:
             yield from self._formation(predicate.formation, moments, holds, control)
         elif graph and holds:
             yield from self._links(graph, self._tree(graph, moments, control), True)
@@ -71,6 +76,17 @@ class TaskCosts:
             yield from self._links(graph, self._cut(graph, moments, control), False)
         else:
             yield self._measured(predicate, holds, mask)
+
+    def _own_state(self, predicate: Predicate, holds: bool, mask: Flags, control: Array) -> Iterator[Group]:
+        """What the steps before decide: nothing of a motion that begins later."""
+        made = self.splines
+        if made.steps != self.mission.steps:
+            return
+        if isinstance(predicate, Flagged):
+            for region, within, where in flag_pieces(predicate.flag, holds, mask, made.states(control)[0]):
+                yield self._measured(region, within, where)
+        elif isinstance(predicate, Compare):
+            yield from level_groups(predicate, holds, mask, control, self.mission, made, self.weights, self.spare)
 
     def _formation(self, formation: Formation, moments: Indices, holds: bool, control: Array) -> Iterator[Group]:
         """Every edge's error within the tolerance; or, where the formation must not be, the worst one's beyond it.

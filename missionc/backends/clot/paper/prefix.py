@@ -3,7 +3,8 @@
 Negations are at the leaves, so a formula is worth no less where every margin that reads an agent not
 planned yet holds without limit. A goal that fails all the same cannot be kept by planning the
 others; only then is a partial team given up. One exception: ``connected`` is asked of the planned
-agents among themselves, which the sequence makes possible and a bound could not guide.
+agents among themselves, which the sequence makes possible and a bound could not guide. What reads the steps before,
+a resource or a flag, is left to the polish too: a waypoint that is moved has no value of its own for it.
 
 Source:
     [clot] IV-B.2, Γ_ℓ in (6), and IV-D.1 for partial teams.
@@ -146,7 +147,7 @@ class _Prefix:
     def _leaf(self, node: Node, row: int) -> Node:
         """A predicate, or its negation, where all it reads is planned; of one about several, what it asks of those."""
         predicate, holds = signed_predicate(node)
-        if predicate.reads_oneself(3) and not self._is_planned(row):
+        if predicate.reads_past or (predicate.reads_oneself(3) and not self._is_planned(row)):
             return HOLDS
         less = predicate.among(self.planned)
         if less is None or (less is not predicate and not holds):

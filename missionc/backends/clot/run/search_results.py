@@ -1,25 +1,10 @@
-"""Search results: what a search begins with, and the joint motions it ends with."""
+"""Search results: the joint motions that a search ends with."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
-from missionc.backends.clot.schedule.key_frame import KeyFrame
-from missionc.backends.clot.schedule.visits import Schedule
 from missionc.base.trace import Array
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Begun:
-    """Where planning begins: a schedule, its key frames, and a joint motion, (agents, steps + 1, dim), metres.
-
-    ``number`` is of the attempt that made the schedule.
-    """
-
-    number: int
-    schedule: Schedule
-    key: tuple[KeyFrame, ...]
-    motion: Array
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -86,6 +86,8 @@ def attendance(mission: Mission, holds: Iterable[Hold]) -> Attendance:
     for hold in holds:
         for agent, node in _conjuncts(hold.agent, hold.node) if hold.timeless else ():
             pair = _pair(mission, agent, node)
+            if reads_past(node):
+                continue
             if pair is not None:
                 first, second, least, reach = pair
                 apart.append((first, second, least))
@@ -147,6 +149,12 @@ def agents_of(agent: int, node: Node) -> set[int] | None:
             case _:
                 stack.extend((agent, part) for part in children(node))
     return whom
+
+
+def reads_past(node: Node) -> bool:
+    """Whether it is a predicate, or its negation, that the steps before bear on."""
+    leaf = node.body if isinstance(node, Not) else node
+    return isinstance(leaf, Atom) and leaf.predicate.reads_past
 
 
 def _bare(node: Node) -> Node:

@@ -15,6 +15,7 @@ Source:
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
+from copy import copy
 from dataclasses import replace
 from itertools import combinations
 
@@ -41,9 +42,8 @@ from missionc.backends.clot.schedule.timetable import (
     Timetable,
     _deadline,
     _Draft,
-    _schedule,
 )
-from missionc.backends.clot.schedule.visits import Appointment, Escort, Key, Schedule, Visit
+from missionc.backends.clot.schedule.visits import Appointment, Escort, Key, Schedule, Visit, schedule_of
 from missionc.base.trace import Array
 from missionc.ir import Anywhere, Dynamics, Exactly, Mission, Predicate, Region
 from missionc.kernel.nodes import Node
@@ -115,6 +115,20 @@ class Scheduler(Timetable):
         for literal in kept_or_not.union(*(each.literals for each in self.capacities)):
             self.denied.setdefault(literal, {})[literal] = 0.0
         self.standing = self._visits(-1, (), self._passing(outline.holds))
+        self.draft = _Draft(list(self.standing))
+        self.unstopped: _Draft | None = None
+        self.between: tuple[Key | None, Key | None] = (None, None)
+        self.waits = {}
+
+    def with_stop(self, options: tuple[Option, ...], after: Key | None, before: Key | None) -> Scheduler:
+        """The order that was made last with one more task of one visit, after and before these where they are given."""
+        more, number = copy(self), len(self.outline.tasks)
+        more.outline = replace(self.outline, tasks=(*self.outline.tasks, Task("stop", options)))
+        more.numbers = [*self.numbers, number]
+        more.unstopped, more.between = self.draft, (after, before)
+        if before is not None:
+            more.waits = {**self.waits, before: (*self.waits.get(before, ()), (number, 0))}
+        return more
 
     def _seconds_apart(self, agent: int, one: Predicate, other: Predicate) -> float:
         """What an agent takes at least from where one predicate holds to where another does; 0 if unknown."""
@@ -130,21 +144,28 @@ class Scheduler(Timetable):
             if made.late <= 0 or self.tied:
                 break
         if noise and made.late > 0:  # perhaps only because ways were misjudged
-            again = self._made(replace(perturbed, noise=0.0))
-            made = again if again.late <= 0 else made
+            draft, again = self.draft, self._made(replace(perturbed, noise=0.0))
+            made, self.draft = (again, self.draft) if again.late <= 0 else (made, draft)
+        at = {each.visit.key: each.step for each in made.appointments}
+        self.draft.order.sort(key=lambda visit: at[visit.key])
         return made
 
     def _made(self, perturbed: PerturbedDistances) -> Schedule:
+        if self.unstopped is not None:
+            self.draft = self.unstopped.without([])
+            self._put(self.draft, self.numbers[-1], perturbed)
+            return self._settled(self.draft, perturbed)
         tasks = self.outline.tasks
         first = sorted(self.numbers, key=lambda each: (len(tasks[each].options), _deadline(tasks[each].options)))
         draft = _Draft(sorted(self.standing, key=lambda visit: visit.event.low))
         for number in first:
             self._put(draft, number, perturbed)
         loose = [number for number in first if all(map(self._is_loose, draft.visits(number)))]
-        draft = self._repaired(draft, loose, perturbed) if len(loose) > 1 else draft
-        made = self._settled(draft, perturbed)
+        self.draft = self._repaired(draft, loose, perturbed) if len(loose) > 1 else draft
+        made = self._settled(self.draft, perturbed)
         if made.late > 0 and len(loose) > 1:
-            made = self._settled(self._with_exchanges(draft, loose, perturbed), perturbed)
+            self.draft = self._with_exchanges(self.draft, loose, perturbed)
+            made = self._settled(self.draft, perturbed)
         return made
 
     # --------------------------------------------------------------- inserting
@@ -189,16 +210,23 @@ class Scheduler(Timetable):
     def _places(self, order: list[Visit], visit: Visit) -> Iterator[int]:
         """Where in an order a visit makes a difference, after the one that it counts from."""
         mine, wary = visit.agents, bool(visit.says or visit.before)
-        begin = 0
-        if visit.after is not None:
-            begin = 1 + next(number for number, each in enumerate(order) if each.key == visit.after)
-        for place in range(begin, len(order) + 1):
+        begin, end = self._bounds(order, visit)
+        for place in range(begin, end + 1):
             if (
-                place == len(order)
+                place == end
                 or not mine.isdisjoint(order[place].agents)
                 or (wary and (order[place].says or order[place].before))
             ):
                 yield place
+
+    def _bounds(self, order: list[Visit], visit: Visit) -> tuple[int, int]:
+        """The first and the last place that an order has for a visit."""
+        if visit.after is None and self.unstopped is None:
+            return 0, len(order)
+        place = {each.key: number for number, each in enumerate(order)}
+        after, before = (visit.after, None) if self.unstopped is None else self.between
+        begin = 0 if after is None else place[after] + 1
+        return begin, len(order) if before is None else max(begin, place[before])
 
     def _visits(self, task: int, events: Iterable[Event], holds: Iterable[Hold]) -> tuple[Visit, ...]:
         """Events and those that come after them, each after the one it counts from; and what holds at fixed steps."""
@@ -299,7 +327,7 @@ class Scheduler(Timetable):
             appointments = self._at_steps(visits, run, slower)
             if not self._denied(appointments, fixed):
                 break
-        made = _schedule(self.outline, appointments, options, run.late, self.mission.steps)
+        made = schedule_of(self.outline, appointments, options, run.late, self.mission.steps)
         return replace(made, company=self.company, escorts=tuple(self._escorts(options)))
 
     def _accompanied(self, come: Attendance) -> Attendance:

@@ -172,8 +172,7 @@ def _of_figure(mission: Mission, figure: Array, known: list[Geodesics]) -> Geode
 
 def _times(mission: Mission, earlier: KeyFrame, later: KeyFrame) -> Array:
     """The moments of the steps after one key frame up to the next, seconds."""
-    times: Array = np.arange(earlier.step + 1, later.step + 1) * mission.step
-    return times
+    return np.arange(earlier.step + 1, later.step + 1, dtype=np.float64) * mission.step
 
 
 def _meeting(mission: Mission, team: list[int], earlier: KeyFrame, later: KeyFrame, moved: Array) -> float:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from math import ceil
 
@@ -20,8 +20,8 @@ from missionc.backends.clot.schedule.mutex_literals import (
     mutex_seconds,
 )
 from missionc.backends.clot.schedule.perturbed_distances import PerturbedDistances
-from missionc.backends.clot.schedule.tasks import Decision, Hold, Option, Outline
-from missionc.backends.clot.schedule.visits import Appointment, Key, Leg, Place, Run, Schedule, Visit
+from missionc.backends.clot.schedule.tasks import Option
+from missionc.backends.clot.schedule.visits import Appointment, Key, Leg, Place, Run, Visit
 from missionc.base.trace import Array
 from missionc.ir import Mission, Predicate
 from missionc.kernel.nodes import Node
@@ -55,44 +55,12 @@ def _deadline(options: tuple[Option, ...]) -> int:
     return min((event.high for option in options for event in option.events), default=0)
 
 
-def _schedule(
-    outline: Outline, appointments: tuple[Appointment, ...], options: list[Option], late: float, steps: int
-) -> Schedule:
-    """Holds and decisions counted from step 0, and all choices by formula, agent and step."""
-    holds = [*outline.holds, *(hold for option in options for hold in option.holds)]
-    decisions = [decision for option in options for decision in option.decisions]
-    choices: dict[tuple[Node, int, int], int] = {}
-    step_of = {each.visit.key: each.step for each in appointments}
-    for appointment in appointments:
-        if appointment.visit.fixed or appointment.visit.event.again:
-            continue
-        event, at = appointment.visit.event, appointment.step
-        holds.extend(
-            Hold(hold.agent, hold.node, hold.low + at, min(hold.high + at, steps), hold.timeless)
-            for hold in event.holds
-        )
-        base = 0 if appointment.visit.after is None else step_of[appointment.visit.after]
-        holds.extend(
-            Hold(hold.agent, hold.node, base + hold.low, at - 1, hold.timeless)
-            for hold in event.before
-            if at > base + hold.low
-        )
-        decisions.extend(
-            Decision(each.node, each.agent, each.part, each.low + at, min(each.high + at, steps))
-            for each in event.decisions
-        )
-        choices[event.chooser, event.agent, event.step + base] = at
-    for each in decisions:
-        for step in range(each.low, each.high + 1):
-            choices[each.node, each.agent, step] = each.part
-    return Schedule(appointments, tuple(holds), tuple(decisions), choices, late)
-
-
 class Timetable:
     """When the visits of an order are, for agents that take their time from one to the next.
 
-    ``tied``: those whom a formation or links hold together. ``pace``, ``speed`` in m/s and ``stopping`` in
-    seconds have a number for each agent; ``unhurried`` is the share of the slack that a visit leaves before it.
+    ``waits``: for a visit, the stops that it comes after. ``tied``: those whom a formation or links hold together.
+    ``pace``, ``speed`` in m/s and ``stopping`` in seconds have a number for each agent; ``unhurried`` is the share of
+    the slack that a visit leaves before it.
     """
 
     mission: Mission
@@ -105,6 +73,7 @@ class Timetable:
     capacities: tuple[Capacity, ...]
     formations: tuple[Predicate, ...]
     tied: frozenset[int]
+    waits: Mapping[Key, tuple[Key, ...]]
     unhurried: float
     shaped: dict[tuple[tuple[Predicate, ...], bytes], Array]
 
@@ -122,6 +91,9 @@ class Timetable:
                 base = run.times[number_of[visit.after]]
                 low, high = low + base, high + base
             begin = max(low, visit.event.not_before * step)
+            if not visit.agents:
+                begin = max([begin, *(run.times[number_of[stop]] for stop in self.waits.get(visit.key, ()))])
+                begin = max(begin, min(high, self._awaited(visit, visits[number + 1 :], where, free, begin)))
             shaped = sorted({agent for shape in visit.shapes for agent in shape.others})
             places: list[Place] = []
             legs: list[Leg] = []
@@ -191,6 +163,16 @@ class Timetable:
         run.late += max(0.0, run.end - self.mission.horizon)
         run.cost = LATE * run.late + run.end + 0.1 * way / float(self.pace.mean())
         return run
+
+    def _awaited(self, visit: Visit, later: Sequence[Visit], where: Array, free: Array, begin: float) -> float:
+        """When what nobody goes anywhere for may be, for those who go somewhere for what follows it to be in time."""
+        soonest = begin
+        for each in later:
+            if each.after == visit.key and not each.shapes:
+                for place, length in self._ways(each.come, where, free, begin, ()):
+                    there = float(free[place.agent]) + self._travel(place.agent, length)
+                    soonest = max(soonest, there - each.event.high * self.mission.step)
+        return soonest
 
     def _released(
         self, visit: Visit, begin: float, latest: float, sure: list[TimedLiterals], takes: dict[int, float]
@@ -309,7 +291,8 @@ class Timetable:
                 wanted = ceil(time / step - ROUNDING) if self._is_loose(visit) or slower <= 1 else round(time / step)
             else:  # nobody has to get to a place for it, and what comes after may need the time
                 wanted = max([round(first / step), *(each.step for each in appointments)])
-            soonest = max(base + visit.event.low, visit.event.not_before)
+            stops = [at[stop] for stop in self.waits.get(visit.key, ())]
+            soonest = max([base + visit.event.low, visit.event.not_before, *stops])
             for leg in legs:
                 since = 0 if leg.begin < 0 else appointments[leg.begin].step
                 wanted = max(wanted, since + ceil(leg.least / step - ROUNDING))
@@ -349,6 +332,8 @@ class Timetable:
                     base = index[visit.after]
                     latest[number] = min(latest[number], latest[base] + high)
                     latest[base] = min(latest[base], latest[number] - low)
+                for stop in self.waits.get(visit.key, ()):
+                    latest[index[stop]] = min(latest[index[stop]], latest[number])
                 for leg in run.legs[number]:
                     if leg.begin >= 0:
                         latest[leg.begin] = min(latest[leg.begin], latest[number] - leg.seconds)

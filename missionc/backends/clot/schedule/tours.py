@@ -10,6 +10,7 @@ stands beside the others there. Who has no place to go to, and has to stay near 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from itertools import pairwise
@@ -19,10 +20,12 @@ import numpy as np
 from missionc.backends.clot.schedule.geodesics import Geodesics, eased
 from missionc.backends.clot.schedule.goal_sets import NEARER, GoalSet, GoalSets
 from missionc.backends.clot.schedule.key_frame import KeyFrame
+from missionc.backends.clot.schedule.schedule import SHARES
 from missionc.backends.clot.schedule.visits import Escort, Schedule
 from missionc.base.trace import Array
 from missionc.ir import Anywhere, Exactly, Inside, Mission, Region
 from missionc.kernel.nodes import Atom
+from missionc.world.signed_distance import signed_distance
 
 ROOM = 0.3
 """Metres beside what bodies need, from a way to obstacles and between those who stand in one place."""
@@ -168,11 +171,36 @@ def _tour(mission: Mission, agent: int, stops: list[Stop], goals: GoalSets, geod
         way = geodesics.way(here.point, there.point, radius + ROOM, radius, slowness=slowness)
         if way is None:
             way = np.stack([here.point, there.point])
+        begin, end = _at_the_refill(mission, agent, here, there, (begin, end), way)
         share = np.arange(end - begin + 1) / max(1, end - begin)
         share = eased(share, way, (end - begin) * mission.step, mission.agents[agent].dynamics)
         position[begin : end + 1] = geodesics.paced(way, share, slowness)
         position[end:] = there.point
     return position
+
+
+def _at_the_refill(
+    mission: Mission, agent: int, here: Stop, there: Stop, when: tuple[int, int], way: Array
+) -> tuple[int, int]:
+    """From when to when an agent is on a way: who uses up a resource by waiting waits where it is filled.
+
+    Args:
+        when: the step at which it may leave, and the one at which it has to be there.
+        way: the points of the way, (points, dim), metres.
+    """
+    shapes = [
+        refill.region.shape
+        for each in mission.resources
+        if each.per_second > 0 and agent in each.agents
+        for refill in each.refills
+    ]
+    fills = [any(float(signed_distance(np, shape, stop.point)) <= 0 for shape in shapes) for stop in (here, there)]
+    dynamics = mission.agents[agent].dynamics
+    metres = float(np.linalg.norm(np.diff(way, axis=0), axis=1).sum())
+    seconds = metres / (SHARES[-1] * dynamics.top_speed) + dynamics.top_speed / dynamics.top_acceleration
+    begin, end = when
+    takes = min(math.ceil(seconds / mission.step), end - begin)
+    return (end - takes, end) if fills[0] else (begin, begin + takes) if fills[1] else when
 
 
 def _followers(position: Array, escort: Escort, stops: list[list[Stop]]) -> Iterator[tuple[int, int]]:

@@ -11,9 +11,10 @@ from missionc.backends.clot.schedule.goal_sets import GoalSet
 from missionc.backends.clot.schedule.mutex_literals import (
     TimedLiterals,
 )
-from missionc.backends.clot.schedule.tasks import Decision, Event, Hold
+from missionc.backends.clot.schedule.tasks import Decision, Event, Hold, Option, Outline
 from missionc.base.trace import Array
 from missionc.ir import Predicate, Region
+from missionc.kernel.nodes import Node
 
 Key = tuple[int, int]
 """A visit: the number of its task, -1 for none, and its own within that."""
@@ -117,3 +118,36 @@ class Run:
     legs: list[list[Leg]] = field(default_factory=list)
     last: list[tuple[int, float]] = field(default_factory=list)
     places: list[tuple[Place, ...]] = field(default_factory=list)
+
+
+def schedule_of(
+    outline: Outline, appointments: tuple[Appointment, ...], options: list[Option], late: float, steps: int
+) -> Schedule:
+    """Holds and decisions counted from step 0, and all choices by formula, agent and step."""
+    holds = [*outline.holds, *(hold for option in options for hold in option.holds)]
+    decisions = [decision for option in options for decision in option.decisions]
+    choices: dict[tuple[Node, int, int], int] = {}
+    step_of = {each.visit.key: each.step for each in appointments}
+    for appointment in appointments:
+        if appointment.visit.fixed or appointment.visit.event.again:
+            continue
+        event, at = appointment.visit.event, appointment.step
+        holds.extend(
+            Hold(hold.agent, hold.node, hold.low + at, min(hold.high + at, steps), hold.timeless)
+            for hold in event.holds
+        )
+        base = 0 if appointment.visit.after is None else step_of[appointment.visit.after]
+        holds.extend(
+            Hold(hold.agent, hold.node, base + hold.low, at - 1, hold.timeless)
+            for hold in event.before
+            if at > base + hold.low
+        )
+        decisions.extend(
+            Decision(each.node, each.agent, each.part, each.low + at, min(each.high + at, steps))
+            for each in event.decisions
+        )
+        choices[event.chooser, event.agent, event.step + base] = at
+    for each in decisions:
+        for step in range(each.low, each.high + 1):
+            choices[each.node, each.agent, step] = each.part
+    return Schedule(appointments, tuple(holds), tuple(decisions), choices, late)

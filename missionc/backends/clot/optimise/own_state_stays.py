@@ -1,0 +1,58 @@
+"""Stays of a motion that own states rest on: where its agents fill resources and set flags, as formulas for the same.
+
+A level has no slope in the direction of a region that fills it, and a flag may be set by any of many steps. So whoever
+fills a resource, or sets or clears a flag as it is asked for, on a first motion is asked to be in the region at the
+same steps. Of the level the metres are left, and of the flag that nobody passes the other region in between.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from missionc.backends.clot.optimise.goal_terms import Demand
+from missionc.backends.clot.optimise.own_state_residuals import flag_pieces
+from missionc.base.trace import Array, Flags
+from missionc.ir import Compare, Exactly, Flagged, Inside, Level, Mission, Resource
+from missionc.kernel.nodes import Always, At, Atom, Node
+from missionc.kernel.walk import postorder
+from missionc.language.margins.resources import within
+
+
+def with_stays(demand: Demand, position: Array, velocity: Array) -> Demand:
+    """What is asked of motions, and that they keep the stays of one: (agents, steps + 1, dim), metres and m/s."""
+    mission, roots = demand.mission, demand.roots
+    atoms = {node.predicate for node in postorder(roots) if isinstance(node, Atom)}
+    if not any(each.reads_past for each in atoms):
+        return demand
+    terms = [term for each in atoms if isinstance(each, Compare) for term in each.terms]
+    resources = {feature.resource for _, feature in terms if isinstance(feature, Level)}
+    read = [each for each in mission.resources if each in resources]
+    stays = [*_refills(mission, read, position), *_settings(demand, position, velocity)]
+    return Demand.of(mission, (*roots, *stays), demand.choices, mission.steps)
+
+
+def _refills(mission: Mission, resources: list[Resource], position: Array) -> Iterator[Node]:
+    for resource in resources:
+        for refill in resource.refills:
+            for agent in resource.agents:
+                pinned = isinstance(mission.agents[agent].start, Exactly)
+                for first, last in _stretches(np.asarray(within(refill.region, position[agent]))):
+                    if first < last and (first > 0 or not pinned):
+                        yield At(agent, Always(Atom(Inside(refill.region, False)), first, last))
+
+
+def _settings(demand: Demand, position: Array, velocity: Array) -> Iterator[Node]:
+    """The steps that set flags where they have to be, and that clear them where they must not."""
+    for (predicate, holds), mask in demand.active(position, velocity).margins.items():
+        if isinstance(predicate, Flagged):
+            for region, inside, where in flag_pieces(predicate.flag, holds, mask, position):
+                for agent, step in np.argwhere(where).tolist() if inside else ():
+                    yield At(agent, Always(Atom(region), step, step))
+
+
+def _stretches(inside: Flags) -> Iterator[tuple[int, int]]:
+    """The first and the last step of each stretch of steps, (steps,)."""
+    change = np.diff(np.concatenate([[0], inside.astype(np.int8), [0]]))
+    yield from zip(np.flatnonzero(change > 0).tolist(), (np.flatnonzero(change < 0) - 1).tolist(), strict=True)

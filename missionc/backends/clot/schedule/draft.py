@@ -1,0 +1,63 @@
+"""Draft of an attempt: a schedule, its key frames, and a first joint motion through them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from missionc.backends.clot.schedule.geodesics import Geodesics
+from missionc.backends.clot.schedule.key_frame import KeyFrame
+from missionc.backends.clot.schedule.key_frames import key_frames
+from missionc.backends.clot.schedule.schedule import Scheduler
+from missionc.backends.clot.schedule.sketch import sketch
+from missionc.backends.clot.schedule.tours import tours
+from missionc.backends.clot.schedule.visits import Schedule
+from missionc.base.trace import Array
+from missionc.ir import Mission
+
+ASIDE = 0.3
+"""By how much the sketch of every attempt but the first goes another way."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Begun:
+    """Where planning begins: a schedule, its key frames, and a joint motion, (agents, steps + 1, dim), metres.
+
+    ``number`` is of the attempt that made the schedule.
+    """
+
+    number: int
+    schedule: Schedule
+    key: tuple[KeyFrame, ...]
+    motion: Array
+
+
+def draft(
+    number: int,
+    mission: Mission,
+    scheduler: Scheduler,
+    geodesics: Geodesics,
+    generator: np.random.Generator,
+    noise: float,
+    go_on: Callable[[], bool],
+) -> Begun:
+    """What follows from a scheduler.
+
+    Args:
+        number: of the attempt.
+        noise: by what share distances are misjudged on purpose.
+        go_on: once it says no, first guesses are taken as they are.
+    """
+    schedule = scheduler.schedule(noise)
+    loose = {agent.index for agent in mission.agents} - scheduler.tied
+    toured: dict[int, Array] = {}
+    if loose:
+        frames, motion = tours(mission, schedule, scheduler.goals, geodesics, generator)
+        if not scheduler.tied:
+            return Begun(number, schedule, frames, motion)
+        toured = {agent: motion[agent] for agent in sorted(loose)}
+    key = key_frames(mission, schedule, scheduler, geodesics, generator, go_on, toured)
+    first = sketch(mission, schedule, key, geodesics, generator, ASIDE if noise else 0.0, toured)
+    return Begun(number, schedule, key, first)

@@ -1,0 +1,254 @@
+"""Stops for state of an agent's own: visits that a schedule gets where a resource runs out, or a flag is not as asked.
+
+    in   a first motion of a schedule
+    out  the same; or one of a schedule with more visits, on which what is asked of own states comes true later or not
+
+A schedule knows nothing of what an agent has left, or of where it has been before. So the first motion is looked at,
+and where the first thing asked of an own state fails, a visit to the region that mends it is put between two visits of
+its agent: as late as that helps, for as long as there is time. That is repeated (lazy refinement guided by
+counterexamples), and judged by nothing but the motions.
+
+Source:
+    Clarke, Grumberg, Jha, Lu and Veith, "Counterexample-guided abstraction refinement", 2000; Froger, Mendoza, Jabali
+    and Laporte, "Improved formulations and algorithmic components for the electric vehicle routing problem with
+    nonlinear charging functions", 2019, for stops put into a route whose visits are given.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from missionc.backends.clot.cost_graph.cost_graph import signed_predicate
+from missionc.backends.clot.optimise.control_points import splines
+from missionc.backends.clot.optimise.goal_terms import Demand
+from missionc.backends.clot.schedule.attendance import reads_past
+from missionc.backends.clot.schedule.draft import Begun
+from missionc.backends.clot.schedule.schedule import Scheduler
+from missionc.backends.clot.schedule.tasks import Event, Hold, Option
+from missionc.backends.clot.schedule.visits import Appointment, Key
+from missionc.base.trace import Array
+from missionc.ir import Compare, Flagged, Inside, Level, Mission, Predicate, Region
+from missionc.kernel.nodes import Always, At, Atom, Kernel, Node
+from missionc.kernel.walk import postorder
+from missionc.language.margins.resources import levels_along
+
+TRIES, GAPS = 60, 4
+"""Schedules that are tried with stops, and places that a stop is tried at, of its agent's, the latest first."""
+
+NESTED = 2
+"""Stops that may be needed on the way to another one: who has to be washed before it gets what it is to bring."""
+
+ROUNDING = 1e-6
+"""Seconds."""
+
+SLACKS = 0.0, 0.1, 0.2
+"""Shares of a full resource that may be lacking on a first motion, which goes further and slower than it has to: of the
+first attempt, of the next, and so on in turns."""
+
+SHARES = 1.0, 0.5, 0.25
+"""Shares of the time that it takes to fill a resource: a stop for less of it, where there is not that much."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Lack:
+    """The first thing asked of an agent's own state that fails: what is asked, and at which step."""
+
+    leaf: Node
+    agent: int
+    step: int
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Draft:
+    """A first motion, the scheduler that it came of, and what it lacks, by agent."""
+
+    scheduler: Scheduler
+    begun: Begun
+    lacks: dict[int, Lack]
+
+    def visits(self, agent: int) -> list[Appointment]:
+        """The visits about an agent in the order of time."""
+        whose = [
+            (each, each.visit.agents | {hold.agent for hold in each.visit.event.holds})
+            for each in self.begun.schedule.appointments
+        ]
+        return sorted((each for each, agents in whose if agent in agents), key=lambda each: each.step)
+
+    @property
+    def last_stop(self) -> int:
+        """The step of the stop that was put in last."""
+        number = len(self.scheduler.outline.tasks) - 1
+        return next(each.step for each in self.begun.schedule.appointments if each.visit.key[0] == number)
+
+    def progress(self, agent: int, tasks: int, late: float) -> tuple[bool, float, float]:
+        """How far an agent gets, the more the better: past which of its visits of the tasks, and to which step.
+
+        Before that, whether it is no later than by so many seconds.
+        """
+        in_time, lack = self.begun.schedule.late <= late + ROUNDING, self.lacks.get(agent)
+        if lack is None:
+            return in_time, math.inf, math.inf
+        own = [each for each in self.visits(agent) if each.visit.key[0] < tasks]
+        return in_time, sum(each.step < lack.step for each in own), lack.step
+
+
+def with_stops(
+    mission: Mission,
+    graph: Kernel,
+    scheduler: Scheduler,
+    begin: Callable[[Scheduler], Begun],
+    number: int,
+    go_on: Callable[[], bool],
+) -> Begun:
+    """What an attempt begins with, with stops for as long as these get somebody further.
+
+    Args:
+        begin: what follows from a scheduler, the same each time it is asked.
+        number: of the attempt.
+    """
+    roots = tuple(goal.formula for goal in graph.requirements)
+    slack = SLACKS[number % len(SLACKS)]
+    allowed = {leaf: slack * _most(mission, leaf) for leaf in postorder(roots) if reads_past(leaf)}
+    first = begin(scheduler)
+    if not allowed:
+        return first
+
+    tasks, tries = len(scheduler.outline.tasks), iter(range(TRIES))
+
+    def made(scheduler: Scheduler, begun: Begun) -> _Draft:
+        stops = tuple(
+            At(hold.agent, Always(hold.node, each.step, min(each.step + hold.high, mission.steps)))
+            for each in begun.schedule.appointments
+            if each.visit.key[0] >= tasks
+            for hold in each.visit.event.holds
+        )
+        return _Draft(scheduler, begun, _lacks(mission, (*roots, *stops), allowed, begun))
+
+    best = made(scheduler, first)
+    stuck: set[int] = set()
+    while waiting := [lack for agent, lack in best.lacks.items() if agent not in stuck]:
+        soonest = min(waiting, key=lambda lack: (lack.step, lack.agent))
+        better = _mended(
+            mission,
+            best,
+            soonest,
+            tasks,
+            lambda more: made(more, begin(more)),
+            lambda: next(tries, None) is not None and go_on(),
+        )
+        if better is None:
+            stuck.add(soonest.agent)
+        else:
+            best = better
+    return best.begun
+
+
+def _most(mission: Mission, leaf: Node) -> float:
+    """What a full resource counts in the margin of a comparison; 0 of a flag."""
+    predicate = signed_predicate(leaf)[0]
+    if not isinstance(predicate, Compare):
+        return 0.0
+    levels = ((weight, each.resource) for weight, each in predicate.terms if isinstance(each, Level))
+    return max(abs(weight) * resource.capacity for weight, resource in levels) / predicate.scale(mission.dimension)
+
+
+def _lacks(mission: Mission, roots: tuple[Node, ...], allowed: Mapping[Node, float], begun: Begun) -> dict[int, Lack]:
+    """The first thing that fails of what is asked of each agent's own state; of agents of whom nothing does, none."""
+    made = splines(mission)
+    states = made.states(made.through(begun.motion))
+    demand = Demand.of(mission, roots, begun.schedule.choices, mission.steps)
+    found: dict[int, Lack] = {}
+    for leaf, mask in demand.failing(allowed, *states).items():
+        for agent in np.flatnonzero(mask.any(axis=1)).tolist():
+            step = int(mask[agent].argmax())
+            if agent not in found or step < found[agent].step:
+                found[agent] = Lack(leaf, agent, step)
+    return found
+
+
+def _mended(
+    mission: Mission,
+    draft: _Draft,
+    lack: Lack,
+    tasks: int,
+    made: Callable[[Scheduler], _Draft],
+    go_on: Callable[[], bool],
+    more: int = NESTED,
+) -> _Draft | None:
+    """The draft with the stop that gets the agent of a lack furthest; None where no stop gets it further.
+
+    Args:
+        more: so many further stops may be needed for what the stop itself lacks.
+    """
+    agent, late = lack.agent, draft.begun.schedule.late
+    now = draft.progress(agent, tasks, late)
+    best: tuple[tuple[bool, float, float], _Draft] | None = None
+    for after, before in _gaps(draft.visits(agent), lack.step):
+        for options in _stops(mission, lack, draft.begun.motion[agent]):
+            if not go_on():
+                return None
+            tried = made(draft.scheduler.with_stop(options, after, before))
+            another, there = tried.lacks.get(agent), tried.last_stop
+            if more and another is not None and another.leaf is not lack.leaf:
+                tried = _mended(mission, tried, another, tasks, made, go_on, more - 1) or tried
+            progress = tried.progress(agent, tasks, late)
+            if progress > now and (best is None or progress > best[0]):
+                best = progress, tried
+            if best is not None and best[0][0] and best[0][1] > now[1]:
+                return best[1]
+            if another is not None and another.step < there:
+                break  # less of a stop that it does not get to helps no more
+    return None if best is None else best[1]
+
+
+def _gaps(visits: list[Appointment], step: int) -> Iterator[tuple[Key | None, Key | None]]:
+    """Between which two visits of an agent a stop may be that is to help at a step, the latest first."""
+    keys = [None, *(each.visit.key for each in visits), None]
+    last = next((number for number, each in enumerate(visits) if each.step >= step), len(visits))
+    for number in range(last, max(last - GAPS, -1), -1):
+        yield keys[number], keys[number + 1]
+
+
+def _stops(mission: Mission, lack: Lack, motion: Array) -> Iterator[tuple[Option, ...]]:
+    """Stays that may mend it, the longest first; of those as long, one for each region.
+
+    Args:
+        motion: of its agent, (steps + 1, dim), metres.
+    """
+    asked, holds = signed_predicate(lack.leaf)
+    match asked:
+        case Flagged(flag):
+            region = flag.set_in if holds else flag.cleared_in
+            if region is not None:
+                yield (_stay(mission, lack.agent, region, 0),)
+        case predicate:
+            fills = list(_fills(mission, predicate, holds, lack, motion))
+            lengths = {math.ceil(share * longest) for share in SHARES for _, longest in fills}
+            for length in sorted(lengths, reverse=True):
+                yield tuple(_stay(mission, lack.agent, region, min(length, longest)) for region, longest in fills)
+
+
+def _fills(
+    mission: Mission, predicate: Predicate, holds: bool, lack: Lack, motion: Array
+) -> Iterator[tuple[Region, int]]:
+    """Regions that fill what a comparison needs more of, and the steps in which they fill all of it."""
+    for weight, feature in predicate.terms if isinstance(predicate, Compare) else ():
+        if isinstance(feature, Level) and (weight > 0) is holds:
+            resource = feature.resource
+            left = float(levels_along(np, resource, mission.step, motion)[lack.step])
+            for refill in resource.refills:
+                gain = (refill.per_second - resource.per_second) * mission.step
+                if gain > 0:
+                    yield refill.region, max(1, math.ceil((resource.capacity - left) / gain))
+
+
+def _stay(mission: Mission, agent: int, region: Region, steps: int) -> Option:
+    """An agent in a region for so many steps, at any time."""
+    there = Atom(Inside(region, False))
+    last = max(0, mission.steps - steps)
+    stay = (Hold(agent, there, 0, min(steps, mission.steps), True),)
+    return Option(events=(Event(there, agent, 0, 0, last, stay, again=True),))
