@@ -254,13 +254,15 @@ def _place(draw: _Drawn, count: int, corner: tuple[float, float], region: str, o
 
 
 def _ranges(draw: _Drawn) -> str:
-    """Of one pair of teams, one way, perhaps; or among the members of one."""
-    teams = [team for team, _ in draw.teams]
-    pairs = [(one, other) for one in teams for other in teams if one != other or dict(draw.teams)[one] > 1]
-    if not pairs or draw.odds(0.6):
+    """Of one pair of teams, one way, perhaps; or among the members of one. What is drawn after it is the same."""
+    own = np.random.default_rng(len("".join(draw.lines)))
+    sizes = dict(draw.teams)
+    pairs = [(one, other) for one in sizes for other in sizes if one != other or sizes[one] > 1]
+    if not pairs or own.random() < 0.6:
         return ""
-    one, other = pairs[int(draw.random.integers(len(pairs)))]
-    return f" {{ {one} to {other} {draw.random.uniform(0.9, 4):.2f} m }}"
+    one, other = pairs[int(own.integers(len(pairs)))]
+    weight = own.choice(["", f" weight cost {own.integers(1, 4)}"])
+    return f" {{ {one} to {other} {own.uniform(0.9, 4):.2f} m }}{weight}"
 
 
 def _couplings(draw: _Drawn, names: Names) -> Names:
