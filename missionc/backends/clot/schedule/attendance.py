@@ -70,6 +70,11 @@ class Attendance:
         named = {agent for agent, _ in self.goals} | {agent for each in self.meetings for agent in each.agents}
         return named | {agent for each in self.some for agent, _ in each.goals}
 
+    @property
+    def moves_on(self) -> bool:
+        """Whether it asks agents to be near each other and to be in no place for it."""
+        return bool(self.meetings) and not (self.goals or self.some)
+
     def __bool__(self) -> bool:
         return bool(self.goals or self.meetings or self.some)
 

@@ -34,6 +34,7 @@ from missionc.backends.clot.schedule.mutex_literals import (
     mutex_seconds,
     timed_literals,
 )
+from missionc.backends.clot.schedule.pauses import pause
 from missionc.backends.clot.schedule.perturbed_distances import PerturbedDistances
 from missionc.backends.clot.schedule.places import Places
 from missionc.backends.clot.schedule.tasks import Event, Hold, Option, Outline, Task
@@ -45,9 +46,8 @@ from missionc.backends.clot.schedule.timetable import (
 )
 from missionc.backends.clot.schedule.visits import Appointment, Escort, Key, Schedule, Visit, schedule_of
 from missionc.base.trace import Array
-from missionc.ir import Anywhere, Dynamics, Exactly, Mission, Predicate, Region
+from missionc.ir import Anywhere, Exactly, Mission, Predicate, Region
 from missionc.kernel.nodes import Node
-from missionc.world.dynamics import can_wait
 
 SHARES = 0.8, 0.95
 """The share of an agent's top speed that a sketch counts on, and that of one which would be late otherwise."""
@@ -55,9 +55,6 @@ SHARES = 0.8, 0.95
 
 WHOLE = 0.9
 """What holds from the first step on for this share of the mission is kept to by everybody who goes anywhere."""
-
-ABOUT = np.pi
-"""Radians by which an agent that can stand turns between two ways."""
 
 VAST = 0.5
 """A place of more than this share of all there is is nowhere to go to: who is there may leave its nearest point."""
@@ -98,7 +95,7 @@ class Scheduler(Timetable):
         self.speed = np.array([agent.dynamics.top_speed for agent in mission.agents])
         self.pace = self.speed * SHARES[0]
         self.unhurried = UNHURRIED[0]
-        self.stopping = np.array([_pause(agent.dynamics) for agent in mission.agents])
+        self.stopping = np.array([pause(agent.dynamics) for agent in mission.agents])
         self.starts = np.array([self._place(agent.start) for agent in mission.agents])
         self.finishes = [None if agent.finish is None else self._place(agent.finish) for agent in mission.agents]
         self.always = [hold for hold in outline.holds if self._whole(hold)]
@@ -254,7 +251,7 @@ class Scheduler(Timetable):
         for hold in holds:
             come = attendance(self.mission, (hold,))
             event = Event(hold.node, hold.agent, hold.low, hold.low, hold.low, (hold,))
-            lasts = 0 if _moves_on(come) else min(hold.high, self.mission.steps) - hold.low
+            lasts = 0 if come.moves_on else min(hold.high, self.mission.steps) - hold.low
             visits.append(Visit((task, len(visits)), event, come, (), (), lasts, fixed=True))
         return tuple(visits)
 
@@ -340,7 +337,7 @@ class Scheduler(Timetable):
         """Who stays near whom at fixed steps, and goes on meanwhile."""
         for hold in (*self.outline.holds, *(hold for option in options for hold in option.holds)):
             come = attendance(self.mission, (hold,)) if hold.timeless and not self._whole(hold) else NOBODY
-            for meeting in come.meetings if _moves_on(come) else ():
+            for meeting in come.meetings if come.moves_on else ():
                 yield Escort(meeting, hold.low, min(hold.high, self.mission.steps))
 
     # ------------------------------------------------------------------ places
@@ -396,14 +393,3 @@ class Scheduler(Timetable):
                 before = regions.get(hold.agent)
                 regions[hold.agent] = place if before is None else self.places.both(before, place)
         return regions
-
-
-def _moves_on(come: Attendance) -> bool:
-    """Whether it asks agents to be near each other and to be in no place for it."""
-    return bool(come.meetings) and not (come.goals or come.some)
-
-
-def _pause(dynamics: Dynamics) -> float:
-    """Seconds that it takes to stop and speed up between two ways, or to turn where it stands."""
-    turning = ABOUT / dynamics.top_turn if can_wait(dynamics) else 0.0
-    return dynamics.top_speed / dynamics.top_acceleration + turning
