@@ -249,7 +249,7 @@ def _formula() -> list[Rule]:
         _after(_any(("at",)), "keyword.other.preposition", _NUMBER, "constant.numeric", least),
         _after(_any(("without",)), "keyword.control.quantifier", _NUMBER, "constant.numeric", any_),
         _match(_any(called) + r"(?=\s*\()", "support.function.predicate"),
-        _after(_any(("heading",)) + r"(?=\s*within(?!\w))", "variable.language.state", _any(("within",)), preposition),
+        _after(_any(("heading",)) + r"(?=\s*within(?!\w))", "keyword.other.measure", _any(("within",)), preposition),
         _match(_any(sorted(STATES)), "variable.language.state"),
     ]
 
@@ -258,7 +258,8 @@ _LABEL = rf"{_NAME}(?=\s*:)"
 _MOTION = _match(_any(("moving", "along")) + r"(?=\s*(?:$|#|\())", "keyword.other.motion")
 # A shape may be called like the word; what follows tells.
 _GROWTH = _value_after(
-    _any(("uncertain",)) + r"(?=\s*(?:$|#|[\d.(]|(?!(?:moving|along|uncertain)\b)[A-Za-z_]))", "keyword.other.motion"
+    _any(("uncertain",)) + r"(?=\s*(?:$|#|[\d.(]|-\S|(?!(?:moving|along|uncertain)\b)[A-Za-z_]))",
+    "keyword.other.motion",
 )
 
 

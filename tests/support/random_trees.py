@@ -115,11 +115,12 @@ periods = st.builds(ast.Period, st.just(NOWHERE), quantities)
 _metrics = st.sampled_from((ast.Metric.HOPS, ast.Metric.METRES))
 _weights = st.just(ast.Metric.WEIGHT)
 _on = st.none() | names
+_of_weights = names.filter(lambda name: name.text not in ("hops", "distance"))
 lengths = st.one_of(
     st.builds(ast.Length, st.just(NOWHERE), _metrics, quantities, st.none() | quantities, _on),
     st.builds(ast.Length, st.just(NOWHERE), _metrics, st.none(), quantities, _on),
-    st.builds(ast.Length, st.just(NOWHERE), _weights, quantities, st.none() | quantities, _on, names),
-    st.builds(ast.Length, st.just(NOWHERE), _weights, st.none(), quantities, _on, names),
+    st.builds(ast.Length, st.just(NOWHERE), _weights, quantities, st.none() | quantities, _on, _of_weights),
+    st.builds(ast.Length, st.just(NOWHERE), _weights, st.none(), quantities, _on, _of_weights),
 )
 
 

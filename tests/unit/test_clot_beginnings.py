@@ -42,8 +42,9 @@ def beginnings(text: str) -> Beginnings:
     checked = check(Source("a.mission", text), backend="clot")
     assert checked.mission is not None
     assert isinstance(checked.kernel, Kernel)
-    asked = outline(build(checked.kernel), checked.mission.steps)
-    return Beginnings(checked.mission, checked.kernel, asked, Geodesics(checked.mission), lambda: True)
+    mission, graph = checked.mission, build(checked.kernel)
+    asked = outline(graph, mission.steps)
+    return Beginnings(mission, checked.kernel, graph, asked, Geodesics(mission), lambda: True, lambda: None)
 
 
 def motion(text: str, number: int) -> np.ndarray:
