@@ -4,8 +4,9 @@
     out  Begun
 
 Who is tied to others, by a formation or by links, is put into key frames with them; everybody else makes a tour.
-Links may also be kept by those who go each on a tour of their own. Where tours do keep them the first attempt begins
-with those, and others do now and then, as the polish draws together what is nearly linked.
+Links may also be kept by those who go each on a tour of their own. The first attempt begins with tours where these
+keep the links and key frames would leave tasks out, such as recurrences; others do now and then, as the polish draws
+together what is nearly linked.
 """
 
 from __future__ import annotations
@@ -59,7 +60,8 @@ class Beginnings:
         """The beginning of the attempt of a number; the generator is that of the attempt, unused."""
         scheduler = Scheduler(self.mission, self.asked, self.geodesics, drawn)
         may_part = bool(scheduler.tied) and scheduler.by_links_alone and bool(self.asked.tasks)
-        if may_part and (number == 0 or number % APART_EVERY == 1):
+        left_out = len(scheduler.numbers) < len(self.asked.tasks)
+        if may_part and ((number == 0 and left_out) or number % APART_EVERY == 1):
             (other,) = drawn.spawn(1)
             apart = Scheduler(self.mission, self.asked, self.geodesics, other, links=False)
             begun = self.with_stops(number, apart)
