@@ -40,13 +40,12 @@ from missionc.backends.api import (
 from missionc.backends.clot.cost_graph.cost_graph import build, formulas_below
 from missionc.backends.clot.cost_weights import Weights, spare
 from missionc.backends.clot.optimise.active_set import Choices
-from missionc.backends.clot.optimise.control_points import pinned, splines, trace
+from missionc.backends.clot.optimise.control_points import control_after, splines, trace
 from missionc.backends.clot.optimise.goal_terms import Demand
 from missionc.backends.clot.optimise.improve import improve
 from missionc.backends.clot.optimise.levenberg_marquardt import Polished, polish
 from missionc.backends.clot.optimise.motion_residuals import Costs
 from missionc.backends.clot.optimise.own_state_stays import with_stays
-from missionc.backends.clot.optimise.pursuit import followed
 from missionc.backends.clot.run.begin import Beginnings
 from missionc.backends.clot.run.near_misses import failure_statement, freed, near
 from missionc.backends.clot.run.parallel_attempts import run_parallel_attempts
@@ -263,7 +262,7 @@ class Run:
         """
         mission = self.mission
         made = splines(mission)
-        control = pinned(mission, made, made.through(followed(mission, first)))
+        control = control_after(mission, made, first)
         if way is not None and not way.polished:
             plan = self.judged(Polished(control, 0.0, "a check", 0.0, 0), trace(mission, made, control), begun)
             return None if plan is None else Reached(control, choices, final=True)

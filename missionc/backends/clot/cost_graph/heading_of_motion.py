@@ -19,14 +19,12 @@ def facing(position: Tensor, velocity: Tensor, towards: float | Beacon, within: 
 
     It has the sign of the predicate's own margin where the agent moves, and 0 where it stands.
     """
+    along: tuple[Tensor | float, Tensor | float]
     if isinstance(towards, Beacon):
         x, y = (towards.position[axis] - position[..., axis] for axis in (0, 1))
         far = (x**2 + y**2 + APART**2).sqrt()
-        return _tensor(of_motion(torch, velocity[..., 0], velocity[..., 1], (x / far, y / far), within))
-    along = math.cos(towards), math.sin(towards)
-    return _tensor(of_motion(torch, velocity[..., 0], velocity[..., 1], along, within))
-
-
-def _tensor(value: object) -> Tensor:
-    assert isinstance(value, Tensor)
-    return value
+        along = x / far, y / far
+    else:
+        along = math.cos(towards), math.sin(towards)
+    spare: Tensor = of_motion(torch, velocity[..., 0], velocity[..., 1], along, within)
+    return spare

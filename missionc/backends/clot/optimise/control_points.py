@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from missionc.backends.clot.optimise.pursuit import pursued
+from missionc.backends.clot.optimise.pursuit import followed, pursued
 from missionc.base.trace import Array, Flags, Trace
 from missionc.ir import Exactly, Mission
 from missionc.world.dynamics import turn_in_step
@@ -191,6 +191,11 @@ def pinned(mission: Mission, made: Splines, control: Array) -> Array:
         if isinstance(agent.finish, Exactly):
             result[agent.index, made.steps :] = agent.finish.point
     return result
+
+
+def control_after(mission: Mission, made: Splines, position: Array) -> Array:
+    """The control points, (agents, points, dim), metres, that go through such positions as they can be followed."""
+    return pinned(mission, made, made.through(followed(mission, position)))
 
 
 def trace(mission: Mission, made: Splines, control: Array) -> Trace:

@@ -1,4 +1,4 @@
-"""Beginnings of attempts: of whom links alone tie, those on tours of their own too.
+"""Initial guesses of the trajectory optimiser: the schedule and first motion that each of its attempts begins with.
 
     in   Outline, the number of an attempt
     out  Begun
@@ -16,9 +16,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from missionc.backends.clot.optimise.control_points import pinned, splines, trace
-from missionc.backends.clot.optimise.pursuit import followed
-from missionc.backends.clot.schedule.asked_shapes import reads_links
+from missionc.backends.clot.optimise.control_points import control_after, splines, trace
+from missionc.backends.clot.schedule.asked_shapes import reads_links, tied_agents
 from missionc.backends.clot.schedule.draft import Begun, draft
 from missionc.backends.clot.schedule.geodesics import Geodesics
 from missionc.backends.clot.schedule.own_state_stops import with_stops
@@ -59,9 +58,9 @@ class Beginnings:
     def begun(self, number: int, drawn: np.random.Generator) -> Begun:
         """The beginning of the attempt of a number; the generator is that of the attempt, unused."""
         scheduler = Scheduler(self.mission, self.asked, self.geodesics, drawn)
-        may_part = bool(scheduler.tied) and scheduler.by_links_alone and bool(self.asked.tasks)
         left_out = len(scheduler.numbers) < len(self.asked.tasks)
-        if may_part and ((number == 0 and left_out) or number % APART_EVERY == 1):
+        turn = (number == 0 and left_out) or (number % APART_EVERY == 1 and bool(self.asked.tasks))
+        if turn and scheduler.tied and not tied_agents(self.asked, scheduler.company, links=False):
             (other,) = drawn.spawn(1)
             apart = Scheduler(self.mission, self.asked, self.geodesics, other, links=False)
             begun = self.with_stops(number, apart)
@@ -85,8 +84,8 @@ class Beginnings:
     def keeps_links(self, motion: Array) -> bool:
         """Whether a motion, (agents, steps + 1, dim), metres, keeps every requirement that asks for links."""
         made = splines(self.mission)
-        control = pinned(self.mission, made, made.through(followed(self.mission, motion)))
-        verdicts = monitor(self.mission, self.kernel, trace(self.mission, made, control)).requirements
+        sketched = trace(self.mission, made, control_after(self.mission, made, motion))
+        verdicts = monitor(self.mission, self.kernel, sketched).requirements
         return all(
             verdict.satisfied
             for wanted, verdict in zip(self.kernel.requirements, verdicts, strict=True)

@@ -18,7 +18,7 @@ from missionc.base.trace import Array
 from missionc.ir import Mission
 
 ASIDE = 0.3
-"""By how much the sketch of every attempt but the first goes another way."""
+"""How likely a team goes another way than the shortest, in every attempt but the first."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

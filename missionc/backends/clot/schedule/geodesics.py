@@ -13,6 +13,7 @@ import numpy as np
 from scipy import ndimage, sparse
 from scipy.sparse.csgraph import dijkstra
 
+from missionc.backends.clot.optimise.control_points import Indices
 from missionc.backends.clot.optimise.obstacle_index import Obstacles
 from missionc.base.trace import Array
 from missionc.ir import Box, Dynamics, Mission, Still
@@ -53,8 +54,7 @@ class Geodesics:
     @cached_property
     def points(self) -> Array:
         """The middles of the cells, (grid, dim), metres."""
-        axes = [low + (np.arange(count) + 0.5) * self.cell for low, count in zip(self.low, self.shape, strict=True)]
-        return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
+        return middles(self.low, self.cell, self.shape)
 
     @cached_property
     def room(self) -> Array:
@@ -201,18 +201,16 @@ class Geodesics:
             self.graphs[room] = sparse.csr_matrix((lengths[allowed], other[allowed], ends), shape=2 * (free.size,))
         return self.graphs[room]
 
-    def _cell(self, points: Array) -> Array:
-        index = np.floor((points - self.low) / self.cell).astype(np.int64)
-        clipped: Array = np.clip(index, 0, np.array(self.shape) - 1)
-        return clipped
+    def _cell(self, points: Array) -> Indices:
+        return cells_of(points, self.low, self.cell, self.shape)
 
-    def _free(self, point: Array, room: float) -> Array:
+    def _free(self, point: Array, room: float) -> Indices:
         """The nearest cell with room."""
         free = np.argwhere(self.room >= room)
         if len(free) == 0:
             return self._cell(point)
         centres = self.low + (free + 0.5) * self.cell
-        nearest: Array = free[np.linalg.norm(centres - point, axis=1).argmin()]
+        nearest: Indices = free[np.linalg.norm(centres - point, axis=1).argmin()]
         return nearest
 
     def _pulled(self, path: Array, room: float, slowness: Array | None) -> Array:
@@ -236,6 +234,18 @@ class Geodesics:
             corners.append(path[ahead])
             here = ahead
         return np.array(corners)
+
+
+def middles(low: Array, cell: float, shape: tuple[int, ...]) -> Array:
+    """The middles of the cells of a grid, (*shape, dim), metres, whose lowest corner is ``low``, (dim,)."""
+    axes = [first + (np.arange(count) + 0.5) * cell for first, count in zip(low, shape, strict=True)]
+    return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
+
+
+def cells_of(points: Array, low: Array, cell: float, shape: tuple[int, ...]) -> Indices:
+    """The cells of such a grid that points are in, or nearest to, (..., dim) -> (..., dim)."""
+    index: Indices = np.clip(np.floor((points - low) / cell).astype(np.int64), 0, np.array(shape) - 1)
+    return index
 
 
 def slowed(moves: sparse.csr_matrix, slowness: Array) -> sparse.csr_matrix:

@@ -17,7 +17,7 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
-from missionc.backends.clot.schedule.geodesics import Geodesics
+from missionc.backends.clot.schedule.geodesics import Geodesics, cells_of, middles
 from missionc.base.trace import Array
 from missionc.ir import Mission
 from missionc.world.displacement import displaced
@@ -59,10 +59,9 @@ def pass_movers(
         return None
     reach = HURRY * speed * mission.step * float(np.diff(layers).max()) / cell
     shape = tuple(int(each) for each in np.maximum(np.ceil(size / cell), 1))
-    axes = [low + (np.arange(number) + 0.5) * cell for low, number in zip(geodesics.low, shape, strict=True)]
-    points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
+    points = middles(geodesics.low, cell, shape)
     cost = _costs(mission, points, around[:, layers], times[layers], radius, geodesics)
-    first, last = (_cell(point, geodesics.low, cell, shape) for point in (start, end))
+    first, last = (tuple(cells_of(point, geodesics.low, cell, shape).tolist()) for point in (start, end))
     cells = _least(cost, first, last, reach)
     if cells is None:
         return None
@@ -111,8 +110,3 @@ def _least(cost: Array, first: tuple[int, ...], last: tuple[int, ...], reach: fl
     for layer in range(len(cost)):
         cells.append(cells[-1] + np.array(moves[int(chosen[(layer, *cells[-1])])]))
     return np.array(cells)
-
-
-def _cell(point: Array, low: Array, cell: float, shape: tuple[int, ...]) -> tuple[int, ...]:
-    index = np.clip(np.floor((point - low) / cell).astype(np.int64), 0, np.array(shape) - 1)
-    return tuple(index.tolist())

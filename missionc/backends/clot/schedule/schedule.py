@@ -74,7 +74,6 @@ class Scheduler(Timetable):
     """Schedules of a mission. Distances are in metres, times in seconds.
 
     ``tied``: those whom a formation or links hold together at some time; everybody else goes a way of their own.
-    ``by_links_alone``: whether nobody is tied but by links.
 
     Args:
         links: whether links tie; without, they are left to whoever makes motions of the schedule.
@@ -101,7 +100,6 @@ class Scheduler(Timetable):
         self.always = [hold for hold in outline.holds if self._whole(hold)]
         self.company = attendance(mission, self.always)
         self.tied = tied_agents(outline, self.company, links=links)
-        self.by_links_alone = not tied_agents(outline, self.company, links=False)
         self.goals = GoalSets(mission, geodesics, self._kept(geodesics))
         self.numbers = [number for number, task in enumerate(outline.tasks) if self._scheduled(task)]
         self.capacities = capacities(outline.holds, mission.step, PASSING * mission.step)

@@ -17,7 +17,7 @@ from missionc.backends.clot.schedule.key_frame import NO_TOURS, KeyFrame
 from missionc.backends.clot.schedule.pass_movers import pass_movers
 from missionc.backends.clot.schedule.visits import Schedule
 from missionc.base.trace import Array
-from missionc.ir import Box, Mission, Obstacle
+from missionc.ir import Box, Mission
 from missionc.kernel.nodes import Atom
 from missionc.world.signed_distance import signed_distance
 
@@ -53,17 +53,12 @@ def sketch(
     position[:, 0] = frames[0].position
     for agent, tour in toured.items():
         position[agent] = tour
-    figures: list[Geodesics] = []
+    between = _Teams(mission, geodesics, generator)
     for earlier, later in pairwise(frames):
-        span = later.step - earlier.step
-        share = np.arange(1, span + 1) / span
         teams = [team for team in _teams(mission, schedule, earlier.step, later.step) if toured.keys().isdisjoint(team)]
         ahead = slice(earlier.step + 1, later.step + 1)
         for team in teams:
-            other_way = generator.random() < detour
-            position[team, ahead] = _by_routes(
-                mission, team, earlier, later, share, geodesics, figures, generator, other_way
-            )
+            position[team, ahead] = between.by_routes(team, earlier, later, generator.random() < detour)
         if detour:
             alone = [team[0] for team in teams if len(team) == 1 and team[0] not in later.routes]
             both = slice(earlier.step, later.step + 1)
@@ -71,119 +66,109 @@ def sketch(
     return position
 
 
-def _by_routes(
-    mission: Mission,
-    team: list[int],
-    earlier: KeyFrame,
-    later: KeyFrame,
-    share: Array,
-    geodesics: Geodesics,
-    figures: list[Geodesics],
-    generator: np.random.Generator,
-    other_way: bool,
-) -> Array:
-    """Whoever has a route goes along it, unless all who do would meet something that moves: (agents, steps, dim)."""
-    routed = {
-        number: along(
-            np.concatenate([earlier.position[agent][None], later.routes[agent][1:-1], later.position[agent][None]]),
-            share,
-        )
-        for number, agent in enumerate(team)
-        if agent in later.routes
-    }
-    moving = bool(_movers(mission))
-    if len(routed) == len(team):
-        moved: Array = np.stack(list(routed.values()))
-        if not moving or _meeting(mission, team, earlier, later, moved) == 0.0:
+class _Teams:
+    """Sketches of teams between two key frames; ``figures``: geodesics of teams that went before."""
+
+    def __init__(self, mission: Mission, geodesics: Geodesics, generator: np.random.Generator) -> None:
+        self.mission, self.geodesics, self.generator = mission, geodesics, generator
+        self.movers = [obstacle for obstacle in mission.obstacles if not obstacle.constant]
+        self.figures: list[Geodesics] = []
+
+    def by_routes(self, team: list[int], earlier: KeyFrame, later: KeyFrame, other_way: bool) -> Array:
+        """Whoever has a route goes along it, unless they would meet something that moves: (agents, steps, dim)."""
+        share = _share(earlier, later)
+        routed = {
+            number: along(
+                np.concatenate([earlier.position[agent][None], later.routes[agent][1:-1], later.position[agent][None]]),
+                share,
+            )
+            for number, agent in enumerate(team)
+            if agent in later.routes
+        }
+        if len(routed) == len(team):
+            moved: Array = np.stack(list(routed.values()))
+            if not self.movers or self.meeting(team, earlier, later, moved) == 0.0:
+                return moved
+        made = self.together(team, earlier, later, other_way)
+        beside = made.copy()
+        for number, way in routed.items():
+            beside[number] = way
+        if not routed or not self.movers:
+            return beside
+        met, met_beside = (self.meeting(team, earlier, later, each) for each in (made, beside))
+        return beside if met_beside <= met else made
+
+    def together(self, team: list[int], earlier: KeyFrame, later: KeyFrame, other_way: bool) -> Array:
+        """A team's middle goes round the obstacles, everybody keeps the place beside it: (agents, steps, dim)."""
+        mission, geodesics, share = self.mission, self.geodesics, _share(earlier, later)
+        start, end = earlier.position[team], later.position[team]
+        middle, goal = start.mean(axis=0), end.mean(axis=0)
+        radius = self.radius(team)
+        extent = max(float(np.linalg.norm(each - each.mean(axis=0), axis=1).max()) for each in (start, end))
+        way = None
+        if len(team) > 1 and float(np.linalg.norm((end - goal) - (start - middle), axis=1).max()) <= SAME:
+            figure = self.of_figure(((start - middle) + (end - goal)) / 2)
+            way = figure.way(middle, goal, radius + MORE, radius)
+        if way is None:
+            way = geodesics.way(middle, goal, radius + 0.1 + extent, radius)
+        if way is not None and other_way:
+            avoided = along(way, np.linspace(0.1, 0.9, 60))
+            second = geodesics.way(middle, goal, radius + 0.1 + extent / 2, radius, avoided)
+            way = way if second is None else second
+        if way is None:
+            way = np.stack([middle, goal])
+        around = (start - middle)[:, None] * (1 - share)[None, :, None] + (end - goal)[:, None] * share[None, :, None]
+        moved: Array = along(way, share)[None] + around
+        if self.meeting(team, earlier, later, moved) == 0.0:
             return moved
-    made = _together(mission, team, earlier, later, share, geodesics, figures, generator, other_way)
-    beside = made.copy()
-    for number, way in routed.items():
-        beside[number] = way
-    if not routed or not moving:
-        return beside
-    met, met_beside = (_meeting(mission, team, earlier, later, each) for each in (made, beside))
-    return beside if met_beside <= met else made
+        # What moves or grows has no way round that a map of standing obstacles could show.
+        time = _times(mission, earlier, later)
+        if self.movers and not other_way:
+            past = pass_movers(mission, team, around, time, middle, goal, geodesics)
+            if past is not None:
+                by: Array = past + around
+                return by
+        length = float(np.linalg.norm(goal - middle))
+        bends = np.stack(_bends(share, length, mission.dimension, self.generator))
+        blocked = _blocked(Obstacles(mission, mission.obstacles, time), moved + bends[:, None], radius)
+        extra = np.linalg.norm(np.diff(bends, axis=1), axis=2).sum(axis=1)
+        bent: Array = moved + bends[int(np.argmin(blocked + BEND_COST * extra))]
+        return bent
+
+    def of_figure(self, figure: Array) -> Geodesics:
+        """Geodesics on which none of a team meets what stands, if all keep their places.
+
+        They may be those of an earlier figure, where the grid does not show the difference.
+
+        Args:
+            figure: where its members are to its middle, (members, dim), metres.
+        """
+        for each in self.figures:
+            near = each.figure.shape == figure.shape
+            if near and np.linalg.norm(each.figure - figure, axis=1).max() <= each.cell / 2:
+                return each
+        self.figures.append(Geodesics(self.mission, figure))
+        return self.figures[-1]
+
+    def meeting(self, team: list[int], earlier: KeyFrame, later: KeyFrame, moved: Array) -> float:
+        """By how much a team's motion, (agents, steps, dim), is in what moves, and out of the world: metres."""
+        movers = Obstacles(self.mission, self.movers, _times(self.mission, earlier, later))
+        return float(_blocked(movers, moved[None], self.radius(team))[0])
+
+    def radius(self, team: list[int]) -> float:
+        """The room that the largest of a team needs, metres."""
+        return max(self.mission.agents[agent].radius for agent in team) + self.mission.clearance
 
 
-def _together(
-    mission: Mission,
-    team: list[int],
-    earlier: KeyFrame,
-    later: KeyFrame,
-    share: Array,
-    geodesics: Geodesics,
-    figures: list[Geodesics],
-    generator: np.random.Generator,
-    other_way: bool,
-) -> Array:
-    """A team's middle goes round the obstacles, everybody keeps the place beside it: (agents, steps, dim).
-
-    Args:
-        figures: of teams that went before, to which others may be added.
-    """
-    start, end = earlier.position[team], later.position[team]
-    middle, goal = start.mean(axis=0), end.mean(axis=0)
-    radius = max(mission.agents[agent].radius for agent in team) + mission.clearance
-    extent = max(float(np.linalg.norm(each - each.mean(axis=0), axis=1).max()) for each in (start, end))
-    way = None
-    if len(team) > 1 and float(np.linalg.norm((end - goal) - (start - middle), axis=1).max()) <= SAME:
-        figure = _of_figure(mission, ((start - middle) + (end - goal)) / 2, figures)
-        way = figure.way(middle, goal, radius + MORE, radius)
-    if way is None:
-        way = geodesics.way(middle, goal, radius + 0.1 + extent, radius)
-    if way is not None and other_way:
-        second = geodesics.way(middle, goal, radius + 0.1 + extent / 2, radius, along(way, np.linspace(0.1, 0.9, 60)))
-        way = way if second is None else second
-    if way is None:
-        way = np.stack([middle, goal])
-    around = (start - middle)[:, None] * (1 - share)[None, :, None] + (end - goal)[:, None] * share[None, :, None]
-    moved: Array = along(way, share)[None] + around
-    if _meeting(mission, team, earlier, later, moved) == 0.0:
-        return moved
-    # What moves or grows has no way round that a map of standing obstacles could show.
-    time = _times(mission, earlier, later)
-    past = None
-    if _movers(mission) and not other_way:
-        past = pass_movers(mission, team, around, time, middle, goal, geodesics)
-    if past is not None:
-        by: Array = past + around
-        return by
-    bends = np.stack(_bends(share, float(np.linalg.norm(goal - middle)), mission.dimension, generator))
-    blocked = _blocked(Obstacles(mission, mission.obstacles, time), moved + bends[:, None], radius)
-    extra = np.linalg.norm(np.diff(bends, axis=1), axis=2).sum(axis=1)
-    bent: Array = moved + bends[int(np.argmin(blocked + BEND_COST * extra))]
-    return bent
-
-
-def _of_figure(mission: Mission, figure: Array, known: list[Geodesics]) -> Geodesics:
-    """Geodesics on which none of a team meets what stands, if all keep their places.
-
-    Args:
-        figure: where its members are to its middle, (members, dim), metres.
-        known: which it may be among, for a figure whose difference the grid does not show; else it is added.
-    """
-    for each in known:
-        if each.figure.shape == figure.shape and np.linalg.norm(each.figure - figure, axis=1).max() <= each.cell / 2:
-            return each
-    known.append(Geodesics(mission, figure))
-    return known[-1]
+def _share(earlier: KeyFrame, later: KeyFrame) -> Array:
+    """The share of the time between two key frames that is over at each step after the first."""
+    span = later.step - earlier.step
+    return np.arange(1, span + 1, dtype=np.float64) / span
 
 
 def _times(mission: Mission, earlier: KeyFrame, later: KeyFrame) -> Array:
     """The moments of the steps after one key frame up to the next, seconds."""
     return np.arange(earlier.step + 1, later.step + 1, dtype=np.float64) * mission.step
-
-
-def _meeting(mission: Mission, team: list[int], earlier: KeyFrame, later: KeyFrame, moved: Array) -> float:
-    """By how much a team's motion, (agents, steps, dim), is in what moves or grows, and out of the world: metres."""
-    movers = Obstacles(mission, _movers(mission), _times(mission, earlier, later))
-    radius = max(mission.agents[agent].radius for agent in team) + mission.clearance
-    return float(_blocked(movers, moved[None], radius)[0])
-
-
-def _movers(mission: Mission) -> list[Obstacle]:
-    return [obstacle for obstacle in mission.obstacles if not obstacle.constant]
 
 
 def _bends(share: Array, length: float, dimension: int, generator: np.random.Generator) -> list[Array]:
