@@ -215,6 +215,57 @@ def test_who_has_to_stay_near_somebody_for_a_while_goes_along_and_is_free_again(
     assert np.linalg.norm(np.diff(position[0], axis=0), axis=-1).max() <= 1.5  # nobody jumps
 
 
+FUEL = """\
+mission fuel
+time step 5 s, horizon 2 min
+world (0, 0) to (5 km, 4 km)
+region lane = box (400, 1700) to (4700, 2300)
+region east = disc at (4400, 900) radius 300 m
+agent tanker { radius 15 m  dynamics unicycle(speed 25..50 m/s, turn <= 6 deg/s)  start at (600, 2000) }
+team jet[2] {
+  radius   5 m
+  dynamics unicycle(speed 20..60 m/s, turn <= 12 deg/s)
+  start    at (300, 300), (600, 3700)
+}
+separation 20 m
+let on_hose0 = distance(tanker, jet[0]) <= 80 m
+let on_hose1 = distance(tanker, jet[1]) <= 80 m
+require track: tanker: always[0, end] lane
+require fuel0: eventually[0, 90 s] always[0, 20 s] on_hose0
+"""
+
+
+def test_those_who_cannot_stand_still_go_on_while_they_meet_and_towards_what_is_next() -> None:
+    text = FUEL + "require there: jet[0]: eventually[0, end] east\n"
+    mission, scheduler, schedule = scheduled(text)
+    assert schedule.late == 0
+    ((fuel,), (there,)) = (named(scheduler, schedule, name) for name in ("fuel0", "there"))
+    assert fuel.step < there.step
+    gone = []
+    for place in fuel.places:
+        assert place.leaves is not None
+        gone.append(place.leaves - place.point)
+        way = float(np.linalg.norm(place.point - scheduler.starts[place.agent]))
+        least = 25 if place.agent == 0 else 20
+        assert way >= 0.9 * least * fuel.step * mission.step - 80  # nobody has to fly about before they meet
+        assert 0 < np.linalg.norm(gone[-1]) <= 20 * 60
+    assert np.allclose(gone[0], gone[1])
+    assert gone[0][0] > 0
+    _, motion = tours(mission, schedule, scheduler.goals, Geodesics(mission), np.random.default_rng(0))
+    met = np.linalg.norm(motion[0] - motion[1], axis=-1)[fuel.step : fuel.step + 5]
+    assert met.max() <= 80
+    planned(text)
+
+
+def test_meetings_of_which_one_at_a_time_may_be_are_one_after_the_other() -> None:
+    text = FUEL + "require fuel1: eventually[0, 90 s] always[0, 20 s] on_hose1\n"
+    text += "require one: always[0, end] not (on_hose0 and on_hose1)\n"
+    _, scheduler, schedule = scheduled(text)
+    ((one,), (other,)) = (named(scheduler, schedule, name) for name in ("fuel0", "fuel1"))
+    assert abs(one.step - other.step) > 4
+    planned(text)
+
+
 def test_two_take_turns_where_one_alone_is_not_back_in_time() -> None:
     text = YARD.replace("step 1 s, horizon 100 s", "step 2 s, horizon 6 min").replace("(40, 20)", "(100, 60)")
     text = text.replace("rover[3]", "rover[2]").replace("(5, 10), (20, 10), (36, 18)", "(10, 25), (10, 35)")

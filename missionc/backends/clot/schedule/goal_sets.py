@@ -25,7 +25,7 @@ from missionc.base.trace import Array, Flags
 from missionc.ir import Mission, Predicate
 from missionc.kernel.evaluate import evaluate
 from missionc.kernel.nodes import Atom, Node
-from missionc.world.dynamics import Indices
+from missionc.world.dynamics import Indices, speeds
 
 INSIDE = 0.3
 """Metres by which what is asked should hold where an agent goes for it, where there are such places."""
@@ -166,7 +166,7 @@ class GoalSets:
     ) -> tuple[Array, Array]:
         within = NEARER * reach / 2
         side = 1 + 2 * int(within / self.grid.cell / math.sqrt(self.mission.dimension))
-        ways, last, sum_of_ways = [], np.zeros(len(self.places)), np.zeros(len(self.places))
+        ways, (last, about, sum_of_ways) = [], np.zeros((3, len(self.places)))
         for number, (agent, goal) in enumerate(zip(agents, goals, strict=True)):
             way = self.lengths(agent, here[number])
             if goal is not None:
@@ -180,7 +180,12 @@ class GoalSets:
             later = onward[number]
             if later is not None:
                 sum_of_ways += np.where(np.isfinite(later.length), later.length, 0.0) / pace[number]
-        middle = self.places[int((last + DETOUR * sum_of_ways).argmin())]
+        for number, (agent, way) in enumerate(zip(agents, ways, strict=True)):
+            least = speeds(self.mission.agents[agent].dynamics)[0]
+            if least > 0:  # who cannot wait for the others flies about until they are there
+                finite = np.where(np.isfinite(way), way, 0.0)
+                about += np.maximum(last - free[number] - finite / least, 0.0)
+        middle = self.places[int((last + about + DETOUR * sum_of_ways).argmin())]
         close = np.flatnonzero(np.linalg.norm(self.places - middle, axis=1) <= max(within, self.grid.cell / 2))
         points, lengths = here.copy(), np.zeros(len(agents))
         for number, way in enumerate(ways):
@@ -189,6 +194,27 @@ class GoalSets:
             straight = float(np.linalg.norm(points[number] - here[number]))
             lengths[number] = way[cell] if np.isfinite(way[cell]) else BEYOND * straight
         return self._parted(agents, points, here, within), lengths
+
+    def onward(
+        self, agents: Sequence[int], points: Array, seconds: float, pace: Array, goals: Sequence[GoalSet | None]
+    ) -> Array:
+        """Where agents who stay near each other have come to after some time, (members, dim), metres.
+
+        Args:
+            points: where they are, (members, dim), metres.
+            seconds: for how long they go on.
+            pace: of each, (members,), m/s.
+            goals: where each goes after it; the furthest counts, and of those that are as far the others too.
+        """
+        middle = points.mean(axis=0)
+        gone = np.max([self.lengths(agent, middle) / pace[number] for number, agent in enumerate(agents)], axis=0)
+        ahead = [goal.length / each for goal, each in zip(goals, pace, strict=True) if goal is not None]
+        left = np.max(ahead, axis=0) + DETOUR * np.sum(ahead, axis=0) if ahead else np.zeros(len(gone))
+        cells = np.flatnonzero(gone <= seconds)
+        if not len(cells):
+            return points
+        cost = left[cells] - DETOUR * gone[cells]
+        return points + (self.places[cells[int(cost.argmin())]] - middle)
 
     def _parted(self, agents: Sequence[int], points: Array, here: Array, within: float) -> Array:
         """The points where some meet, (members, dim), with those who would be in one point apart, as they come."""

@@ -2,7 +2,8 @@
 
 A literal is that a predicate holds of an agent, or that it does not; it and its opposite are *mutex*, and so are two
 predicates that hold in no place both (``altitude <= 20 m`` and ``altitude >= 40 m``). Of those that
-``always not (at least 3 truck: weigh)`` is about, two at once are the most: a *capacity*.
+``always not (at least 3 truck: weigh)`` is about, two at once are the most, and of the two of
+``always not (a and b)`` one: a *capacity*.
 """
 
 from __future__ import annotations
@@ -58,7 +59,7 @@ def _opposites(literals: frozenset[Literal]) -> frozenset[Literal]:
 
 @dataclass(frozen=True, slots=True)
 class Capacity:
-    """At most so many of some literals, each of another agent, hold at once from ``low`` to ``high``, seconds.
+    """At most so many of some literals hold at once from ``low`` to ``high``, seconds.
 
     ``passing``: seconds before one of them is to hold, and after, in which it may hold as well.
     """
@@ -96,7 +97,7 @@ def capacities(holds: Iterable[Hold], step: float, passing: float) -> tuple[Capa
         if isinstance(hold.node, Any | AtLeast):
             denied = [_literal(hold.agent, part) for part in hold.node.parts]
             opposite = frozenset((agent, what, not holds) for agent, what, holds in filter(None, denied))
-            if len({agent for agent, _, _ in opposite}) == len(denied) > 1:
+            if len(opposite) == len(denied) > 1:
                 most = len(denied) - (hold.node.count if isinstance(hold.node, AtLeast) else 1)
                 found.append(Capacity(opposite, most, hold.low * step, hold.high * step, passing))
     return tuple(found)
@@ -181,10 +182,10 @@ def mutex_seconds(one: TimedLiterals, others: Iterable[TimedLiterals], step: flo
 
 
 def _literal(agent: int, node: Node) -> Literal | None:
-    """The literal that a formula asked of an agent is; None where it is none of one agent."""
+    """The one literal that a formula asked of an agent is; None where it is another formula."""
     while isinstance(node, At):
         agent, node = node.agent, node.body
-    if isinstance(node, Atom | Not) and len(said := list(literals(agent, node))) == 1 and said[0][0] != TEAM:
+    if isinstance(node, Atom | Not) and len(said := list(literals(agent, node))) == 1:
         return said[0]
     return None
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from math import ceil
 
 import numpy as np
@@ -25,7 +25,7 @@ from missionc.backends.clot.schedule.visits import Appointment, Key, Leg, Place,
 from missionc.base.trace import Array
 from missionc.ir import Mission, Predicate
 from missionc.kernel.nodes import Node
-from missionc.world.dynamics import speeds
+from missionc.world.dynamics import can_wait, speeds
 
 ROUNDING = 1e-6
 """The share of a step that a time may be over a whole number of steps and count as that number."""
@@ -134,6 +134,7 @@ class Timetable:
                 sure.append(barred)
             sure.extend(each.shifted(begin) for each in visit.says)
             run.late += max(0.0, begin - high)
+            places = self._moving_on(visit, places, visits[number + 1 :])
             for agent in shaped:  # whoever is in shape may go on, all of them together
                 free[agent], since[agent] = max(begin, free[agent]), number
             kept = [shape for first, last, shape in self._in_formation(sure) if first <= begin <= last]
@@ -145,7 +146,7 @@ class Timetable:
                 stays = begin + visit.lasts * step if visit.lasts < self.mission.steps else self.mission.horizon
                 free[agent], since[agent] = max(begin, stays), number
                 if not visit.shapes:
-                    where[agent] = place.point
+                    where[agent] = place.point if place.leaves is None else place.leaves
             number_of[visit.key] = number
             run.times.append(begin)
             run.legs.append(legs)
@@ -163,6 +164,19 @@ class Timetable:
         run.late += max(0.0, run.end - self.mission.horizon)
         run.cost = LATE * run.late + run.end + 0.1 * way / float(self.pace.mean())
         return run
+
+    def _moving_on(self, visit: Visit, places: list[Place], later: Sequence[Visit]) -> list[Place]:
+        """The places of a visit, with where those have come to when it ends who meet and cannot stand still."""
+        who = [place.agent for place in places]
+        if not visit.come.moves_on or not 0 < visit.lasts < self.mission.steps or all(map(self._can_wait, who)):
+            return places
+        goals = [self._onward(agent, later) for agent in who]
+        points = np.stack([place.point for place in places])
+        leaves = self.goals.onward(who, points, visit.lasts * self.mission.step, self.pace[who], goals)
+        return [replace(place, leaves=there) for place, there in zip(places, leaves, strict=True)]
+
+    def _can_wait(self, agent: int) -> bool:
+        return can_wait(self.mission.agents[agent].dynamics)
 
     def _awaited(self, visit: Visit, later: Sequence[Visit], where: Array, free: Array, begin: float) -> float:
         """When what nobody goes anywhere for may be, for those who go somewhere for what follows it to be in time."""

@@ -98,6 +98,9 @@ def _stops(mission: Mission, schedule: Schedule, goals: GoalSets) -> list[list[S
     for appointment in sorted(schedule.appointments, key=lambda each: each.step):
         begin, end = appointment.step, min(appointment.step + appointment.visit.lasts, mission.steps)
         for place in appointment.places:
+            if place.leaves is not None:
+                wanted[place.agent] += [(Stop(begin, begin, place.point), None), (Stop(end, end, place.leaves), None)]
+                continue
             there = Stop(begin, end, place.point), place.goal
             if begin == 0 and isinstance(mission.agents[place.agent].start, Exactly):
                 there = replace(wanted[place.agent][0][0], end=end), None  # it is there already

@@ -51,13 +51,15 @@ class Visit:
 class Place:
     """Where an agent goes, (dim,), metres.
 
-    ``goal``: where else would do, where that is known. ``sure``: a way there is known.
+    ``goal``: where else would do, where that is known. ``sure``: a way there is known. ``leaves``: where it has come to
+    when the visit ends, (dim,), metres; None where it stays.
     """
 
     agent: int
     point: Array
     goal: GoalSet | None = None
     sure: bool = True
+    leaves: Array | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
