@@ -214,7 +214,8 @@ class GoalSets:
         if not len(cells):
             return points
         cost = left[cells] - DETOUR * gone[cells]
-        return points + (self.places[cells[int(cost.argmin())]] - middle)
+        gone_to: Array = points + (self.places[cells[int(cost.argmin())]] - middle)
+        return gone_to
 
     def _parted(self, agents: Sequence[int], points: Array, here: Array, within: float) -> Array:
         """The points where some meet, (members, dim), with those who would be in one point apart, as they come."""
