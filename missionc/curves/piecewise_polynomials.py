@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from missionc.base.trace import Array, Trace
 from missionc.ir import Mission
+from missionc.world.vectors import norm
 
 Indices = NDArray[np.int64]
 
@@ -80,7 +81,7 @@ def speed_bounds(curves: Curves) -> Array:
     if velocity.shape[-1] == 0:
         return np.zeros(curves.coefficients.shape[:2])
     points = control_points(velocity, np.broadcast_to(curves.durations, velocity.shape[:2]))
-    return np.asarray(np.linalg.norm(points, axis=-2).max(axis=-1))
+    return np.asarray(norm(points.swapaxes(-1, -2)).max(axis=-1))
 
 
 def extents(curves: Curves) -> tuple[Array, Array]:

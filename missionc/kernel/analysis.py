@@ -65,8 +65,12 @@ def agents_asked(root: Node) -> dict[Node, set[int]]:
 
 def remembering(roots: Iterable[Node]) -> set[int]:
     """The agents of whom something may be asked that reads the past."""
+    roots = tuple(roots)
+    past = {node for node in postorder(roots) if isinstance(node, Atom) and node.predicate.reads_past}
+    if not past:
+        return set()
     asked = ((node, agents) for root in roots for node, agents in agents_asked(root).items())
-    return {agent for node, agents in asked if isinstance(node, Atom) and node.predicate.reads_past for agent in agents}
+    return {agent for node, agents in asked if node in past for agent in agents}
 
 
 def reads_lengths(node: Node) -> bool:

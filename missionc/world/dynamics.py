@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from missionc.base.late_dataclass import dataclass
 from missionc.base.trace import Array, Flags
 from missionc.ir import Dynamics
+from missionc.world.vectors import norm
 
 Indices = NDArray[np.int64]
 
@@ -83,11 +84,11 @@ def steer(
     slowest_leg, fastest_leg = (speed * step for speed in speeds(dynamics))
     shortest, longest = slowest_leg * (1 - SLACK), fastest_leg * (1 + SLACK)
     way = end.position - start.position
-    length = np.linalg.norm(way, axis=-1)
+    length = norm(way)
     if side == 0:
         count = np.maximum(np.ceil(length / longest), 1).astype(np.int64)
         return np.where((count <= most) & (count * shortest <= length), count, 0), np.zeros(len(count))
-    flat, climb = np.linalg.norm(way[:, :2], axis=-1), np.linalg.norm(way[:, 2:], axis=-1)
+    flat, climb = norm(way[:, :2]), np.linalg.norm(way[:, 2:], axis=-1)
     limit = turn_in_step(dynamics, step)
     if math.isinf(limit):
         level = np.sqrt(np.maximum(slowest_leg**2 - (climb / 2) ** 2, 0.0))
@@ -164,11 +165,11 @@ def check_step(
     """
     if not dynamics.has_momentum:
         slowest, fastest = speeds(dynamics)
-        speed = np.linalg.norm(next_position - position, axis=-1) / step
+        speed = norm(next_position - position) / step
         return {SPEED: np.minimum(fastest - speed, speed - slowest)}
-    quickest = np.maximum(np.linalg.norm(velocity, axis=-1), np.linalg.norm(next_velocity, axis=-1))
-    acceleration = np.linalg.norm(next_velocity - velocity, axis=-1) / step
-    drift = np.linalg.norm(next_position - position - (velocity + next_velocity) * (step / 2), axis=-1)
+    quickest = np.maximum(norm(velocity), norm(next_velocity))
+    acceleration = norm(next_velocity - velocity) / step
+    drift = norm(next_position - position - (velocity + next_velocity) * (step / 2))
     margin = dynamics.top_acceleration - acceleration
     return {SPEED: dynamics.top_speed - quickest, ACCELERATION: margin, DRIFT: -drift}
 
@@ -207,7 +208,7 @@ def _least_effort(start: States, end: States, step: float, count: int) -> tuple[
 
 
 def _steps_with_momentum(dynamics: Dynamics, start: States, end: States, step: float, most: int) -> Indices:
-    length = np.linalg.norm(end.position - start.position, axis=-1)
+    length = norm(end.position - start.position)
     soonest = length / dynamics.top_speed
     latest = 2 * soonest + 4 * dynamics.top_speed / dynamics.top_acceleration  # twice a stop, the whole way and a stop
     fewest = np.zeros(len(start), dtype=np.int64)
@@ -218,12 +219,12 @@ def _steps_with_momentum(dynamics: Dynamics, start: States, end: States, step: f
         some = np.flatnonzero(missing & (soonest <= time))
         mean, ramp = _least_effort(start.take(some), end.take(some), step, count)
         reach = ramp * ((count - 1) / 2)
-        strongest = np.maximum(np.linalg.norm(mean + reach, axis=-1), np.linalg.norm(mean - reach, axis=-1))
+        strongest = np.maximum(norm(mean + reach), norm(mean - reach))
         half = count // 2
         midway = start.velocity[some] + step * (half * mean + ramp * (half * (count - half) / 2))
-        gentle = (strongest <= dynamics.top_acceleration) & (np.linalg.norm(midway, axis=-1) <= dynamics.top_speed)
+        gentle = (strongest <= dynamics.top_acceleration) & (norm(midway) <= dynamics.top_speed)
         some = some[gentle]
         _, velocity = path_between(dynamics, start.take(some), end.take(some), step, count, np.zeros(len(some)))
-        within = np.linalg.norm(velocity, axis=-1).max(axis=-1, initial=0.0) <= dynamics.top_speed
+        within = norm(velocity).max(axis=-1, initial=0.0) <= dynamics.top_speed
         fewest[some[within]] = count
     return fewest

@@ -7,6 +7,7 @@ from itertools import pairwise
 import numpy as np
 
 from missionc.base.trace import Array
+from missionc.world.vectors import dot, norm
 
 HALVINGS = 40
 """Halves one step down to 1e-12 of it; the distance at a least point is then exact to rounding."""
@@ -41,18 +42,18 @@ def closest_approach(
     bend = np.asarray(second_acceleration - first_acceleration, dtype=float) * (0.5 * step * step)
     offset, velocity, bend = np.broadcast_arrays(offset, velocity, bend)
     nearest = _straight(offset, velocity)
-    curved = np.any(np.abs(bend) > NEGLIGIBLE, axis=-1)
-    if np.any(curved):
-        nearest = np.asarray(nearest)
+    bends = np.abs(bend) > NEGLIGIBLE
+    if bends.any():
+        curved = bends.any(axis=-1)
         nearest[curved] = _curved(offset[curved], velocity[curved], bend[curved])
     return nearest
 
 
 def _straight(offset: Array, velocity: Array) -> Array:
     """The least ``|offset + velocity u|`` for u in [0, 1]."""
-    square = np.sum(velocity * velocity, axis=-1)
-    moment = np.clip(-np.sum(offset * velocity, axis=-1) / np.where(square > 0, square, 1.0), 0.0, 1.0)
-    least: Array = np.linalg.norm(offset + velocity * moment[..., None], axis=-1)
+    square = dot(velocity, velocity)
+    moment = np.clip(-dot(offset, velocity) / np.where(square > 0, square, 1.0), 0.0, 1.0)
+    least: Array = norm(offset + velocity * moment[..., None])
     return least
 
 
@@ -64,10 +65,10 @@ def _curved(offset: Array, velocity: Array, bend: Array) -> Array:
     closed form would lose its digits where two roots meet.
     """
     cubic = (
-        2 * np.sum(bend * bend, axis=-1),
-        3 * np.sum(velocity * bend, axis=-1),
-        np.sum(velocity * velocity, axis=-1) + 2 * np.sum(offset * bend, axis=-1),
-        np.sum(offset * velocity, axis=-1),
+        2 * dot(bend, bend),
+        3 * dot(velocity, bend),
+        dot(velocity, velocity) + 2 * dot(offset, bend),
+        dot(offset, velocity),
     )
 
     def slope(moment: Array) -> Array:
@@ -75,7 +76,7 @@ def _curved(offset: Array, velocity: Array, bend: Array) -> Array:
         return value
 
     def distance(moment: Array) -> Array:
-        length: Array = np.linalg.norm(offset + (velocity + bend * moment[..., None]) * moment[..., None], axis=-1)
+        length: Array = norm(offset + (velocity + bend * moment[..., None]) * moment[..., None])
         return length
 
     middle = -cubic[1] / (3 * cubic[0])

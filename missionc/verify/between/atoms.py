@@ -187,7 +187,8 @@ def _signals(margin: Margin, rate: Array, motion: Motion, border: int, *, by_ste
         done = (sign != 0) | (high - low <= shortest) | (change <= slack) | (spent > EVALUATIONS)
         intervals.append((item[done], low[done], high[done], sign[done]))
         item, piece, low, middle, high = (column[~done] for column in (item, piece, low, middle, high))
-        item, piece, low, high = np.r_[item, item], np.r_[piece, piece], np.r_[low, middle], np.r_[middle, high]
+        halves = ((item, item), (piece, piece), (low, middle), (middle, high))
+        item, piece, low, high = map(np.concatenate, halves)
         for begin in range(0, item.size, CHUNK):
             part = slice(begin, begin + CHUNK)
             waiting.append((item[part], piece[part], low[part], high[part]))

@@ -155,7 +155,7 @@ def _judged(
             never.add(no & ~halve[part, None], low[part], high[part])
         cell, low, high = cell[halve], low[halve], high[halve]
         middle = (low + high) // 2
-        cell, low, high = np.r_[cell, cell], np.r_[low, middle], np.r_[middle, high]
+        cell, low, high = map(np.concatenate, ((cell, cell), (low, middle), (middle, high)))
     members = range(links.members.size)
     return [Signal(yes, no) for yes, no in zip(sure.spans(members), never.spans(members), strict=True)]
 

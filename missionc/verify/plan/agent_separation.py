@@ -13,6 +13,7 @@ from missionc.ir import Mission
 from missionc.verify.certificate import Check
 from missionc.verify.plan.conservative_advancement import least
 from missionc.verify.tolerances import CERTAIN, CONTACT
+from missionc.world.vectors import norm
 
 
 def check_separation(mission: Mission, curves: Curves, tolerance: float = CONTACT) -> list[Check]:
@@ -84,7 +85,7 @@ def relative_margins(relative: Curves, need: Array, ceiling: float | None) -> tu
         return closest - needed, closest - needed, when
 
     def margin(item: Indices, local: Array) -> Array:
-        return np.asarray(np.linalg.norm(values(flat[item], local), axis=-1) - needed[item])
+        return np.asarray(norm(values(flat[item], local)) - needed[item])
 
     bounds = least(margin, speed_bounds(relative).ravel(), duration, CERTAIN, ceiling)
     return bounds.lower, bounds.upper, bounds.at
@@ -96,4 +97,4 @@ def _straight(relative: Array, duration: Array) -> tuple[Array, Array]:
     square = (velocity**2).sum(axis=-1)
     toward = -(offset * velocity).sum(axis=-1)
     when = np.clip(np.divide(toward, square, out=np.zeros_like(square), where=square > 0), 0.0, duration)
-    return np.linalg.norm(offset + velocity * when[:, None], axis=-1), when
+    return norm(offset + velocity * when[:, None]), when

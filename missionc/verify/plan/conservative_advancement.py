@@ -83,7 +83,8 @@ def least(
         np.minimum.at(lower, item[done], np.where(np.isnan(bound[done]), -np.inf, bound[done]))
         item, low, middle, high = item[~done], low[~done], middle[~done], high[~done]
         if 0 < 2 * item.size <= CHUNK:
-            waiting.append((np.r_[item, item], np.r_[low, middle], np.r_[middle, high]))
+            twice, begins = np.concatenate((item, item)), np.concatenate((low, middle))
+            waiting.append((twice, begins, np.concatenate((middle, high))))
         elif item.size:
             waiting += [(item, middle, high), (item, low, middle)]
     return Least(lower, upper, at)

@@ -13,6 +13,7 @@ from missionc.verify.certificate import Check
 from missionc.verify.plan.conservative_advancement import Least, least
 from missionc.verify.plan.obstacle_bodies import solid
 from missionc.verify.tolerances import CERTAIN, CONTACT
+from missionc.world.vectors import norm
 
 Extents: TypeAlias = tuple[Array, Array]
 
@@ -60,7 +61,7 @@ def margins(
     distance = solid(obstacle.shape, mission.dimension)
     need = np.array([agent.radius + mission.clearance for agent in mission.agents])
     largest = obstacle.grown(float(seen.times[-1]))
-    far = np.asarray(distance((low + high) / 2) - np.linalg.norm(high - low, axis=-1) / 2 - need - largest)
+    far = np.asarray(distance((low + high) / 2) - norm(high - low) / 2 - need - largest)
     lower, upper, at = np.repeat(far, pieces), np.full(agents * pieces, np.inf), np.zeros(agents * pieces)
 
     def look(chosen: Indices, ceiling: float | None) -> None:
@@ -83,7 +84,9 @@ def margins(
         look(nearest, None)
         ceiling = float(upper.min())
         far[nearest] = np.inf
-    look(np.flatnonzero(~(far >= ceiling)), ceiling)
+    near = np.flatnonzero(~(far >= ceiling))
+    if near.size:
+        look(near, ceiling)
     return seen, Least(lower, upper, at)
 
 

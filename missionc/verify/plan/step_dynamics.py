@@ -10,6 +10,7 @@ from missionc.base.trace import Array, Trace
 from missionc.ir import Agent, Mission
 from missionc.verify.certificate import Check, judged
 from missionc.verify.tolerances import MOTION
+from missionc.world.vectors import norm
 
 
 def check_shape(mission: Mission, trace: Trace) -> Check:
@@ -44,26 +45,26 @@ def check_dynamics(mission: Mission, trace: Trace) -> list[Check]:
 
 def _speeds(position: Array, velocity: Array, step: float) -> Array:
     """In each step."""
-    speeds: Array = np.linalg.norm(np.diff(position, axis=0), axis=-1) / step
+    speeds: Array = norm(np.diff(position, axis=0)) / step
     return speeds
 
 
 def _along(position: Array, velocity: Array, step: float) -> Array:
     """At each step: within one of constant acceleration none is larger."""
-    speeds: Array = np.linalg.norm(velocity, axis=-1)
+    speeds: Array = norm(velocity)
     return speeds
 
 
 def _straight(agent: Agent, position: Array, velocity: Array, step: float) -> Check:
-    error = np.linalg.norm(np.diff(position, axis=0) - velocity[:-1] * step, axis=-1)
+    error = norm(np.diff(position, axis=0) - velocity[:-1] * step)
     # The last velocity is that of the motion that ended there.
-    last = np.linalg.norm(velocity[-1:] - velocity[-2:-1], axis=-1) * step
-    return _worst(agent, "motion", -np.r_[error, last], "m", step, "position, velocity and time agree")
+    last = norm(velocity[-1:] - velocity[-2:-1]) * step
+    return _worst(agent, "motion", -np.concatenate([error, last]), "m", step, "position, velocity and time agree")
 
 
 def _parabolic(agent: Agent, position: Array, velocity: Array, step: float) -> Check:
     error = np.diff(position, axis=0) - (velocity[1:] + velocity[:-1]) / 2 * step
-    margin = -np.linalg.norm(error, axis=-1)
+    margin = -norm(error)
     return _worst(agent, "motion", margin, "m", step, "position, velocity and time agree under constant acceleration")
 
 
@@ -76,18 +77,18 @@ def _speed(agent: Agent, speeds: Array, slowest: float, fastest: float, step: fl
 
 
 def _acceleration(agent: Agent, velocity: Array, most: float, step: float) -> Check:
-    margin = most - np.linalg.norm(np.diff(velocity, axis=0), axis=-1) / step
+    margin = most - norm(np.diff(velocity, axis=0)) / step
     return _worst(agent, "acceleration", margin, "m/s^2", step, f"at most {most:g} m/s^2")
 
 
 def _facing(agent: Agent, position: Array, heading: Array, step: float) -> Check:
     move = np.diff(position, axis=0)
-    length = np.linalg.norm(move, axis=-1)
+    length = norm(move)
     facing = np.zeros_like(move)
     facing[:, 0], facing[:, 1] = np.cos(heading[:-1]), np.sin(heading[:-1])
     # A climb does not turn the vehicle: its heading is about the plane alone.
-    level = np.linalg.norm(move[:, :2], axis=-1) if move.shape[-1] > 2 else length
-    error = np.linalg.norm(move[:, :2] - level[:, None] * facing[:, :2], axis=-1)
+    level = norm(move[:, :2]) if move.shape[-1] > 2 else length
+    error = norm(move[:, :2] - level[:, None] * facing[:, :2])
     return _worst(agent, "heading", -error, "m", step, "it moves where it faces")
 
 

@@ -33,6 +33,7 @@ from missionc.verify.plan.agent_separation import relative_margins
 from missionc.verify.plan.obstacle_clearance import check_obstacles
 from missionc.verify.plan.starts_and_finishes import check_place
 from missionc.verify.tolerances import CERTAIN, CONTACT
+from missionc.world.vectors import norm
 
 WORK = 400_000
 """States of agents that are looked at, at most, for the delays of all: what a plan tolerates beyond that stays open."""
@@ -141,7 +142,7 @@ class _Late:
     def _near(self, agent: int) -> Indices:
         """Who may come too near to an agent at some time, by the boxes around their whole motions."""
         beside = np.maximum(self.low - self.high[agent], self.low[agent] - self.high).clip(0.0)
-        near = np.linalg.norm(beside, axis=1) <= self.radii + self.radii[agent] + self.mission.separation + CERTAIN
+        near = norm(beside) <= self.radii + self.radii[agent] + self.mission.separation + CERTAIN
         near[agent] = False
         return np.flatnonzero(near)
 

@@ -18,6 +18,7 @@ from missionc.backends.clot.optimise.obstacle_index import Obstacles
 from missionc.base.trace import Array
 from missionc.ir import Box, Dynamics, Mission, Still
 from missionc.world.signed_distance import signed_distance
+from missionc.world.vectors import norm
 
 CELLS = 12_000
 """About so many cells has the grid."""
@@ -131,7 +132,7 @@ class Geodesics:
     def _efforts(self, fine: Array, slowness: Array) -> Array:
         """What the metres of each piece of a way count, (pieces,), where none is longer than half a cell."""
         cell = self._cell((fine[1:] + fine[:-1]) / 2)
-        efforts: Array = np.linalg.norm(np.diff(fine, axis=0), axis=1) * slowness.reshape(self.shape)[tuple(cell.T)]
+        efforts: Array = norm(np.diff(fine, axis=0)) * slowness.reshape(self.shape)[tuple(cell.T)]
         return efforts
 
     def _fine(self, way: Array) -> Array:
@@ -144,7 +145,7 @@ class Geodesics:
 
     def lengths(self, start: Array, room: float) -> Array:
         """Metres of way from a point, (dim,), to each cell of the grid, (cells,), with so much room; or infinite."""
-        first = int(np.ravel_multi_index(tuple(self._free(start, room)), self.shape))
+        first = self._free(start, room)
         return np.asarray(dijkstra(self._graph(room), directed=True, indices=np.array(first)))
 
     def _with(self, start: Array, end: Array, room: float, avoid: Array | None, slowness: Array | None) -> Array | None:
@@ -162,7 +163,7 @@ class Geodesics:
         count = max(2, int(np.ceil(float(np.linalg.norm(end - start)) / (self.cell / 2))) + 1)
         share = np.linspace(0.0, 1.0, count)[:, None]
         points = start * (1 - share) + end * share
-        from_ends = np.minimum(np.linalg.norm(points - start, axis=1), np.linalg.norm(points - end, axis=1))
+        from_ends = np.minimum(norm(points - start), norm(points - end))
         there = self.room_at(points)
         lacking = room - min(there[0], there[-1], room)
         return bool((there >= room - np.maximum(lacking - from_ends, 0.0) - 1e-9).all())
@@ -177,7 +178,7 @@ class Geodesics:
             wide = ndimage.binary_dilation(near, iterations=max(1, int(0.6 / self.cell))).ravel()
             scale = sparse.diags(np.where(wide, 4.0, 1.0))
             graph = scale @ graph
-        first, last = (int(np.ravel_multi_index(tuple(self._free(point, room)), self.shape)) for point in (start, end))
+        first, last = self._free(start, room), self._free(end, room)
         length, before = dijkstra(graph, directed=True, indices=np.array(first), return_predecessors=True)
         if not np.isfinite(length[last]):
             return None
@@ -196,7 +197,7 @@ class Geodesics:
             neighbours = [number[tuple(map(slice, 1 + move, 1 + move + self.shape))] for move in moves]
             other = np.stack(neighbours, axis=-1).reshape(free.size, len(moves))
             allowed = free.reshape(-1, 1) & (other >= 0)
-            lengths = np.broadcast_to(self.cell * np.linalg.norm(moves, axis=1), other.shape)
+            lengths = np.tile(self.cell * norm(moves), (free.size, 1))
             ends = np.r_[0, np.cumsum(allowed.sum(axis=1))]
             self.graphs[room] = sparse.csr_matrix((lengths[allowed], other[allowed], ends), shape=2 * (free.size,))
         return self.graphs[room]
@@ -204,14 +205,13 @@ class Geodesics:
     def _cell(self, points: Array) -> Indices:
         return cells_of(points, self.low, self.cell, self.shape)
 
-    def _free(self, point: Array, room: float) -> Indices:
-        """The nearest cell with room."""
-        free = np.argwhere(self.room >= room)
+    def _free(self, point: Array, room: float) -> int:
+        """The number of the nearest cell with room."""
+        free = np.flatnonzero(self.room >= room)
         if len(free) == 0:
-            return self._cell(point)
-        centres = self.low + (free + 0.5) * self.cell
-        nearest: Indices = free[np.linalg.norm(centres - point, axis=1).argmin()]
-        return nearest
+            return int(np.ravel_multi_index(tuple(self._cell(point)), self.shape))
+        centres = self.points.reshape(-1, self.points.shape[-1])[free]
+        return int(free[norm(centres - point).argmin()])
 
     def _pulled(self, path: Array, room: float, slowness: Array | None) -> Array:
         """The way pulled tight: corners that can be left out are, where that takes no longer."""
@@ -256,7 +256,7 @@ def slowed(moves: sparse.csr_matrix, slowness: Array) -> sparse.csr_matrix:
 
 
 def _length(way: Array) -> float:
-    return float(np.linalg.norm(np.diff(way, axis=0), axis=1).sum())
+    return float(norm(np.diff(way, axis=0)).sum())
 
 
 def eased(share: Array, way: Array, seconds: float, dynamics: Dynamics) -> Array:
@@ -281,7 +281,7 @@ def eased(share: Array, way: Array, seconds: float, dynamics: Dynamics) -> Array
 
 def along(way: Array, share: Array) -> Array:
     """Points at shares, (points,), of a way's length: (points, dim)."""
-    lengths = np.linalg.norm(np.diff(way, axis=0), axis=1)
+    lengths = norm(np.diff(way, axis=0))
     total = float(lengths.sum())
     if total == 0:
         return np.repeat(way[:1], len(share), axis=0)

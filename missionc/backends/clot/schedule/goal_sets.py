@@ -26,6 +26,7 @@ from missionc.ir import Mission, Predicate
 from missionc.kernel.evaluate import evaluate
 from missionc.kernel.nodes import Atom, Node
 from missionc.world.dynamics import Indices, speeds
+from missionc.world.vectors import norm
 
 INSIDE = 0.3
 """Metres by which what is asked should hold where an agent goes for it, where there are such places."""
@@ -186,7 +187,7 @@ class GoalSets:
                 finite = np.where(np.isfinite(way), way, 0.0)
                 about += np.maximum(last - free[number] - finite / least, 0.0)
         middle = self.places[int((last + about + DETOUR * sum_of_ways).argmin())]
-        close = np.flatnonzero(np.linalg.norm(self.places - middle, axis=1) <= max(within, self.grid.cell / 2))
+        close = np.flatnonzero(norm(self.places - middle) <= max(within, self.grid.cell / 2))
         points, lengths = here.copy(), np.zeros(len(agents))
         for number, way in enumerate(ways):
             cell = int(close[way[close].argmin()])
@@ -242,7 +243,7 @@ class GoalSets:
             kept = self.margin(agent, self.kept[agent], self.places)
             cells = free if kept is None or not (free & (kept >= 0)).any() else free & (kept >= 0)
             moves = self.grid._graph(room)
-            if not cells.all():
+            if (free & ~cells).any():
                 inside = sparse.diags(cells.astype(float))
                 moves = (inside @ moves @ inside).tocsr()
                 moves.eliminate_zeros()

@@ -199,18 +199,17 @@ class _KeyFrames(FirstGuesses):
         Args:
             round_corners: along ways round what stands, where these bend; else straight through.
         """
-        busy, links = self._busy(step), list(self._links(guess, step, demand))
+        busy = self._busy(step)
+        links = [
+            (graph, ends, self._ways(graph, ends, guess, round_corners=round_corners))
+            for graph, ends in self._links(guess, step, demand)
+        ]
+        if round_corners and not any(len(way) > 2 for *_, ways in links for way in ways):
+            return
         for pitch in PITCHES:
-            relayed, bend = guess.copy(), False
-            for graph, ends in links:
-                least = PITCHES[0] if round_corners else pitch
-                reach = np.array([range_of(graph, *pair) for pair in ends.tolist()])
-                far = np.linalg.norm(np.diff(guess[ends], axis=1)[:, 0], axis=-1) > least * reach
-                ways = [
-                    self._way(graph.agents, *guess[pair]) if round_corners and too_far else guess[pair]
-                    for pair, too_far in zip(ends, far, strict=True)
-                ]
-                bend = bend or any(len(way) > 2 for way in ways)
+            relayed = guess.copy()
+            for graph, ends, ways in links:
+                far, reach = _stretched(graph, ends, guess, PITCHES[0] if round_corners else pitch)
                 lacking = [
                     int(length(way) / (pitch * most)) if too_far and most > 0 else 0
                     for way, too_far, most in zip(ways, far, reach, strict=True)
@@ -223,8 +222,16 @@ class _KeyFrames(FirstGuesses):
                     taken = [free[number] for number in chosen]
                     relayed[taken] = between[slot]
                     free = [agent for agent in free if agent not in taken]
-            if not np.array_equal(relayed, guess) and (bend or not round_corners):
+            if not np.array_equal(relayed, guess):
                 yield relayed
+
+    def _ways(self, graph: Graph, ends: Indices, guess: Array, *, round_corners: bool) -> list[Array]:
+        """The way along each link, (corners, dim), metres: straight, or where it is too long round what stands."""
+        far, _ = _stretched(graph, ends, guess, PITCHES[0])
+        return [
+            self._way(graph.agents, *guess[pair]) if round_corners and too_far else guess[pair]
+            for pair, too_far in zip(ends, far, strict=True)
+        ]
 
     def _links(self, guess: Array, step: int, demand: Demand) -> Iterator[tuple[Graph, Indices]]:
         """The links of each graph that are asked for, (links, 2), agents; of one that is connected, a spanning tree."""
@@ -252,3 +259,9 @@ class _KeyFrames(FirstGuesses):
             agent: self._way((agent,), before.position[agent], position[agent])
             for agent in sorted({agent for agents in linked for agent in agents})
         }
+
+
+def _stretched(graph: Graph, ends: Indices, position: Array, share: float) -> tuple[Flags, Array]:
+    """Which links, (links, 2), agents, are longer than so much of what their graph bridges; and that, metres."""
+    reach = np.array([range_of(graph, *pair) for pair in ends.tolist()])
+    return np.linalg.norm(np.diff(position[ends], axis=1)[:, 0], axis=-1) > share * reach, reach

@@ -134,7 +134,7 @@ class PrioritizedPlanner(SingleAgentPlanning):
     def failing_alone(self) -> list[Part]:
         """The parts that do not hold where each takes the shortest way that there is for it alone."""
         with self.setting.account.stage("bystanders"):
-            nobody = Reservations(self.reservations.motion, self.setting.mission)
+            nobody = self.reservations.emptied()
             ways = [self.single_agent.way(agent, (), nobody) for agent in sorted(self.everyone)]
             if any(way is None for way in ways):
                 return list(self.requirements.parts)

@@ -17,6 +17,10 @@ from missionc.base.trace import Array, Flags
 from missionc.ir import Mission
 from missionc.world.dynamics import States, motion_of
 from missionc.world.relative_motion import closest_approach
+from missionc.world.vectors import norm
+
+FIXED = 1 << 17
+"""Whoever cannot be moved weighs so much: more than all who can be moved together."""
 
 
 class Reservations:
@@ -48,7 +52,7 @@ class Reservations:
                 self.alone.add(agent)
             track = self._track(agent, states[agent])
             for table in self.tables:
-                table.keep_clear_of(agent, track, int(1 + self.moved[agent]) if alone else 0)
+                table.keep_clear_of(agent, track, int(1 + self.moved[agent]) if alone else FIXED)
 
     def release(self, agents: Iterable[int]) -> None:
         """The reservations of these agents count no more."""
@@ -63,6 +67,14 @@ class Reservations:
         other.agents, other.alone, other.known = list(self.agents), set(self.alone), set(self.known)
         other.states, other.moved = self.states.copy(), self.moved.copy()
         other.tables = [table.copy() for table in self.tables]
+        return other
+
+    def emptied(self) -> Reservations:
+        """The same roadmaps, on which nobody is settled."""
+        other = copy(self)
+        other.agents, other.alone, other.known = [], set(), set()
+        other.states, other.moved = np.zeros_like(self.states), np.zeros_like(self.moved)
+        other.tables = [table.emptied() for table in self.tables]
         return other
 
     @property
@@ -126,6 +138,7 @@ class ReservationTable:
         source, target = roadmap.moves.T
         states = States(roadmap.position, roadmap.velocity)
         self.begins = np.searchsorted(source, np.arange(len(roadmap.position) + 1))
+        self.sizes = np.diff(self.begins)
         self.leads_on = source != target
         dynamics = mission.agents[roadmap.agents[0]].dynamics
         self.moves = motion_of(dynamics, states.take(source), states.take(target), mission.step)
@@ -139,16 +152,20 @@ class ReservationTable:
         """Metres that whoever keeps going makes at least from each step on, (steps + 1,); 0 where it can wait."""
         self.middle, self.reach = _disc(*self.moves, mission.step)
         self._tree = cKDTree(self.middle)
-        self._weight = np.zeros(roadmap.allowed.shape, dtype=np.int32)
-        """What those weigh who can be moved and whom each move comes too near, (steps, moves)."""
-        self._fixed = np.zeros(roadmap.allowed.shape, dtype=np.int16)
-        """How many it comes too near who cannot be moved, (steps, moves)."""
+        self._taken = np.zeros(roadmap.allowed.shape, dtype=np.int32)
+        """What those weigh together whom each move comes too near, (steps, moves)."""
         self._near: dict[int, tuple[Indices, int]] = {}
-        """The cells that come too near each settled agent, and what it weighs; 0 is too much for any other."""
+        """The cells that come too near each settled agent, and what it weighs."""
 
     def copy(self) -> ReservationTable:
         other = copy(self)
-        other._weight, other._fixed, other._near = self._weight.copy(), self._fixed.copy(), dict(self._near)
+        other._taken, other._near = self._taken.copy(), dict(self._near)
+        return other
+
+    def emptied(self) -> ReservationTable:
+        """The same roadmap, of which nothing is taken."""
+        other = copy(self)
+        other._taken, other._near = np.zeros(self._taken.shape, dtype=self._taken.dtype), {}
         return other
 
     def keep_clear_of(self, agent: int, track: tuple[Array, Array, Array], weight: int) -> None:
@@ -156,14 +173,14 @@ class ReservationTable:
 
         Args:
             track: its position, velocity and acceleration at the start of each step, (steps, dim) each.
-            weight: 0 where it cannot be moved.
+            weight: ``FIXED`` where it cannot be moved.
         """
         least = float(needed(np.array([self.roadmap.agents[0]]), np.array([agent]), self.mission)[0])
         middle, reach = _disc(*track, self.mission.step)
         around = self._tree.query_ball_point(middle, reach + self.reach.max(initial=0.0) + least)
         step = np.repeat(np.arange(len(middle)), [len(moves) for moves in around])
         move = np.concatenate([np.array(moves, dtype=np.int64) for moves in around])
-        near = np.linalg.norm(self.middle[move] - middle[step], axis=-1) < self.reach[move] + reach[step] + least
+        near = norm(self.middle[move] - middle[step]) < self.reach[move] + reach[step] + least
         step, move = step[near], move[near]
         (here, going, turning), (there, coming, bending) = self.moves, track
         nearest = closest_approach(
@@ -171,25 +188,20 @@ class ReservationTable:
         )
         cells = np.sort((step * len(self.leads_on) + move)[nearest < least])
         self._near[agent] = cells, weight
-        self._add(cells, weight, 1)
+        self._taken.reshape(-1)[cells] += weight
 
     def release(self, agent: int) -> None:
-        self._add(*self._near.pop(agent), -1)
-
-    def _add(self, cells: Indices, weight: int, sign: int) -> None:
-        if weight:
-            self._weight.reshape(-1)[cells] += sign * weight
-        else:
-            self._fixed.reshape(-1)[cells] += sign
+        cells, weight = self._near.pop(agent)
+        self._taken.reshape(-1)[cells] -= weight
 
     def free(self, step: int, move: Indices, *, pushing: bool) -> Flags:
         """Which of these moves, (rows,), come too near nobody at the step; ``pushing``, nobody who cannot be moved."""
-        free: Flags = self.roadmap.allowed[step].take(move) & (self._fixed[step].take(move) == 0)
-        return free if pushing else free & (self._weight[step].take(move) == 0)
+        free: Flags = self.roadmap.allowed[step].take(move) & (self._taken[step].take(move) < (FIXED if pushing else 1))
+        return free
 
     def weight(self, step: int, move: Indices) -> Indices:
-        """What those weigh whom each move comes too near, (rows,)."""
-        return np.asarray(self._weight[step, move])
+        """What those weigh together whom each move comes too near, (rows,)."""
+        return np.asarray(self._taken[step].take(move))
 
     def metres(self, way: Indices) -> float:
         """How long a way is, (steps + 1,)."""
@@ -198,11 +210,11 @@ class ReservationTable:
         return float(self.length[np.searchsorted(keys, way[:-1] * states + way[1:])].sum())
 
     def open_roadmap(self) -> Roadmap:
-        return replace(self.roadmap, allowed=self.roadmap.allowed & (self._weight == 0) & (self._fixed == 0))
+        return replace(self.roadmap, allowed=self.roadmap.allowed & (self._taken == 0))
 
 
 def _disc(position: Array, velocity: Array, acceleration: Array, step: float) -> tuple[Array, Array]:
     """Centres and radii of discs that hold motions of one step: (..., dim) each -> (..., dim) and (...)."""
     middle = position + velocity * (step / 2) + acceleration * (step**2 / 8)
-    reach = np.linalg.norm(velocity, axis=-1) * (step / 2) + np.linalg.norm(acceleration, axis=-1) * (step**2 / 2)
+    reach = norm(velocity) * (step / 2) + norm(acceleration) * (step**2 / 2)
     return middle, reach

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from missionc.backends.smt.prioritized.prioritized_planning import PrioritizedPlanner
 from missionc.backends.smt.prioritized.progression import TooComplex
-from missionc.backends.smt.prioritized.reservations import Reservations
 from missionc.backends.smt.roadmap.roadmap import Indices
 
 ROUNDS, GAIN = 2, 1e-6
@@ -16,7 +15,7 @@ AGAIN = 60_000_000
 
 def shorter(planner: PrioritizedPlanner, states: Indices) -> Indices:
     """The motion after who was planned alone has been planned again, one by one, by metres alone."""
-    reservations = Reservations(planner.reservations.motion, planner.setting.mission)
+    reservations = planner.reservations.emptied()
     everyone = sorted(planner.everyone)
     reservations.reserve(everyone, states)
     search = planner.search(haste=0.0)

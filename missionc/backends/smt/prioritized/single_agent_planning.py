@@ -89,6 +89,8 @@ class SingleAgentPlanning:
     single_agent: SingleAgentSearch = field(init=False)
     infeasible_alone: set[int] = field(default_factory=set)
     """Agents whose single-agent relaxation is infeasible as long as nobody is settled."""
+    lost_alone: set[int] = field(default_factory=set)
+    """Agents that find no way by themselves as long as nobody is settled."""
     guaranteed: set[Part] = field(default_factory=set)
     """Parts that hold of the settled, whoever joins them."""
     pushed: Counter[tuple[int, int]] = field(default_factory=Counter)
@@ -167,16 +169,18 @@ class SingleAgentPlanning:
         Returns:
             who is left in the last of these orders.
         """
-        urgent: list[tuple[int, ...]] = []
+        order, left, urgent = list[tuple[int, ...]](), waiting, list[tuple[int, ...]]()
         for _ in range(ORDERS):
-            left = self.plan_single_agents([*urgent, *(group for group in waiting if group not in urgent)])
+            before, order = order, [*urgent, *(group for group in waiting if group not in urgent)]
+            if order != before:
+                self.release(list(self.reservations.agents))
+                self.reservations.moved[:] = 0
+                self.pushed.clear()
+                left = self.plan_single_agents(order)
             stuck = [group for group in left if len(group) == 1 and group not in urgent[:1]]
             if not stuck or self.refused is not None or self.single_agent.work > ORDERED or not self.affordable:
                 break
             urgent = [*stuck, *(group for group in urgent if group not in stuck)]
-            self.release(list(self.reservations.agents))
-            self.reservations.moved[:] = 0
-            self.pushed.clear()
         return left
 
     def plan_single_agents(self, waiting: list[tuple[int, ...]]) -> list[tuple[int, ...]]:
@@ -211,18 +215,22 @@ class SingleAgentPlanning:
         Returns:
             whom it takes the place of: they wait again.
         """
+        first = not self.reservations.agents
+        if first and agent in self.lost_alone:
+            return None
         present = frozenset((agent, *self.reservations.agents))
         parts = applicable_parts(self.requirements, self.named, self.guaranteed, present)
         formulas, reservations, setting = list(parts.values()), self.reservations, self.setting
         with setting.account.stage("alone"):
-            only = frozenset((agent,))
-            if not reservations.agents and self.infeasible(formulas, self.ways, only):
+            if first and self.infeasible(formulas, self.ways, frozenset((agent,))):
                 self.infeasible_alone.add(agent)
+                self.lost_alone.add(agent)
                 return None
             may_push = bool(reservations.alone) and reservations.moved.sum() < PUSHES * reservations.motion.agents
             with self.counted(self.single_agent) as search:
                 way = search.way_or_push(agent, formulas, reservations, may_push=may_push)
             if way is None:
+                self.lost_alone.update((agent,) if first else ())
                 self.refused = self.refusing(agent)
                 return None
             moved = reservations.in_the_way(agent, way)
@@ -272,6 +280,7 @@ class SingleAgentPlanning:
         """These agents do what ``states``, (agents of the mission, steps + 1), say, and what is asked is kept."""
         self.reservations.reserve(sorted(agents), states, alone=alone)
         self.infeasible_alone.clear()
+        self.lost_alone.clear()
         self.guaranteed.update(part for part in parts if part.monotone)
 
     def release(self, agents: Iterable[int]) -> None:

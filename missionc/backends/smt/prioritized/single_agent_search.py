@@ -93,7 +93,7 @@ class SingleAgentSearch:
     ) -> None:
         self._labels, self._never, self._limit, self._haste = labels, never, limit, haste
         self._exclusions = exclusions
-        self._nobody = Reservations(reservations.motion, labels.mission)
+        self._nobody = reservations.emptied()
         self._to_go = [
             DistanceToGo(table.roadmap.moves, table.length + haste * table.longest, len(table.roadmap.position))
             for table in reservations.tables
@@ -115,7 +115,7 @@ class SingleAgentSearch:
         can look for.
         """
         with deep(), suppress(TooComplex):
-            return self._shortest(self.task(agent, formulas, reservations), agent, reservations, most=most)
+            return self._shortest(self.mover(agent, formulas, reservations), agent, reservations, most=most)
         return None
 
     def way_or_push(
@@ -138,11 +138,11 @@ class SingleAgentSearch:
         push = PUSH * reservations.tables[self._labels.roadmap_of[agent]].longest if may_push else np.inf
         way = None
         with deep(), suppress(TooComplex):
-            task = self.task(agent, formulas, reservations)
+            mover = self.mover(agent, formulas, reservations)
             with suppress(TooComplex):
-                way = self._shortest(task, agent, reservations, more=push)
+                way = self._shortest(mover, agent, reservations, more=push)
             if way is None and may_push:
-                way = self._shortest(task, agent, reservations, pushing=True)
+                way = self._shortest(mover, agent, reservations, pushing=True)
         return way
 
     def with_bystanders(self, reservations: Reservations, everyone: Iterable[int]) -> Reservations | int:
@@ -165,8 +165,7 @@ class SingleAgentSearch:
             TooComplex: the formulas are about others, or it takes too much work.
         """
         with deep():
-            task = self.task(agent, formulas, self._nobody, alone=True)
-            return self._shortest(task, agent, self._nobody, any_way=not shortest)
+            return self._shortest(self.mover(agent, formulas, None), agent, self._nobody, any_way=not shortest)
 
     def metres(self, agent: int, way: Indices) -> float:
         """How long a way of the agent is, (steps + 1,)."""
@@ -175,15 +174,31 @@ class SingleAgentSearch:
 
     # ------------------------------------------------------------------- task
 
-    def task(self, agent: int, formulas: Sequence[Node], reservations: Reservations, *, alone: bool = False) -> Task:
-        """What the formulas ask of the agent.
-
-        Args:
-            alone: nothing is known of others.
+    def mover(self, agent: int, formulas: Sequence[Node], reservations: Reservations | None) -> Mover:
+        """The agent, and what the formulas ask of it; without reservations nothing is known of others.
 
         Raises:
             TooComplex: they ask for more than can be looked for.
         """
+        around = reservations or self._nobody
+        table = around.tables[self._labels.roadmap_of[agent]]
+        may = self._may(agent, around)
+        starts = table.roadmap.starts[table.roadmap.agents.index(agent)]
+        starts = starts[may[0, starts]]
+        task = self._task(agent, formulas, around, may, starts, alone=reservations is None)
+        return Mover(task, table, may, starts)
+
+    def _task(
+        self,
+        agent: int,
+        formulas: Sequence[Node],
+        reservations: Reservations,
+        may: Flags,
+        starts: Indices,
+        *,
+        alone: bool,
+    ) -> Task:
+        """What the formulas ask of the agent, which may be where ``may`` says, (steps + 1, states)."""
         order = postorder(formulas)
         if not self._monotone.keys() >= set(order):
             self._monotone.update(helped_by_more(order))
@@ -218,7 +233,7 @@ class SingleAgentSearch:
             elif alone:
                 raise TooComplex
             else:
-                of_step[node] = self._beside(node, agent, reservations)
+                of_step[node] = self._beside(node, agent, reservations, may)
         rank = {node: index for index, node in enumerate((*of_state, *of_step, *of_move, *past))}
         memory = OwnMemory(past, agent, self._labels, table.roadmap, exact=alone) if past else None
         steps, states = len(table.roadmap.standing), len(table.roadmap.position)
@@ -236,11 +251,10 @@ class SingleAgentSearch:
         to_go = self._to_go[number]
         finish = np.zeros(states, dtype=np.bool_)
         finish[table.roadmap.finishes[table.roadmap.agents.index(agent)]] = True
-        finish &= self._may(agent, reservations)[-1]
+        finish &= may[-1]
 
         half = len(table.roadmap.moves)
         begin = progression.begin(formulas)
-        starts = self.starts(agent, reservations)
 
         def bound(residual: Residual) -> Array:
             near = starts if residual == begin else None
@@ -262,7 +276,7 @@ class SingleAgentSearch:
             memory,
         )
 
-    def _beside(self, node: Node, agent: int, reservations: Reservations) -> Flags:
+    def _beside(self, node: Node, agent: int, reservations: Reservations, may: Flags) -> Flags:
         """At which steps in which states something about others holds for certain: (steps + 1, states)."""
         leaf = node.body if isinstance(node, Not) else node
         labels, motion = self._labels, reservations.motion
@@ -285,11 +299,11 @@ class SingleAgentSearch:
                 raise TooComplex from error
             return np.broadcast_to(np.asarray(holds(leaf.predicate, np.asarray(margins))) == (leaf is node), shape)
         if is_measured(node):
-            return holds_beside(node, agent, reservations, labels, self._may(agent, reservations))
+            return holds_beside(node, agent, reservations, labels, may)
         known = self._formulas(reservations, changed=CHANGED if self._monotone[node] else 0.0)
         if not known.places.decides(node):
             raise TooComplex
-        step, state = np.nonzero(self._may(agent, reservations))
+        step, state = np.nonzero(may)
         found = np.zeros(shape, dtype=np.bool_)
         try:
             place = state + motion.places_of(agent).start
@@ -326,28 +340,11 @@ class SingleAgentSearch:
         steps = np.arange(states.shape[1])
         return all(bool(self._may(agent, whole)[steps, states[agent]].all()) for agent in agents)
 
-    def starts(self, agent: int, reservations: Reservations) -> Indices:
-        """Where the agent may start, (starts,), states."""
-        roadmap = reservations.tables[self._labels.roadmap_of[agent]].roadmap
-        starts = roadmap.starts[roadmap.agents.index(agent)]
-        return np.asarray(starts[self._may(agent, reservations)[0, starts]])
-
-    def mover(self, agent: int, formulas: Sequence[Node], reservations: Reservations | None) -> Mover:
-        """The agent as one of several that are searched for together; without reservations as if they were alone.
-
-        Raises:
-            TooComplex: the formulas ask for more than can be looked for.
-        """
-        around = reservations or self._nobody
-        task = self.task(agent, formulas, around, alone=reservations is None)
-        table = around.tables[self._labels.roadmap_of[agent]]
-        return Mover(task, table, self._may(agent, around), self.starts(agent, around))
-
     # ----------------------------------------------------------------- search
 
     def _shortest(
         self,
-        task: Task,
+        mover: Mover,
         agent: int,
         reservations: Reservations,
         *,
@@ -363,8 +360,7 @@ class SingleAgentSearch:
         Raises:
             TooComplex: it takes too much work.
         """
-        table = reservations.tables[self._labels.roadmap_of[agent]]
-        may, starts = self._may(agent, reservations), self.starts(agent, reservations)
+        task, table, starts = mover.task, mover.table, mover.starts
         least = max(float(task.bound(task.begin)[starts].min(initial=np.inf)), float(table.to_come[0]))
         most = min(most, least + more)
         if not np.isfinite(least) or most < least:
@@ -373,7 +369,7 @@ class SingleAgentSearch:
         sweep = Sweep(
             task,
             table,
-            may,
+            mover.may,
             starts,
             step_cost=0.0 if pushing else rest,  # who pushes may as well come late
             stride=table.longest + rest,

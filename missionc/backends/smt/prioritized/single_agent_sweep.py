@@ -8,8 +8,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from missionc.backends.smt.prioritized.own_memory import Carried, OwnMemory
 from missionc.backends.smt.prioritized.progression import (
@@ -112,24 +114,29 @@ class Task:
         self, step: int, residual: Indices, place: Indices, move: Indices, past: Indices | None = None
     ) -> Indices:
         """The numbers of what is left, (rows,), after a step with these letters; -1 where it is broken."""
-        width, depth = len(self.place_letters), len(self.move_letters)
-        bits = 0 if self.memory is None else len(self.memory.nodes)
-        kind = (residual * width + place) * depth + move
+        kind = residual * (len(self.place_letters) * len(self.move_letters)) + place * len(self.move_letters) + move
         if past is not None:
-            kind = (kind << bits) | past
-        alike = kind.size > 0 and bool((kind == kind[0]).all())
-        kinds, row = (kind[:1], np.zeros_like(kind)) if alike else np.unique(kind, return_inverse=True)
-        after = np.empty(len(kinds), dtype=np.int64)
-        for index, kind in enumerate(kinds.tolist()):
-            if (step, kind) not in self._after:
-                before, letter = divmod(kind >> bits, width * depth)
-                at, along = divmod(letter, depth)
-                remembered = tuple(bool(kind >> bit & 1) for bit in range(bits))
-                letters = self.place_letters[at] + self.move_letters[along] + remembered
-                left = self.progression.after(self.residuals[before], step, letters)
-                self._after[step, kind] = -1 if left is False else self.number(left)
-            after[index] = self._after[step, kind]
-        return after[row]
+            kind = (kind << self.bits) | past
+        if kind.size and (kind == kind[0]).all():
+            return np.full(len(kind), self._left(step, int(kind[0])))
+        kinds, row = np.unique(kind, return_inverse=True)
+        return np.array([self._left(step, each) for each in kinds.tolist()], dtype=np.int64)[row]
+
+    def _left(self, step: int, kind: int) -> int:
+        """The number of what is left after a step, by one number for what was left and all letters; -1 likewise."""
+        if (step, kind) not in self._after:
+            before, letter = divmod(kind >> self.bits, len(self.place_letters) * len(self.move_letters))
+            at, along = divmod(letter, len(self.move_letters))
+            remembered = tuple(bool(kind >> bit & 1) for bit in range(self.bits))
+            letters = self.place_letters[at] + self.move_letters[along] + remembered
+            left = self.progression.after(self.residuals[before], step, letters)
+            self._after[step, kind] = -1 if left is False else self.number(left)
+        return self._after[step, kind]
+
+    @property
+    def bits(self) -> int:
+        """How many propositions read the past."""
+        return 0 if self.memory is None else len(self.memory.nodes)
 
     @property
     def work(self) -> int:
@@ -207,52 +214,49 @@ class Sweep:
         for step in range(steps):
             known = task.work
             residual, state = np.divmod(key, states)
-            sizes = table.begins[state + 1] - table.begins[state]
-            row = np.repeat(np.arange(len(key)), sizes)
-            move = np.arange(len(row)) + np.repeat(table.begins[state] - np.cumsum(sizes) + sizes, sizes)
+            sizes = table.sizes.take(state)
+            row = np.arange(len(key)).repeat(sizes)
+            move = np.arange(len(row)) + (table.begins.take(state) - sizes.cumsum() + sizes).take(row)
             self.work += STEP_WORK + len(move)
             if self.work > self.most:
                 raise TooComplex
             there = target.take(move)
-            free = np.flatnonzero(self.may[step + 1].take(there) & table.free(step, move, pushing=self.pushing))
-            if len(free) < len(move):
-                row, move, there = row[free], move[free], there[free]
+            free = self.may[step + 1].take(there) & table.free(step, move, pushing=self.pushing)
+            row, move, there = _of(free, row, move, there)
             place, past = task.place(step, state), self._past(carried, state)
             if len(task.move_letters) == 1:
-                left = task.after(step, residual, place, np.zeros_like(place), past)[row]
+                left = task.after(step, residual, place, np.zeros_like(place), past).take(row)
             else:
                 of_row = None if past is None else past[row]
                 left = task.after(step, residual[row], place[row], task.moves[move], of_row)
             if step == steps - 1:
-                alive = np.flatnonzero((left >= 0) & task.finish[there])
-                row, move, there, left = row[alive], move[alive], there[alive], left[alive]
+                row, move, there, left = _of((left >= 0) & task.finish[there], row, move, there, left)
                 past = self._past(self._moved(carried, row, move, there), there)
                 left = task.after(steps, left, task.place(steps, there), task.ends[move], past)
                 left[left != done] = -1
             self.work += task.work - known
-            alive = np.flatnonzero(left >= 0)
-            if len(alive) < len(left):
-                row, move, there, left = row[alive], move[alive], there[alive], left[alive]
-            after = cost[row] + table.length[move] + RESTLESS * (1 + step / (1 + steps)) * table.leads_on[move]
-            after += self.step_cost * goes[row]
+            row, move, there, left = _of(left >= 0, row, move, there, left)
+            after = cost.take(row) + table.length.take(move)
+            after += RESTLESS * (1 + step / (1 + steps)) * table.leads_on.take(move)
+            after += (self.step_cost * goes).take(row)
             if self.pushing:
                 after += PUSH * table.longest * table.weight(step, move)
             if step == steps - 1:
-                after += END * table.longest * self.in_the_way[there]
+                after += END * table.longest * self.in_the_way.take(there)
             to_go = task.to_go(left, there)
             going, resting = max(table.over - step - 1, 0), steps - max(table.over, step + 1)
             in_time = to_go <= going * self.stride + resting * self.rest + FAR
-            near = np.flatnonzero((after + np.maximum(to_go, table.to_come[step + 1]) <= bound) & in_time)
-            key, cost = left[near] * states + there[near], after[near]
+            near = (after + np.maximum(to_go, table.to_come[step + 1]) <= bound) & in_time
+            row, move, there, left, after, to_go = _of(near, row, move, there, left, after, to_go)
+            key = left * states + there
             if memory is None:
-                key, first = _cheapest(key, cost)
+                key, first = _cheapest(key, after)
             else:
-                moved = self._moved(carried, row[near], move[near], there[near])
+                moved = self._moved(carried, row, move, there)
                 assert moved is not None
-                first = memory.kept(key, cost, moved)
+                first = memory.kept(key, after, moved)
                 key, carried = key[first], moved.take(first)
-            cost, near = cost[first], near[first]
-            parent, goes = row[near], to_go[near] > FAR
+            cost, parent, goes = after.take(first), row.take(first), to_go.take(first) > FAR
             if not key.size:
                 return None
             trail.append((key % states, parent))
@@ -274,6 +278,12 @@ class Sweep:
         return None if memory is None or carried is None else memory.moved(carried, row, move, there)
 
 
+def _of(which: Flags, *columns: NDArray[Any]) -> tuple[NDArray[Any], ...]:
+    """These rows of the columns, (rows,) each; the columns themselves where that is all of them."""
+    rows = which.nonzero()[0]
+    return columns if len(rows) == len(which) else tuple(column.take(rows) for column in columns)
+
+
 def _cheapest(key: Indices, cost: Array) -> tuple[Indices, Indices]:
     """Each key once, ascending, and the first of those with this key that cost least: (keys,) each."""
     count = int(key.max(initial=-1)) + 1
@@ -284,13 +294,13 @@ def _cheapest(key: Indices, cost: Array) -> tuple[Indices, Indices]:
         count = len(keys)
     least = np.full(count, np.inf)
     np.minimum.at(least, group, cost)
-    best = np.flatnonzero(cost == least[group])[::-1]  # of several the first is written last
+    best = (cost == least.take(group)).nonzero()[0][::-1]  # of several the first is written last
     first = np.full(count, -1)
-    first[group[best]] = best
+    first[group.take(best)] = best
     if keys is not None:
         return keys, first
-    there = np.flatnonzero(first >= 0)
-    return there, first[there]
+    there = (first >= 0).nonzero()[0]
+    return there, first.take(there)
 
 
 def _letters(rows: Sequence[Flags], size: int) -> tuple[Indices, list[Letter]]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from missionc.base.trace import Array
+from missionc.world.vectors import norm
 
 STILL = 1e-9
 """Metres: who moves less within a step keeps facing where it faced."""
@@ -17,5 +18,5 @@ def faced(way: Array, turned_to: Array) -> Array:
         way: (..., dim), metres.
         turned_to: (...), rad, the heading of the state that the move leads to; NaN where that may be any.
     """
-    moves = np.linalg.norm(way[..., :2], axis=-1) > STILL
+    moves = norm(way[..., :2]) > STILL
     return np.asarray(np.where(moves, np.arctan2(way[..., 1], way[..., 0]), turned_to))

@@ -26,6 +26,7 @@ from missionc.backends.smt.shorten.unary_totalizer import add_totalizer
 from missionc.base.trace import Array
 from missionc.ir import Mission
 from missionc.world.dynamics import States, motion_of
+from missionc.world.vectors import norm
 
 UNITS = (48, 192)
 """What the excess of the plan at hand is divided into, at first and then; the clauses grow with the square."""
@@ -157,7 +158,7 @@ def travelled(motions: tuple[Array, Array, Array], step: float) -> Array:
     position, velocity, acceleration = motions
     moment = np.linspace(0.0, step, CHORDS + 1)[:, None, None]
     points = position + velocity * moment + acceleration * (0.5 * moment**2)
-    return np.asarray(np.linalg.norm(np.diff(points, axis=0), axis=-1).sum(axis=0))
+    return np.asarray(norm(np.diff(points, axis=0)).sum(axis=0))
 
 
 def _taken(row: Indices, motion: Motion, agent: int) -> Indices:

@@ -115,7 +115,9 @@ class JointPaths:
             if not met.size:
                 return way
             theirs = tuple(part[met, step][:, None] for part in self.tracks)
-            np.logical_and.at(free, step, self._nearest(expanded.moves, theirs) >= least[met][:, None])
+            clear = self._nearest(expanded.moves, theirs) >= least[met][:, None]
+            for moment, moves in zip(step.tolist(), clear, strict=True):
+                free[moment] &= moves
         return None
 
     def _nearest(self, one: tuple[Array, ...], other: tuple[Array, ...]) -> Array:
