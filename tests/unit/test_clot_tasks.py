@@ -305,6 +305,24 @@ def test_a_recurrence_is_a_chain_in_which_no_two_are_too_far_apart() -> None:
     planned(YARD + watch)
 
 
+def test_what_recurs_may_have_several_visits_and_those_who_come_take_turns() -> None:
+    """From north to south again and again takes one rover 25 s and more, two in turns do it."""
+    round_ = "require round: always[0, 40 s] eventually[0, 20 s] some rover: (north and eventually[5 s, 20 s] south)\n"
+    starts = YARD.replace("(36, 18)", "(12, 16)").replace("(20, 10)", "(12, 12)")
+    _, scheduler, schedule = scheduled(starts + round_)
+    visits = named(scheduler, schedule, "round")
+    assert schedule.late == 0
+    assert len(visits) % 2 == 0
+    first, *others = (visit for visit in visits if visit.visit.event.again)
+    assert first.step <= 20
+    assert others[-1].step >= 40
+    for visit in visits:
+        (place,) = visit.places
+        assert place.point[1] > 13 if visit.visit.event.again else place.point[1] < 7
+    assert len({place.agent for visit in visits for place in visit.places}) > 1
+    planned(starts + round_)
+
+
 KILNS = """\
 mission kilns
 time step 1 s, horizon 180 s

@@ -370,7 +370,7 @@ class Scheduler(Timetable):
 
     def _scheduled(self, task: Task) -> bool:
         """Whether it is decided here when its events are: not of a recurrence that leads nobody anywhere."""
-        events = [event for option in task.options for event in option.events]
+        events = [event for option in task.options for event in option.all_events]
         if not any(event.again for event in events):
             return True
         come = [attendance(self.mission, event.holds) for event in events]

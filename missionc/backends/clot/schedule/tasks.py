@@ -16,7 +16,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
-from itertools import combinations, product
+from itertools import combinations, cycle, islice, product
 from math import comb, prod
 
 import numpy as np
@@ -85,6 +85,15 @@ class Option:
     decisions: tuple[Decision, ...] = ()
     events: tuple[Event, ...] = ()
 
+    @property
+    def all_events(self) -> Iterator[Event]:
+        """Its events, and what comes after them."""
+        left = list(self.events)
+        while left:
+            event = left.pop()
+            yield event
+            left.extend(event.then)
+
 
 @dataclass(frozen=True, slots=True)
 class Task:
@@ -114,11 +123,7 @@ class Outline:
     @property
     def events(self) -> Iterator[Event]:
         """Those of all options, and what comes after them."""
-        left = [event for option in self.options for event in option.events]
-        while left:
-            event = left.pop()
-            yield event
-            left.extend(event.then)
+        return (event for option in self.options for event in option.all_events)
 
 
 def outline(graph: Kernel, steps: int) -> Outline:
@@ -207,21 +212,24 @@ class _Reader:
             count += 1  # as few as can be would leave nothing to choose when each of them is
         if count > MOST_AGAIN:
             return (Option((hold,)),)
-        options: list[Option] = []
         bodies = self.options(node.body, agent, 0, 0, True)
+        chains = [(body,) * count for body in bodies]
         if len(bodies) > 1 and self.timeless[node.body]:  # another of several each time
-            bodies = (*bodies, Option((self._hold(node.body, agent, 0, 0),)))
-        for body in bodies:
-            if body.events:
-                return (Option((hold,)),)
-            chain: tuple[Event, ...] = ()
+            chains.append((Option((self._hold(node.body, agent, 0, 0),)),) * count)
+        elif len(bodies) > 1:  # one after the other
+            chains.extend(tuple(islice(cycle(bodies), turn, turn + count)) for turn in range(len(bodies)))
+        options: list[Option] = []
+        for chain in chains:
+            then: tuple[Event, ...] = ()
             for number in range(count - 1, 0, -1):
-                soonest = last - (count - 1 - number) * apart
-                chain = (Event(node, agent, low, 1, apart, body.holds, then=chain, not_before=soonest, again=True),)
+                soonest, body = last - (count - 1 - number) * apart, chain[number]
+                then = (*body.events, *then)
+                then = (Event(node, agent, low, 1, apart, body.holds, then=then, not_before=soonest, again=True),)
             begin = max(low + node.low, last - (count - 1) * apart)
-            event = Event(node, agent, low, begin, first, body.holds, then=chain, again=True)
+            then = (*chain[0].events, *then)
+            event = Event(node, agent, low, begin, first, chain[0].holds, then=then, again=True)
             options.append(Option((hold,), (), (event,)))
-        return tuple(options)
+        return _some_of(options)
 
     def _hold(self, node: Node, agent: int, low: int, high: int) -> Hold:
         return Hold(agent, node, low, high, self.timeless[node])
