@@ -93,6 +93,7 @@ class GoalSets:
         self._sets: dict[object, GoalSet | None] = {}
         self._apart: dict[object, float] = {}
         self._met: dict[object, tuple[Array, Array]] = {}
+        self._moved: dict[object, Array] = {}
 
     def of(self, agent: int, nodes: Sequence[Node]) -> GoalSet | None:
         """Where all of these hold of an agent; None where places do not decide it."""
@@ -196,7 +197,7 @@ class GoalSets:
             lengths[number] = way[cell] if np.isfinite(way[cell]) else BEYOND * straight
         return self._parted(agents, points, here, within), lengths
 
-    def onward(
+    def moved_on(
         self, agents: Sequence[int], points: Array, seconds: float, pace: Array, goals: Sequence[GoalSet | None]
     ) -> Array:
         """Where agents who stay near each other have come to after some time, (members, dim), metres.
@@ -207,6 +208,14 @@ class GoalSets:
             pace: of each, (members,), m/s.
             goals: where each goes after it; the furthest counts, and of those that are as far the others too.
         """
+        key = tuple(agents), points.tobytes(), seconds, pace.tobytes(), tuple(map(id, goals))
+        if key not in self._moved:
+            self._moved[key] = self._moved_on(agents, points, seconds, pace, goals)
+        return self._moved[key]
+
+    def _moved_on(
+        self, agents: Sequence[int], points: Array, seconds: float, pace: Array, goals: Sequence[GoalSet | None]
+    ) -> Array:
         middle = points.mean(axis=0)
         gone = np.max([self.lengths(agent, middle) / pace[number] for number, agent in enumerate(agents)], axis=0)
         ahead = [goal.length / each for goal, each in zip(goals, pace, strict=True) if goal is not None]

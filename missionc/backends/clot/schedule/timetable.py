@@ -167,16 +167,15 @@ class Timetable:
 
     def _moving_on(self, visit: Visit, places: list[Place], later: Sequence[Visit]) -> list[Place]:
         """The places of a visit, with where those have come to when it ends who meet and cannot stand still."""
+        if not visit.come.moves_on or not 0 < visit.lasts < self.mission.steps:
+            return places
         who = [place.agent for place in places]
-        if not visit.come.moves_on or not 0 < visit.lasts < self.mission.steps or all(map(self._can_wait, who)):
+        if all(can_wait(self.mission.agents[agent].dynamics) for agent in who):
             return places
         goals = [self._onward(agent, later) for agent in who]
         points = np.stack([place.point for place in places])
-        leaves = self.goals.onward(who, points, visit.lasts * self.mission.step, self.pace[who], goals)
+        leaves = self.goals.moved_on(who, points, visit.lasts * self.mission.step, self.pace[who], goals)
         return [replace(place, leaves=there) for place, there in zip(places, leaves, strict=True)]
-
-    def _can_wait(self, agent: int) -> bool:
-        return can_wait(self.mission.agents[agent].dynamics)
 
     def _awaited(self, visit: Visit, later: Sequence[Visit], where: Array, free: Array, begin: float) -> float:
         """When what nobody goes anywhere for may be, for those who go somewhere for what follows it to be in time."""
