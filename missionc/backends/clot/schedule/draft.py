@@ -1,4 +1,4 @@
-"""Draft of an attempt: a schedule, its key frames, and a first joint motion through them."""
+"""Warm start of an attempt: a schedule, its key frames, and an initial joint trajectory through them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Goal sets: the cells of a grid at which something holds of an agent, and the way there from every other cell.
+"""Goal sets and their cost-to-go: the grid cells at which something holds of an agent, and geodesics to them.
 
     in   Mission, a formula without operators of time
     out  GoalSet

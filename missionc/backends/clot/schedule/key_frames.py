@@ -1,4 +1,4 @@
-"""Key frames: the positions of all agents at the steps that matter, one configuration at a time.
+"""Key frames: waypoints of the whole team, one joint configuration for each step that matters.
 
     in   Schedule
     out  the positions of all agents at some of the steps

@@ -1,4 +1,4 @@
-"""Space-time search for a team that goes as one: the way of its middle past obstacles that move or grow.
+"""Space-time search (dynamic programming) for a team that goes as one, past obstacles that move or grow.
 
     in   where the team is to its middle at each step, where the middle begins and ends
     out  where the middle is at each step, or None where there is no way

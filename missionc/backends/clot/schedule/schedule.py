@@ -1,4 +1,4 @@
-"""Task scheduling: the time of each event, the option of each task and who goes where, by insertion and repair.
+"""Task scheduling (vehicle routing with time windows): when, which option and who goes where, by insertion and repair.
 
 Every task's options are tried at every place of the order found so far, and the one with which
 all arrive soonest is kept; then some tasks are taken out again and put back in another way, as long as that is better.

@@ -1,4 +1,4 @@
-"""The sketch: a first joint motion through the key frames, teams together, along geodesics round what stands still."""
+"""Sketch: an initial joint trajectory through key frames, teams together, along geodesics round static obstacles."""
 
 from __future__ import annotations
 
