@@ -230,7 +230,7 @@ class Slow:
         self.usual, self.moved, self.agent, self.waypoint, self.last = usual, moved, agent, waypoint, last
 
     def of(self, node: Node, agent: int, step: int) -> tuple[float, bool, bool]:
-        """Value, whether the waypoint is read, whether it is a leaf."""
+        """Value, whether the waypoint is read, whether it is a leaf: a formula of one moment."""
         match node:
             case Atom(predicate) | Not(Atom(predicate)):
                 read = reads(predicate, agent, step, self.agent, self.waypoint, self.last)
@@ -239,10 +239,13 @@ class Slow:
                 return float(self.usual[node][agent, step]), False, True
             case At(other, body):
                 return self.of(body, other, step)
-            case All(parts):
-                return self.both([self.of(part, agent, step) for part in parts])
-            case Any(parts):
-                return self.either([self.of(part, agent, step) for part in parts])
+            case All(parts) | Any(parts):
+                each = [self.of(part, agent, step) for part in parts]
+                if all(leaf for _, _, leaf in each):
+                    values, every = [value for value, _, _ in each], isinstance(node, All)
+                    value = min(values, default=UNLIMITED) if every else max(values, default=-UNLIMITED)
+                    return value, any(read for _, read, _ in each), True
+                return self.both(each) if isinstance(node, All) else self.either(each)
             case Always(body, low, high):
                 return self.both([self.of(body, agent, later) for later in self.window(low, high, step)])
             case Eventually(body, low, high):
