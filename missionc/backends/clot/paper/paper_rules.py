@@ -49,11 +49,28 @@ class PaperRules(Perturbed):
             return self._until(node, pattern)
         if isinstance(node, All) and self.leaf(node):
             return self._full(reduce(torch.minimum, [self.laid(part, pattern) for part in node.parts]), pattern)
+        if isinstance(node, WindowNode) and self._at_moment(node.body):
+            return self._passed(node, pattern)
         whole = self._conjunction(pattern)
         for part in children(node):
             for ahead in (0,) if isinstance(node, All) else self.ahead(node, pattern):
                 whole.add(self.laid(part, pattern, ahead=ahead), self._reads(part, pattern, ahead), self.leaf(part))
         return whole.value()
+
+    def _at_moment(self, part: Node) -> bool:
+        """Whether a part is a leaf whose every value reads the waypoint at its own moment and at no other."""
+        below = self.patterns.of.get(part)
+        return self.leaf(part) and below is not None and below.low == below.high == 0 and bool(below.nonzero.all())
+
+    def _passed(self, node: WindowNode, pattern: NodePattern) -> Tensor:
+        """``always`` over such a part, by rule II alone: what the part is worth at the waypoint's moment."""
+        here = slice(pattern.first, pattern.first + pattern.steps)
+        still = self.unmoved.spread(self._rows(self.standard[node], pattern.rows))[:, :, here, None, None]
+        value, part, below = self._full(still, pattern).clone(), self.values[node.body], self.patterns.of[node.body]
+        for offset in self.ahead(node, pattern):
+            count, first = self._steps(pattern, offset), pattern.first + offset - below.first
+            value[:, :, :count, offset - pattern.low] = part[:, :, first : first + count, 0]
+        return value
 
     def _until(self, node: UntilNode, pattern: NodePattern) -> Tensor:
         """``until``, or where ``every`` its dual: from the last step of the window to the first."""
