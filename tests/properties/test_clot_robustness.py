@@ -345,6 +345,27 @@ def test_the_four_rules_are_what_they_say(data: st.DataObject, seed: int, agent:
 
 @settings(max_examples=20)
 @given(seeds)
+def test_a_window_over_a_disjunction_of_one_moment_passes_on_the_waypoints_moment(seed: int) -> None:
+    """G[1,4] (a or (b and c)), each waypoint moved in turn."""
+    mission, count = mission_of(1, 6), 7
+    a, b, c = (Atom(ir.Inside(region, False)) for region in mission.regions)
+    moment = Any((a, All((b, c))))
+    goal = Always(moment, 1, 4)
+    generator = np.random.default_rng(seed)
+    position = torch.tensor(generator.uniform(0, 2, (1, 1, count, 2)))
+    probes = torch.tensor(generator.uniform(0, 2, (1, count, 3, 2)))
+    crew = team(mission, dtype=torch.float64)
+    found = PaperRules(sparsity_pattern([goal], 0, 1, count), crew, position, probes).goals()[0, 0]
+    usual = Robustness(crew, States(position, torch.zeros_like(position))).values(postorder([goal]))[goal][0, 0, 0]
+    for moved, direction in np.ndindex(count, 3):
+        one = probes[:, None, moved : moved + 1, direction]
+        here = Robustness(crew, States(one, torch.zeros_like(one))).values(postorder([moment]))[moment][0, 0, 0]
+        assert math.isclose(found[moved, direction], here if 1 <= moved <= 4 else usual, abs_tol=1e-9)
+    by_the_rules(mission, goal, position, 0, probes)
+
+
+@settings(max_examples=20)
+@given(seeds)
 def test_the_four_rules_on_the_formula_of_the_papers_second_figure(seed: int) -> None:
     """(G[2,5] a) and (F[0,2] G[0,2] b) and (c U[0,3] d), each waypoint moved in turn."""
     mission, count = mission_of(1, 6), 7
