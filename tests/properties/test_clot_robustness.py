@@ -230,7 +230,7 @@ class Slow:
         self.usual, self.moved, self.agent, self.waypoint, self.last = usual, moved, agent, waypoint, last
 
     def of(self, node: Node, agent: int, step: int) -> tuple[float, bool, bool]:
-        """Value, whether the waypoint is read, whether it is a leaf."""
+        """Value, whether the waypoint is read, whether it is a leaf: a formula of one moment."""
         match node:
             case Atom(predicate) | Not(Atom(predicate)):
                 read = reads(predicate, agent, step, self.agent, self.waypoint, self.last)
@@ -239,10 +239,13 @@ class Slow:
                 return float(self.usual[node][agent, step]), False, True
             case At(other, body):
                 return self.of(body, other, step)
-            case All(parts):
-                return self.both([self.of(part, agent, step) for part in parts])
-            case Any(parts):
-                return self.either([self.of(part, agent, step) for part in parts])
+            case All(parts) | Any(parts):
+                each = [self.of(part, agent, step) for part in parts]
+                if all(leaf for _, _, leaf in each):
+                    values, every = [value for value, _, _ in each], isinstance(node, All)
+                    value = min(values, default=UNLIMITED) if every else max(values, default=-UNLIMITED)
+                    return value, any(read for _, read, _ in each), True
+                return self.both(each) if isinstance(node, All) else self.either(each)
             case Always(body, low, high):
                 return self.both([self.of(body, agent, later) for later in self.window(low, high, step)])
             case Eventually(body, low, high):
@@ -338,6 +341,27 @@ def test_the_four_rules_are_what_they_say(data: st.DataObject, seed: int, agent:
     position = torch.tensor(case.trace.position)[None]
     goal = At(int(generator.integers(size)), node)
     by_the_rules(case.run.mission, goal, position, agent % size, probes)
+
+
+@settings(max_examples=20)
+@given(seeds)
+def test_a_window_over_a_disjunction_of_one_moment_passes_on_the_waypoints_moment(seed: int) -> None:
+    """G[1,4] (a or (b and c)), each waypoint moved in turn."""
+    mission, count = mission_of(1, 6), 7
+    a, b, c = (Atom(ir.Inside(region, False)) for region in mission.regions)
+    moment = Any((a, All((b, c))))
+    goal = Always(moment, 1, 4)
+    generator = np.random.default_rng(seed)
+    position = torch.tensor(generator.uniform(0, 2, (1, 1, count, 2)))
+    probes = torch.tensor(generator.uniform(0, 2, (1, count, 3, 2)))
+    crew = team(mission, dtype=torch.float64)
+    found = PaperRules(sparsity_pattern([goal], 0, 1, count), crew, position, probes).goals()[0, 0]
+    usual = Robustness(crew, States(position, torch.zeros_like(position))).values(postorder([goal]))[goal][0, 0, 0]
+    for moved, direction in np.ndindex(count, 3):
+        one = probes[:, None, moved : moved + 1, direction]
+        here = Robustness(crew, States(one, torch.zeros_like(one))).values(postorder([moment]))[moment][0, 0, 0]
+        assert math.isclose(found[moved, direction], here if 1 <= moved <= 4 else usual, abs_tol=1e-9)
+    by_the_rules(mission, goal, position, 0, probes)
 
 
 @settings(max_examples=20)

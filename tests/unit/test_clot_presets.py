@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -64,6 +65,13 @@ def planned(text: str, name: str, seed: int = 0, limit: float = 60.0, **others: 
 
 def test_the_command_line_and_the_backend_know_the_same_presets() -> None:
     assert tuple(PRESETS) == NAMES
+
+
+@pytest.mark.slow
+def test_the_papers_preset_plans_its_first_scenario() -> None:
+    """Five robots, a chain outside two regions and a star in one of them, by Algorithms 1 and 2 alone."""
+    text = (Path(__file__).resolve().parents[2] / "missions" / "clot_star.mission").read_text(encoding="utf-8")
+    assert isinstance(planned(text, "paper", limit=600.0), Planned)
 
 
 OPEN = PAIR.replace("obstacle rock = disc at (3.8, 2.8) radius 0.5\n", "").replace("proximity 1.5 m", "proximity 3 m")
@@ -223,6 +231,30 @@ def test_a_formation_keeps_the_edges_between_planned_agents() -> None:
     predicate = part.body.predicate  # type: ignore[union-attr]
     assert isinstance(predicate, InFormation)
     assert [(edge.first, edge.second) for edge in predicate.formation.edges] == [(0, 1)]
+
+
+HELD = "always[0, 3 s] ((every drone: goal) implies row)"
+"""Of part of the team it holds whatever they do: somebody still to come may stay out of the goal."""
+
+
+@pytest.mark.parametrize("as_whole", [False, True])
+def test_as_a_whole_team_the_planned_keep_their_formation_where_all_of_them_are_inside(as_whole: bool) -> None:
+    mission, kernel = checked(TRIO + f"require it: {HELD}\n")
+    roots = [wanted.formula for wanted in build(kernel).requirements]
+    part = about(roots, frozenset({0, 1}), {}, as_whole=as_whole)
+    assert len(part) == as_whole
+    # The first two a metre apart, where the chain has 0.6 m, both inside; then the second one outside.
+    for second, margin in (((6.5, 4.0), -0.3), ((4.0, 4.0), 1.0)):
+        position = parked(mission, [(5.5, 4.0), second, (0.0, 0.0)])
+        values = Robustness(team(mission), States(position, torch.zeros_like(position))).values(postorder(part))
+        for node in part:
+            assert float(values[node][0, 0, 0]) == pytest.approx(margin, abs=1e-5)
+
+
+def test_what_asks_for_one_who_is_not_planned_asks_nothing_of_the_others() -> None:
+    _, kernel = checked(TRIO + "require it: eventually[0, 3 s] drone[2]: goal\n")
+    roots = [wanted.formula for wanted in build(kernel).requirements]
+    assert about(roots, frozenset({0, 1}), {}, as_whole=True) == ()
 
 
 # -------------------------------------------------------------- probes, checks

@@ -14,7 +14,7 @@ from torch import Tensor
 
 from missionc.backends.clot.paper.polytope import directions, rotations
 from missionc.backends.clot.paper.prior import End, Fixed, Free, Prior, prior, smoother
-from missionc.backends.clot.paper.sinkhorn import row_softmax, sinkhorn
+from missionc.backends.clot.paper.sinkhorn import _by_logarithms, _by_scaling, row_softmax, sinkhorn
 from missionc.backends.clot.paper.transport import transport
 from missionc.backends.clot.run.transport_settings import Coupling, Polytope, TransportSettings
 
@@ -95,6 +95,14 @@ def test_sinkhorn_without_enough_rounds_still_gives_every_waypoint_its_share() -
     weights = sinkhorn(costs, 0.05, limit=1)
     assert torch.allclose(weights.sum(2), torch.full((2, 30), 1 / 30), rtol=1e-4)
     assert (weights.sum(1) - 1 / 4).abs().max() > 1e-2
+
+
+def test_sinkhorn_is_the_same_by_scaling_and_on_logarithms_and_finite_where_scaling_underflows() -> None:
+    costs = torch.rand(4, 48, 4, generator=seeded())
+    kernel = (costs - costs.amin(2, keepdim=True)) / -0.08
+    scaled, logarithmic = (by(kernel, 1e-6, 500) for by in (lambda k, *how: _by_scaling(k.exp(), *how), _by_logarithms))
+    assert torch.allclose(scaled, logarithmic, atol=1e-6)
+    assert bool(sinkhorn(costs, 1e-4).isfinite().all())
 
 
 def test_softmax_is_the_plan_where_directions_already_receive_the_same() -> None:

@@ -89,7 +89,9 @@ class Expansion:
     probed: Surroundings = field(init=False)
     checked: Surroundings = field(init=False)
     workers: Children[Piece, tuple[list[Candidate], float]] | None = field(init=False, default=None)
-    known: dict[tuple[frozenset[int], int | None], tuple[kernel.Node, ...]] = field(init=False, default_factory=dict)
+    known: dict[tuple[frozenset[int], int | None, bool], tuple[kernel.Node, ...]] = field(
+        init=False, default_factory=dict
+    )
 
     def __post_init__(self) -> None:
         self.team = team(self.mission, self.device)
@@ -133,7 +135,8 @@ class Expansion:
         first = [self.first.of(agent, None, samples, generator) for agent in agents]
         begin = torch.stack(first, dim=1).to(self.device)
         fixed = torch.stack([self.first.fixed(agent) for agent in agents]).repeat(samples, 1).to(self.device)
-        costs = [self._cost(agent, tuple(everyone - {agent}), self._goals(everyone, None)) for agent in agents]
+        whole = self._goals(everyone, None, False)
+        costs = [self._cost(agent, tuple(everyone - {agent}), whole) for agent in agents]
 
         def cost(waypoints: Tensor, probes: Tensor) -> Tensor:
             joint = waypoints.unflatten(0, (samples, len(agents)))
@@ -153,7 +156,7 @@ class Expansion:
         margin = torch.stack(margins).amin(dim=0)
         self.tell(len(agents), float(margin.max()))
         value = torch.stack([self._effort(joint[:, agent]) for agent in agents]).sum(dim=0)
-        return self._candidates(joint, margin, value)
+        return self._candidates(joint, margin, margin, value)
 
     def _one(self, piece: Piece) -> tuple[list[Candidate], float]:
         """The candidates of a piece that hold, and the best margin of any, metres."""
@@ -165,7 +168,7 @@ class Expansion:
         fixed = self.first.fixed(agent).to(self.device)
         planned = torch.from_numpy(node.trajectories).float().reshape(1, len(others), *begin.shape[1:])
         planned = planned.to(self.device)
-        of = self._cost(agent, others, self._goals(known, agent))
+        of = self._cost(agent, others, self._goals(known, agent, True))
 
         def cost(waypoints: Tensor, probes: Tensor) -> Tensor:
             return of(waypoints, probes, planned)
@@ -175,12 +178,13 @@ class Expansion:
                 return True
             if not self.preset.settled:
                 return False
-            margin = self._margin_among(agent, others, waypoints, planned, known)
+            margin = self._margin_among(agent, others, waypoints, planned, known, False)
             return int((margin > 0.0).sum()) >= max(2, samples // 4)
 
         motions = transport(begin, fixed, cost, self.settings, own, done)
-        margin = self._margin_among(agent, others, motions, planned, known)
-        return self._candidates(motions, margin, self._effort(motions)), float(margin.max())
+        margin = self._margin_among(agent, others, motions, planned, known, False)
+        as_whole = self._margin_among(agent, others, motions, planned, known, True)
+        return self._candidates(motions, margin, as_whole, self._effort(motions)), float(margin.max())
 
     def _generators(self, seed: int) -> tuple[torch.Generator, torch.Generator]:
         """For what is drawn on the CPU, and for what is drawn on the device; one and the same where that is the CPU."""
@@ -191,10 +195,10 @@ class Expansion:
         parent = self.couplings.parent(agent, node.planned, self.first.key[0].position)
         return None if parent is None else (parent, node.trajectories[node.planned.index(parent)])
 
-    def _goals(self, known: frozenset[int], newest: int | None) -> tuple[kernel.Node, ...]:
-        key = known, newest
+    def _goals(self, known: frozenset[int], newest: int | None, as_whole: bool) -> tuple[kernel.Node, ...]:
+        key = known, newest, as_whole
         if key not in self.known:
-            self.known[key] = about(self.goals, known, self.choices, newest)
+            self.known[key] = about(self.goals, known, self.choices, newest, as_whole)
         return self.known[key]
 
     def _cost(self, agent: int, others: tuple[int, ...], goals: tuple[kernel.Node, ...]) -> ProbeCost:
@@ -202,12 +206,19 @@ class Expansion:
 
     def _margin(self, agent: int, own: Tensor, joint: Tensor, known: frozenset[int]) -> Tensor:
         others = tuple(sorted(known - {agent}))
-        return self._margin_among(agent, others, own, joint[:, list(others)], known)
+        return self._margin_among(agent, others, own, joint[:, list(others)], known, False)
 
     def _margin_among(
-        self, agent: int, others: tuple[int, ...], own: Tensor, planned: Tensor, known: frozenset[int]
+        self,
+        agent: int,
+        others: tuple[int, ...],
+        own: Tensor,
+        planned: Tensor,
+        known: frozenset[int],
+        as_whole: bool,
     ) -> Tensor:
-        return prefix_margin(self.team, agent, others, own, planned, self._goals(known, None), self.checked)
+        goals = self._goals(known, None, as_whole)
+        return prefix_margin(self.team, agent, others, own, planned, goals, self.checked)
 
     def _effort(self, candidates: Tensor) -> Tensor:
         """Way against the size of the world, and a little for bends: without unit, about 1. Source: [clot] (2)."""
@@ -217,10 +228,15 @@ class Expansion:
         effort: Tensor = (way + bend) / size
         return effort
 
-    def _candidates(self, motions: Tensor, margin: Tensor, effort: Tensor) -> list[Candidate]:
-        """Those that hold but for the slack; room up to what is asked for makes up for a longer way."""
+    def _candidates(self, motions: Tensor, margin: Tensor, as_whole: Tensor, effort: Tensor) -> list[Candidate]:
+        """Those that hold but for the slack; room up to what is asked for makes up for a longer way.
+
+        Args:
+            margin: by which candidates hold, whatever those do who are still to come, metres.
+            as_whole: the same, were those who are planned the whole team: what costs.
+        """
         room = ProbeWeights().room
-        cost = effort - (margin.clamp(max=room) / room)
+        cost = effort - (as_whole.clamp(max=room) / room)
         feasible = margin > -self.preset.slack
         motions, cost, feasible = motions.cpu(), cost.cpu(), feasible.cpu()
         return [

@@ -7,8 +7,10 @@ value on (the least of them, where they are several); (III) a conjunction
 further up takes the mean of its parts; (IV) a disjunction takes the greatest.
 What does not read the waypoint has its usual value.
 
-A leaf is what is neither conjunction nor disjunction, so formulas over links are
-leaves too. ``a until b`` is read as ``b or (a and what is so one step later)``,
+A leaf is a formula of one moment, which the paper's predicates are: "all robots are in the region" is its
+μ_A, and a disjunction of two of those reads the waypoint at that moment alone. So ``always (row or parked)`` passes
+on what the moment of the waypoint is worth; were it their mean, each waypoint would count for one step in
+all of them. Formulas over links are leaves too. ``a until b`` is read as ``b or (a and what is so one step later)``,
 ``release`` as ``b and (a or ...)``. Parts without limit stay out of means.
 
 Source:
@@ -17,6 +19,7 @@ Source:
 
 from __future__ import annotations
 
+from functools import reduce
 from math import inf
 from typing import TypeAlias
 
@@ -28,7 +31,7 @@ from missionc.backends.clot.cost_graph.leaf_margins import UNLIMITED
 from missionc.backends.clot.paper.perturbed_robustness import Perturbed
 from missionc.backends.clot.paper.sparsity_pattern import NodePattern, mark
 from missionc.base.trace import Flags
-from missionc.kernel.nodes import All, At, LeafNode, NeighbourNode, Node, Not, RouteNode, UntilNode, WindowNode
+from missionc.kernel.nodes import All, Node, UntilNode, WindowNode
 from missionc.kernel.walk import children
 
 Reading: TypeAlias = tuple[Tensor, Flags]
@@ -38,14 +41,36 @@ Reading: TypeAlias = tuple[Tensor, Flags]
 class PaperRules(Perturbed):
     """Values of formulas by the paper's four rules."""
 
+    def leaf(self, node: Node) -> bool:
+        return node in self.patterns.leaves
+
     def conjunction(self, node: All | WindowNode | UntilNode, pattern: NodePattern) -> Tensor:
         if isinstance(node, UntilNode):
             return self._until(node, pattern)
+        if isinstance(node, All) and self.leaf(node):
+            return self._full(reduce(torch.minimum, [self.laid(part, pattern) for part in node.parts]), pattern)
+        if isinstance(node, WindowNode) and self._at_moment(node.body):
+            return self._passed(node, pattern)
         whole = self._conjunction(pattern)
         for part in children(node):
             for ahead in (0,) if isinstance(node, All) else self.ahead(node, pattern):
-                whole.add(self.laid(part, pattern, ahead=ahead), self._reads(part, pattern, ahead), is_leaf(part))
+                whole.add(self.laid(part, pattern, ahead=ahead), self._reads(part, pattern, ahead), self.leaf(part))
         return whole.value()
+
+    def _at_moment(self, part: Node) -> bool:
+        """Whether a part is a leaf whose every value reads the waypoint at its own moment and at no other."""
+        below = self.patterns.of.get(part)
+        return self.leaf(part) and below is not None and below.low == below.high == 0 and bool(below.nonzero.all())
+
+    def _passed(self, node: WindowNode, pattern: NodePattern) -> Tensor:
+        """``always`` over such a part, by rule II alone: what the part is worth at the waypoint's moment."""
+        here = slice(pattern.first, pattern.first + pattern.steps)
+        still = self.unmoved.spread(self._rows(self.standard[node], pattern.rows))[:, :, here, None, None]
+        value, part, below = self._full(still, pattern).clone(), self.values[node.body], self.patterns.of[node.body]
+        for offset in self.ahead(node, pattern):
+            count, first = self._steps(pattern, offset), pattern.first + offset - below.first
+            value[:, :, :count, offset - pattern.low] = part[:, :, first : first + count, 0]
+        return value
 
     def _until(self, node: UntilNode, pattern: NodePattern) -> Tensor:
         """``until``, or where ``every`` its dual: from the last step of the window to the first."""
@@ -64,7 +89,7 @@ class PaperRules(Perturbed):
 
     def _and(self, part: Node, ahead: int, pattern: NodePattern, later: Tensor, nonzero: Flags) -> Reading:
         both = self._conjunction(pattern)
-        both.add(self.laid(part, pattern, ahead=ahead), self._reads(part, pattern, ahead), is_leaf(part))
+        both.add(self.laid(part, pattern, ahead=ahead), self._reads(part, pattern, ahead), self.leaf(part))
         both.add(later, nonzero, False)
         return both.value(), both.nonzero
 
@@ -125,13 +150,6 @@ class Conjunction:
         mean = torch.where(unlimited, self.least, self.total / self.count.clamp(min=1.0))
         above = torch.where(_tensor(self.nonzero, mean.device), mean, self.least)
         return torch.where(_tensor(self.leaves, mean.device), self.passed, above)
-
-
-def is_leaf(node: Node) -> bool:
-    """Neither a conjunction nor a disjunction."""
-    while isinstance(node, At):
-        node = node.body
-    return isinstance(node, Not | LeafNode | NeighbourNode | RouteNode)
 
 
 def _tensor(nonzero: Flags, device: torch.device) -> Tensor:

@@ -1,8 +1,12 @@
-"""Optimistic truncation of goals to the agents planned so far: the others count as the best there is.
+"""Goals of the agents planned so far, in two readings of those who are not.
 
+*Optimistic*, by which candidates are given up: the others count as the best there is.
 Negations are at the leaves, so a formula is worth no less where every margin that reads an agent not
 planned yet holds without limit. A goal that fails all the same cannot be kept by planning the
-others; only then is a partial team given up. One exception: ``connected`` is asked of the planned
+others; only then is a partial team given up. *As a whole*, by which candidates are guided and compared: the planned
+agents are the team, so what asks for some agent asks for one of them. "In the region, or some agent outside it"
+holds of any part of a team by the first, for it may be one who is still to come who is outside; by the second
+it asks the region of those who are planned. One exception in both: ``connected`` is asked of the planned
 agents among themselves, which the sequence makes possible and a bound could not guide. What reads the steps before,
 a resource or a flag, is left to the polish too: a waypoint that is moved has no value of its own for it.
 
@@ -45,18 +49,23 @@ KNOWN, UNKNOWN = -1, -2
 
 
 def about(
-    goals: Iterable[Node], planned: frozenset[int], choices: Choices, newest: int | None = None
+    goals: Iterable[Node],
+    planned: frozenset[int],
+    choices: Choices,
+    newest: int | None = None,
+    as_whole: bool = False,
 ) -> tuple[Node, ...]:
     """The goals for these agents alone; those that they cannot break are left out.
 
     Args:
         choices: what a witness decided; the goals ask for it then, and for nothing else.
+        as_whole: of what asks for some agent, those who are not planned are left out, unless nobody else is asked.
         newest: of the planned agents the one that is being moved: ``connected``
             becomes a link of its own to any other, which takes a fraction of
             the work and is the same where the others are connected already.
     """
     roots = tuple(goals)
-    made = _Prefix(postorder(roots), roots, planned, choices, newest).made
+    made = _Prefix(postorder(roots), roots, planned, choices, newest, as_whole).made
     return tuple(goal for root in roots if (goal := made[root]) is not HOLDS)
 
 
@@ -68,8 +77,9 @@ class _Prefix:
         planned: frozenset[int],
         choices: Choices,
         newest: int | None,
+        as_whole: bool,
     ) -> None:
-        self.planned, self.newest = planned, newest
+        self.planned, self.newest, self.as_whole = planned, newest, as_whole
         self.chosen: dict[tuple[Node, int], set[int]] = {}
         for (node, agent, step), choice in choices.items():
             moved = choice - step if isinstance(node, WindowNode | UntilNode) else choice
@@ -124,13 +134,23 @@ class _Prefix:
             case All():
                 return _all(parts)
             case Any():
-                return _any(parts) if only is None else parts[only]
+                return _any(self._asked(node, parts)) if only is None else parts[only]
             case AtLeast(count):
                 return _at_least(count, parts)
             case At():
                 return HOLDS if parts[0] is HOLDS else rebuilt(node, parts)
             case _:
                 assert_never(node)
+
+    def _asked(self, node: Any, parts: tuple[Node, ...]) -> tuple[Node, ...]:
+        """The parts of a disjunction without what asks nothing but somebody who is no part of the team."""
+        if not self.as_whole:
+            return parts
+        each = zip(children(node), parts, strict=True)
+        return tuple(made for part, made in each if made is not HOLDS or not self._of_another(part)) or parts
+
+    def _of_another(self, part: Node) -> bool:
+        return isinstance(part, At) and part.agent not in self.planned
 
     def _windowed(self, node: WindowNode | UntilNode, parts: tuple[Node, ...], only: int | None) -> Node:
         """``only`` is how many steps ahead a witness has the end of ``Eventually`` or ``Until``."""

@@ -20,12 +20,15 @@ from torch import Tensor
 CHECKED_EVERY = 5
 """Rounds between two looks at the marginals; each look waits for the device."""
 
+LEAST_EXPONENT = 40.0
+"""Costs that differ by more regularisers than this are scaled as logarithms; exp(-40) squared is still a float32."""
+
 
 def sinkhorn(costs: Tensor, regulariser: float, tolerance: float = 1e-4, limit: int = 200) -> Tensor:
     """The plan of least cost minus entropy whose marginals are both uniform.
 
-    Sinkhorn's iteration on logarithms, so that no regulariser under- or
-    overflows. The whole batch stops at once.
+    Sinkhorn's iteration, by scaling rows and columns of exp(-costs / regulariser); on logarithms where that would
+    underflow. The whole batch stops at once.
 
     Args:
         costs: (batch, steps, directions), finite.
@@ -39,10 +42,31 @@ def sinkhorn(costs: Tensor, regulariser: float, tolerance: float = 1e-4, limit: 
         1/steps, to rounding; a direction's sum to 1/directions, to ``tolerance``
         unless ``limit`` came first.
     """
-    steps, ways = costs.shape[1:]
-    kernel = costs / -regulariser
-    row = torch.zeros_like(costs[:, :, :1])
-    column = torch.zeros_like(costs[:, :1, :])
+    kernel = (costs - costs.amin(2, keepdim=True)) / -regulariser
+    if float(kernel.min()) > -LEAST_EXPONENT:
+        return _by_scaling(kernel.exp(), tolerance, limit)
+    return _by_logarithms(kernel, tolerance, limit)
+
+
+def _by_scaling(kernel: Tensor, tolerance: float, limit: int) -> Tensor:
+    steps, ways = kernel.shape[1:]
+    turned = kernel.mT.contiguous()
+    row = kernel.new_full((len(kernel), steps, 1), 1.0 / steps)
+    column = torch.zeros_like(turned[:, :, :1])
+    for done in range(1, limit + 1):
+        column = 1.0 / (ways * (turned @ row))
+        row = 1.0 / (steps * (kernel @ column))
+        if done % CHECKED_EVERY == 0:
+            received = column * (turned @ row)
+            if float((received - 1 / ways).abs().sum(1).max()) <= tolerance:
+                break
+    return kernel * row * column.mT
+
+
+def _by_logarithms(kernel: Tensor, tolerance: float, limit: int) -> Tensor:
+    steps, ways = kernel.shape[1:]
+    row = torch.zeros_like(kernel[:, :, :1])
+    column = torch.zeros_like(kernel[:, :1, :])
     for done in range(1, limit + 1):
         column = -math.log(ways) - torch.logsumexp(kernel + row, dim=1, keepdim=True)
         row = -math.log(steps) - torch.logsumexp(kernel + column, dim=2, keepdim=True)

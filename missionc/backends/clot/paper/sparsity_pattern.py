@@ -18,8 +18,8 @@ from missionc.backends.clot.cost_graph.cost_graph import signed_predicate
 from missionc.base.trace import Flags
 from missionc.ir import Graph, Predicate
 from missionc.kernel.analysis import same_for_all
-from missionc.kernel.nodes import At, Atom, Node, Not
-from missionc.kernel.walk import Ask, asks, graph_of, postorder
+from missionc.kernel.nodes import At, Atom, Node, Not, UntilNode, WindowNode
+from missionc.kernel.walk import Ask, asks, children, graph_of, postorder
 
 Rows: TypeAlias = tuple[int, ...] | None
 """Agents whose value changes; None where a value is the team's."""
@@ -59,6 +59,7 @@ class SparsityPattern:
         order: every formula below the goals once, each after those below it.
         needed: the first and the last step at which each formula's value is needed.
         of: of the formulas that can change at all.
+        leaves: the formulas of one moment, and those over links.
     """
 
     goals: tuple[Node, ...]
@@ -66,6 +67,7 @@ class SparsityPattern:
     agent: int
     needed: dict[Node, tuple[int, int]]
     of: dict[Node, NodePattern]
+    leaves: frozenset[Node]
 
 
 def sparsity_pattern(goals: Iterable[Node], agent: int, agents: int, steps: int) -> SparsityPattern:
@@ -84,7 +86,17 @@ def sparsity_pattern(goals: Iterable[Node], agent: int, agents: int, steps: int)
             pattern = _pattern(node, agent, agents, steps, needed[node], known, team[node])
             if pattern is not None:
                 known[node] = pattern
-    return SparsityPattern(wanted, order, agent, needed, known)
+    return SparsityPattern(wanted, order, agent, needed, known, _leaves(order))
+
+
+def _leaves(order: Sequence[Node]) -> frozenset[Node]:
+    """Formulas without windows, or over links."""
+    leaves: set[Node] = set()
+    for node in order:
+        timed = isinstance(node, WindowNode | UntilNode)
+        if graph_of(node) or not (timed or any(part not in leaves for part in children(node))):
+            leaves.add(node)
+    return frozenset(leaves)
 
 
 def _needed(goals: tuple[Node, ...], order: Sequence[Node], steps: int) -> dict[Node, tuple[int, int]]:

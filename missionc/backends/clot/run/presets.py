@@ -78,6 +78,7 @@ _PUBLISHED = TransportSettings(iterations=40, coupling=Coupling.SINKHORN)
 
 _PAPER = Preset(
     "paper",
+    hinged=True,
     published=PAPER.many_samples,
     search=SearchSettings(few_samples=96, many_samples=96),
     transport=_PUBLISHED,
