@@ -47,8 +47,8 @@ from missionc.kernel.nodes import All, Always, At, Atom, Eventually, Node, Not, 
 from missionc.pipeline import driver
 from missionc.world.area import Area
 from missionc.world.configuration_space import Atlas
-from missionc.world.signed_distance import signed_distance
 from missionc.world.geodesic_bounds import VisibilityGraph
+from missionc.world.signed_distance import signed_distance
 
 MISSIONS = ROOT / "missions" / "field"
 

@@ -14,7 +14,7 @@ from collections.abc import Sequence
 from missionc.base.late_dataclass import dataclass
 from missionc.base.source import Span
 from missionc.checks.free_space import FreeSpace
-from missionc.checks.least_ways import ROUNDING, LeastWays, reach
+from missionc.checks.least_ways import ROUNDING, reach
 from missionc.checks.literals import Literal, Unbounded
 from missionc.checks.necessary_conditions import Fact, NecessaryConditions
 from missionc.diagnostics.code import BARRED, TOO_FAR
@@ -54,40 +54,38 @@ class Journey:
 
 def check_goals(mission: Mission, kernel: Kernel, ground: FreeSpace) -> list[Diagnostic]:
     """Finishes out of reach of their starts, and requirements out of reach of theirs."""
-    ways = LeastWays(ground)
-    return [*_finishes(mission, ways), *_requirements(mission, kernel, ways)]
+    return [*_finishes(mission, ground), *_requirements(mission, kernel, ground)]
 
 
-def _finishes(mission: Mission, ways: LeastWays) -> list[Diagnostic]:
+def _finishes(mission: Mission, ground: FreeSpace) -> list[Diagnostic]:
     by_place: dict[Span, list[Agent]] = {}
     for agent in mission.agents:
         if agent.finish is not None:
             by_place.setdefault(agent.finish.span, []).append(agent)
     findings = []
     for span, agents in by_place.items():
-        late = _late_to_finish(ways, agents)
+        late = _late_to_finish(ground, agents)
         if late:
             findings.append(_finish_too_far(mission, span, late))
     return findings
 
 
-def _late_to_finish(ways: LeastWays, agents: list[Agent]) -> list[Journey]:
+def _late_to_finish(ground: FreeSpace, agents: list[Agent]) -> list[Journey]:
     """From the start to the finish of each agent that cannot be there in time."""
-    finish, atlas, steps = agents[0].finish, ways.ground.atlas, ways.ground.mission.steps
+    finish, atlas, steps = agents[0].finish, ground.atlas, ground.mission.steps
     if isinstance(finish, Anywhere):
-        return late(ways, agents, atlas.outer(finish.region.shape), steps)
+        return _late(ground, agents, atlas.outer(finish.region.shape), steps)
     journeys_to = (
-        late(ways, [agent], atlas.point(agent.finish.point), steps)
+        _late(ground, [agent], atlas.point(agent.finish.point), steps)
         for agent in agents
         if isinstance(agent.finish, Exactly)
     )
     return [journey for journeys in journeys_to for journey in journeys]
 
 
-def _requirements(mission: Mission, kernel: Kernel, ways: LeastWays) -> list[Diagnostic]:
+def _requirements(mission: Mission, kernel: Kernel, ground: FreeSpace) -> list[Diagnostic]:
     if not mission.agents:
         return []
-    ground = ways.ground
     places, necessary = ground.places(mission.agents), NecessaryConditions.of(mission, kernel)
     findings: list[Diagnostic] = []
     for requirement in kernel.requirements:
@@ -104,17 +102,16 @@ def _requirements(mission: Mission, kernel: Kernel, ways: LeastWays) -> list[Dia
             if empty(area) or disjoint(area, ground.atlas.whole()):
                 continue
             agents = [mission.agents[index] for index in fact.who.agents]
-            missed = late(ways, agents, area, fact.when.high)
+            missed = _late(ground, agents, area, fact.when.high)
             if len(agents) - len(missed) < fact.who.number:
                 seen.add(about)
                 findings.append(_too_far(mission, fact, missed, len(agents)))
     return findings
 
 
-def late(ways: LeastWays, agents: Sequence[Agent], goal: Area, steps: int) -> list[Journey]:
+def _late(ground: FreeSpace, agents: Sequence[Agent], goal: Area, steps: int) -> list[Journey]:
     """The agents that cannot be at a goal within so many steps, with how far, at least, each starts from it."""
-    ground, few = ways.ground, len(agents) <= MANY
-    mission, open_ = ground.mission, agents
+    mission, ways, few, open_ = ground.mission, ground.ways, len(agents) <= MANY, agents
     if few:
         open_ = [agent for agent in agents if not _in_time(ground, agent, goal, reach(mission, agent, steps))]
     missed = {

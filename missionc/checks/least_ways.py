@@ -12,11 +12,10 @@ from itertools import islice
 from typing import TYPE_CHECKING, Any
 
 from missionc.base.late_dataclass import dataclass
-from missionc.checks.free_space import FreeSpace
 from missionc.ir import Agent, Exactly, Mission, Region, Shape, Still, Vector
 from missionc.world.area import SURE, Area
 from missionc.world.clear_ways import ClearWays
-from missionc.world.configuration_space import common
+from missionc.world.configuration_space import Atlas, common
 
 if TYPE_CHECKING:
     from missionc.world.geodesic_bounds import VisibilityGraph
@@ -30,6 +29,10 @@ MOST_SEARCHES = 400
 """Ways that are looked for round obstacles; of more, straight lines are all that is known."""
 
 
+MANY_CORNERS = 400
+"""Corners of obstacles from which on a grid is quicker than their geometry, once that is loaded."""
+
+
 @dataclass(frozen=True, slots=True)
 class Way:
     """At least so many metres, infinite where there is no way; ``bent``: because of obstacles."""
@@ -40,9 +43,15 @@ class Way:
 
 @dataclass(slots=True, eq=False)
 class LeastWays:
-    """The least ways of a mission's agents, each looked for once."""
+    """The least ways of a mission's agents, each looked for once.
 
-    ground: FreeSpace
+    Args:
+        standing: at most the points of the obstacles that never move.
+    """
+
+    mission: Mission
+    atlas: Atlas
+    standing: Area
     starts: dict[Region | Vector, Area] = field(default_factory=dict)
     known: dict[tuple[float, Area, Area, float], Way | None] = field(default_factory=dict)
     clear: dict[float, ClearWays] = field(default_factory=dict)
@@ -51,7 +60,7 @@ class LeastWays:
 
     def start(self, agent: Agent) -> Area:
         """Where an agent starts, at least."""
-        start, atlas = agent.start, self.ground.atlas
+        start, atlas = agent.start, self.atlas
         key = start.point if isinstance(start, Exactly) else start.region
         if key not in self.starts:
             self.starts[key] = atlas.point(key) if isinstance(key, tuple) else atlas.outer(key.shape)
@@ -59,57 +68,64 @@ class LeastWays:
 
     def too_long(self, agent: Agent, start: Area, goal: Area, longest: float) -> Way | None:
         """The least way from a set to another where none is as short as ``longest``; None where one may be."""
-        asked = self._room(agent), start, goal, longest
-        if asked not in self.known:
-            self.known[asked] = self._straight(start, goal, longest) or self.bent(agent, start, goal, longest)
-        return self.known[asked]
+        return self._straight(start, goal, longest) or self.bent(agent, start, goal, longest)
 
     def bent(self, agent: Agent, start: Area, goal: Area, longest: float) -> Way | None:
         """The same of two sets whose straight distance is not too long: the way round the obstacles."""
-        shapes, room = self._standing, self._room(agent)
-        if not shapes or self.searches >= MOST_SEARCHES:
+        if not self._shapes:
+            return None
+        asked = self._room(agent), start, goal, longest
+        if asked not in self.known:
+            self.known[asked] = self._bent(*asked)
+        return self.known[asked]
+
+    def _bent(self, room: float, start: Area, goal: Area, longest: float) -> Way | None:
+        if self.searches >= MOST_SEARCHES:
             return None
         self.searches += 1
         if room not in self.clear:
-            self.clear[room] = ClearWays(self.ground.mission.world, shapes, room)
-        if self.clear[room].found(_places(start), _places(goal), longest * (1 - ROUNDING)):
+            self.clear[room] = ClearWays(self.mission.world, self._shapes, room)
+        places = _places(start), _places(goal), longest * (1 - ROUNDING)
+        graph = self.graphs.get(room)
+        if self.clear[room].found(*places, winding=graph is None or len(graph.points) > MANY_CORNERS):
             return None
-        length = self._geodesic(room, start, goal)
-        return Way(length, bent=True) if length > longest else None
+        if self._geodesic(room, start, goal, longest) <= longest:
+            return None
+        return Way(self._geodesic(room, start, goal, math.inf), bent=True)
 
     def passage(self, agent: Agent, start: Area, goal: Area) -> float:
         """The room of a centre in the widest passage from one set to another, metres, where an agent has no way."""
         from missionc.world.geodesic_bounds import widest_passage  # with shapely
 
         ends = (self._flat(start), self._flat(goal))
-        return widest_passage(self._flat(self.ground.standing), self._room(agent), self._flat(None), *ends)
+        return widest_passage(self._flat(self.standing), self._room(agent), self._flat(None), *ends)
 
     def _straight(self, start: Area, goal: Area, longest: float) -> Way | None:
         if any(goal.depth(place) > SURE - longest for place in _places(start)):
             return None
-        length = self.ground.atlas.distance(start, goal)
+        length = self.atlas.distance(start, goal)
         return Way(length) if longest < length < math.inf else None
 
-    def _geodesic(self, room: float, start: Area, goal: Area) -> float:
+    def _geodesic(self, room: float, start: Area, goal: Area, longest: float) -> float:
         from missionc.world.geodesic_bounds import around  # with numpy and shapely, where no place has shown a way
 
         if room not in self.graphs:
-            self.graphs[room] = around(self._flat(self.ground.standing), room, self._flat(None))
-        return self.graphs[room].geodesic(self._flat(start), self._flat(goal))
+            self.graphs[room] = around(self._flat(self.standing), room, self._flat(None))
+        return self.graphs[room].geodesic(self._flat(start), self._flat(goal), longest)
 
     def _flat(self, area: Area | None) -> Any:
         """The one geometry of an area of the plane, as far as it is in the world; None is the world."""
-        whole = self.ground.atlas.whole()
+        whole = self.atlas.whole()
         return (whole if area is None else common(area, whole)).geometry()[0]
 
     def _room(self, agent: Agent) -> float:
         """Metres that an agent's centre keeps to every obstacle."""
-        return agent.radius + self.ground.mission.clearance
+        return agent.radius + self.mission.clearance
 
     @property
-    def _standing(self) -> tuple[Shape, ...]:
+    def _shapes(self) -> tuple[Shape, ...]:
         """The obstacles that ways go round: those that stand, in the plane."""
-        mission = self.ground.mission
+        mission = self.mission
         if mission.dimension != 2:
             return ()
         return tuple(each.shape for each in mission.obstacles if isinstance(each.motion, Still))

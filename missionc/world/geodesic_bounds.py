@@ -19,6 +19,9 @@ HAIR = 1e-6
 TRIM = 0.05
 """The share of a body's room by which its border may be straightened, inwards, so that rounded corners have few."""
 
+GREED = 3.0
+"""How many times the way left counts where some way will do."""
+
 MOST_PARTS = 8
 """Parts of a set that ways are looked for from and to; of more, their convex hull stands for all."""
 
@@ -53,39 +56,48 @@ class VisibilityGraph:
         tree = shapely.STRtree(shapely.get_parts(shapely.buffer(bodies, -HAIR)))
         return VisibilityGraph(bodies, world, points[within], (before[within], after[within]), tree)
 
-    def geodesic(self, start: shapely.Geometry, goal: shapely.Geometry) -> float:
+    def geodesic(self, start: shapely.Geometry, goal: shapely.Geometry, longest: float = math.inf) -> float:
         """The least length of a way between two sets, outside the insides of bodies, metres; infinite without one.
+
+        One that is longer than ``longest`` is none; where that is given, any other will do and need not be the least.
 
         Each part of a set is taken for its convex hull, and bodies have no points of it: so it may be too short, and is
         never too long.
         """
         pairs = [(here, there) for here in _parts(start) for there in _parts(goal)]
-        return min((self._between(*pair) for pair in pairs), default=math.inf)
+        return min((self._between(*pair, longest) for pair in pairs), default=math.inf)
 
-    def _between(self, start: shapely.Geometry, goal: shapely.Geometry) -> float:
+    def _between(self, start: shapely.Geometry, goal: shapely.Geometry, longest: float) -> float:
         if any(each.geom_type == "Point" and not self.seen(np.array([each]))[0] for each in (start, goal)):
             return float(shapely.distance(start, goal))  # in a body, where no way begins
         ends = [each for each in (start, goal) if each.area > 0 and bool(shapely.intersects(each, self.bodies))]
         if not ends:
-            return self._shortest(start, goal)
-        return VisibilityGraph.of(shapely.difference(self.bodies, shapely.union_all(ends)), self.world)._shortest(
-            start, goal
-        )
+            return self._shortest(start, goal, longest)
+        others = shapely.difference(self.bodies, shapely.union_all(ends))
+        return VisibilityGraph.of(others, self.world)._shortest(start, goal, longest)
 
-    def _shortest(self, start: shapely.Geometry, goal: shapely.Geometry) -> float:
+    def _shortest(self, start: shapely.Geometry, goal: shapely.Geometry, longest: float) -> float:
         """Between convex sets that bodies leave free: a way leaves and enters each where it is nearest to its corner.
 
         Source:
             A* on the visibility graph; Lozano-Pérez and Wesley, 1979.
         """
-        straight = float(shapely.distance(start, goal))
         if self.seen(np.array([shapely.shortest_line(start, goal)]))[0]:
-            return straight
+            return float(shapely.distance(start, goal))
+        if math.isfinite(longest) and (some := self._searched(start, goal, longest, GREED)) <= longest:
+            return some
+        return self._searched(start, goal, longest, 1.0)
+
+    def _searched(self, start: shapely.Geometry, goal: shapely.Geometry, longest: float, greed: float) -> float:
+        """The length of a way over corners, where the way left counts ``greed`` times; of 1, the least."""
         corners = shapely.points(self.points)
-        left = shapely.distance(corners, goal)
-        best = np.where(self.seen(shapely.shortest_line(start, corners)), shapely.distance(start, corners), math.inf)
-        arrives = self.seen(shapely.shortest_line(corners, goal))
-        queue = [(best[each] + left[each], each) for each in np.flatnonzero(np.isfinite(best)).tolist()]
+        left, begun = shapely.distance(corners, goal), shapely.distance(start, corners)
+        near = np.flatnonzero(begun + left <= longest)
+        best, arrives = np.full(len(corners), math.inf), np.zeros(len(corners), dtype=np.bool_)
+        seen = near[self.seen(shapely.shortest_line(start, corners[near]))]
+        best[seen] = begun[seen]
+        arrives[near] = self.seen(shapely.shortest_line(corners[near], goal))
+        queue = [(best[each] + greed * left[each], each) for each in np.flatnonzero(np.isfinite(best)).tolist()]
         heapq.heapify(queue)
         done = np.zeros(len(corners), dtype=bool)
         while queue:
@@ -96,11 +108,11 @@ class VisibilityGraph:
                 return float(best[here] + left[here])
             done[here] = True
             further = best[here] + shapely.distance(corners[here], corners)
-            nearer = np.flatnonzero(~done & (further < best))
+            nearer = np.flatnonzero(~done & (further < best) & (further + left <= longest))
             nearer = nearer[self._bends(here, nearer)]
             for each in nearer[self.seen(shapely.shortest_line(corners[here], corners[nearer]))].tolist():
                 best[each] = further[each]
-                heapq.heappush(queue, (best[each] + left[each], each))
+                heapq.heappush(queue, (best[each] + greed * left[each], each))
         return math.inf
 
     def seen(self, lines: Geometries) -> Flags:
@@ -150,7 +162,7 @@ def _grown(standing: shapely.Geometry, room: float) -> shapely.Geometry:
     if room <= 0:
         return standing
     trim = room * TRIM / 2
-    wide = shapely.buffer(standing, room - trim, quad_segs=8)
+    wide = shapely.buffer(standing, room - trim, quad_segs=1)
     return shapely.buffer(shapely.simplify(wide, trim), -trim, join_style="mitre")
 
 
