@@ -226,7 +226,7 @@ class Causes:
         return Cause(
             CROWDED,
             -1,
-            f"{number:,} agents cannot be there at once",
+            f"there is no room for {number:,} agents at once",
             node.span,
             f"room for {most} at most, whose centres are {metres(spacing)} apart",
             (),

@@ -2,7 +2,7 @@
 
     in   Mission, its Kernel, the FreeSpace
     out  nothing but findings
-    says MC509 MC551 MC552 MC553 MC554 MC555 MC557
+    says MC509 MC551 MC552 MC553 MC554 MC555 MC556 MC557
 
 A requirement is refused where it cannot hold as a whole; an alternative of an `or`, or a preference, is warned of where
 it can never be the one that does.
@@ -14,6 +14,7 @@ from collections.abc import Iterator, Sequence
 
 from missionc.base.source import Span
 from missionc.checks.causes import Cause, Causes
+from missionc.checks.check_passages import check_passages
 from missionc.checks.free_space import FreeSpace
 from missionc.checks.may_analysis import MayAnalysis
 from missionc.diagnostics.code import DEAD_BRANCH
@@ -48,6 +49,8 @@ def check_possible(
             findings.append(_cannot(goal, reasons) if goal.weight is None else _vain(goal, reasons))
         elif not found.dead:
             findings.extend(_dead(causes, goal, chosen))
+    if not has_errors(findings):
+        findings.extend(check_passages(mission, kernel, ground))
     return in_text_order(findings)
 
 

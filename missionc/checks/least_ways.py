@@ -72,7 +72,7 @@ class LeastWays:
 
     def bent(self, agent: Agent, start: Area, goal: Area, longest: float) -> Way | None:
         """The same of two sets whose straight distance is not too long: the way round the obstacles."""
-        if not self._shapes:
+        if not self.shapes:
             return None
         asked = self._room(agent), start, goal, longest
         if asked not in self.known:
@@ -84,7 +84,7 @@ class LeastWays:
             return None
         self.searches += 1
         if room not in self.clear:
-            self.clear[room] = ClearWays(self.mission.world, self._shapes, room)
+            self.clear[room] = ClearWays(self.mission.world, self.shapes, room)
         places = _places(start), _places(goal), longest * (1 - ROUNDING)
         graph = self.graphs.get(room)
         if self.clear[room].found(*places, winding=graph is None or len(graph.points) > MANY_CORNERS):
@@ -123,7 +123,7 @@ class LeastWays:
         return agent.radius + self.mission.clearance
 
     @property
-    def _shapes(self) -> tuple[Shape, ...]:
+    def shapes(self) -> tuple[Shape, ...]:
         """The obstacles that ways go round: those that stand, in the plane."""
         mission = self.mission
         if mission.dimension != 2:
