@@ -233,8 +233,10 @@ class MayAnalysis:
     def _some(self, node: Node, parts: tuple[Node, ...]) -> May:
         below = [self.known[part] for part in parts]
         dead = reduce(and_, (value.dead for value in below), self._everyone)
-        asked = bits_of(tuple(sorted(self.asked[node])))
-        alive = [value for value in below if asked & ~value.dead]
+        alive = below
+        if self.latest:  # else one that is too late for the first step may be the one that holds at a later one
+            asked = bits_of(tuple(sorted(self.asked[node])))
+            alive = [value for value in below if asked & ~value.dead]
         either = self.causes.either([value.places for value in alive])
         agents = set.intersection(*(set(value.others) for value in alive)) if alive else set()
         others = {agent: self.causes.either([value.others[agent] for value in alive]) for agent in sorted(agents)}

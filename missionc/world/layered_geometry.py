@@ -102,13 +102,12 @@ class Layers:
 
     def diameter(self, area: Geometry) -> float:
         """Between the furthest points of an area, at most, metres."""
-        corners = shapely.get_coordinates(shapely.convex_hull(shapely.union_all(area)))
-        if len(corners) == 0:
+        across = _diameter(shapely.convex_hull(shapely.union_all(area)))
+        if self.empty(area):
             return 0.0
-        across = np.linalg.norm(corners[:, None] - corners[None, :], axis=-1).max()
         there = self.heights[~shapely.is_empty(area)]
         climb = float(there[:, 1].max() - there[:, 0].min()) if self.world.dimension == 3 else 0.0
-        return math.hypot(float(across), climb)
+        return math.hypot(across, climb)
 
     def distance(self, first: Geometry, second: Geometry) -> float:
         """Between the nearest points of two areas, at most; infinite where one is empty."""
@@ -222,11 +221,18 @@ class Layers:
         return _array([base if there else NOWHERE for there in within])
 
 
+def _diameter(hull: shapely.Geometry) -> float:
+    corners = shapely.get_coordinates(hull)
+    return float(np.linalg.norm(corners[:, None] - corners[None, :], axis=-1).max()) if len(corners) else 0.0
+
+
 def _most_in(part: shapely.Geometry, spacing: float) -> int:
     """How many points there are in a part of the plane, so far apart, at most."""
     if part.is_empty:
         return 0
     hull = shapely.convex_hull(part)
+    if _diameter(hull) < spacing:
+        return 1
     border = hull.length if hull.area > 0 else 2 * hull.length
     by_hull = 2 / math.sqrt(3) * hull.area / spacing**2 + border / (2 * spacing) + 1
     by_discs = _buffered(part, spacing / 2 * WIDEN).area / (math.pi * spacing**2 / 4)
