@@ -75,12 +75,16 @@ def _late_to_finish(ground: FreeSpace, agents: list[Agent]) -> list[Journey]:
     finish, atlas, steps = agents[0].finish, ground.atlas, ground.mission.steps
     if isinstance(finish, Anywhere):
         return _late(ground, agents, atlas.outer(finish.region.shape), steps)
-    journeys_to = (
-        _late(ground, [agent], atlas.point(agent.finish.point), steps)
-        for agent in agents
-        if isinstance(agent.finish, Exactly)
-    )
-    return [journey for journeys in journeys_to for journey in journeys]
+    return [journey for agent in agents if (journey := _late_to_point(ground, agent, steps))]
+
+
+def _late_to_point(ground: FreeSpace, agent: Agent, steps: int) -> Journey | None:
+    """From the start of an agent to the point where it finishes; None where it may be there in time."""
+    assert isinstance(agent.finish, Exactly)
+    goal, far = agent.finish.point, reach(ground.mission, agent, steps)
+    if isinstance(agent.start, Exactly) and (apart := math.dist(agent.start.point, goal)) > far:
+        return Journey(agent, apart)
+    return next(iter(_late(ground, [agent], ground.atlas.point(goal), steps)), None)
 
 
 def _requirements(mission: Mission, kernel: Kernel, ground: FreeSpace) -> list[Diagnostic]:

@@ -101,7 +101,7 @@ class LeastWays:
         return widest_passage(self._flat(self.standing), self._room(agent), self._flat(None), *ends)
 
     def _straight(self, start: Area, goal: Area, longest: float) -> Way | None:
-        if any(goal.depth(place) > SURE - longest for place in _places(start)):
+        if any(start.depth(place) >= 0 and goal.depth(place) > SURE - longest for place in start.seeds()):
             return None
         length = self.atlas.distance(start, goal)
         return Way(length) if longest < length < math.inf else None

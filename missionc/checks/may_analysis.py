@@ -195,7 +195,7 @@ class MayAnalysis:
         return (1 << len(self.mission.agents)) - 1
 
     def _dead(self, node: Node) -> Bits:
-        """Of one that is asked at no step, nobody."""
+        """The agents that a node is dead of; nobody, of one that is asked at no step."""
         return self.known.get(node, ANYTHING).dead
 
     def _die(self, node: Node, dead: Bits, why: Cause | tuple[Node, ...], alive: May = ANYTHING) -> May:

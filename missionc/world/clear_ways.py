@@ -12,16 +12,17 @@ from dataclasses import field
 from itertools import product
 
 from missionc.base.late_dataclass import dataclass
-from missionc.ir import Ball, Box, Difference, Disc, Intersection, Polygon, Shape, Union, Vector, World
+from missionc.ir import Shape, Vector, World
 from missionc.world import plain_floats
 from missionc.world.area import SURE
+from missionc.world.height_layers import extent
 from missionc.world.plain_floats import Place
 from missionc.world.signed_distance import signed_distance
 
 CELLS = 2500
 """Cells of the grid, about."""
 
-MOST = 1000
+MOST = 2500
 """Places that a search goes on from."""
 
 STRAIGHT = 4
@@ -35,6 +36,9 @@ GREED = 2.0
 
 FAR = 2.0
 """Sides of a cell: room to spare beyond that is not told apart."""
+
+PLANE = ((-math.inf, math.inf),)
+"""The heights of a plane."""
 
 MOVES = tuple(move for move in product((-1, 0, 1), repeat=2) if any(move))
 
@@ -58,7 +62,7 @@ class ClearWays:
         self.pitch = math.sqrt(width * height / CELLS)
         around = self.room + FAR * self.pitch
         for shape in self.shapes:
-            low, high = _box(shape)
+            low, high = extent(shape, PLANE) or (self.world.low, self.world.high)
             first = self._cell(tuple(value - around for value in low))
             last = self._cell(tuple(value + around for value in high))
             for cell in product(*(range(a, b + 1) for a, b in zip(first, last, strict=True))):
@@ -163,19 +167,3 @@ class ClearWays:
 def _open(here: float, there: float, length: float) -> bool:
     """Whether a straight way of that length is clear, by how much room its ends have to spare."""
     return here > SURE and there > SURE and here + there - length > SURE
-
-
-def _box(shape: Shape) -> tuple[Vector, Vector]:
-    """The corners of a box around a shape of the plane."""
-    match shape:
-        case Box(low, high):
-            return low[:2], high[:2]
-        case Disc(centre, radius) | Ball(centre, radius):
-            return (centre[0] - radius, centre[1] - radius), (centre[0] + radius, centre[1] + radius)
-        case Polygon(corners):
-            return tuple(map(min, *corners))[:2], tuple(map(max, *corners))[:2]
-        case Union(left, right):
-            (low, high), (lower, higher) = _box(left), _box(right)
-            return tuple(map(min, low, lower)), tuple(map(max, high, higher))
-        case Intersection(left, _) | Difference(left, _):
-            return _box(left)

@@ -97,7 +97,7 @@ class Layers:
         """
         half = spacing / 2
         if self.world.dimension == 3:
-            return math.floor(self.size(area, half) / (4 / 3 * math.pi * half**3) + CERTAIN)
+            return math.floor(self.size(area, half) / (4 / 3 * math.pi * math.pow(half, 3)) + CERTAIN)
         return sum(_most_in(part, spacing) for part in shapely.get_parts(area[0]))
 
     def diameter(self, area: Geometry) -> float:
@@ -236,7 +236,7 @@ def _most_in(part: shapely.Geometry, spacing: float) -> int:
     border = hull.length if hull.area > 0 else 2 * hull.length
     by_hull = 2 / math.sqrt(3) * hull.area / spacing**2 + border / (2 * spacing) + 1
     by_discs = _buffered(part, spacing / 2 * WIDEN).area / (math.pi * spacing**2 / 4)
-    return math.floor(min(by_hull, by_discs) + CERTAIN)
+    return math.floor(min(float(by_hull), float(by_discs)) + CERTAIN)
 
 
 def _disc(centre: Vector, radius: float, *, outer: bool) -> shapely.Geometry:
