@@ -7,7 +7,7 @@ agents than there is room for, a formation that fits nowhere. Each is said of ou
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import field
 from functools import reduce
 from itertools import combinations
@@ -50,9 +50,14 @@ class Cause:
 
 @dataclass(slots=True, eq=False)
 class Causes:
-    """The causes that are found in a mission."""
+    """The causes that are found in a mission.
+
+    Args:
+        suspecting: a cause is whatever no place shows to be none, so that no geometry is asked; nothing is said of it.
+    """
 
     ground: FreeSpace
+    suspecting: bool = False
     sets: dict[Areas, Area] = field(default_factory=dict)
     unions: dict[tuple[Areas, ...], Areas] = field(default_factory=dict)
     formations: dict[Formation, str | None] = field(default_factory=dict)
@@ -83,6 +88,8 @@ class Causes:
 
     def far(self, node: Node, area: Area, steps: Mapping[int, int]) -> Cause | None:
         """Those who cannot be there by the step given for each; that somebody is elsewhere at the first is not said."""
+        if self.suspecting:
+            return _suspect(self.away((area,), {agent: by for agent, by in steps.items() if by > 0}))
         journeys = []
         for agent, by in sorted(steps.items()):
             if by > 0 and (journey := self._journey(self.mission.agents[agent], area, by)):
@@ -102,17 +109,18 @@ class Causes:
             WIDEN if nearest.barred else "give it more time, raise the top speed, or start nearer",
         )
 
-    def away(self, areas: Areas, steps: Mapping[int, int]) -> int:
+    def away(self, areas: Collection[Area], steps: Mapping[int, int]) -> int:
         """The agents that cannot be in all of these sets by the step given for each, not even at the first."""
         if not areas:
             return 0
-        area = self.common(areas)
+        area = self.common(frozenset(areas))
         late = [self.mission.agents[agent] for agent, by in steps.items() if self._late(agent, area, by)]
         return _bits(late)
 
     def _late(self, agent: int, area: Area, by: int) -> bool:
         who, ways = self.mission.agents[agent], self.ground.ways
-        return ways.too_long(who, ways.start(who), area, reach(self.mission, who, by)) is not None
+        asked = who, ways.start(who), area, reach(self.mission, who, by)
+        return not ways.shown(*asked) and (self.suspecting or ways.too_long(*asked) is not None)
 
     def _journey(self, agent: Agent, area: Area, by: int) -> Journey | None:
         ways = self.ground.ways
@@ -128,6 +136,9 @@ class Causes:
             return None
         here, there, ways = self.common(hold), self.common(end), self.ground.ways
         agents = [self.mission.agents[each] for each in sorted(steps)]
+        if self.suspecting:
+            jumping = [each for each in agents if not ways.shown(each, here, there, reach(self.mission, each, 1))]
+            return _suspect(_bits(jumping))
         tried = [(agent, ways.too_long(agent, here, there, reach(self.mission, agent, 1))) for agent in agents]
         found = [(agent, way) for agent, way in tried if way is not None]
         if not found:
@@ -156,6 +167,8 @@ class Causes:
         area = self.common(areas)
         if area.holds_ball(max(needed.values()) / 2):
             return None
+        if self.suspecting:
+            return _suspect(bits_of(tuple(sorted(fast))))
         wide = self.ground.atlas.diameter(area)
         stuck = [each for each, far in sorted(needed.items()) if far > wide * (1 + ROUNDING) + ROUNDING]
         if not stuck:
@@ -219,6 +232,8 @@ class Causes:
         free = common(area, self.ground.free(min(agent.radius for agent in agents)))
         if free.holds_ball(across * spacing / math.sqrt(2)):
             return None
+        if self.suspecting:
+            return _suspect(-1)
         room = self.ground.atlas.capacity(free, spacing * (1 - ROUNDING) - ROUNDING)
         if room >= number:
             return None
@@ -241,7 +256,7 @@ class Causes:
         if formation not in self.formations:
             from missionc.checks.formation_room import nowhere
 
-            self.formations[formation] = nowhere(self.ground, formation)
+            self.formations[formation] = nowhere(self.ground, formation, suspecting=self.suspecting)
         figure = self.formations[formation]
         if figure is None:
             return None
@@ -254,6 +269,10 @@ class Causes:
             (Label(formation.span, f"with its tolerance of {metres(formation.tolerance)}"),),
             "make the formation smaller, its tolerance larger, or move the obstacles",
         )
+
+
+def _suspect(bits: int) -> Cause | None:
+    return Cause(TOO_FAR, bits, "", None, "", (), "") if bits else None
 
 
 def _least_spacing(mission: Mission, agents: Sequence[int]) -> float:

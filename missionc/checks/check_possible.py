@@ -35,7 +35,7 @@ def check_possible(
     """
     if not mission.agents:
         return []
-    causes = Causes(ground)
+    suspects, causes = Causes(ground, suspecting=True), Causes(ground)
     chosen = _alternatives(kernel)
     wrong = [each.primary.span for each in before if has_errors([each]) and each.primary is not None]
     findings: list[Diagnostic] = []
@@ -44,11 +44,12 @@ def check_possible(
             break
         if any(_within(span, goal.span) for span in wrong):
             continue
-        found = MayAnalysis(causes, goal.formula)
-        if found.dead and (reasons := found.reasons(goal.formula)):
-            findings.append(_cannot(goal, reasons) if goal.weight is None else _vain(goal, reasons))
-        elif not found.dead:
-            findings.extend(_dead(causes, goal, chosen))
+        if MayAnalysis(suspects, goal.formula).dead and (exact := MayAnalysis(causes, goal.formula)).dead:
+            if reasons := exact.reasons(goal.formula):
+                findings.append(_cannot(goal, reasons) if goal.weight is None else _vain(goal, reasons))
+        elif chosen and any(_lost(MayAnalysis(suspects, goal.formula, latest=True), chosen)):
+            ever = MayAnalysis(causes, goal.formula, latest=True)
+            findings.extend(_never(part, reasons) for part in _lost(ever, chosen) if (reasons := ever.reasons(part)))
     if not has_errors(findings):
         findings.extend(check_passages(mission, kernel, ground))
     return in_text_order(findings)
@@ -60,19 +61,12 @@ def _alternatives(kernel: Kernel) -> dict[Node, None]:
     return dict.fromkeys(node for node in written if isinstance(node, Any))
 
 
-def _dead(causes: Causes, goal: Goal, chosen: dict[Node, None]) -> Iterator[Diagnostic]:
-    """The alternatives of a goal that can never be the one that holds, of nobody it is asked of."""
-    if not chosen:
-        return
-    ever = MayAnalysis(causes, goal.formula, latest=True)
+def _lost(ever: MayAnalysis, chosen: dict[Node, None]) -> Iterator[Node]:
+    """The alternatives that can never be the one that holds, of nobody they are asked of; where not all are."""
     for node in chosen:
-        asked = ever.asked.get(node, {}) if node in ever.known else {}
-        parts = [part for part in node.parts if part in ever.known] if isinstance(node, Any) else []
-        for part in parts:
-            if asked and all(ever.known[part].dead >> agent & 1 for agent in asked):
-                reasons = ever.reasons(part)
-                if reasons and not all(ever.known[node].dead >> agent & 1 for agent in asked):
-                    yield _never(part, reasons)
+        if isinstance(node, Any) and node in ever.known:
+            lost = [part for part in node.parts if all(ever.known[part].dead >> each & 1 for each in ever.asked[part])]
+            yield from lost if len(lost) < len(node.parts) else ()
 
 
 def _within(span: Span, goal: Span) -> bool:

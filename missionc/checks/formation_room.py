@@ -28,14 +28,19 @@ HEADINGS = 8
 """Headings in which a place for a formation is looked for in plain numbers."""
 
 
-def nowhere(ground: FreeSpace, formation: Formation) -> str | None:
-    """Why a formation has no place; None where it may have one."""
+def nowhere(ground: FreeSpace, formation: Formation, *, suspecting: bool) -> str | None:
+    """Why a formation has no place; None where it may have one.
+
+    ``suspecting``: only places that show it to have one are looked for, and without them nothing is said of why.
+    """
     mission = ground.mission
     if not formation.edges:
         return None
     layout = _layout(mission, formation)
     if layout is not None and _placed(mission, formation, layout):
         return None
+    if suspecting:
+        return ""
     if (figure := _too_long(mission, formation)) is not None:
         return figure
     if mission.dimension != 2:

@@ -54,6 +54,8 @@ class LeastWays:
     standing: Area
     starts: dict[Region | Vector, Area] = field(default_factory=dict)
     known: dict[tuple[float, Area, Area, float], Way | None] = field(default_factory=dict)
+    found: dict[tuple[float, Area, Area, float], bool] = field(default_factory=dict)
+    """Ways that plain numbers have found, or not."""
     clear: dict[float, ClearWays] = field(default_factory=dict)
     graphs: dict[float, VisibilityGraph] = field(default_factory=dict)
     searches: int = 0
@@ -70,6 +72,12 @@ class LeastWays:
         """The least way from a set to another where none is as short as ``longest``; None where one may be."""
         return self._straight(start, goal, longest) or self.bent(agent, start, goal, longest)
 
+    def shown(self, agent: Agent, start: Area, goal: Area, longest: float) -> bool:
+        """Whether places show, without geometry, that there is a way as short as ``longest``."""
+        if not _near(start, goal, longest):
+            return False
+        return not self.shapes or self._clear_way(self._room(agent), start, goal, longest)
+
     def bent(self, agent: Agent, start: Area, goal: Area, longest: float) -> Way | None:
         """The same of two sets whose straight distance is not too long: the way round the obstacles."""
         if not self.shapes:
@@ -83,15 +91,22 @@ class LeastWays:
         if self.searches >= MOST_SEARCHES:
             return None
         self.searches += 1
-        if room not in self.clear:
-            self.clear[room] = ClearWays(self.mission.world, self.shapes, room)
-        places = _places(start), _places(goal), longest * (1 - ROUNDING)
-        graph = self.graphs.get(room)
-        if self.clear[room].found(*places, winding=graph is None or len(graph.points) > MANY_CORNERS):
+        if self._clear_way(room, start, goal, longest):
             return None
         if self._geodesic(room, start, goal, longest) <= longest:
             return None
         return Way(self._geodesic(room, start, goal, math.inf), bent=True)
+
+    def _clear_way(self, room: float, start: Area, goal: Area, longest: float) -> bool:
+        asked = room, start, goal, longest
+        if asked not in self.found:
+            if room not in self.clear:
+                self.clear[room] = ClearWays(self.mission.world, self.shapes, room)
+            graph = self.graphs.get(room)
+            winding = graph is None or len(graph.points) > MANY_CORNERS
+            places = _places(start), _places(goal), longest * (1 - ROUNDING)
+            self.found[asked] = self.clear[room].found(*places, winding=winding)
+        return self.found[asked]
 
     def passage(self, agent: Agent, start: Area, goal: Area) -> float:
         """The room of a centre in the widest passage from one set to another, metres, where an agent has no way."""
@@ -101,7 +116,7 @@ class LeastWays:
         return widest_passage(self._flat(self.standing), self._room(agent), self._flat(None), *ends)
 
     def _straight(self, start: Area, goal: Area, longest: float) -> Way | None:
-        if any(start.depth(place) >= 0 and goal.depth(place) > SURE - longest for place in start.seeds()):
+        if _near(start, goal, longest):
             return None
         length = self.atlas.distance(start, goal)
         return Way(length) if longest < length < math.inf else None
@@ -134,6 +149,11 @@ class LeastWays:
 def reach(mission: Mission, agent: Agent, steps: int) -> float:
     """How far an agent gets in so many steps, metres, with what rounding may add."""
     return agent.dynamics.top_speed * steps * mission.step * (1 + ROUNDING) + ROUNDING
+
+
+def _near(start: Area, goal: Area, longest: float) -> bool:
+    """Whether a place of the one set is surely so near to the other, on a straight line."""
+    return any(start.depth(place) >= 0 and goal.depth(place) > SURE - longest for place in start.seeds())
 
 
 def _places(area: Area) -> tuple[Vector, ...]:

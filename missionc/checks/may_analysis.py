@@ -210,8 +210,10 @@ class MayAnalysis:
             return self._die(node, self._everyone, cause) if cause else ANYTHING
         ground = self.causes.ground
         area = ground.places(self.mission.agents).rule(Literal(predicate, holds)).within
-        if isinstance(area, Unbounded) or empty(area) or disjoint(area, ground.atlas.whole()):
+        if isinstance(area, Unbounded):
             return ANYTHING
+        if not self.causes.suspecting and (empty(area) or disjoint(area, ground.atlas.whole())):
+            return ANYTHING  # said of the region itself
         cause = self.causes.far(node, area, self.asked[node])
         here = May(0, frozenset((area,)))
         return self._die(node, cause.bits, cause, here) if cause else here
@@ -234,7 +236,8 @@ class MayAnalysis:
         below = [self.known[part] for part in parts]
         dead = reduce(and_, (value.dead for value in below), self._everyone)
         alive = below
-        if self.latest:  # else one that is too late for the first step may be the one that holds at a later one
+        # One that is too late for the first step may be the one that holds at a later step.
+        if self.latest and not self.causes.suspecting:
             asked = bits_of(tuple(sorted(self.asked[node])))
             alive = [value for value in below if asked & ~value.dead]
         either = self.causes.either([value.places for value in alive])
@@ -276,7 +279,7 @@ class MayAnalysis:
         restless = self.causes.restless(node, hold.places, stay) if node.low > 1 else None
         stuck = hold.dead | (jump.bits if jump else 0)
         if node.low == 0:  # the end may hold at once, and then nothing else is asked
-            stuck &= self.causes.away(end.places, steps)
+            stuck = stuck and stuck & self.causes.away(end.places, steps)
             here = May(0, self.causes.either([hold.places, end.places]))
         else:
             here = hold
