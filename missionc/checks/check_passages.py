@@ -18,7 +18,7 @@ from missionc.checks.causes import Causes
 from missionc.checks.formation_room import parted
 from missionc.checks.free_space import FreeSpace
 from missionc.checks.literals import Unbounded
-from missionc.checks.may_analysis import MayAnalysis
+from missionc.checks.may_analysis import MayAnalysis, telling
 from missionc.checks.necessary_conditions import Fact, NecessaryConditions
 from missionc.diagnostics.code import STUCK
 from missionc.diagnostics.model import Diagnostic, Label
@@ -102,7 +102,7 @@ def _of_until(goal: Goal, node: Until, ground: FreeSpace) -> Iterator[Convoy]:
     if not kept:
         return
     causes = Causes(ground)
-    value = MayAnalysis(causes, goal.formula).known.get(node.end)
+    value = MayAnalysis(causes, goal.formula, telling((goal.formula,))).known.get(node.end)
     for part in kept:
         formation = part.predicate.formation if isinstance(part, Atom) else None
         there = {} if value is None or formation is None else value.others

@@ -16,7 +16,7 @@ from missionc.base.source import Span
 from missionc.checks.causes import Cause, Causes
 from missionc.checks.check_passages import check_passages
 from missionc.checks.free_space import FreeSpace
-from missionc.checks.may_analysis import MayAnalysis
+from missionc.checks.may_analysis import MayAnalysis, telling
 from missionc.diagnostics.code import DEAD_BRANCH
 from missionc.diagnostics.model import Diagnostic, Label, has_errors
 from missionc.diagnostics.text_order import in_text_order
@@ -37,18 +37,19 @@ def check_possible(
         return []
     suspects, causes = Causes(ground, suspecting=True), Causes(ground)
     chosen = _alternatives(kernel)
+    told = telling(goal.formula for goal in (*kernel.requirements, *kernel.preferences))
     wrong = [each.primary.span for each in before if has_errors([each]) and each.primary is not None]
     findings: list[Diagnostic] = []
     for goal in (*kernel.requirements, *kernel.preferences):
         if len(findings) >= MOST_FINDINGS:
             break
-        if any(_within(span, goal.span) for span in wrong):
+        if goal.formula not in told or any(_within(span, goal.span) for span in wrong):
             continue
-        if MayAnalysis(suspects, goal.formula).dead and (exact := MayAnalysis(causes, goal.formula)).dead:
+        if MayAnalysis(suspects, goal.formula, told).dead and (exact := MayAnalysis(causes, goal.formula, told)).dead:
             if reasons := exact.reasons(goal.formula):
                 findings.append(_cannot(goal, reasons) if goal.weight is None else _vain(goal, reasons))
-        elif chosen and any(_lost(MayAnalysis(suspects, goal.formula, latest=True), chosen)):
-            ever = MayAnalysis(causes, goal.formula, latest=True)
+        elif chosen and any(_lost(MayAnalysis(suspects, goal.formula, told, latest=True), chosen)):
+            ever = MayAnalysis(causes, goal.formula, told, latest=True)
             findings.extend(_never(part, reasons) for part in _lost(ever, chosen) if (reasons := ever.reasons(part)))
     if not has_errors(findings):
         findings.extend(check_passages(mission, kernel, ground))
@@ -65,7 +66,8 @@ def _lost(ever: MayAnalysis, chosen: dict[Node, None]) -> Iterator[Node]:
     """The alternatives that can never be the one that holds, of nobody they are asked of; where not all are."""
     for node in chosen:
         if isinstance(node, Any) and node in ever.known:
-            lost = [part for part in node.parts if all(ever.known[part].dead >> each & 1 for each in ever.asked[part])]
+            known = [part for part in node.parts if part in ever.known]
+            lost = [part for part in known if all(ever.known[part].dead >> each & 1 for each in ever.asked[part])]
             yield from lost if len(lost) < len(node.parts) else ()
 
 

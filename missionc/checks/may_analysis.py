@@ -10,7 +10,7 @@ where one of its parts is. What is asked over links is left to planning. Agents 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import field
 from functools import reduce
 from operator import and_, or_
@@ -36,7 +36,7 @@ from missionc.kernel.nodes import (
     UntilNode,
     WindowNode,
 )
-from missionc.kernel.walk import postorder
+from missionc.kernel.walk import children, postorder
 from missionc.language.walk_formulas import bits_of
 from missionc.world.area import Area
 from missionc.world.configuration_space import disjoint, empty
@@ -74,12 +74,14 @@ class MayAnalysis:
     """The may analysis of one goal's formula.
 
     Args:
+        telling: the nodes that there may be anything to say of (``telling``); all others may hold.
         latest: steps are the last at which a node is ever asked, so that what is dead is never true; else those at
             which it has to hold first, so that more is dead where all is needed.
     """
 
     causes: Causes
     root: Node
+    telling: Collection[Node]
     latest: bool = False
     asked: Asked = field(default_factory=dict)
     known: dict[Node, May] = field(default_factory=dict)
@@ -87,7 +89,7 @@ class MayAnalysis:
     """The cause of a dead node's death, or the nodes below that are it."""
 
     def __post_init__(self) -> None:
-        order = postorder((self.root,))
+        order = postorder((self.root,), self._parts)
         if self._ask(order):
             for node in order:
                 if node in self.asked:
@@ -123,6 +125,8 @@ class MayAnalysis:
         for node in reversed(order):
             here = self.asked.get(node, {})
             for child, ahead, agent in self._below(node) if here else ():
+                if child not in self.telling:
+                    continue
                 there = self.asked.setdefault(child, {})
                 for whose, step in here.items():
                     by = last if ahead is None else min(step + ahead, last)
@@ -135,6 +139,9 @@ class MayAnalysis:
             if left < 0:
                 return False
         return True
+
+    def _parts(self, node: Node) -> tuple[Node, ...]:
+        return tuple(child for child, *_ in self._below(node) if child in self.telling)
 
     def _below(self, node: Node) -> Iterator[tuple[Node, int | None, int | None]]:
         """The nodes below, how many steps ahead each is asked (None: to the last), and of whom (None: of the same)."""
@@ -219,7 +226,7 @@ class MayAnalysis:
         return self._die(node, cause.bits, cause, here) if cause else here
 
     def _enough(self, node: All | AtLeast, count: int, parts: tuple[Node, ...]) -> May:
-        below = [self.known[part] for part in parts]
+        below = [self.known.get(part, ANYTHING) for part in parts]
         asked = bits_of(tuple(sorted(self.asked[node])))
         lost = tuple(part for part, value in zip(parts, below, strict=True) if value.dead & asked)
         dead = _fewer_than(self._everyone, count, [value.dead for value in below])
@@ -233,7 +240,7 @@ class MayAnalysis:
         return self._die(node, dead, lost[:1] if isinstance(node, All) else lost, May(0, places, others))
 
     def _some(self, node: Node, parts: tuple[Node, ...]) -> May:
-        below = [self.known[part] for part in parts]
+        below = [self.known.get(part, ANYTHING) for part in parts]
         dead = reduce(and_, (value.dead for value in below), self._everyone)
         alive = below
         # One that is too late for the first step may be the one that holds at a later step.
@@ -246,7 +253,7 @@ class MayAnalysis:
         return self._die(node, dead, parts, May(0, either, others))
 
     def _at(self, node: Node, agent: int, body: Node) -> May:
-        there = self.known[body]
+        there = self.known.get(body, ANYTHING)
         others = _merged((there, May(0, NOWHERE_KNOWN, {agent: there.places})))
         dead = self._everyone if there.dead >> agent & 1 else 0
         return self._die(node, dead, (body,), May(0, NOWHERE_KNOWN, others))
@@ -290,6 +297,22 @@ class MayAnalysis:
                 return self._die(node, dead, cause, here)
         parts = (node.end,) if end.dead else (node.hold,)
         return self._die(node, dead, parts, here)
+
+
+def telling(roots: Iterable[Node]) -> frozenset[Node]:
+    """The nodes that are, or are made of, what may be dead: what is about an agent's place, or who it is."""
+    found = set[Node]()
+    for node in postorder(roots):
+        match node:
+            case NeighbourNode() | ReachNode() | RouteNode():
+                pass
+            case Atom() | Is() | Not(Atom() | Is()):
+                found.add(node)
+            case _:
+                parts = children(node)
+                if any(part in found for part in parts) or (isinstance(node, Any | AtLeast) and not parts):
+                    found.add(node)
+    return frozenset(found)
 
 
 def _merged(values: list[May] | tuple[May, ...]) -> dict[int, Areas]:

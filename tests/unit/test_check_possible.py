@@ -100,6 +100,13 @@ def test_an_alternative_that_is_too_late_at_first_only_is_not_dead() -> None:
     assert found("require r: drone[0]: always[0, 10 s] ((eventually[0, 1 s] west) or (eventually[0, 1 s] east))") == []
 
 
+def test_what_is_asked_over_links_is_left_open() -> None:
+    graph, late = "graph radio = proximity 2 m", "(eventually[0, 1 s] east)"
+    ((code, *_),) = found(f"require r: drone[0]: {late} or somewhere[hops 1..1 on radio] east", graph)
+    assert code is DEAD_BRANCH
+    assert found("require r: drone[0]: eventually[0, 1 s] somewhere[hops 0..1 on radio] drone", graph) == []
+
+
 def test_a_preference_that_cannot_hold_is_warned_of() -> None:
     ((code, at, _),) = found("prefer p: drone[0]: eventually[0, 1 s] east weight 1")
     assert (code, at) == (DEAD_BRANCH, "east")
