@@ -21,7 +21,6 @@ length over those before.
 from __future__ import annotations
 
 import argparse
-import heapq
 import json
 import math
 import os
@@ -35,15 +34,12 @@ from collections.abc import Iterable, Iterator
 from dataclasses import asdict, dataclass, field, replace
 from itertools import pairwise
 from pathlib import Path
-from typing import TypeAlias
 
 import numpy as np
 import shapely
-from numpy.typing import NDArray
 from response_time import ENVIRONMENT, ROOT
-from shapely.geometry.base import BaseGeometry
 
-from missionc.base.trace import Array, Flags
+from missionc.base.trace import Array
 from missionc.ir import Compare, Inside, Mission, Predicate, Still
 from missionc.ir.agents import Exactly
 from missionc.ir.predicates.features import Coordinate
@@ -51,6 +47,7 @@ from missionc.kernel.nodes import All, Always, At, Atom, Eventually, Node, Not, 
 from missionc.pipeline import driver
 from missionc.world.area import Area
 from missionc.world.configuration_space import Atlas
+from missionc.world.geodesic_bounds import VisibilityGraph
 from missionc.world.signed_distance import signed_distance
 
 MISSIONS = ROOT / "missions" / "field"
@@ -60,11 +57,6 @@ MARGINS = ("requirement", "obstacle", "separation")
 
 PITCH = 0.1
 """Metres between places at which a way may pass a height."""
-
-HAIR = 1e-6
-"""Metres by which a line of sight may cut into an obstacle."""
-
-Geometries: TypeAlias = NDArray[np.object_]
 
 OVERRUN = 90.0
 """Seconds beyond the limit after which a process is ended."""
@@ -134,7 +126,7 @@ class Ground:
 
     mission: Mission
     atlas: Atlas
-    planes: dict[float, Plane] = field(default_factory=dict)
+    planes: dict[float, VisibilityGraph] = field(default_factory=dict)
 
     @staticmethod
     def of(mission: Mission) -> Ground:
@@ -205,83 +197,14 @@ class Ground:
             longest = max(longest, min(map(sum, ways), default=math.inf) - 2 * PITCH)
         return longest
 
-    def plane(self, radius: float) -> Plane:
+    def plane(self, radius: float) -> VisibilityGraph:
         """Where the centre of a body can be, at least: what moves is left out, and corners are cut."""
         room = (radius + float(self.mission.clearance)) * 0.99
         still = [each.shape for each in self.mission.obstacles if isinstance(each.motion, Still)]
         bodies = [self.atlas.inner(shape).geometry()[0].buffer(room, quad_segs=2) for shape in still]
         low, high = self.mission.world.low, self.mission.world.high
         world = shapely.box(low[0] + room, low[1] + room, high[0] - room, high[1] - room)
-        return Plane.of(shapely.union_all(bodies), world)
-
-
-@dataclass(frozen=True, slots=True)
-class Plane:
-    """The corners that shortest ways bend at, each with those beside it, (corners, 2) in metres, and the bodies."""
-
-    points: Array
-    beside: tuple[Array, Array]
-    bodies: shapely.STRtree
-
-    @staticmethod
-    def of(bodies: BaseGeometry, world: BaseGeometry) -> Plane:
-        rings = [shapely.get_coordinates(ring)[:-1] for ring in shapely.get_rings(shapely.get_parts(bodies))]
-        points, before, after = (
-            np.vstack([np.empty((0, 2)), *(np.roll(ring, by, axis=0) for ring in rings)]) for by in (0, 1, -1)
-        )
-        within = shapely.covers(world, shapely.points(points))
-        tree = shapely.STRtree(shapely.get_parts(bodies.buffer(-HAIR)))
-        return Plane(points[within], (before[within], after[within]), tree)
-
-    def seen(self, lines: Geometries) -> Flags:
-        """Which lines meet no inside of a body."""
-        free = np.ones(len(lines), dtype=bool)
-        free[np.unique(self.bodies.query(lines, predicate="intersects")[0])] = False
-        return free
-
-    def bends(self, here: int, there: NDArray[np.intp]) -> Flags:
-        """Between which corners and this one a shortest way may run: its line cuts neither of the two."""
-        line = self.points[there] - self.points[here]
-        sides = [
-            [line[:, 0] * (each - at)[:, 1] - line[:, 1] * (each - at)[:, 0] for each in (before, after)]
-            for at, before, after in (
-                (self.points[[here]], *(side[[here]] for side in self.beside)),
-                (self.points[there], *(side[there] for side in self.beside)),
-            )
-        ]
-        here_free, there_free = (first * second >= -HAIR for first, second in sides)
-        free: Flags = here_free & there_free
-        return free
-
-    def geodesic(self, start: BaseGeometry, goal: BaseGeometry) -> float:
-        """The shortest way between two sets of points in a convex world, outside the insides of bodies, metres.
-
-        Both sets are taken for convex: a way leaves and enters them where they are nearest to its next and last corner.
-        """
-        straight = float(shapely.distance(start, goal))
-        if self.seen(np.array([shapely.shortest_line(start, goal)]))[0]:
-            return straight
-        corners = shapely.points(self.points)
-        left = shapely.distance(corners, goal)
-        best = np.where(self.seen(shapely.shortest_line(start, corners)), shapely.distance(start, corners), math.inf)
-        arrives = self.seen(shapely.shortest_line(corners, goal))
-        queue = [(best[each] + left[each], each) for each in np.flatnonzero(np.isfinite(best)).tolist()]
-        heapq.heapify(queue)
-        done = np.zeros(len(corners), dtype=bool)
-        while queue:
-            _, here = heapq.heappop(queue)
-            if done[here]:
-                continue
-            if arrives[here]:
-                return float(best[here] + left[here])
-            done[here] = True
-            further = best[here] + shapely.distance(corners[here], corners)
-            nearer = np.flatnonzero(~done & (further < best))
-            nearer = nearer[self.bends(here, nearer)]
-            for each in nearer[self.seen(shapely.shortest_line(corners[here], corners[nearer]))].tolist():
-                best[each] = further[each]
-                heapq.heappush(queue, (best[each] + left[each], each))
-        return math.inf
+        return VisibilityGraph.of(shapely.union_all(bodies), world)
 
 
 def compiled(path: Path, limit: float, folder: Path) -> Row:

@@ -1,8 +1,8 @@
-"""Reachability of goals: those that no agent can reach in the time at its top speed.
+"""Reachability of goals: those that no agent can reach in the time at its top speed, and those no passage leads to.
 
-    says MC509
+    says MC509 MC551
 
-The straight line to the goal is the shortest way there is, so nothing is said
+The shortest way to the goal, on a straight line or round the obstacles that stand, is a lower bound, so nothing is said
 of a mission that some plan satisfies.
 """
 
@@ -14,9 +14,10 @@ from collections.abc import Sequence
 from missionc.base.late_dataclass import dataclass
 from missionc.base.source import Span
 from missionc.checks.free_space import FreeSpace
+from missionc.checks.least_ways import ROUNDING, reach
 from missionc.checks.literals import Literal, Unbounded
 from missionc.checks.necessary_conditions import Fact, NecessaryConditions
-from missionc.diagnostics.code import TOO_FAR
+from missionc.diagnostics.code import BARRED, TOO_FAR
 from missionc.diagnostics.model import Diagnostic, Label
 from missionc.ir import Agent, Anywhere, Exactly, Mission, Region
 from missionc.ir.wording import listed, metres, seconds, speed
@@ -25,15 +26,30 @@ from missionc.syntax.tokens import MOST_FINDINGS
 from missionc.world.area import MANY, SURE, Area
 from missionc.world.configuration_space import disjoint, empty
 
-ROUNDING = 1e-9
+THIN = 1e-3
+"""Metres: a passage narrower than that is none."""
+
+WIDEN = "widen a passage, make the body smaller, or start on its other side"
 
 
 @dataclass(frozen=True, slots=True)
 class Journey:
-    """An agent that is at least ``distance`` metres from where it has to be."""
+    """An agent that is at least ``distance`` metres from where it has to be.
+
+    Args:
+        bent: because of obstacles; infinite where there is no way.
+        passage: metres of room that the widest passage there leaves a centre, where it is too narrow.
+    """
 
     agent: Agent
     distance: float
+    bent: bool = False
+    passage: float = 0.0
+
+    @property
+    def barred(self) -> bool:
+        """Whether there is no way at all."""
+        return math.isinf(self.distance)
 
 
 def check_goals(mission: Mission, kernel: Kernel, ground: FreeSpace) -> list[Diagnostic]:
@@ -56,18 +72,19 @@ def _finishes(mission: Mission, ground: FreeSpace) -> list[Diagnostic]:
 
 def _late_to_finish(ground: FreeSpace, agents: list[Agent]) -> list[Journey]:
     """From the start to the finish of each agent that cannot be there in time."""
-    finish, steps = agents[0].finish, ground.mission.steps
+    finish, atlas, steps = agents[0].finish, ground.atlas, ground.mission.steps
     if isinstance(finish, Anywhere):
-        return _late(ground, agents, ground.atlas.outer(finish.region.shape), steps)
-    late: list[Journey] = []
-    for agent in agents:
-        if isinstance(agent.finish, Exactly):
-            if isinstance(agent.start, Exactly):
-                journey = Journey(agent, math.dist(agent.start.point, agent.finish.point))
-                late.extend([journey] if journey.distance > _reach(ground.mission, agent, steps) else [])
-            else:
-                late.extend(_late(ground, [agent], ground.atlas.point(agent.finish.point), steps))
-    return late
+        return _late(ground, agents, atlas.outer(finish.region.shape), steps)
+    return [journey for agent in agents if (journey := _late_to_point(ground, agent, steps))]
+
+
+def _late_to_point(ground: FreeSpace, agent: Agent, steps: int) -> Journey | None:
+    """From the start of an agent to the point where it finishes; None where it may be there in time."""
+    assert isinstance(agent.finish, Exactly)
+    goal, far = agent.finish.point, reach(ground.mission, agent, steps)
+    if isinstance(agent.start, Exactly) and (apart := math.dist(agent.start.point, goal)) > far:
+        return Journey(agent, apart)
+    return next(iter(_late(ground, [agent], ground.atlas.point(goal), steps)), None)
 
 
 def _requirements(mission: Mission, kernel: Kernel, ground: FreeSpace) -> list[Diagnostic]:
@@ -89,30 +106,38 @@ def _requirements(mission: Mission, kernel: Kernel, ground: FreeSpace) -> list[D
             if empty(area) or disjoint(area, ground.atlas.whole()):
                 continue
             agents = [mission.agents[index] for index in fact.who.agents]
-            late = _late(ground, agents, area, fact.when.high)
-            if len(agents) - len(late) < fact.who.number:
+            missed = _late(ground, agents, area, fact.when.high)
+            if len(agents) - len(missed) < fact.who.number:
                 seen.add(about)
-                findings.append(_too_far(mission, fact, late, len(agents)))
+                findings.append(_too_far(mission, fact, missed, len(agents)))
     return findings
 
 
 def _late(ground: FreeSpace, agents: Sequence[Agent], goal: Area, steps: int) -> list[Journey]:
     """The agents that cannot be at a goal within so many steps, with how far, at least, each starts from it."""
-    mission = ground.mission
-    if len(agents) <= MANY:
-        agents = [agent for agent in agents if not _in_time(ground, agent, goal, _reach(mission, agent, steps))]
-    return [
-        journey
-        for journey in journeys(ground, agents, goal)
-        if journey.distance > _reach(mission, journey.agent, steps)
-    ]
+    mission, ways, few, open_ = ground.mission, ground.ways, len(agents) <= MANY, agents
+    if few:
+        open_ = [agent for agent in agents if not _in_time(ground, agent, goal, reach(mission, agent, steps))]
+    missed = {
+        journey.agent.index: journey
+        for journey in (journeys(ground, open_, goal) if open_ else ())
+        if journey.distance > reach(mission, journey.agent, steps)
+    }
+    others = [agent for agent in agents if agent.index not in missed] if few else ()
+    for agent in others:
+        start = ways.start(agent)
+        way = ways.bent(agent, start, goal, reach(mission, agent, steps))
+        if way is not None:
+            passage = ways.passage(agent, start, goal) if math.isinf(way.length) else 0.0
+            missed[agent.index] = Journey(agent, way.length, True, passage)
+    return [missed[agent.index] for agent in agents if agent.index in missed]
 
 
-def _in_time(ground: FreeSpace, agent: Agent, goal: Area, reach: float) -> bool:
-    """Whether the goal is surely no further than ``reach`` metres from where the agent is, or may be, at the start."""
+def _in_time(ground: FreeSpace, agent: Agent, goal: Area, metres_: float) -> bool:
+    """Whether the goal is surely no further, on a straight line, than so much from where the agent is at the start."""
     if isinstance(agent.start, Exactly):
-        return goal.depth(agent.start.point) > SURE - reach
-    return ground.atlas.outer(agent.start.region.shape).witness(lambda place: goal.depth(place) + reach)
+        return goal.depth(agent.start.point) > SURE - metres_
+    return ground.atlas.outer(agent.start.region.shape).witness(lambda place: goal.depth(place) + metres_)
 
 
 def journeys(ground: FreeSpace, agents: Sequence[Agent], goal: Area) -> list[Journey]:
@@ -132,59 +157,71 @@ def journeys(ground: FreeSpace, agents: Sequence[Agent], goal: Area) -> list[Jou
     return [Journey(agent, by_agent[agent.index]) for agent in agents if math.isfinite(by_agent[agent.index])]
 
 
-def _reach(mission: Mission, agent: Agent, steps: int) -> float:
-    """How far an agent gets in so many steps, metres."""
-    return agent.dynamics.top_speed * steps * mission.step * (1 + ROUNDING) + ROUNDING
-
-
 # ------------------------------------------------------------------ messages
 
 
-def _needs(mission: Mission, journey: Journey) -> str:
+def figures(mission: Mission, journey: Journey) -> str:
+    """How far an agent starts from where it has to be, and what that takes."""
     fastest = journey.agent.dynamics.top_speed
+    if journey.barred:
+        return _narrow(mission, journey)
     if fastest <= 0:
         return f"it is {metres(journey.distance)} away and does not move"
     steps = math.ceil(journey.distance / fastest / mission.step - ROUNDING)
-    return f"{metres(journey.distance)} away, which takes {seconds(mission, steps)} at {speed(fastest)}"
+    round_ = " round the obstacles" if journey.bent else ""
+    return f"{metres(journey.distance)} away{round_}, which takes {seconds(mission, steps)} at {speed(fastest)}"
 
 
-def _others(late: list[Journey]) -> tuple[str, ...]:
-    names = [f"`{journey.agent.name}`" for journey in late[1:]]
+def _narrow(mission: Mission, journey: Journey) -> str:
+    needed = f"{metres(journey.agent.radius + mission.clearance)}{' with the clearance' if mission.clearance else ''}"
+    if journey.passage < THIN:
+        return f"obstacles leave no way there for its radius of {needed}"
+    return f"every way there leads within {metres(journey.passage)} of an obstacle; its radius is {needed}"
+
+
+def begins(journey: Journey) -> Label:
+    """Where the journey begins, and how it goes."""
+    how = "" if journey.barred else ", round the obstacles" if journey.bent else ", on a straight line"
+    return Label(journey.agent.start.span, f"from here{how}")
+
+
+def _others(missed: list[Journey]) -> tuple[str, ...]:
+    names = [f"`{journey.agent.name}`" for journey in missed[1:]]
     return (f"neither can {listed(names)}",) if names else ()
 
 
-def _finish_too_far(mission: Mission, span: Span, late: list[Journey]) -> Diagnostic:
-    agent = late[0].agent
+def _finish_too_far(mission: Mission, span: Span, missed: list[Journey]) -> Diagnostic:
+    first = missed[0]
     return Diagnostic(
-        TOO_FAR,
-        f"`{agent.name}` cannot reach its finish by {seconds(mission, mission.steps)}",
-        Label(span, _needs(mission, late[0])),
-        (Label(agent.start.span, "from here"),),
-        _others(late),
-        "lengthen the horizon, raise the top speed, or move the finish nearer",
+        BARRED if first.barred else TOO_FAR,
+        f"`{first.agent.name}` cannot reach its finish"
+        + ("" if first.barred else f" by {seconds(mission, mission.steps)}"),
+        Label(span, figures(mission, first)),
+        (Label(first.agent.start.span, "from here"),),
+        _others(missed),
+        WIDEN if first.barred else "lengthen the horizon, raise the top speed, or move the finish nearer",
     )
 
 
-def _too_far(mission: Mission, fact: Fact, late: list[Journey], agents: int) -> Diagnostic:
-    nearest = min(late, key=lambda journey: journey.distance)
+def _too_far(mission: Mission, fact: Fact, missed: list[Journey], agents: int) -> Diagnostic:
+    nearest = min(missed, key=lambda journey: journey.distance)
     words = " ".join(fact.span.text.split())
     goal = f"be in `{words}`" if words.isidentifier() else f"satisfy `{words}`"
-    by = f"by {seconds(mission, fact.when.high)}"
     if fact.who.number == agents or agents == 1:
-        nearest = late[0]
+        nearest = missed[0]
         who = f"`{nearest.agent.name}` cannot"
-        notes = _others(late)
-    elif len(late) == agents:
+        notes = _others(missed)
+    elif len(missed) == agents:
         who, notes = f"no agent of {_of(fact)} can", (f"`{nearest.agent.name}` is the nearest",)
     else:
-        who, notes = f"only {agents - len(late)} of the {agents} agents of {_of(fact)} can", ()
+        who, notes = f"only {agents - len(missed)} of the {agents} agents of {_of(fact)} can", ()
     return Diagnostic(
-        TOO_FAR,
-        f"{who} {goal} {by}",
-        Label(fact.span, _needs(mission, nearest)),
-        (Label(nearest.agent.start.span, "from here, on a straight line"),),
+        BARRED if nearest.barred else TOO_FAR,
+        f"{who} {goal}" + ("" if nearest.barred else f" by {seconds(mission, fact.when.high)}"),
+        Label(fact.span, figures(mission, nearest)),
+        (begins(nearest),),
         notes,
-        "give it more time, raise the top speed, or start nearer",
+        WIDEN if nearest.barred else "give it more time, raise the top speed, or start nearer",
     )
 
 

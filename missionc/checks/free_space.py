@@ -7,6 +7,7 @@ from dataclasses import field
 from enum import Enum
 
 from missionc.base.late_dataclass import dataclass
+from missionc.checks.least_ways import LeastWays
 from missionc.checks.literals import Places
 from missionc.ir import Agent, Mission, Obstacle, Shape, Still
 from missionc.world.area import Area
@@ -39,8 +40,10 @@ class FreeSpace:
     """At most the points of the obstacles that never move: those that grow, as small as they begin."""
     filled: Area
     """The same, and a hair's breadth around them, which no agent's centre can be in either."""
+    ways: LeastWays
     known_free: dict[tuple[float, float | None], Area] = field(default_factory=dict)
     known_lies: dict[Shape, Lies] = field(default_factory=dict)
+    known_places: dict[tuple[float, float], Places] = field(default_factory=dict)
 
     @staticmethod
     def of(mission: Mission) -> FreeSpace:
@@ -53,7 +56,8 @@ class FreeSpace:
         atlas = Atlas.of(mission.world, shapes)
         still = [obstacle.shape for obstacle in mission.obstacles if isinstance(obstacle.motion, Still)]
         standing = atlas.union([atlas.inner(shape) for shape in still])
-        return FreeSpace(mission, atlas, standing, atlas.grown(standing, _hair(mission), outer=False))
+        filled = atlas.grown(standing, _hair(mission), outer=False)
+        return FreeSpace(mission, atlas, standing, filled, LeastWays(mission, atlas, standing))
 
     def fills(self, obstacle: Obstacle, area: Area) -> bool:
         """Whether an obstacle that stands still covers an area by itself, but for a hair's breadth."""
@@ -77,7 +81,10 @@ class FreeSpace:
     def places(self, agents: Sequence[Agent]) -> Places:
         """Where literals let the centre of any of these agents be."""
         radii = [agent.radius for agent in agents]
-        return Places(self.atlas, min(radii), max(radii))
+        between = min(radii), max(radii)
+        if between not in self.known_places:
+            self.known_places[between] = Places(self.atlas, *between)
+        return self.known_places[between]
 
     def free(self, radius: float, time: float | None = None) -> Area:
         """Where the centre of an agent can be: ever, or (moving obstacles regarded too) at a time, in seconds."""

@@ -115,6 +115,13 @@ NOT_ON_LANES = Code("MC543", "a start or finish that no lane leads to")
 SIGHT_PAST_MOTION = Code("MC530", "a sight past an obstacle that moves")
 RUNS_OUT = Code("MC531", "a resource that runs out")
 ONE_WAY_LAMBDA2 = Code("MC536", "`lambda2` of links that lead one way")
+BARRED = Code("MC551", "a goal that no passage leads to")
+JUMP = Code("MC552", "an `until` that takes a jump")
+RESTLESS = Code("MC553", "a stay that the lowest speed forbids")
+CROWDED = Code("MC554", "more agents than a region has room for")
+NO_FIT = Code("MC555", "a formation that fits nowhere")
+STUCK = Code("MC556", "a formation that fits through no passage")
+DEAD_BRANCH = Code("MC557", "an alternative that can never hold", warning=True)
 
 # 6xx: outcome of planning
 IMPOSSIBLE = Code("MC601", "no plan exists on the roadmap")

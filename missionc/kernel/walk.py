@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 from typing import assert_never
 
@@ -191,7 +191,7 @@ def more_than(most: int, roots: Iterable[Node]) -> bool:
     return len(seen) > most
 
 
-def postorder(roots: Iterable[Node]) -> list[Node]:
+def postorder(roots: Iterable[Node], below: Callable[[Node], tuple[Node, ...]] = children) -> list[Node]:
     """Every node of these formulas once, each after the nodes below it. No formula is too deep for it."""
     order: list[Node] = []
     seen: set[Node] = set()
@@ -203,7 +203,7 @@ def postorder(roots: Iterable[Node]) -> list[Node]:
         elif node not in seen:
             seen.add(node)
             stack.append((node, True))
-            stack.extend((child, False) for child in reversed(children(node)))
+            stack.extend((child, False) for child in reversed(below(node)))
     return order
 
 

@@ -20,6 +20,7 @@ from missionc.checks.check_ends import check_ends
 from missionc.checks.check_headings import check_headings
 from missionc.checks.check_horizons import check_horizons
 from missionc.checks.check_past import check_past
+from missionc.checks.check_possible import check_possible
 from missionc.checks.check_requirements import check_requirements
 from missionc.checks.check_world import check_world
 from missionc.checks.free_space import FreeSpace
@@ -139,6 +140,8 @@ def check(
         findings += check_world(mission, kernel_or_empty, ground)
         if kernel is not None:
             findings += check_requirements(mission, kernel, ground)
+            if ground is not None:
+                findings += check_possible(mission, kernel, ground, findings)
         if backend != ANY_BACKEND:
             choice, more = choose_backend(mission, None if backend == "auto" else backend)
             findings += more

@@ -134,6 +134,14 @@ class Atlas:
         """Square (cubic) metres of the area grown by a margin, at most."""
         return self.layers().size(area.geometry(), margin)
 
+    def capacity(self, area: Area, spacing: float) -> int:
+        """How many points there are in an area, so far apart from each other, at most."""
+        return self.layers().capacity(area.geometry(), spacing)
+
+    def diameter(self, area: Area) -> float:
+        """Between the furthest points of an area, at most, metres; 0 where it is empty."""
+        return self.layers().diameter(area.geometry())
+
     def distance(self, first: Area, second: Area) -> float:
         """Between the nearest points of two areas, at most; infinite where one is empty."""
         return self.layers().distance(first.geometry(), second.geometry())

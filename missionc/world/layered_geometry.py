@@ -27,6 +27,9 @@ Geometry: TypeAlias = NDArray[np.object_]
 SMOOTHED = 0.99
 """GEOS fills dents shallower than a hundredth of a buffer's width, so inner sets are grown by that much less."""
 
+CERTAIN = 1e-9
+"""What a count may be short of a whole number and still be it."""
+
 NOWHERE = shapely.Polygon()
 
 
@@ -82,6 +85,29 @@ class Layers:
         thickness = self.heights[:, 1] - self.heights[:, 0]
         beyond = 2 * margin * shapely.area(shapely.union_all(wide))
         return float(np.sum(shapely.area(wide) * thickness) + beyond)
+
+    def capacity(self, area: Geometry, spacing: float) -> int:
+        """How many points there are in an area, so far apart from each other, at most; infinitely many are not asked.
+
+        Balls of half the spacing around them do not overlap, and are in the area grown by that. In the plane each
+        convex hull of a part holds no more than its area and its border let it, whatever the shape.
+
+        Source:
+            Oler, "An inequality in the geometry of numbers" (1961), for convex sets.
+        """
+        half = spacing / 2
+        if self.world.dimension == 3:
+            return math.floor(self.size(area, half) / (4 / 3 * math.pi * math.pow(half, 3)) + CERTAIN)
+        return sum(_most_in(part, spacing) for part in shapely.get_parts(area[0]))
+
+    def diameter(self, area: Geometry) -> float:
+        """Between the furthest points of an area, at most, metres."""
+        across = _diameter(shapely.convex_hull(shapely.union_all(area)))
+        if self.empty(area):
+            return 0.0
+        there = self.heights[~shapely.is_empty(area)]
+        climb = float(there[:, 1].max() - there[:, 0].min()) if self.world.dimension == 3 else 0.0
+        return math.hypot(across, climb)
 
     def distance(self, first: Geometry, second: Geometry) -> float:
         """Between the nearest points of two areas, at most; infinite where one is empty."""
@@ -193,6 +219,24 @@ class Layers:
         else:
             within = [low <= bottom and high >= top for bottom, top in layers]
         return _array([base if there else NOWHERE for there in within])
+
+
+def _diameter(hull: shapely.Geometry) -> float:
+    corners = shapely.get_coordinates(hull)
+    return float(np.linalg.norm(corners[:, None] - corners[None, :], axis=-1).max()) if len(corners) else 0.0
+
+
+def _most_in(part: shapely.Geometry, spacing: float) -> int:
+    """How many points there are in a part of the plane, so far apart, at most."""
+    if part.is_empty:
+        return 0
+    hull = shapely.convex_hull(part)
+    if _diameter(hull) < spacing:
+        return 1
+    border = hull.length if hull.area > 0 else 2 * hull.length
+    by_hull = 2 / math.sqrt(3) * hull.area / spacing**2 + border / (2 * spacing) + 1
+    by_discs = _buffered(part, spacing / 2 * WIDEN).area / (math.pi * spacing**2 / 4)
+    return math.floor(min(float(by_hull), float(by_discs)) + CERTAIN)
 
 
 def _disc(centre: Vector, radius: float, *, outer: bool) -> shapely.Geometry:

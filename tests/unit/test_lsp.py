@@ -6,6 +6,7 @@ import asyncio
 import re
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -14,7 +15,8 @@ pytest.importorskip("pygls")
 from lsprotocol import types
 
 from missionc.base.limits import Limits
-from missionc.base.source import Span
+from missionc.base.source import Source, Span
+from missionc.cli.app import main
 from missionc.diagnostics.code import CODES
 from missionc.language.operators import OPERATORS
 from missionc.lsp import document_symbols, goto, inlay_hints, quick_fixes
@@ -25,6 +27,7 @@ from missionc.lsp.hover import hover
 from missionc.lsp.positions import Places
 from missionc.lsp.publish_diagnostics import diagnostics
 from missionc.lsp.rename import RefusedError, renamable, rename
+from missionc.pipeline.front_end import check
 from missionc.syntax.format import format_mission
 from missionc.syntax.tokens import WORDS
 from tests.support.check_findings import text
@@ -43,6 +46,19 @@ def fits(part: str) -> list[str]:
 def said(part: str) -> str:
     found = hover(*marked(text(part)))
     return found.contents.value if found and isinstance(found.contents, types.MarkupContent) else ""
+
+
+def test_an_editor_is_told_of_what_no_plan_can_do_and_a_page_of_the_mission_too(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    mission = text("require go: every drone: base until[3 s, 10 s] goal")
+    told = diagnostics(opened(mission), check(Source("sample.mission", mission)).findings)
+    (finding,) = [each for each in told if each.code == "MC552"]
+    assert finding.message.startswith("none of `drone[0]`, `drone[1]` and `drone[2]` can get from one side")
+    file = tmp_path / "a.mission"
+    file.write_text(mission, encoding="utf-8")
+    main(["explain", str(file)])
+    assert "MC552" in capsys.readouterr().err
 
 
 # ----------------------------------------------------------------- positions

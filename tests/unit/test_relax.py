@@ -98,7 +98,7 @@ def test_a_mission_is_changed_where_its_requirements_look_and_nowhere_else() -> 
         ("some drone: eventually[0, 5 s] mast", "the end of `eventually[0, 5 s]` at 6 s instead of 5 s"),
         ("every drone: always[0, 5 s] base", "the end of `always[0, 5 s]` at 4 s instead of 5 s"),
         ("every drone: not eventually[0, 5 s] mast", "the end of `eventually[0, 5 s]` at 4 s instead of 5 s"),
-        ("every drone: base until[0, 5 s] mast", "the end of `until[0, 5 s]` at 6 s instead of 5 s"),
+        ("every drone: (not mast) until[0, 5 s] mast", "the end of `until[0, 5 s]` at 6 s instead of 5 s"),
         ("every drone: mast release[0, 5 s] base", "the end of `release[0, 5 s]` at 4 s instead of 5 s"),
         ("every drone: not everywhere[hops 0..2 on radio] base", "the bound of `[hops 0..2 on radio]` 3 instead of 2"),
         ("every drone: everywhere[hops 0..2 on radio] base", "the bound of `[hops 0..2 on radio]` 1 instead of 2"),
