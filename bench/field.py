@@ -34,6 +34,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import asdict, dataclass, field, replace
 from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import shapely
@@ -207,8 +208,17 @@ class Ground:
         return VisibilityGraph.of(shapely.union_all(bodies), world)
 
 
-def compiled(path: Path, limit: float, folder: Path) -> Row:
-    """A mission planned in a process of its own; the folder is there where there is a plan."""
+@dataclass(frozen=True, slots=True)
+class Run:
+    """One compilation in a process of its own: its JSON document, and its seconds."""
+
+    document: dict[str, Any]
+    processor: float
+    wall: float
+
+
+def run(path: Path, limit: float, folder: Path) -> Run:
+    """A mission compiled as by a user who asks for no advice; the folder is there where there is a plan."""
     command = [sys.executable, "-m", "missionc", "compile", str(path), "-o", str(folder), "--force", "--quiet"]
     command += ["--format", "json", "--explain-limit", "0", "--time-limit", str(limit)]
     begin = time.perf_counter()
@@ -226,8 +236,14 @@ def compiled(path: Path, limit: float, folder: Path) -> Row:
         process.returncode = os.waitstatus_to_exitcode(waited[1])
         said.seek(0)
         text = said.read()
-    document = {"outcome": "overran", "backend": ""} if ended else json.loads(text)
-    return Row(str(document["outcome"]), str(document["backend"] or ""), used.ru_utime + used.ru_stime, wall)
+    document = {"outcome": "overran", "backend": "", "diagnostics": []} if ended else json.loads(text)
+    return Run(document, used.ru_utime + used.ru_stime, wall)
+
+
+def compiled(path: Path, limit: float, folder: Path) -> Row:
+    """What a mission came to, without its plan."""
+    came = run(path, limit, folder)
+    return Row(str(came.document["outcome"]), str(came.document["backend"] or ""), came.processor, came.wall)
 
 
 def measured(path: Path, limit: float) -> Row:

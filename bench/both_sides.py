@@ -1,0 +1,185 @@
+"""Missions that can be and missions that cannot: which answer does each get, from which side, and in what time?
+
+    python bench/both_sides.py [--only NAME …] [--time-limit 20] [--json FILE] [--against FILE] [FILE …]
+
+Each of `missions/both_sides`, or each FILE, is compiled as written, in a process of its own, one after the other,
+without a search for what would help where there is no plan. Its label is in its name: a mission whose name begins with
+``impossible`` is satisfied by no motion of its agents, for the reason in its first lines; all others have a plan. The
+answers:
+
+- *planned*: there is a plan, and it is verified.
+- *impossible*: no motion of these agents satisfies it, whatever the roadmap.
+- *on roadmaps*: the roadmaps that were tried hold no plan; of the mission that says nothing.
+- *by check*: `missionc check` refuses it.
+- *undecided*: none of these, in this time.
+
+*Side* is what gave the answer: the backend of a plan, ``roadmaps``, ``proof`` or ``check``. Seconds of the processor
+are those of the process and its children. *Gap* is of missions that minimize something: what the plan comes to, less
+what every plan is proven to take at least, in steps or metres.
+
+An impossible mission that is planned, and a possible one that is called impossible or is refused by check, are defects,
+of the compiler or of the label: the program ends with status 1 where there are any.
+
+``--json`` keeps what was measured, and ``--against`` such a file adds columns: the answer before, and the seconds of
+the processor over those before.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import statistics
+import sys
+import tempfile
+from collections.abc import Iterable, Iterator
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from field import figure, ratio, run
+from response_time import ROOT
+
+from missionc.checks.lower_bounds import lower_bounds
+from missionc.ir import Objective
+from missionc.pipeline import driver
+
+MISSIONS = ROOT / "missions" / "both_sides"
+
+ROADMAPS = "MC601"
+"""The code of a refusal that is about roadmaps alone."""
+
+STILL = 1e-9
+"""Metres in a step: who goes no further does not move."""
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """What one mission came to; ``gap`` in steps or metres, as ``unit`` says, None where nothing is minimized."""
+
+    possible: bool
+    answer: str
+    side: str
+    processor: float
+    gap: float | None = None
+    unit: str = ""
+
+    @property
+    def planned(self) -> bool:
+        return self.answer == "planned"
+
+    @property
+    def ruled_out(self) -> bool:
+        """The answer is a fact about the mission: nothing satisfies it."""
+        return self.answer in ("impossible", "by check")
+
+    @property
+    def wrong(self) -> bool:
+        """The answer contradicts the label."""
+        return self.ruled_out if self.possible else self.planned
+
+
+def answer(document: dict[str, Any]) -> tuple[str, str]:
+    """The answer of a JSON document, and the side that gave it."""
+    codes = {each["code"] for each in document["diagnostics"] if each["severity"] == "error"}
+    match document["outcome"]:
+        case "planned":
+            return "planned", str(document["backend"])
+        case "refused":
+            return "by check", "check"
+        case "impossible" if ROADMAPS in codes:
+            return "on roadmaps", "roadmaps"
+        case "impossible":
+            return "impossible", "proof"
+        case other:
+            return str(other), ""
+
+
+def measured(path: Path, limit: float) -> Row:
+    """A mission planned, and its plan compared with what is proven of all."""
+    possible = not path.stem.startswith("impossible")
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name) / "plan"
+        came = run(path, limit, folder)
+        row = Row(possible, *answer(came.document), came.processor)
+        if not row.planned:
+            return row
+        plan = json.loads((folder / "plan.json").read_text(encoding="utf-8"))
+    checked = driver.check(path)
+    assert checked.mission is not None
+    assert checked.kernel is not None
+    moves = np.linalg.norm(np.diff([agent["position"] for agent in plan["agents"]], axis=1), axis=-1)
+    proven = lower_bounds(checked.mission, checked.kernel)
+    match checked.mission.objective:
+        case Objective.DURATION:
+            moving = np.flatnonzero((moves > STILL).any(axis=0))
+            return replace(row, gap=float(moving.max(initial=-1) + 1 - proven.steps), unit="steps")
+        case Objective.DISTANCE:
+            return replace(row, gap=float(moves.sum()) - proven.metres, unit="m")
+        case _:
+            return row
+
+
+def line(name: str, row: Row, before: Row | None, compares: bool) -> str:
+    label = "possible" if row.possible else "impossible"
+    gap = "–" if row.gap is None else f"{row.gap:.3g} {row.unit}"
+    cells = [name, label, row.answer + (" (wrong)" if row.wrong else ""), row.side, f"{row.processor:.1f}", gap]
+    if compares:
+        cells += [before.answer if before else "–"]
+        cells += [figure(ratio(row.processor, before.processor if before else None), ".2f")]
+    return f"| {' | '.join(cells)} |"
+
+
+def summary(rows: Iterable[Row]) -> Iterator[str]:
+    """How many of each label got which answer, the time that took, and the gaps."""
+    every = list(rows)
+    for label, ours in (
+        ("impossible", [row for row in every if not row.possible]),
+        ("possible", [row for row in every if row.possible]),
+    ):
+        if ours:
+            answers = sorted({row.answer for row in ours}, key=lambda word: -sum(row.answer == word for row in ours))
+            counts = ", ".join(f"{sum(row.answer == word for row in ours)} {word}" for word in answers)
+            spent = [row.processor for row in ours]
+            yield f"{len(ours)} {label}: {counts}; median {statistics.median(spent):.1f} s, most {max(spent):.1f} s"
+    cannot = [row for row in every if not row.possible]
+    yield f"proven of the impossible: {sum(row.ruled_out for row in cannot)} of {len(cannot)}"
+    yield f"wrong refusals of the possible: {sum(row.wrong for row in every if row.possible)}"
+    yield f"plans of the impossible: {sum(row.wrong for row in cannot)}"
+    yield f"seconds of the processor: median {statistics.median(row.processor for row in every):.2f}"
+    for unit in ("steps", "m"):
+        gaps = [row.gap for row in every if row.unit == unit and row.gap is not None]
+        if gaps:
+            yield f"gap to what is proven, of {len(gaps)}: median {statistics.median(gaps):.3g} {unit}"
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("files", nargs="*", type=Path, metavar="FILE", help="missions in the place of our own")
+    parser.add_argument("--only", nargs="*", metavar="NAME", help="of those, the ones with these words in their names")
+    parser.add_argument("--time-limit", type=float, default=20.0, help="seconds on the wall for each")
+    parser.add_argument("--json", type=Path, metavar="FILE", help="keep what was measured")
+    parser.add_argument("--against", type=Path, metavar="FILE", help="what was kept before, to compare with")
+    arguments = parser.parse_args()
+    kept = json.loads(arguments.against.read_text(encoding="utf-8")) if arguments.against else {}
+    before = {name: Row(**row) for name, row in kept.items()}
+    paths = arguments.files or sorted(MISSIONS.glob("*.mission"))
+    if arguments.only is not None:
+        paths = [path for path in paths if any(word in path.stem for word in arguments.only)]
+    if not paths:
+        parser.error("no mission is called that")
+    heads = ["mission", "label", "answer", "side", "CPU s", "gap", *(["before", "CPU ratio"] if before else [])]
+    print(f"| {' | '.join(heads)} |\n|{'---|' * len(heads)}", flush=True)
+    rows: dict[str, Row] = {}
+    for path in paths:
+        row = rows[path.stem] = measured(path, arguments.time_limit)
+        print(line(path.stem, row, before.get(path.stem), bool(before)), flush=True)
+        if arguments.json:
+            text = json.dumps({name: asdict(each) for name, each in rows.items()}, indent=1)
+            arguments.json.write_text(text + "\n", encoding="utf-8")
+    print("\n" + "\n".join(summary(rows.values())))
+    sys.exit(any(row.wrong for row in rows.values()))
+
+
+if __name__ == "__main__":
+    main()
