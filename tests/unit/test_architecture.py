@@ -42,7 +42,7 @@ def test_what_the_tree_names_is_there(path: str) -> None:
     assert home.exists()
     for folder in re.findall(r"\b(\w+)/", ENTRIES[path]):
         assert (home / folder).is_dir() or (ROOT / folder).is_dir(), folder
-    for module in re.findall(r"(?<![\w*])(?=\w*_)[a-z][a-z_]*\*?", ENTRIES[path]):
+    for module in re.findall(r"(?<![\w*])(?=\w*_)[a-z][a-z_]*(?:\*|\b(?!/))", ENTRIES[path]):
         assert any(home.rglob(f"{module}.py")), module
 
 

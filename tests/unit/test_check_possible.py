@@ -272,6 +272,9 @@ def test_a_clear_way_is_found_round_a_wall_where_it_is_short_enough() -> None:
     assert ways.found([(1.0, 1.0)], [(2.0, 9.5)], 10.0, winding=False)
 
 
-@pytest.mark.parametrize("path", sorted((ROOT / "missions").rglob("*.mission")), ids=lambda path: path.stem)
+PLANNED = sorted(path for path in (ROOT / "missions").rglob("*.mission") if not path.stem.startswith("impossible_"))
+
+
+@pytest.mark.parametrize("path", PLANNED, ids=lambda path: path.stem)
 def test_no_mission_that_is_planned_is_called_impossible(path: Path) -> None:
     assert [each for each in check(path, backend="any").findings if each.code in IMPOSSIBLE] == []

@@ -62,7 +62,8 @@ def test_nobody_is_much_faster_than_it_can_be(speed: str) -> None:
 
 
 def test_there_is_no_way_through_what_stands_from_side_to_side() -> None:
-    _, motion = past(CROSSING.replace("SPEED", "1").replace("(4, 8) to (6, 10)", "(4, 0) to (6, 10)"))
+    near = CROSSING.replace("(8, 4) to (9.5, 6)", "(1, 7) to (2, 8)")
+    _, motion = past(near.replace("SPEED", "1").replace("(4, 8) to (6, 10)", "(4, 0) to (6, 10)"))
     assert motion is None
 
 
