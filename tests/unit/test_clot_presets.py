@@ -294,12 +294,12 @@ def test_a_probe_costs_less_away_from_an_obstacle_and_from_the_others() -> None:
     assert [wanted.name for wanted in build(kernel).requirements] == ["visit", "link"]
 
 
-@pytest.mark.parametrize("hinged", [True, False])
-def test_a_probe_towards_what_a_goal_asks_for_costs_less(hinged: bool) -> None:
+@pytest.mark.parametrize("reward", [0.0, 0.5])
+def test_a_probe_towards_what_a_goal_asks_for_costs_less(reward: float) -> None:
     mission, kernel = checked(PAIR)
     goals = about([wanted.formula for wanted in build(kernel).requirements], frozenset({0}), {}, 0)
     own = parked(mission, [(4.5, 4.0)])[:, 0]
-    cost = ProbeCost(mission, team(mission), 0, (), goals, Surroundings(mission, 2), ProbeWeights(), hinged)
+    cost = ProbeCost(mission, team(mission), 0, (), goals, Surroundings(mission, 2), ProbeWeights(), reward)
     probes = own[:, :, None] + torch.tensor([[0.5, 0.0], [-0.5, 0.0]])
     towards, away = cost(own, probes, torch.zeros(1, 0, mission.steps + 1, 2))[0, 5].tolist()
     assert towards < away

@@ -202,7 +202,7 @@ class Expansion:
         return self.known[key]
 
     def _cost(self, agent: int, others: tuple[int, ...], goals: tuple[kernel.Node, ...]) -> ProbeCost:
-        return ProbeCost(self.mission, self.team, agent, others, goals, self.probed, ProbeWeights(), self.preset.hinged)
+        return ProbeCost(self.mission, self.team, agent, others, goals, self.probed, ProbeWeights(), self.preset.reward)
 
     def _margin(self, agent: int, own: Tensor, joint: Tensor, known: frozenset[int]) -> Tensor:
         others = tuple(sorted(known - {agent}))

@@ -42,7 +42,7 @@ class ProbeCost:
         others: mission indices of the planned agents.
         goals: ``prefix.about`` these and this one.
         around: with two parts to a step.
-        hinged: goals cost what they lack of a margin, each by itself; else minus the mean of their robustness.
+        reward: what a metre of the goals' mean robustness is worth, beside a metre of margin that one of them lacks.
     """
 
     mission: Mission
@@ -52,7 +52,7 @@ class ProbeCost:
     goals: tuple[Node, ...]
     around: Surroundings
     weights: ProbeWeights
-    hinged: bool
+    reward: float
     reads: SparsityPattern = field(init=False)
 
     def __post_init__(self) -> None:
@@ -134,7 +134,7 @@ class ProbeCost:
         return cost + self.weights.bend * ((slope[:, :, None] * moved).sum(dim=-1) + 3 * square)
 
     def _task(self, waypoints: Tensor, probes: Tensor, planned: Tensor) -> Tensor:
-        """-ρ̂ of the goals, or what they lack. Source: [clot] IV-A.2, (6)."""
+        """What each goal lacks, and a share of -ρ̂, the mean of them. Source: [clot] IV-A.2, (6)."""
         if not self.reads.goals:
             return torch.zeros_like(probes[..., 0])
         batch, steps, dim = waypoints.shape
@@ -142,9 +142,8 @@ class ProbeCost:
         position[:, at(self.others, waypoints.device)] = planned
         position[:, self.agent] = waypoints
         values = PaperRules(self.reads, self.team, position, probes).goals().clamp(-UNLIMITED, UNLIMITED)
-        if self.hinged:
-            return self.weights.task * (self.weights.margin - values).clamp_min(0.0).sum(dim=0)
-        return -self.weights.task * values.mean(dim=0)
+        lacks = (self.weights.margin - values).clamp_min(0.0).sum(dim=0)
+        return self.weights.task * (lacks - self.reward * values.mean(dim=0))
 
 
 def _shifted(values: Tensor, by: int) -> Tensor:

@@ -48,7 +48,8 @@ class Preset:
         slack: metres by which a partial team may fail where that follows.
         deviation: of the prior half-way between two ends, for a world 10 m wide, metres.
         settled: an expansion ends once enough candidates hold with something to spare.
-        hinged: goals cost only what they lack, each by itself; else minus the mean of their robustness.
+        reward: what a metre of the goals' mean robustness is worth to a candidate, beside a metre of margin that one of
+            them lacks.
         published: how many trajectories the paper optimises at once on its GPU; 0 where it has no such preset.
     """
 
@@ -60,7 +61,7 @@ class Preset:
     slack: float = 0.0
     deviation: float = 1.5
     settled: bool = False
-    hinged: bool = False
+    reward: float = 0.0
     published: int = 0
     search: SearchSettings = field(default_factory=SearchSettings)
     transport: TransportSettings = field(default_factory=TransportSettings)
@@ -78,7 +79,7 @@ _PUBLISHED = TransportSettings(iterations=40, coupling=Coupling.SINKHORN)
 
 _PAPER = Preset(
     "paper",
-    hinged=True,
+    reward=0.5,
     published=PAPER.many_samples,
     search=SearchSettings(few_samples=96, many_samples=96),
     transport=_PUBLISHED,
@@ -95,7 +96,6 @@ PRESETS = {
             slack=0.1,
             deviation=0.6,
             settled=True,
-            hinged=True,
             search=SearchSettings(wide=2, children=3, few_samples=32, many_samples=32, expansions=6),
             transport=TransportSettings(iterations=20, first_radius=0.5),
         ),
