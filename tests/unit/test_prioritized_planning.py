@@ -32,6 +32,24 @@ VISITS = "require visits: every drone: eventually[0, 12 s] post\n"
 VISIT = "require visit: some drone: eventually[0, 12 s] post\n"
 
 
+HANDOVER = """
+mission handover
+time step 1 s, horizon 30 s
+world (0, 0) to (16, 8)
+region west = box (0, 2) to (3, 6)
+region east = box (13, 2) to (16, 6)
+agent courier { radius 0.2 m  dynamics single_integrator(speed <= 1 m/s)  start at (2, 4) }
+agent guard_w { radius 0.2 m  dynamics single_integrator(speed <= 2 m/s)  start at (3, 7) }
+agent guard_e { radius 0.2 m  dynamics single_integrator(speed <= 2 m/s)  start at (12, 7) }
+require there: courier: eventually[0, 30 s] east
+require escorted: courier: always[0, end] (west or distance(guard_w) <= 3 m or distance(guard_e) <= 3 m)
+require beat_w: guard_w: always[0, end] x <= 8.5 m
+require beat_e: guard_e: always[0, end] x >= 7.5 m
+solve with smt
+"""
+"""Whom nobody escorts all the way is led the way of its own, and the others go by that."""
+
+
 def compiled(text: str, agents: int = 12, seed: int = 0) -> missionc.Compiled:
     return missionc.compile(Source("turns.mission", FIELD.replace("NUMBER", str(agents)) + text), seed=seed)
 
@@ -62,6 +80,13 @@ def test_who_needs_others_on_the_way_is_planned_with_as_few_as_it_takes(in_probl
     assert isinstance(outcome, Verified)
     assert dict(outcome.report.sizes)["turns"] >= 1
     assert 1 < max(in_problem) < 12
+
+
+def test_who_is_escorted_in_turns_leads_and_the_others_go_by_that(in_problem: list[int]) -> None:
+    outcome = missionc.compile(Source("handover.mission", HANDOVER)).outcome
+    assert isinstance(outcome, Verified)
+    assert dict(outcome.report.sizes)["turns"] == 1
+    assert in_problem == [1, 2]
 
 
 def test_what_others_must_not_do_holds_of_the_whole_team() -> None:

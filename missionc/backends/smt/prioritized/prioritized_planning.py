@@ -7,7 +7,8 @@ Few missions need all their agents at once. Those that the requirements need are
 planned group by group, each with the parts that are about agents who are there
 by then; all the others take the shortest way that stays clear. The monitor judges
 the whole. Where a turn finds nothing, more agents take part in it: those nobody
-needs, those whose turn has not come, at last those who were settled before.
+needs, those whose turn has not come, at last those who were settled before. Before that, a leader does what is asked of
+it alone, and all the others go by that.
 That no plan is found in this way says nothing.
 """
 
@@ -183,9 +184,36 @@ class PrioritizedPlanner(SingleAgentPlanning):
             if self.plan_together(together):
                 return together
             self.failures += 1
+            if not helpers and self.plan_around_leader(batch):
+                return self.everyone
             if helpers >= len(more) or self.failures >= FAILURES or not self.affordable or not self.solvers.alive:
                 return NOBODY
             helpers = max(1, 2 * helpers)
+
+    def plan_around_leader(self, leaders: Agents) -> bool:
+        """Settles one of these on the shortest way on which all holds that is asked of it alone, then everybody else.
+
+        So what is asked of several, an escort that takes turns, say, is asked of the others once the leader is known.
+        False where somebody is settled already, where one turn does not hold the others, or where none is found.
+        """
+        if self.reservations.agents or len(self.everyone) - 1 > TOGETHER:
+            return False
+        for leader in sorted(leaders):
+            own = [part for part in self.requirements.parts if part.named == frozenset((leader,))]
+            shared = any(leader in part.named and len(part.named) > 1 for part in self.requirements.parts)
+            if not own or not shared or not self.affordable:
+                continue
+            with self.setting.account.stage("alone"), self.counted(self.single_agent) as search:
+                way = search.way(leader, [part.formula for part in own], self.reservations)
+            if way is None:
+                continue
+            states = np.broadcast_to(way, self.reservations.states.shape)
+            self.reserve(frozenset((leader,)), states, own, alone=True)
+            if self.plan_together(self.everyone - {leader}):
+                return True
+            self.release((leader,))
+            self.failures += 1
+        return False
 
     def plan_together(self, batch: Agents) -> bool:
         """Settles the batch around all who are settled and not in it; whether a way was found."""
