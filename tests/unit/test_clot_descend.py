@@ -43,6 +43,23 @@ require apart: always[0, 6 s] distance(cart[0], cart[1]) >= 0.8
 """
 
 
+def enlarged(times: int) -> str:
+    """``ROUND`` with all lengths and speeds so many times as large."""
+    return f"""\
+mission enlarged
+time step 0.25 s, horizon 6 s
+world (0, 0) to ({10 * times}, {6 * times})
+region goal = box ({7 * times}, {times}) to ({9 * times}, {3 * times})
+obstacle wall = box ({4 * times}, 0) to ({5 * times}, {4 * times})
+team cart[2] {{ radius {0.2 * times} m
+  dynamics double_integrator(speed <= {4 * times} m/s, acceleration <= {4 * times} m/s^2)
+  start at ({times}, {times}), ({times}, {2 * times}) }}
+require visit: eventually[0, 6 s] every cart: goal
+require apart: always[0, 6 s] distance(cart[0], cart[1]) >= {0.8 * times}
+minimize distance
+"""
+
+
 def planned(text: str, seed: int = 0, **overrides: str) -> tuple[Trace, Report]:
     mission, kernel = checked(text, **overrides)
     outcome = BACKEND.plan(mission, kernel, Options(), Budget(time.monotonic() + 120, seed=seed))
@@ -72,6 +89,13 @@ def test_the_least_distance_is_no_more_than_the_tidied_one_and_is_said(monkeypat
     least, report = planned(VISIT + "minimize distance\n", N="3")
     assert travelled(least) <= travelled(tidy)
     assert [note for note in report.notes if note.startswith(f"{travelled(least):.6g} m in all")]
+
+
+@pytest.mark.parametrize("times", [10, 100])
+def test_in_a_larger_world_the_least_distance_is_as_many_times_as_long(times: int) -> None:
+    small, _ = planned(enlarged(1))
+    large, _ = planned(enlarged(times))
+    assert travelled(large) == pytest.approx(times * travelled(small), rel=0.02)
 
 
 def test_the_least_energy_has_less_of_it_than_the_least_distance() -> None:

@@ -19,6 +19,7 @@ import numpy as np
 import piqp
 from scipy import sparse
 
+from missionc.backends.clot.cost_weights import longest_step
 from missionc.backends.clot.optimise.candidate import System
 from missionc.backends.clot.optimise.goal_terms import Demand
 from missionc.backends.clot.optimise.motion_residuals import Costs
@@ -26,12 +27,14 @@ from missionc.backends.clot.optimise.residuals import Rows, rows
 from missionc.base.trace import Array
 
 REACH = 0.4
-"""Metres a coordinate of a control point may move in one program; half as many where that led nowhere."""
+"""Metres a coordinate of a control point may move in one program, for each metre of the longest step of the fastest
+agent, and for one at least; half as many where that led nowhere."""
 
 SHARES = 0.5, 0.25
 """Shares of the way to an answer that still breaks something after all cuts."""
 
 LEAST_REACH = 0.05
+"""Likewise, below which no program is solved any more."""
 
 NEAR = 0.15
 """Metres to spare beyond which a margin is not looked at, before it is broken."""
@@ -68,9 +71,10 @@ def descend(
         cuts: programs solved for one step, each with what the one before it broke.
     """
     system, here = System(costs, control), Vicinity(control, costs, demand)
-    reach = REACH
+    scale = max(1.0, longest_step(costs.mission))
+    reach = REACH * scale
     for left in reversed(range(steps)):
-        if not go_on() or reach < LEAST_REACH or not system.count:
+        if not go_on() or reach < LEAST_REACH * scale or not system.count:
             break
         ahead = here.best(system, reach, cuts)
         if ahead is None:
