@@ -11,9 +11,11 @@ import math
 from typing import TYPE_CHECKING
 
 from missionc.backends.api import NotFound, Outcome, Reason, Report, Turns
+from missionc.ir import Sight
 
 if TYPE_CHECKING:
     from missionc.backends.api import Budget
+    from missionc.ir import Mission
 
 CLAUSE = 1 / 400_000
 """Units of a clause: to build it, and to hand it to a solver."""
@@ -32,6 +34,10 @@ SKETCH, SKETCHED = 0.05, 1e-3
 
 ITERATION, ITERATED = 1e-2, 3e-5
 """Units of an iteration of a polish, and for each agent and step of the motion."""
+
+SEEN = 1e-2
+"""Units of an iteration of a polish, for each shape that lines of sight go past: of every link the place nearest to it
+is looked for."""
 
 SEARCH = 10
 """A search agent by agent takes so many times the units of a sketch."""
@@ -56,9 +62,10 @@ def sketch_work(agent_steps: int) -> float:
     return SKETCH + SKETCHED * agent_steps
 
 
-def polish_work(agent_steps: int, iterations: int) -> float:
-    """Units of so many iterations of a polish of such a motion."""
-    return iterations * (ITERATION + ITERATED * agent_steps)
+def polish_work(mission: Mission, iterations: int) -> float:
+    """Units of so many iterations of a polish of a joint motion."""
+    seen = sum(len(graph.shapes) for graph in mission.graphs if isinstance(graph, Sight))
+    return iterations * (ITERATION + ITERATED * len(mission.agents) * mission.steps + SEEN * seen)
 
 
 def question_work(clauses: int, conflicts: int) -> float:

@@ -27,7 +27,7 @@ from missionc.backends.api import (
 from missionc.backends.options import Options
 from missionc.backends.portfolio.backend import ATTEMPTS, FIRST, TIMES, Engine, PortfolioBackend
 from missionc.backends.smt import backend as smt
-from missionc.backends.work import driven
+from missionc.backends.work import driven, polish_work
 from missionc.base.source import Source
 from missionc.base.trace import Trace
 from missionc.base.units import Seconds
@@ -275,6 +275,15 @@ def test_a_search_agrees_with_itself_whatever_its_turns() -> None:
     assert isinstance(whole, Planned)
     assert isinstance(short, Planned)
     np.testing.assert_array_equal(whole.trace.position, short.trace.position)
+
+
+def test_a_step_of_a_polish_is_more_work_where_lines_of_sight_go_past_more_shapes() -> None:
+    link = "graph eye = {} 8 m\nrequire seen: always[0, 8 s] connected(eye)\n"
+    wall = "obstacle wall = box (8, 0) to (8.2, 1)\n"
+    worlds = [link.format("proximity"), link.format("sight"), link.format("sight") + wall]
+    missions = [check(Source("three.mission", ROUND_A_DISC + more)).mission for more in worlds]
+    links, sight, more = (polish_work(mission, 60) for mission in missions if mission is not None)
+    assert links < sight < more
 
 
 def test_what_roadmaps_do_not_hold_is_planned_all_the_same() -> None:

@@ -271,7 +271,7 @@ class Run:
                 demand, costs = self.wanted(choices, first, more)
                 told = partial(self.tell, "polish", number)
                 polished = polish(control, costs, demand, ITERATIONS, self.in_time, told)
-            self.account.work += polish_work(self.agent_steps, polished.iterations)
+            self.account.work += polish_work(self.mission, polished.iterations)
             self.account.sizes["iterations"] = self.account.sizes.get("iterations", 0) + polished.iterations
             plan = self.judged(polished, trace(mission, made, polished.control), begun)
             if plan is not None:
