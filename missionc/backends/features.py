@@ -53,7 +53,8 @@ class Offer:
         home: the module that has it, as ``BACKEND``.
         package: what has to be installed to load it; empty for nothing.
         extra: the extra of this package that installs that.
-        repeats: the backend whose attempts it makes as well; where that takes turns in a portfolio, it does not.
+        repeats: the backend whose attempts it makes as well; where that takes turns in a portfolio, it comes last and
+            has one turn.
         weighs: whether what it makes least of is so over all options at once, and not of one that it chose before.
         leads: features with which it takes the first turn in a portfolio, whatever the order of the table.
     """

@@ -54,7 +54,10 @@ def load_engines(
     absent = [OFFERS[name] for name, said in lacking.items() if said is not None]
     if len(there) == 1 and not absent:
         return backends[there[0].name]
-    engines = tuple(Engine(offer.name, partial(_loaded, offer)) for offer in there)
+    engines = tuple(
+        Engine(offer.name, partial(_loaded, offer), any(each.name == offer.repeats for each in there))
+        for offer in there
+    )
     return PortfolioBackend(engines, _would_help(absent))
 
 

@@ -89,14 +89,16 @@ def alternative_lines(alternatives: list[AlternativeRow]) -> list[str]:
 
 
 def tried_lines(report: Report) -> list[str]:
-    """What each engine of a portfolio did and said; nothing where there was none."""
-    width = max((len(each.engine) for each in report.tried), default=0)
-    return [f"tried {each.engine:<{width}}  {each}" for each in report.tried]
+    """What each engine of a portfolio did and said that had a turn; nothing where there was none."""
+    had = [each for each in report.tried if each.turns]
+    width = max((len(each.engine) for each in had), default=0)
+    return [f"tried {each.engine:<{width}}  {each}" for each in had]
 
 
 def _several(report: Report) -> list[str]:
     """What each engine did, where more than one had a turn."""
-    return tried_lines(report) if sum(each.turns > 0 for each in report.tried) > 1 else []
+    lines = tried_lines(report)
+    return lines if len(lines) > 1 else []
 
 
 def attempt_lines(name: str, best: Attempt, step: Seconds) -> list[str]:

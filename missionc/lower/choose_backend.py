@@ -62,10 +62,9 @@ def choose_backend(mission: Mission, forced: str | None) -> tuple[Choice | None,
 
 
 def _in_order(able: list[str], required: tuple[Need, ...]) -> tuple[str, ...]:
-    """Who takes the first turn, and who the next: those first that a feature is best given to."""
+    """Who takes the first turn, and who the next: those first that a feature is best given to, who repeats one last."""
     asked = {need.feature for need in required}
-    own = [name for name in able if OFFERS[name].repeats not in able]
-    return tuple(sorted(own, key=lambda name: OFFERS[name].leads.isdisjoint(asked)))
+    return tuple(sorted(able, key=lambda name: (OFFERS[name].repeats in able, OFFERS[name].leads.isdisjoint(asked))))
 
 
 def needs(mission: Mission) -> tuple[Need, ...]:
@@ -239,18 +238,16 @@ def _explain(mission: Mission, forced: str | None, chosen: tuple[str, ...], requ
     lines = [f"backend{'s' if len(chosen) > 1 else ''}: {', '.join(chosen)}", f"because {why}"]
     for name in OFFERS:
         if name not in chosen:
-            lines.extend(_not_taken(name, required, chosen, by_need=by_need))
+            lines.extend(_not_taken(name, required, chosen))
     lines.append("the mission needs:" if required else "the mission needs nothing special")
     lines.extend(f"  {need.feature.value}{_where(need.span)}" for need in required)
     return "\n".join(lines) + "\n"
 
 
-def _not_taken(name: str, required: tuple[Need, ...], chosen: tuple[str, ...], *, by_need: bool) -> Iterator[str]:
+def _not_taken(name: str, required: tuple[Need, ...], chosen: tuple[str, ...]) -> Iterator[str]:
     missing = _missing(name, required)
     if not missing:
-        repeated = OFFERS[name].repeats
-        why = f"{repeated} can too" if by_need and repeated in chosen else f"{chosen[0]} is asked for"
-        yield f"not {name}: it could; {why}"
+        yield f"not {name}: it could; {chosen[0]} is asked for"
         return
     yield f"not {name}: it cannot express"
     for need in missing:

@@ -70,6 +70,7 @@ class Scripted:
     log: list[str]
     wait: Callable[[], None] = lambda: None
     refutes: bool = False
+    repeats: bool = False
     ended: list[str] = field(default_factory=list)
 
     def missing(self, options: Options) -> Diagnostic | None:
@@ -102,7 +103,7 @@ def asked(*engines: Scripted, budget: Budget | None = None) -> Outcome:
     def loaded(engine: Scripted) -> Callable[[], Backend]:
         return lambda: engine
 
-    portfolio = PortfolioBackend([Engine(each.name, loaded(each)) for each in engines])
+    portfolio = PortfolioBackend([Engine(each.name, loaded(each), each.repeats) for each in engines])
     return portfolio.plan(SMALL_CHECKED.mission, SMALL_CHECKED.kernel, Options(), budget or Budget(deadline=1e12))
 
 
@@ -162,6 +163,23 @@ def test_a_refusal_that_took_long_gives_the_others_as_much_again_and_more() -> N
     found = asked(Scripted("smt", [20.0], refused, log), Scripted("clot", [1.0] * 99, PLAN, log))
     assert isinstance(found, Impossible)
     assert log.count("clot") == TIMES * 20.0
+
+
+def test_one_that_repeats_another_has_one_turn_and_none_after_a_refusal() -> None:
+    log: list[str] = []
+    slow = Scripted("clot", [FIRST] * 9, NOTHING, log)
+    found = asked(slow, Scripted("hybrid", [FIRST / 2] * 99, PLAN, log, repeats=True))
+    assert isinstance(found, NotFound)
+    assert log.count("hybrid") == 2
+    log.clear()
+    found = asked(
+        Scripted("smt", [0.1], REFUSED, log),
+        Scripted("clot", [FIRST * 99] * 99, PLAN, log),
+        Scripted("hybrid", [0.1] * 99, PLAN, log, repeats=True),
+    )
+    assert isinstance(found, Impossible)
+    assert found.statement == f"{REFUSED.statement}; clot found none in {ATTEMPTS} attempts"
+    assert "hybrid" not in log
 
 
 def test_a_refusal_is_no_answer_where_time_ended_the_others() -> None:
@@ -295,7 +313,7 @@ def test_what_roadmaps_do_not_hold_is_planned_all_the_same() -> None:
     assert isinstance(again.outcome, Verified)
     assert first.outcome.plan.backend == "clot"
     assert first.outcome.files == again.outcome.files
-    assert [each.says for each in first.outcome.report.tried][1:] == ["a plan"]
+    assert [each.says for each in first.outcome.report.tried][1:] == ["a plan", "not asked"]
 
 
 def test_a_plan_that_is_not_verified_ends_only_the_engine_that_found_it(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -314,6 +332,6 @@ def test_a_plan_that_is_not_verified_ends_only_the_engine_that_found_it(monkeypa
     assert found.outcome.plan.backend != "smt"
     assert found.outcome.report.tried[0].engine == "smt"
     assert found.outcome.report.tried[0].says == "a plan that does not pass verification"
-    assert found.outcome.report.tried[-1].says == "a plan"
+    assert [each.says for each in found.outcome.report.tried].count("a plan") == 1
     alone = compile(source, backend="smt", time_limit=Seconds(60))
     assert [each.code for each in alone.findings] == [NOT_VERIFIED]

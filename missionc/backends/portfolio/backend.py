@@ -39,7 +39,8 @@ FIRST, LONGER = 4.0, 2.0
 """The units of ``work`` that each engine may have done after its first turn; so many times as many after the next."""
 
 ATTEMPTS, TIMES = 3, 2.0
-"""Where roadmaps hold no plan, each other engine has so many attempts and so many times the work of the refusal."""
+"""Where roadmaps hold no plan, each other engine has so many attempts and so many times the work of the refusal. One
+that repeats another has its first turn alone, and none after a refusal."""
 
 WORST = (Reason.TIME, Reason.MEMORY, Reason.SIZE, Reason.SOLVER, Reason.NO_ROADMAP)
 """Reasons for no answer: that of the portfolio is the first of these that an engine gave."""
@@ -47,10 +48,11 @@ WORST = (Reason.TIME, Reason.MEMORY, Reason.SIZE, Reason.SOLVER, Reason.NO_ROADM
 
 @dataclass(frozen=True, slots=True)
 class Engine:
-    """A backend that takes turns: its name, and what loads it."""
+    """A backend that takes turns: its name, what loads it, and whether it makes the attempts of another one as well."""
 
     name: str
     load: Callable[[], Backend]
+    repeats: bool = False
 
 
 @dataclass(slots=True)
@@ -131,6 +133,8 @@ class Run:
 
     def had_chance(self, refused: float) -> bool:
         """Whether it has tried long enough, where roadmaps were refused with so many units of work."""
+        if self.engine.repeats:
+            return self.work >= FIRST or refused < math.inf
         return self.attempts >= ATTEMPTS and self.work >= TIMES * refused
 
     def begun(self) -> Turns:
@@ -222,7 +226,9 @@ def _together(runs: list[Run]) -> Impossible | NotFound:
     for run in runs:
         if run.refusal is not None and Reason.TIME not in reasons:
             others = [
-                f"{other.name} found none in {counted(other.attempts, 'attempt')}" for other in runs if other is not run
+                f"{other.name} found none in {counted(other.attempts, 'attempt')}"
+                for other in runs
+                if other is not run and other.count
             ]
             refused = replace(run.refusal, statement="; ".join([run.refusal.statement, *others]))
             return replace(refused, report=replace(refused.report, engine=run.name))
