@@ -119,7 +119,9 @@ def asked(
     motion = lower_motion(case.roadmaps, all_ways(case.roadmaps, {}), cast, clauses)
     goals = form(Kernel((Goal("holds", node, SPAN), Goal("fails", negated(node), SPAN)), ())).requirements
     try:
-        lowered = lower(goals, case.mission, motion, clauses, Occupancy(motion, clauses), case.most_links)
+        lowered = lower(
+            goals, Labels(case.mission, motion.roadmaps), motion, clauses, Occupancy(motion, clauses), case.most_links
+        )
     except Unexpressible:
         assume(False)
     solver = CaDiCaL()

@@ -17,6 +17,7 @@ from missionc.backends.smt.encode.lower import Lowered, lower
 from missionc.backends.smt.encode.lower_motion import Motion, all_ways, lower_motion
 from missionc.backends.smt.encode.occupancy import Occupancy
 from missionc.backends.smt.refine.lazy_constraints import LazyConstraints
+from missionc.backends.smt.roadmap.labels import Labels
 from missionc.backends.smt.roadmap.roadmap import Roadmap
 from missionc.backends.smt.sat.solve import Solvers
 from missionc.kernel.nodes import Goal, Node
@@ -72,5 +73,8 @@ def asked(mission: ir.Mission, roadmaps: tuple[Roadmap, ...], *goals: Node, most
     motion = lower_motion(roadmaps, all_ways(roadmaps, {}), frozenset(range(len(mission.agents))), clauses)
     named = [Goal(f"goal{number}", goal, SPAN) for number, goal in enumerate(goals)]
     return Asked(
-        mission, motion, clauses, lower(named, mission, motion, clauses, Occupancy(motion, clauses), most_links)
+        mission,
+        motion,
+        clauses,
+        lower(named, Labels(mission, motion.roadmaps), motion, clauses, Occupancy(motion, clauses), most_links),
     )

@@ -41,9 +41,14 @@ class Unsettled:
 
 def refusal(conflict: tuple[str, ...], tried: list[int], lanes: Lanes | None = None) -> str:
     """The words of a refusal by roadmaps of so many nodes, or by the user's own, for these requirements in conflict."""
-    names = all_listed([f"`{name}`" for name in conflict])
-    what = {0: "the agents cannot move as they must", 1: f"{names} cannot hold"}.get(
-        len(conflict), f"{names} cannot hold together"
-    )
+    what = cannot_hold(conflict)
     sampled = f"roadmaps of {all_listed([str(nodes) for nodes in tried])} nodes"
     return f"on {sampled if lanes is None else f'the roadmap of `{lanes.path}`'} {what}"
+
+
+def cannot_hold(conflict: tuple[str, ...]) -> str:
+    """That these requirements cannot; with none, that the agents cannot even move."""
+    names = all_listed([f"`{name}`" for name in conflict])
+    return {0: "the agents cannot move as they must", 1: f"{names} cannot hold"}.get(
+        len(conflict), f"{names} cannot hold together"
+    )

@@ -31,7 +31,6 @@ from missionc.backends.smt.encode.lower_windows import Windows
 from missionc.backends.smt.encode.occupancy import Occupancy
 from missionc.backends.smt.roadmap.labels import Labels
 from missionc.backends.smt.roadmap.roadmap import Indices
-from missionc.ir import Mission
 from missionc.kernel.analysis import same_for_all
 from missionc.kernel.nodes import (
     All,
@@ -69,18 +68,19 @@ class Lowered:
 
 
 def lower(
-    goals: Sequence[Goal], mission: Mission, motion: Motion, clauses: Clauses, occupancy: Occupancy, most_links: int
+    goals: Sequence[Goal], labels: Labels, motion: Motion, clauses: Clauses, occupancy: Occupancy, most_links: int
 ) -> Lowered:
     """Adds what the goals ask for, each under a literal of its own.
 
     Args:
+        labels: of the motion's roadmaps.
         most_links: longer routes are not tried; at least the number of agents tries all.
 
     Raises:
         TooLarge: the clauses would pass their limit.
         Unexpressible: a predicate is about too many agents at once.
     """
-    formulas = Formulas(mission, motion, clauses, occupancy, most_links)
+    formulas = Formulas(labels, motion, clauses, occupancy, most_links)
     origin = np.zeros(1, dtype=np.int64)
     asked = clauses.fresh(len(goals))
     with deep():
@@ -93,10 +93,7 @@ def lower(
 class Formulas:
     """Literals for formulas about agents; cells are an agent and a step each, (cells,) twice, literals (cells,)."""
 
-    def __init__(
-        self, mission: Mission, motion: Motion, clauses: Clauses, occupancy: Occupancy, most_links: int
-    ) -> None:
-        labels = Labels(mission, motion.roadmaps)
+    def __init__(self, labels: Labels, motion: Motion, clauses: Clauses, occupancy: Occupancy, most_links: int) -> None:
         self.motion, self.clauses = motion, clauses
         self.atoms = Atoms(labels, motion, clauses)
         self.places = Places(labels, occupancy, self, most_links)

@@ -26,6 +26,7 @@ class Atoms:
     def __init__(self, labels: Labels, motion: Motion, clauses: Clauses) -> None:
         self.labels, self.motion, self.clauses = labels, motion, clauses
         self._flags: dict[tuple[Flag, bool, int], Literals] = {}
+        self._truths: dict[tuple[Predicate, tuple[int, ...]], Literals] = {}
 
     def holds(self, predicate: Predicate, truth: bool, agents: Indices, steps: Indices) -> Literals:
         """Literals that imply the predicate of each cell; that it fails, where not ``truth``.
@@ -61,13 +62,18 @@ class Atoms:
             case _:
                 raise Unexpressible("a predicate about more than two agents")
         numbers = int(self.motion.roadmap_of[first]), int(self.motion.roadmap_of[second])
-        fits = self.labels.pair(predicate, (first, second), *numbers)
-        return self._pair(fits == truth, first, second, steps)
+        fits, fails = (
+            self.labels.pairs_where(predicate, (first, second), *numbers, each) for each in (truth, not truth)
+        )
+        return self._either(
+            predicate, truth, (first, second), steps, self._pair(fits, first, second, steps), fits & fails
+        )
 
     def _own(self, predicate: Predicate, truth: bool, agent: int, steps: Indices) -> Literals:
         number = int(self.motion.roadmap_of[agent])
         if not self.labels.of_moves(predicate, number):
-            return self._in(self.labels.states(predicate, number) == truth, agent, steps)
+            fits, fails = (self.labels.states_where(predicate, number, each) for each in (truth, not truth))
+            return self._either(predicate, truth, (agent,), steps, self._in(fits, agent, steps), fits & fails)
         if self.motion.steps == 0:
             return self._in(self.labels.standing(predicate, number) == truth, agent, steps)
         last = steps == self.motion.steps
@@ -77,6 +83,18 @@ class Atoms:
         fits = self.labels.moves(predicate, number, truth, at_end=True)
         result[last] = self._by_moves(fits, agent, steps[last] - 1)
         return result
+
+    def _either(
+        self, predicate: Predicate, truth: bool, agents: tuple[int, ...], steps: Indices, found: Literals, both: Flags
+    ) -> Literals:
+        """Where labels leave both open: it holds of these agents at a step, or it fails, and not both."""
+        if not both.any():
+            return found
+        key = predicate, agents
+        if key not in self._truths:
+            self._truths[key] = self.clauses.fresh(self.motion.steps + 1)
+        holds = self._truths[key][steps]
+        return self.clauses.all_of(found, holds if truth else -holds)
 
     def _flag(self, flag: Flag, truth: bool, agent: int) -> Literals:
         """Literals that imply that the agent has the flag set, or not set, at each step: (steps + 1,)."""

@@ -131,7 +131,7 @@ class Places:
         """Whether a predicate, or that it fails, holds at places: constants."""
         leaf, positive = (node.body, False) if isinstance(node, Not) else (node, True)
         assert isinstance(leaf, Atom)
-        return np.where(self.labels.places(leaf.predicate)[places] == positive, TRUE, FALSE).astype(np.int32)
+        return np.where(self.labels.places_where(leaf.predicate, positive)[places], TRUE, FALSE).astype(np.int32)
 
     # ------------------------------------------- of an agent known by name
 

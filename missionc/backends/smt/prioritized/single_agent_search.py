@@ -319,7 +319,9 @@ class SingleAgentSearch:
             motion, clauses = reservations.motion, Clauses(self._limit)  # what is known needs none
             ways = reservations.fixed(motion.ways)
             known = replace(lower_motion(motion.roadmaps, ways, frozenset(agents), clauses), links=motion.links)
-            formulas = Formulas(self._labels.mission, known, clauses, Occupancy(known, clauses), LINKS)
+            formulas = Formulas(
+                Labels(self._labels.mission, known.roadmaps), known, clauses, Occupancy(known, clauses), LINKS
+            )
             self._known = settled, formulas
         return self._known[1]
 

@@ -14,6 +14,7 @@ from missionc.backends.smt.encode.lower import Lowered, lower
 from missionc.backends.smt.encode.lower_motion import Motion, lower_motion
 from missionc.backends.smt.encode.occupancy import Occupancy
 from missionc.backends.smt.refine.lazy_constraints import LazyConstraints
+from missionc.backends.smt.roadmap.labels import Labels
 from missionc.backends.smt.roadmap.roadmap import Roadmap
 from missionc.backends.smt.sat.solve import Solvers
 from missionc.backends.work import CLAUSE
@@ -71,7 +72,9 @@ class Setting:
             solvers.begin()
             motion = lower_motion(roadmaps, ways, planned | reserved, clauses)
             solvers.show(clauses)
-            lowered = lower(goals, self.mission, motion, clauses, Occupancy(motion, clauses), most_links)
+            lowered = lower(
+                goals, Labels(self.mission, roadmaps), motion, clauses, Occupancy(motion, clauses), most_links
+            )
             self.account.work += CLAUSE * clauses.count
             clauses.limit = self.budget.limits.clauses
         members = np.array(sorted(planned), dtype=np.int64)

@@ -45,9 +45,14 @@ class Labels:
         first = self.roadmaps[number].agents[0]
         return predicate.reads_speed and not self.mission.agents[first].dynamics.has_momentum
 
-    def places(self, predicate: Predicate) -> Flags:
-        """At which places it holds: (places,)."""
-        return np.concatenate([self.states(predicate, number) for number in range(len(self.roadmaps))])
+    def places_where(self, predicate: Predicate, truth: bool) -> Flags:
+        """At which places it holds, or does not: (places,)."""
+        return np.concatenate([self.states_where(predicate, number, truth) for number in range(len(self.roadmaps))])
+
+    def states_where(self, predicate: Predicate, number: int, truth: bool) -> Flags:
+        """In which states of that roadmap it holds, or does not: (states,)."""
+        holds = self.states(predicate, number)
+        return holds if truth else ~holds
 
     def states(self, predicate: Predicate, number: int) -> Flags:
         """In which states of that roadmap it holds: (states,)."""
@@ -97,6 +102,15 @@ class Labels:
                 raise Unexpressible(f"a comparison: {error}") from error
             self._known[key] = np.asarray(holds(predicate, np.asarray(margins)))[np.ix_(own, others)]
         return self._known[key]
+
+    def pairs_where(self, predicate: Predicate, agents: tuple[int, int], first: int, second: int, truth: bool) -> Flags:
+        """With the two agents in which states it holds of the first, or does not: (states, states).
+
+        Raises:
+            Unexpressible: it reads a speed, or a third agent.
+        """
+        holds = self.pair(predicate, agents, first, second)
+        return holds if truth else ~holds
 
     def _places(self, number: int) -> tuple[Array, Indices]:
         """The positions of that roadmap's states, each once, (places, dim), and which of them each state has."""
