@@ -1,0 +1,160 @@
+"""The cover of a mission: for each kind of agent cells over all places where it may be, and the moves it may make.
+
+    in   Mission, its relaxed kernel
+    out  Cover
+
+Its states and moves have the form of roadmaps, so that they are lowered as those are. Where a roadmap holds motions
+that there are, a cover holds all that there are, and more.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from missionc.backends.cover.bodies import SLACK, standing_room
+from missionc.backends.cover.borders import Border, borders_asked, borders_of_obstacles
+from missionc.backends.cover.cells import Cells, cells_of, with_points
+from missionc.backends.cover.may_moves import furthest, may_move, nearest
+from missionc.backends.smt.roadmap.roadmap import Indices, Roadmap
+from missionc.base.trace import Array, Flags
+from missionc.ir import Agent, Anywhere, Exactly, Mission, Place
+from missionc.kernel.nodes import Kernel
+from missionc.world.distance_ranges import signed_distance_range
+
+TOUCH = 1e-5
+"""Metres by which a start or finish may be out of its region, or elsewhere than at its point."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Cover:
+    """``cells`` are what the states of each roadmap stand for.
+
+    ``strides``: for each roadmap, numbers of steps and from which cell to which an agent may come in so many, (cells,
+    cells) each, where that says more than single moves do. ``never``: for each agent where it cannot be by the time it
+    has, (steps + 1, cells). ``boxes``: corners, (dim,) each, of boxes around what is asked for.
+    """
+
+    roadmaps: tuple[Roadmap, ...]
+    cells: tuple[Cells, ...]
+    strides: tuple[tuple[tuple[int, Flags], ...], ...]
+    never: dict[int, Flags]
+    boxes: tuple[tuple[Array, Array], ...]
+
+    @property
+    def states(self) -> int:
+        """How many cells there are."""
+        return sum(map(len, self.cells))
+
+
+def build_cover(mission: Mission, kernel: Kernel, count: int) -> Cover:
+    """The cover with so many cells for each kind of agent, or fewer, and a cell for each exact start and finish."""
+    kinds: dict[object, list[Agent]] = {}
+    for agent in mission.agents:
+        kinds.setdefault((agent.dynamics, agent.radius, agent.altitude), []).append(agent)
+    made = []
+    boxes: list[tuple[Array, Array]] = []
+    around = np.array(mission.world.low) - SLACK, np.array(mission.world.high) + SLACK
+    for agents in kinds.values():
+        asked = borders_asked(mission, kernel, agents[0])
+        boxes += [border.box(*around) for border in asked]
+        made.append(_of_kind(mission, agents, (*borders_of_obstacles(mission, agents[0]), *asked), count))
+    never = {agent: flags for *_, late in made for agent, flags in late.items()}
+    roadmaps, cells, strides, _ = zip(*made, strict=True)
+    return Cover(roadmaps, cells, strides, never, tuple(boxes))
+
+
+def _of_kind(
+    mission: Mission, agents: list[Agent], borders: tuple[Border, ...], count: int
+) -> tuple[Roadmap, Cells, tuple[tuple[int, Flags], ...], dict[int, Flags]]:
+    first, steps = agents[0], mission.steps
+    exact = dict.fromkeys(
+        place.point for agent in agents for place in (agent.start, agent.finish) if isinstance(place, Exactly)
+    )
+    points = np.array(list(exact), dtype=np.float64).reshape(len(exact), mission.dimension)
+    cells = with_points(cells_of(mission, first, borders, count), points)
+    standing = _standing(mission, first, cells)
+    starts = [_cells_in(cells, agent.start, standing[0]) for agent in agents]
+    finishes = [_cells_in(cells, agent.finish, standing[-1]) for agent in agents]
+    single = np.arange(len(cells)) >= len(cells) - len(points)
+    standing[:, single] = False  # elsewhere the cells round them stand for them
+    for ends, step in ((starts, 0), (finishes, steps)):
+        for agent, end in zip(agents, ends, strict=True):
+            place = agent.start if step == 0 else agent.finish
+            if isinstance(place, Exactly):
+                standing[step, end] = True
+    dynamics = first.dynamics
+    move = may_move(cells, nearest(dynamics, mission.step, 1, mission.dimension), furthest(dynamics, mission.step))
+    moves = np.argwhere(move).astype(np.int64)
+    roadmap = Roadmap(
+        agents=tuple(agent.index for agent in agents),
+        position=cells.middle,
+        velocity=np.zeros_like(cells.low),
+        heading=np.full(len(cells), np.nan),
+        moves=moves,
+        standing=standing,
+        allowed=np.ones((steps, len(moves)), dtype=np.bool_),
+        starts=tuple(starts),
+        finishes=tuple(finishes),
+    )
+    strides = tuple(_strides(mission, first, cells, move))
+    never = {
+        agent.index: _out_of_reach(mission, agent, cells, start, finish)
+        for agent, start, finish in zip(agents, starts, finishes, strict=True)
+    }
+    return roadmap, cells, strides, never
+
+
+def _standing(mission: Mission, agent: Agent, cells: Cells) -> Flags:
+    """Which cells hold a place that is clear at each step: (steps + 1, cells)."""
+    standing: Flags = np.ones((mission.steps + 1, len(cells)), dtype=np.bool_)
+    for obstacle in mission.obstacles:
+        steps = (0,) if obstacle.constant else range(mission.steps + 1)
+        for step in steps:
+            clear = standing_room(obstacle, agent, mission, step, cells.low, cells.high)
+            standing[slice(None) if obstacle.constant else step] &= clear
+    return standing
+
+
+def _cells_in(cells: Cells, place: Place | None, clear: Flags) -> Indices:
+    """The cells that an agent at a place may be in; all of them where it may be anywhere."""
+    match place:
+        case None:
+            inside = np.ones(len(cells), dtype=np.bool_)
+        case Exactly(point):
+            inside = np.all((cells.low == point) & (cells.high == point), axis=1)
+        case Anywhere(region):
+            inside = signed_distance_range(region.shape, cells.low, cells.high).low <= TOUCH
+    return np.flatnonzero(inside & clear)
+
+
+def _strides(mission: Mission, agent: Agent, cells: Cells, move: Flags) -> Iterator[tuple[int, Flags]]:
+    """Moves over 2, 4, 8, … steps: over single ones an agent gains up to a cell's size with each."""
+    within, steps = move, 2
+    while steps <= mission.steps:
+        within = (within.astype(np.float32) @ within.astype(np.float32)) > 0
+        may = may_move(
+            cells,
+            nearest(agent.dynamics, mission.step, steps, mission.dimension),
+            furthest(agent.dynamics, steps * mission.step),
+        )
+        if (within & ~may).any():
+            yield steps, may
+            within = within & may
+        if may.all():
+            return
+        steps *= 2
+
+
+def _out_of_reach(mission: Mission, agent: Agent, cells: Cells, start: Indices, finish: Indices) -> Flags:
+    """Where it cannot be, for the way from its start or to its finish is too long: (steps + 1, cells)."""
+    steps = np.arange(mission.steps + 1)
+    never: Flags = np.zeros((len(steps), len(cells)), dtype=np.bool_)
+    for ends, seconds in ((start, steps * mission.step), (finish, steps[::-1] * mission.step)):
+        if len(ends):
+            away = cells.distance.low[ends].min(axis=0)
+            reach = np.array([furthest(agent.dynamics, float(each)) for each in seconds])
+            never |= away[None, :] > reach[:, None]
+    return never

@@ -1,0 +1,53 @@
+"""May visits: two places that an agent does not both come to, for the way from its start by both is too long."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from missionc.backends.cover.cover import Cover
+from missionc.backends.cover.may_moves import MORE, furthest
+from missionc.backends.smt.encode.clauses import FALSE, TRUE, Clauses
+from missionc.backends.smt.encode.lower_motion import Motion
+from missionc.ir import Mission
+
+
+def add_visits(
+    mission: Mission,
+    cover: Cover,
+    motion: Motion,
+    cast: frozenset[int],
+    lengths: Mapping[int, float],
+    clauses: Clauses,
+) -> None:
+    """Adds that nobody is ever in two cells that are too far from its start and from each other.
+
+    Args:
+        lengths: of some agents, the most metres that they go; of all it is what they go at top speed at most.
+
+    Raises:
+        TooLarge: the clauses would pass their limit.
+    """
+    for agent in sorted(cast):
+        cells = cover.cells[int(motion.roadmap_of[agent])]
+        most = furthest(mission.agents[agent].dynamics, mission.steps * mission.step)
+        if agent in lengths:
+            most = min(most, lengths[agent] * (1 + MORE) + MORE)
+        starts = np.flatnonzero(motion.ways[agent][0])
+        if not len(starts):
+            continue
+        first = cells.distance.low[starts].min(axis=0)
+        way = np.minimum(first[:, None], first[None, :]) + cells.distance.low
+        there = motion.states[agent]
+        able = (there != FALSE).any(axis=0)
+        one, other = np.nonzero(np.triu(way > most, 1) & able[:, None] & able[None, :])
+        alone = np.flatnonzero((first > most) & able)
+        wanted = np.unique(np.concatenate([one, other, alone]))
+        ever = np.full(len(cells), FALSE, dtype=np.int32)
+        ever[wanted] = clauses.fresh(len(wanted))
+        ever[(there == TRUE).any(axis=0)] = TRUE
+        step, cell = np.nonzero(there[:, wanted] != FALSE)
+        clauses.add(-there[step, wanted[cell]], ever[wanted[cell]])
+        clauses.add(-ever[one], -ever[other])
+        clauses.add(-ever[alone])

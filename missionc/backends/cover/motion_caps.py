@@ -1,0 +1,63 @@
+"""Motion caps: requirements that bound an agent's speed, or the length of its way, from the first step to the last.
+
+    in   Mission, Kernel
+    out  Caps
+
+On a cover each step may gain an agent the size of a cell; what bounds its motion as a whole holds over many steps at
+once.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+from missionc.ir import Compare, Level, Mission, Speed
+from missionc.kernel.conjuncts import Conjunct, conjuncts
+from missionc.kernel.nodes import Atom, Kernel
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Caps:
+    """``mission`` has agents no faster than they may ever be; ``lengths``: of some, the most metres they may go.
+
+    ``causes``: the requirements that say so.
+    """
+
+    mission: Mission
+    lengths: dict[int, float]
+    causes: frozenset[str]
+
+
+def motion_caps(mission: Mission, kernel: Kernel) -> Caps:
+    """What requirements of all the time say of speeds, and of resources that are used up along the way."""
+    speeds: dict[int, float] = {}
+    lengths: dict[int, float] = {}
+    causes: set[str] = set()
+    for goal in kernel.requirements:
+        for conjunct in conjuncts((goal.formula,)):
+            agent = conjunct.agent
+            if agent is None or not _lasts(conjunct, mission):
+                continue
+            match conjunct.formula:
+                case Atom(Compare(((weight, Speed()),), constant)) if weight < 0:
+                    causes.add(goal.name)
+                    speeds[agent] = min(speeds.get(agent, math.inf), max(0.0, -constant / weight))
+                case Atom(Compare(((weight, Level(resource)),), constant)) if weight > 0:
+                    if resource.per_metre > 0 and not resource.refills and agent in resource.agents:
+                        causes.add(goal.name)
+                        left = max(0.0, resource.start + constant / weight) / resource.per_metre
+                        lengths[agent] = min(lengths.get(agent, math.inf), left)
+                case _:
+                    pass
+    agents = tuple(
+        replace(each, dynamics=each.dynamics.at_most(speeds.get(each.index, math.inf), math.inf))
+        for each in mission.agents
+    )
+    return Caps(replace(mission, agents=agents) if speeds else mission, lengths, frozenset(causes))
+
+
+def _lasts(conjunct: Conjunct, mission: Mission) -> bool:
+    """Whether it must hold at every step."""
+    steps = conjunct.steps
+    return steps is not None and steps.start == 0 and (steps.stop is None or steps.stop > mission.steps)
