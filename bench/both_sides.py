@@ -17,8 +17,11 @@ answers:
 are those of the process and its children. *Gap* is of missions that minimize something: what the plan comes to, less
 what every plan is proven to take at least, in steps or metres.
 
-An impossible mission that is planned, and a possible one that is called impossible or is refused by check, are defects,
-of the compiler or of the label: the program ends with status 1 where there are any.
+*Cover* is what covers say of the mission alone, as they do where no plan is found at once: *refused*, *admitted*, or
+nothing where none was decided; and the seconds of the processor of that.
+
+An impossible mission that is planned, and a possible one that is called impossible or is refused by check or by a
+cover, are defects, of the compiler or of the label: the program ends with status 1 where there are any.
 
 ``--json`` keeps what was measured, and ``--against`` such a file adds columns: the answer before, and the seconds of
 the processor over those before.
@@ -28,9 +31,11 @@ from __future__ import annotations
 
 import argparse
 import json
+import os
 import statistics
 import sys
 import tempfile
+import time
 from collections.abc import Iterable, Iterator
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
@@ -40,9 +45,16 @@ import numpy as np
 from field import figure, ratio, run
 from response_time import ROOT
 
+from missionc.backends.api import Budget
+from missionc.backends.cover.refute import Admitted, Refused
+from missionc.backends.options import Options
+from missionc.base.limits import Limits
 from missionc.checks.lower_bounds import lower_bounds
 from missionc.ir import Objective
+from missionc.kernel.nodes import Kernel
+from missionc.lower.unroll_past import looking_ahead
 from missionc.pipeline import driver
+from missionc.pipeline.ask_cover import SHARE, CoverSide
 
 MISSIONS = ROOT / "missions" / "both_sides"
 
@@ -63,6 +75,8 @@ class Row:
     processor: float
     gap: float | None = None
     unit: str = ""
+    cover: str = ""
+    cover_processor: float = 0.0
 
     @property
     def planned(self) -> bool:
@@ -76,7 +90,7 @@ class Row:
     @property
     def wrong(self) -> bool:
         """The answer contradicts the label."""
-        return self.ruled_out if self.possible else self.planned
+        return self.ruled_out or self.cover == "refused" if self.possible else self.planned
 
 
 def answer(document: dict[str, Any]) -> tuple[str, str]:
@@ -102,6 +116,8 @@ def measured(path: Path, limit: float) -> Row:
         folder = Path(name) / "plan"
         came = run(path, limit, folder)
         row = Row(possible, *answer(came.document), came.processor)
+        if row.answer != "by check":
+            row = with_cover(row, path, limit)
         if not row.planned:
             return row
         plan = json.loads((folder / "plan.json").read_text(encoding="utf-8"))
@@ -120,10 +136,30 @@ def measured(path: Path, limit: float) -> Row:
             return row
 
 
+def with_cover(row: Row, path: Path, limit: float) -> Row:
+    """What covers alone say of a mission."""
+    checked = driver.check(path)
+    assert checked.mission is not None
+    assert checked.kernel is not None
+    kernel = looking_ahead(checked.kernel, checked.mission.steps, Limits().formula_nodes)
+    assert isinstance(kernel, Kernel)
+    side = CoverSide(checked.mission, kernel, Options(), Budget(time.monotonic() + limit / SHARE))
+    begin = processor()
+    side.refusal()
+    words = {Refused: "refused", Admitted: "admitted"}
+    return replace(row, cover=words.get(type(side.answer), ""), cover_processor=processor() - begin)
+
+
+def processor() -> float:
+    """Seconds of the processor so far, of this process and of its children that have ended."""
+    return sum(os.times()[:4])
+
+
 def line(name: str, row: Row, before: Row | None, compares: bool) -> str:
     label = "possible" if row.possible else "impossible"
     gap = "–" if row.gap is None else f"{row.gap:.3g} {row.unit}"
     cells = [name, label, row.answer + (" (wrong)" if row.wrong else ""), row.side, f"{row.processor:.1f}", gap]
+    cells += [row.cover or "–", f"{row.cover_processor:.1f}" if row.cover else "–"]
     if compares:
         cells += [before.answer if before else "–"]
         cells += [figure(ratio(row.processor, before.processor if before else None), ".2f")]
@@ -143,6 +179,9 @@ def summary(rows: Iterable[Row]) -> Iterator[str]:
             spent = [row.processor for row in ours]
             yield f"{len(ours)} {label}: {counts}; median {statistics.median(spent):.1f} s, most {max(spent):.1f} s"
     cannot = [row for row in every if not row.possible]
+    covers = [row.cover_processor for row in every if row.cover == "refused"]
+    if covers:
+        yield f"refused by covers: {len(covers)}; median {statistics.median(covers):.2f} s, most {max(covers):.1f} s"
     yield f"proven of the impossible: {sum(row.ruled_out for row in cannot)} of {len(cannot)}"
     yield f"wrong refusals of the possible: {sum(row.wrong for row in every if row.possible)}"
     yield f"plans of the impossible: {sum(row.wrong for row in cannot)}"
@@ -168,7 +207,17 @@ def main() -> None:
         paths = [path for path in paths if any(word in path.stem for word in arguments.only)]
     if not paths:
         parser.error("no mission is called that")
-    heads = ["mission", "label", "answer", "side", "CPU s", "gap", *(["before", "CPU ratio"] if before else [])]
+    heads = [
+        "mission",
+        "label",
+        "answer",
+        "side",
+        "CPU s",
+        "gap",
+        "cover",
+        "cover s",
+        *(["before", "CPU ratio"] if before else []),
+    ]
     print(f"| {' | '.join(heads)} |\n|{'---|' * len(heads)}", flush=True)
     rows: dict[str, Row] = {}
     for path in paths:

@@ -11,7 +11,7 @@ from missionc.version import __version__
 
 TYPE_CHECKING = False  # checkers take it for true; what brings it would be loaded before signals are seen to
 if TYPE_CHECKING:
-    from missionc.backends.api import Attempt, CutShort, Fault, Impossible, NotFound, Progress, Reason
+    from missionc.backends.api import Attempt, CutShort, Fault, Impossible, NotFound, Progress, Reason, Scope
     from missionc.backends.options import Options
     from missionc.base.limits import Limits
     from missionc.base.source import Source
@@ -57,6 +57,7 @@ __all__ = [
     "Reason",
     "Refused",
     "Relaxation",
+    "Scope",
     "Severity",
     "Source",
     "Trial",
@@ -80,6 +81,7 @@ HOMES = {
         "NotFound",
         "Progress",
         "Reason",
+        "Scope",
     ),
     "missionc.backends.options": ("Options",),
     "missionc.diagnostics.code": ("Severity",),

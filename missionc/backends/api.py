@@ -1,9 +1,9 @@
 """The interface of backends: the features that each offers, and a function from a mission to an outcome.
 
 ``Planned`` (still to be judged by ``verify``), ``Impossible`` (a proof that
-this abstraction holds no plan, and the requirements it rests on) and
-``NotFound`` (the budget ran out; says nothing about whether a plan exists)
-are never confused.
+these roadmaps hold no plan, or that no motion is one, and the requirements it
+rests on) and ``NotFound`` (the budget ran out; says nothing about whether a
+plan exists) are never confused.
 """
 
 from __future__ import annotations
@@ -174,13 +174,23 @@ class Planned:
     report: Report
 
 
+class Scope(Enum):
+    """What a refusal is about: the value is its name in JSON."""
+
+    ROADMAPS = "roadmaps"
+    """The motions of some roadmaps; of others it says nothing."""
+    MISSION = "mission"
+    """Every motion of the agents, whatever the roadmap."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Impossible:
-    """No plan on this abstraction. ``conflict``: names of the requirements the proof rests on (none: motion alone)."""
+    """No plan in the ``scope``. ``conflict``: names of the requirements the proof rests on (none: motion alone)."""
 
     conflict: tuple[str, ...]
     statement: str
     report: Report
+    scope: Scope = Scope.ROADMAPS
 
     @property
     def says(self) -> str:
@@ -190,7 +200,8 @@ class Impossible:
 
     def __str__(self) -> str:
         head = self.says if self.conflict else "no plan exists, whatever the requirements"
-        return f"{head}, on the roadmap\n  {self.statement}"
+        where = "whatever the roadmap" if self.scope is Scope.MISSION else "on the roadmap"
+        return f"{head}, {where}\n  {self.statement}"
 
     _repr_pretty_ = printed
     _repr_html_ = shown

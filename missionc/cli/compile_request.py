@@ -12,7 +12,7 @@ from dataclasses import KW_ONLY, dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, assert_never
 
-from missionc.backends.api import Budget, Impossible, NotFound, Progress
+from missionc.backends.api import Budget, Impossible, NotFound, Progress, Scope
 from missionc.backends.options import Options
 from missionc.base.limits import Limits
 from missionc.base.units import Seconds
@@ -189,6 +189,8 @@ def _answer(request: CompileRequest, compiled: Compiled, folder: Path | None) ->
             return CompileResult(compiled, Status.NOT_VERIFIED)
         case NotFound():
             return _write(request, compiled, Status.UNDECIDED, folder)
+        case Impossible(scope=Scope.MISSION):
+            return _write(request, compiled, Status.NO_MOTION, folder)
         case Impossible():
             return _write(request, compiled, Status.IMPOSSIBLE, folder)
         case Verified():

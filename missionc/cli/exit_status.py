@@ -26,6 +26,7 @@ class Status(IntEnum):
     IMPOSSIBLE = 3
     UNDECIDED = 4
     NOT_VERIFIED = 5
+    NO_MOTION = 6
     VIOLATED = 3
     DEFECT = 70
     NOT_SAID = NOT_SAID

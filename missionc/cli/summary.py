@@ -198,6 +198,7 @@ def compiled_document(compiled: Compiled, output: str, texts: list[tuple[str, st
         document["best_attempt"] = _attempt(outcome.best)
     if isinstance(outcome, Impossible):
         document["conflict"] = list(outcome.conflict)
+        document["scope"] = outcome.scope.value
     if isinstance(outcome, Impossible | NotFound):
         document |= explained_document(compiled.explained)
     if texts:

@@ -132,6 +132,7 @@ NO_ROADMAP = Code("MC605", "no roadmap could be built")
 PROBLEM_TOO_LARGE = Code("MC606", "the problem is too large")
 SOLVER_GAVE_UP = Code("MC607", "the solver gave up")
 NOT_TOLERATED = Code("MC608", "the plans that were found tolerate no such delay")
+NO_MOTION = Code("MC609", "no motion of these agents satisfies the mission")
 
 # 7xx: output
 OUTPUT_EXISTS = Code("MC701", "the output exists")

@@ -1,6 +1,6 @@
 """Diagnostics for a mission without a plan: one message for each way to end without.
 
-says MC601 to MC608 MC710
+says MC601 to MC609 MC710
 """
 
 from __future__ import annotations
@@ -8,11 +8,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from missionc.backends.api import Impossible, NotFound, Planned, Reason
+from missionc.backends.api import Impossible, NotFound, Planned, Reason, Scope
 from missionc.backends.offers import AUTO
 from missionc.base.units import Seconds
 from missionc.diagnostics.code import (
     IMPOSSIBLE,
+    NO_MOTION,
     NO_ROADMAP,
     NOT_BETWEEN,
     NOT_TOLERATED,
@@ -34,26 +35,31 @@ if TYPE_CHECKING:
 
 
 def impossible(mission: Mission, outcome: Impossible, explained: Explained | None) -> Diagnostic:
-    """The requirements in conflict, each at its place."""
+    """The requirements in conflict, each at its place: on roadmaps, or whatever the motion."""
     spans = [(each.name, each.span) for each in mission.requirements if each.name in outcome.conflict]
     notes = (outcome.statement, *(_blamed(explained) if explained else ()), *outcome.report.notes)
+    proven = outcome.scope is Scope.MISSION
+    code, where = (NO_MOTION, "by any motion of these agents") if proven else (IMPOSSIBLE, "on the roadmap")
     if not spans:
         return Diagnostic(
-            IMPOSSIBLE,
-            "no plan exists on the roadmap, whatever the requirements",
+            code,
+            "no motion of these agents is a plan, whatever the requirements"
+            if proven
+            else "no plan exists on the roadmap, whatever the requirements",
             Label(mission.time_span or mission.span, "in this time"),
             notes=notes,
             help="give the agents more time or more room, or look at their starts and finishes",
         )
+    room = "more room" if proven else _roadmap(mission)
     return Diagnostic(
-        IMPOSSIBLE,
-        f"{outcome.says} on the roadmap",
+        code,
+        f"{outcome.says} {where}",
         Label(spans[0][1], "this" if len(spans) > 1 else ""),
         tuple(Label(span, "and this") for _, span in spans[1:]),
         notes,
         _smallest(explained)
         if explained and explained.relaxations
-        else f"relax one of them, give the agents more time, or {_roadmap(mission)}",
+        else f"relax one of them, give the agents more time, or {room}",
     )
 
 

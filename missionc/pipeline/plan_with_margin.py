@@ -23,6 +23,7 @@ from missionc.language.operator import TooLarge
 from missionc.lower.ahead_of_time import ahead_of_time, with_room_for_delays
 from missionc.lower.tighten import tightened, tracking_margin, with_flyable_speeds, with_vehicle_room
 from missionc.lower.unroll_past import looking_ahead
+from missionc.pipeline.ask_cover import CoverSide
 
 PARTS = (1.0, 0.5, 0.0)
 """Parts of the margin: where all of it is too much, half of it is better than none."""
@@ -41,10 +42,16 @@ LEAST = Metres(0.05)
 """The margin they begin with where no vehicle has one: that of a Crazyflie's profile."""
 
 
-def plan_with_margin(backend: Backend, mission: Mission, kernel: Kernel, options: Options, budget: Budget) -> Outcome:
-    """A plan of ``_plan_with_margin``; where delays are to be tolerated, one that tolerates them if any is found."""
+def plan_with_margin(
+    backend: Backend, mission: Mission, kernel: Kernel, options: Options, budget: Budget, *, covers: bool = False
+) -> Outcome:
+    """A plan of ``_plan_with_margin``; where delays are to be tolerated, one that tolerates them if any is found.
+
+    Args:
+        covers: whether covers are asked if any motion is a plan, where none is found at once.
+    """
     return _tolerant(backend, mission, kernel, options, budget) or _plan_with_margin(
-        backend, mission, kernel, options, budget
+        backend, mission, kernel, options, budget, covers=covers
     )
 
 
@@ -77,7 +84,9 @@ def _tolerant(backend: Backend, mission: Mission, kernel: Kernel, options: Optio
     return None
 
 
-def _plan_with_margin(backend: Backend, mission: Mission, kernel: Kernel, options: Options, budget: Budget) -> Outcome:
+def _plan_with_margin(
+    backend: Backend, mission: Mission, kernel: Kernel, options: Options, budget: Budget, *, covers: bool = False
+) -> Outcome:
     """A plan that its vehicles can fly and that keeps every requirement by the margin, or by a part of it; else any.
 
     Only a refusal of the mission itself is one: that of the tightened mission
@@ -89,6 +98,7 @@ def _plan_with_margin(backend: Backend, mission: Mission, kernel: Kernel, option
     if isinstance(ahead, TooLarge):
         return NotFound(Reason.SIZE, _too_large(ahead, budget.limits.formula_nodes), Report())
     kernel = ahead
+    cover = CoverSide(mission, kernel, options, budget) if covers else None
     wanted = with_vehicle_room(mission)
     slow = with_flyable_speeds(wanted)
     if slow is not wanted and has_errors(check_world(slow, kernel)):  # too slow to be anywhere in time
@@ -104,7 +114,10 @@ def _plan_with_margin(backend: Backend, mission: Mission, kernel: Kernel, option
         if isinstance(outcome, Planned):
             return _after(outcome if part == 1.0 or margin <= 0 else _noted(outcome, margin, part), late)
         late = late or (isinstance(outcome, NotFound) and outcome.reason is Reason.TIME)
-    outcome = _planned(backend, wanted, kernel, options, budget)
+        refused = cover.refusal(outcome.report) if cover is not None else None
+        if refused is not None:
+            return refused
+    outcome = _planned(backend, wanted, kernel, options, budget, cover)
     if not isinstance(outcome, Planned):
         return outcome
     return _after(_noted(outcome, margin, 0.0) if margin > 0 else outcome, late)
@@ -117,12 +130,22 @@ def _too_large(ahead: TooLarge, room: int) -> str:
     )
 
 
-def _planned(backend: Backend, mission: Mission, kernel: Kernel, options: Options, budget: Budget) -> Outcome:
+def _planned(
+    backend: Backend,
+    mission: Mission,
+    kernel: Kernel,
+    options: Options,
+    budget: Budget,
+    cover: CoverSide | None = None,
+) -> Outcome:
     """What a backend says. A plan of a portfolio that comes from a roadmap is straightened, but for the user's own.
 
     Nor is one that asks for headings: who stands and faces has a heading on the roadmap, and none in motion.
     """
-    outcome = backend.plan(mission, kernel, options, budget)
+    if cover is None:
+        outcome = backend.plan(mission, kernel, options, budget)
+    else:
+        outcome = cover.searched(backend, mission, kernel, budget)
     if not isinstance(outcome, Planned):
         return outcome
     straighten = load_straighten(outcome.report.engine)

@@ -26,7 +26,20 @@ require guard: drone[1]: always[0, 6 s] base
 require link: always[0, 6 s] connected(radio)
 """
 )
-"""No roadmap has a plan of it: base and goal lie further apart than the radio reaches."""
+"""No motion is a plan of it: base and goal lie further apart than the radio reaches."""
+
+DASH = """\
+mission dash
+time step 1 s, horizon 5 s
+world (0, 0) to (10, 4)
+obstacle low = box (4, 0) to (6, 1.9)
+obstacle high = box (4, 2.2) to (6, 4)
+region goal = box (8.6, 0.5) to (9.9, 1.5)
+team drone[1] { radius 0.1 m  dynamics single_integrator(speed <= 2 m/s)  start at (0.5, 2.05) }
+require reach: drone[0]: eventually[5 s, 5 s] goal
+solve with smt
+"""
+"""No roadmap that is tried has a plan of it, and there is one: their moves are shorter than its steps may be."""
 
 WRONG = SMALL.replace("eventually[0, 6 s] goal", "eventually[0, 9 s] gaol")
 """One error, MC101."""

@@ -49,6 +49,7 @@ def test_compile_of_a_conflict_names_it() -> None:
     compiled = missionc.compile(source(CONFLICT))
     assert isinstance(compiled.outcome, missionc.Impossible)
     assert compiled.outcome.conflict == ("visit", "guard", "link")
+    assert compiled.outcome.scope is missionc.Scope.MISSION
 
 
 def test_compile_of_a_wrong_mission_is_refused() -> None:

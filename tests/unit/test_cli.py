@@ -13,7 +13,7 @@ import pytest
 from missionc.cli import exit_status
 from missionc.cli.app import main
 from missionc.version import __version__
-from tests.support.small_missions import CONFLICT, LATE, SMALL, WRONG, parked
+from tests.support.small_missions import CONFLICT, DASH, LATE, SMALL, WRONG, parked
 
 ROOT = Path(__file__).resolve().parents[2]
 Captured = pytest.CaptureFixture[str]
@@ -205,14 +205,23 @@ def test_the_same_seed_gives_the_same_bytes(folder: Path) -> None:
     assert one == two
 
 
-def test_an_impossible_mission_ends_with_3_and_names_the_conflict(folder: Path, capsys: Captured) -> None:
-    assert main(["compile", write("a.mission", CONFLICT), "--format", "json", "--explain-limit", "0"]) == 3
+def test_an_impossible_mission_ends_with_6_and_names_the_conflict(folder: Path, capsys: Captured) -> None:
+    assert main(["compile", write("a.mission", CONFLICT), "--format", "json", "--explain-limit", "0"]) == 6
     document = json.loads(capsys.readouterr().out)
     assert document["outcome"] == "impossible"
-    assert document["conflict"] == ["visit", "guard", "link"]
-    assert document["diagnostics"][0]["code"] == "MC601"
+    assert (document["conflict"], document["scope"]) == (["visit", "guard", "link"], "mission")
+    assert document["diagnostics"][0]["code"] == "MC609"
     assert (document["blame"], document["relaxations"], document["near_miss"]) == (None, [], None)
     assert not Path("build").exists()
+
+
+def test_a_mission_that_only_roadmaps_refuse_ends_with_3(folder: Path, capsys: Captured) -> None:
+    assert main(["compile", write("a.mission", DASH), "--format", "json", "--explain-limit", "0"]) == 3
+    document = json.loads(capsys.readouterr().out)
+    assert (document["outcome"], document["conflict"], document["scope"]) == ("impossible", ["reach"], "roadmaps")
+    (finding,) = document["diagnostics"]
+    assert finding["code"] == "MC601"
+    assert any("admits the mission" in note for note in finding["notes"])
 
 
 def test_a_time_limit_that_comes_first_ends_with_4(folder: Path, capsys: Captured) -> None:
@@ -342,7 +351,7 @@ def test_a_proof_is_left_beside_an_impossible(folder: Path) -> None:
     pytest.importorskip("pysat")
     assert (
         main(["compile", write("a.mission", CONFLICT), "-o", "out", "--certify", "--explain-limit", "0", "--quiet"])
-        == 3
+        == 6
     )
     assert {path.suffix for path in Path("out").iterdir()} >= {".cnf", ".drat"}
 

@@ -13,6 +13,7 @@ from missionc.base.source import Source
 from missionc.diagnostics.code import CODES
 from missionc.pipeline import driver
 from missionc.pipeline.results import Compiled, Verified
+from tests.support.one_turn import OneTurn
 from tests.support.small_missions import LATE, SMALL
 
 
@@ -72,7 +73,7 @@ def test_every_stage_is_timed() -> None:
     assert stages == ["parse", "resolve", "expand", "check"]
 
 
-class Oracle:
+class Oracle(OneTurn):
     """A backend that gives one answer to everything."""
 
     name = "smt"
@@ -127,7 +128,7 @@ def test_a_conflict_of_motion_alone_points_at_the_time(monkeypatch: pytest.Monke
 def test_why_there_is_no_proof_of_a_refusal_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
     report = Report(notes=("no proof was written: the time limit came first",))
     finding = answered(Impossible(("visit",), "on 40 nodes", report), monkeypatch).findings[-1]
-    assert finding.notes == ("on 40 nodes", "no proof was written: the time limit came first")
+    assert finding.notes[:2] == ("on 40 nodes", "no proof was written: the time limit came first")
 
 
 def test_requirements_are_kept_by_a_margin_where_they_can_be() -> None:

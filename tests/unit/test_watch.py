@@ -179,7 +179,7 @@ def test_a_refusal_is_shown_with_its_reasons(tmp_path: Path) -> None:
     with watching(tmp_path, "compile", "a.mission", "--watch", "--no-open", "--explain-limit", "0") as run:
         address = run.address()
         until(lambda: '"state": "wrong"' in news(address), "the refusal")
-        assert "error[MC601]" in json.loads(news(address))["says"]
+        assert "error[MC609]" in json.loads(news(address))["says"]
         assert asked(address + "report.html")[0] == 404
         assert run.end(signal.SIGINT) == 130
 

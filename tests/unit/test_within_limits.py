@@ -28,6 +28,7 @@ from missionc.kernel.nodes import Kernel
 from missionc.pipeline import certify_plan, driver, front_end, plan_with_margin
 from missionc.pipeline.results import Compiled, Verified
 from missionc.pipeline.run_limited import Ended, within
+from tests.support.one_turn import OneTurn
 from tests.support.small_missions import SMALL
 
 SHORT = Seconds(0.5)
@@ -171,7 +172,7 @@ def test_a_search_that_is_interrupted_gives_the_last_plan_it_had(
 ) -> None:
     plan = BACKEND.plan
 
-    class Dawdling:
+    class Dawdling(OneTurn):
         name, refutes = "smt", True
 
         def plan(self, mission: Mission, kernel: Kernel, options: Options, budget: Budget) -> Outcome:
@@ -195,7 +196,7 @@ def test_a_search_that_is_interrupted_gives_the_last_plan_it_had(
 def test_a_backend_that_hears_of_the_memory_itself_keeps_its_last_plan_too(monkeypatch: pytest.MonkeyPatch) -> None:
     plan = BACKEND.plan
 
-    class Sated:
+    class Sated(OneTurn):
         name, refutes = "smt", True
 
         def plan(self, mission: Mission, kernel: Kernel, options: Options, budget: Budget) -> Outcome:

@@ -2,22 +2,24 @@
 
 from __future__ import annotations
 
-from missionc.backends.api import Attempt
+from missionc.backends.api import Attempt, Scope
 from missionc.ir import Mission
 from missionc.output.json_layout import compact, listed, record
 
 
-def near_miss_json(mission: Mission, attempt: Attempt, planned_for: str) -> str:
+def near_miss_json(mission: Mission, attempt: Attempt, planned_for: str, scope: Scope | None) -> str:
     """The text of ``near_miss.json``, one line for each list of positions.
 
     Args:
         planned_for: the change of the mission with which the motion is a plan; empty where none is known.
+        scope: what is proven to hold no plan; None where nothing is.
     """
     position = attempt.trace.position
     head = {
         "schema": "missionc.near_miss/2",
         "mission": mission.name,
         "plan": False,
+        "impossible": scope and scope.value,
         "violates": [each.as_record() for each in attempt.violated],
         "faults": [each.as_record() for each in attempt.worst_faults()],
         "planned_for": planned_for or None,

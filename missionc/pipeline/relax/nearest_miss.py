@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 
-from missionc.backends.api import Attempt
+from missionc.backends.api import Attempt, Scope
 from missionc.base.trace import Plan, Trace
 from missionc.diagnostics.model import Diagnostic
 from missionc.ir import Mission
@@ -29,12 +29,14 @@ def near_miss(
     seed: int,
     relaxations: Iterable[tuple[Relaxation, Trace]],
     best: Attempt | None = None,
+    scope: Scope | None = None,
 ) -> NearMiss | None:
     """With its files: ``near_miss.json``, ``near_miss.html``, and ``near_miss.svg`` where maps can be drawn.
 
     Args:
         backend, seed: what planned the motions, and with which seed.
         best: the candidate of a search that found no plan.
+        scope: of the refusal, where there is one.
     """
     mission, kernel = checked.mission, checked.kernel
     assert mission is not None
@@ -49,7 +51,7 @@ def near_miss(
     else:
         return None
     files = [
-        ("near_miss.json", near_miss_json(mission, miss, says).encode()),
+        ("near_miss.json", near_miss_json(mission, miss, says, scope).encode()),
         (
             "near_miss.html",
             _page(checked, mission, kernel, Plan(mission.name, backend, seed, miss.trace, miss.requirements), miss),

@@ -4,7 +4,7 @@
     out  Explained
 
 First what tells who is to blame: the requirements in conflict left out, a longer
-horizon, a finer roadmap. Then every number that these requirements touch, one
+horizon, a finer roadmap where only roadmaps were refused. Then every number that these requirements touch, one
 try after the other, in the order of the text. Each variant is checked from its
 text on, planned and verified; what is not is no relaxation. A search that found nothing has refused
 nothing: its candidate's requirements stand for those in conflict, and nobody is to blame.
@@ -16,7 +16,18 @@ import time
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 
-from missionc.backends.api import Attempt, Backend, Budget, Impossible, NotFound, Planned, Progress, forget, ignore
+from missionc.backends.api import (
+    Attempt,
+    Backend,
+    Budget,
+    Impossible,
+    NotFound,
+    Planned,
+    Progress,
+    Scope,
+    forget,
+    ignore,
+)
 from missionc.backends.options import Options
 from missionc.base.signals import asked
 from missionc.base.trace import Trace
@@ -171,14 +182,16 @@ def explain(
     if len(conflict) > 1 and not any(trial.outcome == "planned" for trial in without):
         without += run.trial(relax_formulas.without_all(checked, mission, conflict))
     longer = run.trial(relax_time.horizon(checked, mission))
-    finer = run.trial(relax_world.roadmap(checked, dict(refusal.report.sizes).get("nodes", 0)), FINER)
+    scope = refusal.scope if isinstance(refusal, Impossible) else None
+    nodes = dict(refusal.report.sizes).get("nodes", 0)
+    finer = run.trial(relax_world.roadmap(checked, nodes), FINER) if scope is not Scope.MISSION else []
     run.refine(_knobs(checked, mission, kernel, conflict))
     relaxations = run.relaxations()
     return Explained(
         _blame(without, longer, finer) if isinstance(refusal, Impossible) else Blame.UNKNOWN,
         (*without, *longer, *finer),
         tuple(relaxation for relaxation, _ in relaxations),
-        near_miss(checked, backend.name, budget.seed, relaxations, best),
+        near_miss(checked, backend.name, budget.seed, relaxations, best, scope),
         run.over,
     )
 

@@ -1,0 +1,116 @@
+"""The other side of the answer: where a search takes long or fails, covers are asked whether any motion is a plan.
+
+in   a backend, Mission, its kernel
+out  its Outcome, or that no motion satisfies the mission
+"""
+
+from __future__ import annotations
+
+import time
+from contextlib import closing
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
+
+from missionc.backends.api import (
+    Backend,
+    Budget,
+    Impossible,
+    NotFound,
+    Outcome,
+    Planned,
+    Reason,
+    Report,
+    Scope,
+    Turns,
+    forget,
+)
+from missionc.backends.options import Options
+from missionc.backends.run_account import Account
+from missionc.ir import Mission
+from missionc.kernel.nodes import Kernel
+
+if TYPE_CHECKING:
+    from missionc.backends.cover.refute import Answer
+
+SEARCHED = 2.0
+"""Units of ``work`` that a search may do before covers are asked."""
+
+WORK, SHARE = 6.0, 0.5
+"""Units of work that covers may take, and the share of the time that is left."""
+
+
+@dataclass(slots=True, eq=False)
+class CoverSide:
+    """Covers of a mission, asked once, when a search has done some work or has failed."""
+
+    mission: Mission
+    kernel: Kernel
+    options: Options
+    budget: Budget
+    account: Account = field(default_factory=Account)
+    answer: Answer | None = None
+    planned: bool = False
+    """Whether a search has a plan already, which it goes on to make better."""
+
+    def refusal(self, after: Report | None = None) -> Impossible | None:
+        """That no motion satisfies the mission; None where covers do not show it.
+
+        Args:
+            after: what a search did that found nothing.
+        """
+        if self.answer is None:
+            from missionc.backends.cover.refute import refute  # for those who are not planned at once
+
+            now = time.monotonic()
+            until = now + SHARE * max(0.0, self.budget.deadline - now)
+            budget = replace(self.budget, deadline=until, work=WORK, keep=forget, resume=None)
+            self.answer = refute(self.mission, self.kernel, budget, self.account, self.options.solver)
+        from missionc.backends.cover.refute import Refused
+
+        if not isinstance(self.answer, Refused):
+            return None
+        return Impossible(self.answer.conflict, str(self.answer), self._report(after or Report()), Scope.MISSION)
+
+    def searched(self, backend: Backend, mission: Mission, kernel: Kernel, budget: Budget) -> Outcome:
+        """What a search for a plan of the mission, or of a stronger one, comes to; or that no motion is one."""
+
+        def found(plan: Planned) -> object:
+            self.planned = True
+            return budget.found(plan)
+
+        outcome = self._driven(backend.turns(mission, kernel, self.options, replace(budget, found=found)), budget)
+        no_room = isinstance(outcome, NotFound) and outcome.reason is Reason.MEMORY
+        if isinstance(outcome, Planned) or self.planned or no_room:
+            return outcome
+        refused = self.refusal(outcome.report)
+        if refused is not None:
+            return refused
+        notes = (str(self.answer),) if isinstance(outcome, Impossible) else ()
+        report = self._report(outcome.report)
+        return replace(outcome, report=replace(report, notes=(*report.notes, *notes)))
+
+    def _driven(self, turns: Turns, budget: Budget) -> Outcome:
+        """All turns; where covers refuse the mission meanwhile, no more than were taken."""
+        first = budget.work if self.options.certify or self.options.captures else min(SEARCHED, budget.work)
+        with closing(turns):
+            try:
+                done = next(turns)
+                while done < first:
+                    done = turns.send(first)
+                if first < budget.work and not self.planned:
+                    refused = self.refusal(Report(work=done))
+                    if refused is not None:
+                        return refused
+                while done < budget.work:
+                    done = turns.send(budget.work)
+            except StopIteration as ended:
+                outcome: Outcome = ended.value
+                return outcome
+        return NotFound(Reason.SOLVER, f"{budget.work:g} units of work found none", Report(work=done))
+
+    def _report(self, report: Report) -> Report:
+        """A report with what covers took."""
+        if dict(report.seconds).get("cover") is not None:
+            return report
+        cover = self.account.report()
+        return replace(report, seconds=(*report.seconds, *cover.seconds), work=report.work + cover.work)

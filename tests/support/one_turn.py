@@ -1,0 +1,19 @@
+"""A backend that is done in one turn, for stand-ins that only know how to plan."""
+
+from __future__ import annotations
+
+from missionc.backends.api import Budget, Outcome, Turns
+from missionc.backends.options import Options
+from missionc.ir import Mission
+from missionc.kernel.nodes import Kernel
+
+
+class OneTurn:
+    """What plans says so in its only turn."""
+
+    def plan(self, mission: Mission, kernel: Kernel, options: Options, budget: Budget) -> Outcome:
+        raise NotImplementedError
+
+    def turns(self, mission: Mission, kernel: Kernel, options: Options, budget: Budget) -> Turns:
+        yield 0.0
+        return self.plan(mission, kernel, options, budget)
