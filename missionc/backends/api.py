@@ -185,12 +185,16 @@ class Scope(Enum):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Impossible:
-    """No plan in the ``scope``. ``conflict``: names of the requirements the proof rests on (none: motion alone)."""
+    """No plan in the ``scope``. ``conflict``: names of the requirements the proof rests on (none: motion alone).
+
+    ``smallest``: every proper subset of the conflict can hold on this abstraction. Otherwise that was not found out.
+    """
 
     conflict: tuple[str, ...]
     statement: str
     report: Report
     scope: Scope = Scope.ROADMAPS
+    smallest: bool = False
 
     @property
     def says(self) -> str:
@@ -198,10 +202,19 @@ class Impossible:
         names = ", ".join(f"`{name}`" for name in self.conflict)
         return f"{names} cannot be satisfied together" if len(self.conflict) > 1 else f"{names} cannot be satisfied"
 
+    @property
+    def doubt(self) -> str:
+        """That the conflict may not be smallest, where that was not found out."""
+        return (
+            ""
+            if self.smallest or not self.conflict
+            else "the conflict may not be smallest: some of it may conflict already"
+        )
+
     def __str__(self) -> str:
         head = self.says if self.conflict else "no plan exists, whatever the requirements"
         where = "whatever the roadmap" if self.scope is Scope.MISSION else "on the roadmap"
-        return f"{head}, {where}\n  {self.statement}"
+        return "\n  ".join(filter(None, (f"{head}, {where}", self.statement, self.doubt)))
 
     _repr_pretty_ = printed
     _repr_html_ = shown

@@ -199,6 +199,7 @@ def compiled_document(compiled: Compiled, output: str, texts: list[tuple[str, st
     if isinstance(outcome, Impossible):
         document["conflict"] = list(outcome.conflict)
         document["scope"] = outcome.scope.value
+        document["smallest"] = outcome.smallest
     if isinstance(outcome, Impossible | NotFound):
         document |= explained_document(compiled.explained)
     if texts:

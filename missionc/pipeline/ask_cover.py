@@ -69,7 +69,8 @@ class CoverSide:
 
         if not isinstance(self.answer, Refused):
             return None
-        return Impossible(self.answer.conflict, str(self.answer), self._report(after or Report()), Scope.MISSION)
+        report = self._report(after or Report())
+        return Impossible(self.answer.conflict, str(self.answer), report, Scope.MISSION, smallest=self.answer.smallest)
 
     def searched(self, backend: Backend, mission: Mission, kernel: Kernel, budget: Budget) -> Outcome:
         """What a search for a plan of the mission, or of a stronger one, comes to; or that no motion is one."""

@@ -37,7 +37,8 @@ if TYPE_CHECKING:
 def impossible(mission: Mission, outcome: Impossible, explained: Explained | None) -> Diagnostic:
     """The requirements in conflict, each at its place: on roadmaps, or whatever the motion."""
     spans = [(each.name, each.span) for each in mission.requirements if each.name in outcome.conflict]
-    notes = (outcome.statement, *(_blamed(explained) if explained else ()), *outcome.report.notes)
+    doubt = (outcome.doubt,) if outcome.doubt else ()
+    notes = (outcome.statement, *doubt, *(_blamed(explained) if explained else ()), *outcome.report.notes)
     proven = outcome.scope is Scope.MISSION
     code, where = (NO_MOTION, "by any motion of these agents") if proven else (IMPOSSIBLE, "on the roadmap")
     if not spans:
@@ -75,7 +76,18 @@ def _smallest(explained: Explained) -> str:
 
 
 def _blamed(explained: Explained) -> tuple[str, ...]:
-    """Who is to blame, and by which trials that is known."""
+    """Who is to blame, and by which trials that is known.
+
+    Where a plan is left without one requirement, nothing is said of another without which none is: that others are in
+    conflict too would read as if it could go.
+    """
+    left_out = [trial for trial in explained.trials if trial.says.startswith("without ")]
+    silent = [trial for trial in left_out if trial.outcome == "impossible"]
+    told = [
+        trial
+        for trial in explained.trials
+        if trial not in silent or all(other.outcome != "planned" for other in left_out)
+    ]
     who = {
         "REQUIREMENTS": "the requirements are to blame",
         "HORIZON": "the horizon is to blame",
@@ -88,9 +100,9 @@ def _blamed(explained: Explained) -> tuple[str, ...]:
         "undecided": "none was found in time",
     }
     trials = [
-        f"{words} {', or '.join(_variant(trial) for trial in explained.trials if trial.outcome == outcome)}"
+        f"{words} {', or '.join(_variant(trial) for trial in told if trial.outcome == outcome)}"
         for outcome, words in says.items()
-        if any(trial.outcome == outcome for trial in explained.trials)
+        if any(trial.outcome == outcome for trial in told)
     ]
     return ("; ".join([f"{who}: {trials[0]}", *trials[1:]]) if trials else who,)
 

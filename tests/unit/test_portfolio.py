@@ -276,7 +276,7 @@ def turned(backend: Backend, grant: float) -> tuple[Outcome, int]:
 
 
 def test_roadmaps_wait_for_the_work_that_their_clauses_take(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(smt, "LEAST_CLAUSES", 50)
+    monkeypatch.setattr("missionc.backends.smt.paced_run.LEAST_CLAUSES", 50)
     backend = load.load("smt")
     assert not isinstance(backend, Diagnostic)
     whole, short = turned(backend, 100.0), turned(backend, 0.002)

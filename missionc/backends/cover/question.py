@@ -46,6 +46,7 @@ class Question:
     Args:
         together: who must keep apart and is asked; where it is nobody, everybody is asked, each as if alone.
         admitted: whether the cover holds an answer, once it was asked.
+        smallest: whether it holds one of every proper subset of what a refusal rests on.
     """
 
     caps: Caps
@@ -56,6 +57,7 @@ class Question:
     account: Account
     solver: str
     admitted: bool = False
+    smallest: bool = False
 
     @property
     def pair_work(self) -> float:
@@ -105,11 +107,13 @@ class Question:
         core = self._core(solvers, clauses, asked)
         if core is None:
             return None
+        self.smallest = True
         for literal in core:
-            fewer = tuple(other for other in core if other != literal)
-            smaller = self._core(solvers, clauses, fewer) if literal in core else None
-            if smaller is not None:
-                core = smaller
+            if literal in core:
+                self.admitted = False
+                smaller = self._core(solvers, clauses, tuple(other for other in core if other != literal))
+                self.smallest &= smaller is not None or self.admitted
+                core = core if smaller is None else smaller
         return frozenset(goal.name for goal, literal in zip(self.goals, asked, strict=True) if literal in core)
 
     def _core(self, solvers: Solvers, clauses: Clauses, asked: tuple[int, ...]) -> tuple[int, ...] | None:

@@ -39,10 +39,14 @@ SQUARED = 1 / 10_000_000
 
 @dataclass(frozen=True, slots=True)
 class Refused:
-    """No motion of the agents satisfies these requirements at its steps; with none, they cannot move as they must."""
+    """No motion of the agents satisfies these requirements at its steps; with none, they cannot move as they must.
+
+    ``smallest``: asked the same of every proper subset of them, the cover admits it.
+    """
 
     conflict: tuple[str, ...]
     cells: int
+    smallest: bool
 
     def __str__(self) -> str:
         return f"on a cover of {self.cells} cells, which holds every motion there is, {cannot_hold(self.conflict)}"
@@ -85,7 +89,7 @@ def refute(mission: Mission, kernel: Kernel, budget: Budget, account: Account, s
             if _over(budget, account):
                 return answer
             question = Question(caps, cover, goals, together, budget, account, solver)
-            conflict = question.refused()
+            conflict, smallest = question.refused(), question.smallest and not caps.causes
             if conflict is not None and caps.causes:
                 freer = Caps(mission, {}, frozenset())
                 uncapped = build_cover(mission, weaker, count)
@@ -93,7 +97,7 @@ def refute(mission: Mission, kernel: Kernel, budget: Budget, account: Account, s
                 conflict = conflict | caps.causes if alone is None else alone
             if conflict is not None:
                 names = tuple(goal.name for goal in kernel.requirements if goal.name in conflict)
-                return Refused(names, cover.states)
+                return Refused(names, cover.states, smallest)
             if question.admitted and (together == everybody or len(everybody) == 1):
                 answer = Admitted(cover.states)
     return answer

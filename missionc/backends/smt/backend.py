@@ -12,23 +12,20 @@ Source:
 from __future__ import annotations
 
 import math
-import sys
-from collections.abc import Callable, Generator
 from dataclasses import dataclass, field, replace
 from functools import partial
-from typing import TypeAlias, TypeVar
 
 from missionc.backends.api import Budget, Impossible, NotFound, Outcome, Planned, Progress, Reason, Turns
 from missionc.backends.options import Options
-from missionc.backends.run_account import Account
 from missionc.backends.smt.encode.clauses import Clauses, TooLarge
-from missionc.backends.smt.encode.dimacs import dimacs, smt2
 from missionc.backends.smt.encode.lower_motion import all_ways
 from missionc.backends.smt.encode.metric_bounds import bounded_above, measured_goals, without_metres
 from missionc.backends.smt.lift import lift
+from missionc.backends.smt.paced_run import PacedRun, Pausing
 from missionc.backends.smt.prioritized.prioritized_plan import PrioritizedPlan
 from missionc.backends.smt.prioritized.prioritized_planning import PrioritizedPlanner
-from missionc.backends.smt.refine.lazy_constraints import Effort, JointMotion, LazyConstraints
+from missionc.backends.smt.refine.deletion import Deletion
+from missionc.backends.smt.refine.lazy_constraints import JointMotion, LazyConstraints
 from missionc.backends.smt.refine.problem import LINKS, Problem, Setting
 from missionc.backends.smt.refine.unsat_core import minimise
 from missionc.backends.smt.roadmap.labels import Unexpressible
@@ -39,17 +36,16 @@ from missionc.backends.smt.roadmap_answers import NoPlan, TimeOver, TooDear, Too
 from missionc.backends.smt.sat.installed_solvers import solver_missing
 from missionc.backends.smt.sat.proof import certify
 from missionc.backends.smt.sat.solve import Solvers, Stopped, Unsatisfiable
-from missionc.backends.smt.sat.wait_for_process import is_over
 from missionc.backends.smt.shorten.improve import improve
+from missionc.backends.smt.subset_questions import SubsetQuestions, infeasible_alone
 from missionc.backends.smt.undecided import FEW, nearest, under_way
 from missionc.backends.work import CLAUSE, CLAUSE_CONFLICT, QUESTION, driven
-from missionc.base.memory import left
 from missionc.base.signals import hold
 from missionc.base.trace import Flags, Trace
 from missionc.diagnostics.model import Diagnostic
 from missionc.ir import Mission, Objective
 from missionc.ir.wording import all_listed
-from missionc.kernel.nodes import Kernel
+from missionc.kernel.nodes import Goal, Kernel
 
 WHOLE = 100_000
 """Moves of all agents at all steps: where there are fewer, what is best is asked of everybody at once."""
@@ -66,20 +62,6 @@ FEW_EACH, MORE_WORK = 2.0, 2.0
 
 SOLVED = CLAUSE + 2 * QUESTION + 3000 * CLAUSE_CONFLICT
 """Units of a clause of a problem for a few agents: to build it, to simplify it, and to look for a solution."""
-
-LEAST_CLAUSES = 100_000
-"""However little work a turn has left: so many clauses may be made in it."""
-
-FIRST = 4.0
-"""Units of work after which the other solver is asked, where there are two; later each has as many as both so far."""
-
-LEAST_CONFLICTS, ROUNDS = 500, 20
-"""And so many conflicts be met; after so many rounds of collisions a question pauses as well."""
-
-Made = TypeVar("Made")
-
-Pausing: TypeAlias = Generator[float, float, Made]
-"""What pauses as ``Turns`` do, and ends with something else."""
 
 
 @dataclass(slots=True)
@@ -116,23 +98,15 @@ BACKEND = SmtBackend()
 
 
 @dataclass(slots=True)
-class Run:
-    mission: Mission
-    kernel: Kernel
-    """As roadmaps are asked for it: lengths in metres in stronger form than those ``given``."""
-    options: Options
-    budget: Budget
-    account: Account = field(default_factory=Account)
+class Run(PacedRun):
     tried: list[int] = field(default_factory=list)
     """The nodes of each roadmap tried."""
     refused: list[int] = field(default_factory=list)
     """The nodes of each roadmap that was shown to hold no plan."""
     conflicting: set[str] = field(default_factory=set)
-    """Requirements that one or the other of these refusals rests on: on each of the roadmaps they conflict."""
-    most: float = math.inf
-    """The units of work after which the roadmap at hand is left for the next."""
-    granted: float = 0.0
-    """The units of work up to which this turn goes."""
+    """Requirements that one or the other refusal rests on: on each of the roadmaps refused they conflict."""
+    roadmaps: list[tuple[Roadmap, ...]] = field(default_factory=list)
+    """Those that were shown to hold no plan: that of shortest ways, then sampled ones, the finest last."""
     planner: PrioritizedPlanner | None = None
     """Prioritized planning on the last roadmap."""
     problem: Problem | None = None
@@ -173,57 +147,46 @@ class Run:
             if not isinstance(result, NoPlan | Unsettled):
                 return result
             why = result.why if isinstance(result, Unsettled) else ""
+            if isinstance(result, NoPlan):
+                self.conflicting.update(result.conflict)
+                self.roadmaps.insert(len(self.roadmaps) if attempt.sampled else 0, roadmaps)
             if not attempt.sampled or isinstance(result, Unsettled):
-                continue  # samples have more, and tell why they have no plan
+                continue  # samples have more, and are what the answer speaks of
             refused = result
             self.refused.append(attempt.nodes)
-            self.conflicting.update(refused.conflict)
         if missing or not self.tried:
             return self.not_found(Reason.NO_ROADMAP, missing)
         if refused is None or len(self.refused) < len(self.tried):
             return self.not_found(Reason.SOLVER, why or "no plan was found with lengths in metres rounded")
+        deletion, refused = self.smallest(refused)
         if self.options.certify:
             certify(refused.clauses, refused.core, self.budget, self.account)
+        statement = refusal(deletion.conflict, self.tried, self.mission.solve.roadmap)
+        return Impossible(deletion.conflict, statement, self.account.report(), smallest=deletion.smallest)
+
+    def smallest(self, refused: NoPlan) -> tuple[Deletion, NoPlan]:
+        """The smallest conflict that the work allows, and its refusal by the last roadmap."""
         conflict = tuple(goal.name for goal in self.given.requirements if goal.name in self.conflicting)
-        return Impossible(conflict, refusal(conflict, self.tried, self.mission.solve.roadmap), self.account.report())
-
-    def pause(self, needed: float = 0.0) -> Pausing[None]:
-        """Until more than so many units of work are left to do, if there are fewer.
-
-        Raises:
-            TimeOver: there is no time left to do it in.
-        """
-        while self.account.work + needed >= self.granted:
-            self.granted = yield max(self.account.work, self.granted)
-        if is_over(self.budget.deadline):
-            raise TimeOver
-
-    def within_clauses(self, attempt: Callable[[Setting], Made], price: float = CLAUSE) -> Pausing[Made]:
-        """What the attempt comes to, with as many clauses as there is work for; later with more, if those are too few.
-
-        Args:
-            price: units of work that a clause takes in it.
-
-        Raises:
-            TooLarge: the clauses would pass their limit, whatever the work.
-            TooDear: they take more work than this roadmap may.
-        """
-        most, needed = self.budget.limits.clauses, 0.0
-        while True:
-            yield from self.pause(needed)
-            afforded = min(most, max(LEAST_CLAUSES, (self.granted - self.account.work) / price))
-            try:
-                return attempt(Setting(self.mission, self.budget, self.account, int(afforded)))
-            except TooLarge as error:
-                if afforded >= most:
-                    raise
-                self.account.work += CLAUSE * error.made
-                needed = price * min(most, max(error.clauses, 2 * afforded))
-                if self.account.work + needed > self.most:
-                    raise TooDear from error
+        if self.options.brief:
+            return Deletion(conflict), refused
+        with self.solvers() as solvers:
+            questions = SubsetQuestions(
+                self.mission,
+                self.kernel,
+                self.measured,
+                self.roadmaps,
+                self.budget,
+                self.account,
+                solvers,
+                self.options.certify,
+            )
+            return questions.smallest(conflict, refused)
 
     def on_roadmaps(self, roadmaps: tuple[Roadmap, ...], solvers: Solvers) -> Pausing[Outcome | NoPlan | Unsettled]:
         self.account.sizes["states"] = sum(len(roadmap.position) for roadmap in roadmaps)
+        alone = self.refused_alone(roadmaps, solvers)
+        if alone is not None:
+            return alone
         try:
             few = yield from self.prioritized(roadmaps, solvers)
             return few if few is not None else (yield from self.with_all_links(roadmaps, solvers))
@@ -231,6 +194,17 @@ class Run:
             return Unsettled()
         except Unexpressible as error:
             return Unsettled(f"the solver cannot be asked for {error}")
+
+    def refused_alone(self, roadmaps: tuple[Roadmap, ...], solvers: Solvers) -> NoPlan | None:
+        """A refusal of one requirement for what single agents can do, where no clauses are asked for."""
+        if self.options.certify or self.options.captures:
+            return None
+        goals = [goal for goal in self.kernel.requirements if goal.name not in self.measured]
+        names = infeasible_alone(goals, self.mission, roadmaps, self.account)
+        if not names:
+            return None
+        self.record(None, 0, solvers)
+        return NoPlan((next((name for name in names if name in self.conflicting), names[0]),), Clauses(1), ())
 
     def with_all_links(self, roadmaps: tuple[Roadmap, ...], solvers: Solvers) -> Pausing[Outcome | NoPlan | Unsettled]:
         """A plan from one problem with all agents, first with short routes, then with as many links as there may be."""
@@ -262,11 +236,21 @@ class Run:
         result = search.find(asked, self.effort(search))
         if not isinstance(result, Unsatisfiable):
             return None
-        with self.account.stage("core"):
-            core = result.core if self.options.brief else minimise(result.core, search)
+        core = self.smaller(result.core, requirements, asked, search)
         self.record(problem, search.rounds, solvers)
         conflict = tuple(goal.name for goal, literal in zip(requirements, asked, strict=True) if literal in core)
         return NoPlan(conflict, search.clauses, core)
+
+    def smaller(
+        self, core: tuple[int, ...], requirements: tuple[Goal, ...], asked: tuple[int, ...], search: LazyConstraints
+    ) -> tuple[int, ...]:
+        """The core after deletion; first without what is in no conflict so far, so that the roadmaps agree on one."""
+        if self.options.brief:
+            return core
+        pairs = zip(requirements, asked, strict=True)
+        known = {literal for goal, literal in pairs if goal.name in self.conflicting}
+        with self.account.stage("core"):
+            return minimise(tuple(sorted(core, key=known.__contains__)), search)
 
     def prioritized(self, roadmaps: tuple[Roadmap, ...], solvers: Solvers) -> Pausing[Planned | NoPlan | None]:
         """A plan made for few agents at a time, if there is one: with the work of a turn, then with all it may take."""
@@ -344,8 +328,7 @@ class Run:
             if solvers.cut:
                 account.cut()
         elif isinstance(result, Unsatisfiable) and not lowered.shortened:
-            with account.stage("core"):
-                core = result.core if self.options.brief else minimise(result.core, search)
+            core = self.smaller(result.core, kernel.requirements, required, search)
         self.record(problem, search.rounds, solvers)
         match result:
             case JointMotion(states):
@@ -358,31 +341,6 @@ class Run:
                 return Unsettled() if self.measured.intersection(conflict) else NoPlan(conflict, search.clauses, core)
             case Stopped(reason, detail):
                 return self.not_found(reason, detail)
-
-    def effort(self, search: LazyConstraints) -> Effort | None:
-        """What a question may take in this turn, of the portfolio or of the solver; None for as much as it needs."""
-        work = min(self.granted, self.most) - self.account.work
-        if search.solvers.takes_turns:
-            work = min(work, max(FIRST, search.work))
-        if math.isinf(work):
-            return None
-        effort = Effort(sys.maxsize, ROUNDS).within(work, search.clauses.count)
-        return replace(effort, conflicts=max(LEAST_CONFLICTS, effort.conflicts))
-
-    def solvers(self) -> Solvers:
-        return Solvers(self.options.solver, left(self.budget.memory_bytes), self.budget.seed, self.budget.deadline)
-
-    def record(self, problem: Problem | None, rounds: int, solvers: Solvers) -> None:
-        """The sizes of the largest problem there was, if there was any, and the rounds of all."""
-        solvers.close()
-        sizes, texts = self.account.sizes, self.account.texts
-        clauses = Clauses(1) if problem is None else problem.search.clauses
-        sizes["variables"], sizes["clauses"], sizes["rounds"] = clauses.variables, clauses.count, rounds
-        sizes["solver bytes"] = max(sizes.get("solver bytes", 0), solvers.peak_bytes)
-        if "dimacs" in self.options.captures:
-            texts["dimacs"] = dimacs(clauses.everything(), clauses.variables, clauses.count).decode()
-        if "smt2" in self.options.captures:
-            texts["smt2"] = smt2(clauses.everything(), clauses.variables)
 
     def not_found(self, reason: Reason, detail: str) -> NotFound:
         refused = f"roadmaps of {all_listed([*map(str, self.refused)])} nodes hold no plan" if self.refused else ""

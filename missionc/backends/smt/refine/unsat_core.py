@@ -6,23 +6,33 @@ from missionc.backends.smt.refine.conflict_limit import effort
 from missionc.backends.smt.refine.lazy_constraints import LazyConstraints
 from missionc.backends.smt.sat.solve import Unsatisfiable
 
-AGAIN, LEAST = 2.0, 1.0
+AGAIN, LEAST = 1.0, 1.0
 """So many times the work that the question itself took may go into a smaller core, and no less than so many units."""
+
+
+def named_by_solver(core: tuple[int, ...], search: LazyConstraints) -> tuple[int, ...]:
+    """The core without what the solver does not name: a presolve names nothing.
+
+    Asked without looking for collisions: what is still impossible is so for
+    certain, and what is possible then stays in.
+    """
+    answer = search.ask(core, effort(search.clauses))
+    return tuple(literal for literal in core if literal in answer.core) if isinstance(answer, Unsatisfiable) else core
 
 
 def minimise(core: tuple[int, ...], search: LazyConstraints) -> tuple[int, ...]:
     """The core without what it can do without: first all that the solver does not name, then each of the rest in turn.
 
-    Asked without looking for collisions: what is still impossible is so for
-    certain, and what is possible then stays in.
+    Asked without looking for collisions, as ``named_by_solver`` does.
     """
-    account, tried = search.account, effort(search.clauses)
+    account = search.account
     most = account.work + max(LEAST, AGAIN * search.work)
-    for left_out in (None, *core):
+    core = named_by_solver(core, search) if core else core
+    for left_out in core:
         fewer = tuple(other for other in core if other != left_out)
-        if left_out not in (None, *core) or not fewer or account.work > most:
+        if left_out not in core or not fewer or account.work > most:
             continue
-        answer = search.ask(fewer, tried)
+        answer = search.ask(fewer, effort(search.clauses))
         if isinstance(answer, Unsatisfiable):
             core = tuple(other for other in core if other in answer.core)
     return core

@@ -1,0 +1,114 @@
+"""A run in turns: what it has spent, how long it may go on, and the solvers and problems it pays for."""
+
+from __future__ import annotations
+
+import math
+import sys
+from collections.abc import Callable, Generator
+from dataclasses import dataclass, field, replace
+from typing import TypeAlias, TypeVar
+
+from missionc.backends.api import Budget
+from missionc.backends.options import Options
+from missionc.backends.run_account import Account
+from missionc.backends.smt.encode.clauses import Clauses, TooLarge
+from missionc.backends.smt.encode.dimacs import dimacs, smt2
+from missionc.backends.smt.refine.lazy_constraints import Effort, LazyConstraints
+from missionc.backends.smt.refine.problem import Problem, Setting
+from missionc.backends.smt.roadmap_answers import TimeOver, TooDear
+from missionc.backends.smt.sat.solve import Solvers
+from missionc.backends.smt.sat.wait_for_process import is_over
+from missionc.backends.work import CLAUSE
+from missionc.base.memory import left
+from missionc.ir import Mission
+from missionc.kernel.nodes import Kernel
+
+LEAST_CLAUSES = 100_000
+"""However little work a turn has left: so many clauses may be made in it."""
+
+FIRST = 4.0
+"""Units of work after which the other solver is asked, where there are two; later each has as many as both so far."""
+
+LEAST_CONFLICTS, ROUNDS = 500, 20
+"""And so many conflicts be met; after so many rounds of collisions a question pauses as well."""
+
+Made = TypeVar("Made")
+
+Pausing: TypeAlias = Generator[float, float, Made]
+"""What pauses as ``Turns`` do, and ends with something else."""
+
+
+@dataclass(slots=True)
+class PacedRun:
+    """A search that counts what it does, and pauses where that comes to what it was granted."""
+
+    mission: Mission
+    kernel: Kernel
+    """As roadmaps are asked for it: lengths in metres in stronger form than those of the mission."""
+    options: Options
+    budget: Budget
+    account: Account = field(default_factory=Account)
+    most: float = math.inf
+    """The units of work after which the roadmap at hand is left for the next."""
+    granted: float = 0.0
+    """The units of work up to which this turn goes."""
+
+    def pause(self, needed: float = 0.0) -> Pausing[None]:
+        """Until more than so many units of work are left to do, if there are fewer.
+
+        Raises:
+            TimeOver: there is no time left to do it in.
+        """
+        while self.account.work + needed >= self.granted:
+            self.granted = yield max(self.account.work, self.granted)
+        if is_over(self.budget.deadline):
+            raise TimeOver
+
+    def within_clauses(self, attempt: Callable[[Setting], Made], price: float = CLAUSE) -> Pausing[Made]:
+        """What the attempt comes to, with as many clauses as there is work for; later with more, if those are too few.
+
+        Args:
+            price: units of work that a clause takes in it.
+
+        Raises:
+            TooLarge: the clauses would pass their limit, whatever the work.
+            TooDear: they take more work than this roadmap may.
+        """
+        most, needed = self.budget.limits.clauses, 0.0
+        while True:
+            yield from self.pause(needed)
+            afforded = min(most, max(LEAST_CLAUSES, (self.granted - self.account.work) / price))
+            try:
+                return attempt(Setting(self.mission, self.budget, self.account, int(afforded)))
+            except TooLarge as error:
+                if afforded >= most:
+                    raise
+                self.account.work += CLAUSE * error.made
+                needed = price * min(most, max(error.clauses, 2 * afforded))
+                if self.account.work + needed > self.most:
+                    raise TooDear from error
+
+    def effort(self, search: LazyConstraints) -> Effort | None:
+        """What a question may take in this turn, of the portfolio or of the solver; None for as much as it needs."""
+        work = min(self.granted, self.most) - self.account.work
+        if search.solvers.takes_turns:
+            work = min(work, max(FIRST, search.work))
+        if math.isinf(work):
+            return None
+        effort = Effort(sys.maxsize, ROUNDS).within(work, search.clauses.count)
+        return replace(effort, conflicts=max(LEAST_CONFLICTS, effort.conflicts))
+
+    def solvers(self) -> Solvers:
+        return Solvers(self.options.solver, left(self.budget.memory_bytes), self.budget.seed, self.budget.deadline)
+
+    def record(self, problem: Problem | None, rounds: int, solvers: Solvers) -> None:
+        """The sizes of the largest problem there was, if there was any, and the rounds of all."""
+        solvers.close()
+        sizes, texts = self.account.sizes, self.account.texts
+        clauses = Clauses(1) if problem is None else problem.search.clauses
+        sizes["variables"], sizes["clauses"], sizes["rounds"] = clauses.variables, clauses.count, rounds
+        sizes["solver bytes"] = max(sizes.get("solver bytes", 0), solvers.peak_bytes)
+        if "dimacs" in self.options.captures:
+            texts["dimacs"] = dimacs(clauses.everything(), clauses.variables, clauses.count).decode()
+        if "smt2" in self.options.captures:
+            texts["smt2"] = smt2(clauses.everything(), clauses.variables)

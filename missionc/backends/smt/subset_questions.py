@@ -1,0 +1,201 @@
+"""Subset questions: whether some of the requirements alone can hold on one of the roadmaps that hold no plan of all.
+
+in   the roadmaps of a run that found no plan, and a conflict there
+out  the smallest conflict that the work allows: what cannot hold on any of them, and whether all but one can on some
+
+Each question is answered for a single agent first, then by a SAT problem of the whole team, then by prioritized
+planning, and limited in units of work.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterable
+from dataclasses import dataclass, field, replace
+from typing import TypeAlias
+
+from missionc.backends.api import Budget, unheard
+from missionc.backends.run_account import Account
+from missionc.backends.smt.encode.clauses import Clauses, TooLarge
+from missionc.backends.smt.encode.lower_motion import Ways, all_ways
+from missionc.backends.smt.prioritized.prioritized_plan import PrioritizedPlan
+from missionc.backends.smt.prioritized.single_agent_relaxation import SingleAgentRelaxation
+from missionc.backends.smt.refine.deletion import Deletion
+from missionc.backends.smt.refine.lazy_constraints import Effort, JointMotion
+from missionc.backends.smt.refine.problem import Setting
+from missionc.backends.smt.refine.unsat_core import named_by_solver
+from missionc.backends.smt.roadmap.labels import Labels, Unexpressible
+from missionc.backends.smt.roadmap.roadmap import Roadmap, whole_moves
+from missionc.backends.smt.roadmap_answers import NoPlan
+from missionc.backends.smt.sat.solve import Solvers, Unsatisfiable
+from missionc.backends.work import CLAUSE
+from missionc.ir import Mission, Objective
+from missionc.kernel.nodes import Goal, Kernel
+
+AGAIN, LEAST = 0.5, 5.0
+"""So many times the work that the refusals took may go into a smallest conflict, and no less than so many units."""
+
+SHARE = 0.25
+"""Of the work that is left, what one question about one roadmap may take."""
+
+EFFORT = Effort(conflicts=100_000, rounds=200)
+"""The effort of a question, however much work is left."""
+
+ALONE = 20_000_000
+"""Moves of all agents at all steps: where there are more, nobody is asked alone, which takes a sweep over them."""
+
+
+@dataclass(frozen=True, slots=True)
+class Holds:
+    """A roadmap holds a plan."""
+
+
+@dataclass(frozen=True, slots=True)
+class Unknown:
+    """Neither a plan nor a refusal, in the work there was for it."""
+
+
+Answer: TypeAlias = Holds | NoPlan | Unknown
+
+
+def infeasible_alone(
+    goals: Iterable[Goal], mission: Mission, roadmaps: tuple[Roadmap, ...], account: Account
+) -> list[str]:
+    """The requirements that cannot hold on these roadmaps for what single agents can do there, each by itself."""
+    if whole_moves(roadmaps) > ALONE:
+        return []
+    everyone = frozenset(range(len(mission.agents)))
+    with account.stage("alone"):
+        relaxation = SingleAgentRelaxation(Labels(mission, roadmaps), Ways(roadmaps, {}), everyone)
+        return [goal.name for goal in goals if relaxation.infeasible([goal.formula])]
+
+
+@dataclass(slots=True, eq=False)
+class SubsetQuestions:
+    """The questions of a run whose roadmaps hold no plan.
+
+    Args:
+        kernel: the requirements as these roadmaps were asked for them.
+        unproven: requirements that are asked for in stronger form, so that a refusal which rests on one proves nothing.
+        roadmaps: those that were shown to hold no plan, small ones first.
+        certify: answer with clauses that a proof can be made of.
+    """
+
+    mission: Mission
+    kernel: Kernel
+    unproven: frozenset[str]
+    roadmaps: list[tuple[Roadmap, ...]]
+    budget: Budget
+    account: Account
+    solvers: Solvers
+    certify: bool = False
+    most: float = field(init=False)
+    longest: float = field(init=False)
+    """Seconds of the longest question so far; of the first, what a roadmap took before."""
+
+    def __post_init__(self) -> None:
+        self.mission = replace(self.mission, objective=Objective.NONE)
+        self.budget = replace(self.budget, found=unheard)  # a plan of less is none of the mission
+        self.most = self.account.work + max(LEAST, AGAIN * self.account.work)
+        self.longest = sum(self.account.seconds.values()) / max(1, len(self.roadmaps))
+
+    def smallest(self, conflict: tuple[str, ...], last: NoPlan) -> tuple[Deletion, NoPlan]:
+        """The conflict after deletion, and its refusal by the last roadmap, which is ``last`` at first."""
+        deletion = Deletion(conflict)
+        while (name := deletion.question()) is not None and self.affordable:
+            begin = time.monotonic()
+            try:
+                answer = self.ask(deletion.without(name))
+            except MemoryError:  # the refusal that there is stays the answer
+                answer = Unknown()
+            match answer:
+                case Holds():
+                    deletion.holds(name)
+                case NoPlan(core) as refusal:
+                    deletion.refused(core)
+                    last = refusal
+                case Unknown():
+                    deletion.unknown(name)
+            self.longest = max(self.longest, time.monotonic() - begin)
+        return deletion, last
+
+    @property
+    def affordable(self) -> bool:
+        """Whether there is work left to do, and more time than a question takes: an answer must not be lost for it."""
+        timely = time.monotonic() + 2 * self.longest < self.budget.deadline
+        return timely and self.account.work < self.most and self.solvers.alive
+
+    def ask(self, names: tuple[str, ...]) -> Answer:
+        """Whether these requirements alone can hold on one of the roadmaps; if not, what their refusals rest on."""
+        goals = tuple(goal for goal in self.kernel.requirements if goal.name in names)
+        core, settled, last = set[str](), True, None
+        for roadmaps in self.roadmaps:
+            answer = self.on(roadmaps, goals)
+            if isinstance(answer, Holds):
+                return answer
+            if isinstance(answer, NoPlan):
+                core.update(answer.conflict)
+                last = answer
+            else:
+                settled = False
+        if not settled or last is None:
+            return Unknown()
+        return replace(last, conflict=tuple(goal.name for goal in goals if goal.name in core))
+
+    def on(self, roadmaps: tuple[Roadmap, ...], goals: tuple[Goal, ...]) -> Answer:
+        """Whether these roadmaps hold a plan of the goals."""
+        try:
+            return self.proved(self.alone(roadmaps, goals) or self.together(roadmaps, goals))
+        except (TooLarge, Unexpressible):
+            return self.few_at_a_time(roadmaps, goals)
+
+    def proved(self, answer: Answer) -> Answer:
+        """The answer, unless it is a refusal of more than is asked."""
+        doubtful = isinstance(answer, NoPlan) and not self.unproven.isdisjoint(answer.conflict)
+        return Unknown() if doubtful else answer
+
+    def alone(self, roadmaps: tuple[Roadmap, ...], goals: tuple[Goal, ...]) -> NoPlan | None:
+        """A refusal of one goal for what single agents can do."""
+        if self.certify:
+            return None
+        names = infeasible_alone(goals, self.mission, roadmaps, self.account)
+        return NoPlan((names[0],), Clauses(1), ()) if names else None
+
+    def together(self, roadmaps: tuple[Roadmap, ...], goals: tuple[Goal, ...]) -> Answer:
+        """A plan or a refusal from one problem of all agents; a plan for few agents at a time, if that is too much.
+
+        Raises:
+            TooLarge: the clauses take more work than there is left.
+            Unexpressible: a predicate is about too many agents at once.
+        """
+        share = SHARE * (self.most - self.account.work)
+        everyone = frozenset(range(len(self.mission.agents)))
+        setting = self.setting(share)
+        ways = all_ways(roadmaps, {})
+        problem = setting.problem(goals, roadmaps, ways, everyone, frozenset(), len(everyone), self.solvers)
+        search, asked = problem.search, problem.lowered.goals
+        result = search.find(asked, EFFORT.within(share, search.clauses.count))
+        if isinstance(result, JointMotion):
+            return Holds()
+        if isinstance(result, Unsatisfiable):
+            core = named_by_solver(result.core, search)
+            names = tuple(goal.name for goal, literal in zip(goals, asked, strict=True) if literal in core)
+            return NoPlan(names, search.clauses, core)
+        return self.few_at_a_time(roadmaps, goals)
+
+    def few_at_a_time(self, roadmaps: tuple[Roadmap, ...], goals: tuple[Goal, ...]) -> Answer:
+        """A plan by prioritized planning, if it finds one; that it finds none says nothing."""
+        if self.mission.steps == 0 or not self.affordable:
+            return Unknown()
+        share = SHARE * (self.most - self.account.work)
+        most = self.account.work + share
+        plan = PrioritizedPlan(self.setting(share), Kernel(goals, ()), roadmaps, self.solvers, most, most)
+        try:
+            return Holds() if plan.find() is not None else Unknown()
+        except (TooLarge, Unexpressible):
+            return Unknown()
+
+    def setting(self, share: float) -> Setting:
+        """What problems share, with as many clauses as so many units of work allow."""
+        clauses = min(self.budget.limits.clauses, max(1, int(share / CLAUSE)))
+        return Setting(self.mission, self.budget, self.account, clauses)
