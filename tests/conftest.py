@@ -79,3 +79,9 @@ def update_golden(request: pytest.FixtureRequest) -> bool:
 def missions() -> Path:
     """The folder of real missions."""
     return ROOT / "missions"
+
+
+@pytest.fixture
+def roadmaps_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Covers are not asked: what a backend says of its roadmaps is the answer."""
+    monkeypatch.setattr("missionc.pipeline.ask_cover.CoverSide.refusal", lambda *_: None)

@@ -32,11 +32,11 @@ from missionc.kernel.nodes import Kernel
 if TYPE_CHECKING:
     from missionc.backends.cover.refute import Answer
 
-SEARCHED = 2.0
-"""Units of ``work`` that a search may do before covers are asked."""
+LITTLE, WORK, SHARE = 0.75, 6.0, 0.5
+"""Units of ``work`` that covers may take at first, and once a search has failed; and the share of the time left."""
 
-WORK, SHARE = 6.0, 0.5
-"""Units of work that covers may take, and the share of the time that is left."""
+SEARCHED = (2.0, LITTLE), (20.0, WORK)
+"""Units of work after which covers are asked about a search that goes on, and how many they may take then."""
 
 
 @dataclass(slots=True, eq=False)
@@ -49,21 +49,25 @@ class CoverSide:
     budget: Budget
     account: Account = field(default_factory=Account)
     answer: Answer | None = None
+    asked: float = 0.0
+    """Units of work that covers had, the last time."""
     planned: bool = False
     """Whether a search has a plan already, which it goes on to make better."""
 
-    def refusal(self, after: Report | None = None) -> Impossible | None:
+    def refusal(self, work: float, after: Report | None = None) -> Impossible | None:
         """That no motion satisfies the mission; None where covers do not show it.
 
         Args:
+            work: units that they may take.
             after: what a search did that found nothing.
         """
-        if self.answer is None:
+        if self.asked < work:
             from missionc.backends.cover.refute import refute  # for those who are not planned at once
 
             now = time.monotonic()
             until = now + SHARE * max(0.0, self.budget.deadline - now)
-            budget = replace(self.budget, deadline=until, work=WORK, keep=forget, resume=None)
+            budget = replace(self.budget, deadline=until, work=self.account.work + work, keep=forget, resume=None)
+            self.asked = work
             self.answer = refute(self.mission, self.kernel, budget, self.account, self.options.solver)
         from missionc.backends.cover.refute import Refused
 
@@ -83,7 +87,7 @@ class CoverSide:
         no_room = isinstance(outcome, NotFound) and outcome.reason is Reason.MEMORY
         if isinstance(outcome, Planned) or self.planned or no_room:
             return outcome
-        refused = self.refusal(outcome.report)
+        refused = self.refusal(WORK, outcome.report)
         if refused is not None:
             return refused
         notes = (str(self.answer),) if isinstance(outcome, Impossible) else ()
@@ -92,16 +96,17 @@ class CoverSide:
 
     def _driven(self, turns: Turns, budget: Budget) -> Outcome:
         """All turns; where covers refuse the mission meanwhile, no more than were taken."""
-        first = budget.work if self.options.certify or self.options.captures else min(SEARCHED, budget.work)
+        proves = self.options.certify or self.options.captures
         with closing(turns):
             try:
                 done = next(turns)
-                while done < first:
-                    done = turns.send(first)
-                if first < budget.work and not self.planned:
-                    refused = self.refusal(Report(work=done))
-                    if refused is not None:
-                        return refused
+                for searched, work in () if proves else SEARCHED:
+                    while done < min(searched, budget.work):
+                        done = turns.send(min(searched, budget.work))
+                    if done < budget.work and not self.planned:
+                        refused = self.refusal(work, Report(work=done))
+                        if refused is not None:
+                            return refused
                 while done < budget.work:
                     done = turns.send(budget.work)
             except StopIteration as ended:

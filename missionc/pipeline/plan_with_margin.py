@@ -23,7 +23,7 @@ from missionc.language.operator import TooLarge
 from missionc.lower.ahead_of_time import ahead_of_time, with_room_for_delays
 from missionc.lower.tighten import tightened, tracking_margin, with_flyable_speeds, with_vehicle_room
 from missionc.lower.unroll_past import looking_ahead
-from missionc.pipeline.ask_cover import CoverSide
+from missionc.pipeline.ask_cover import LITTLE, CoverSide
 
 PARTS = (1.0, 0.5, 0.0)
 """Parts of the margin: where all of it is too much, half of it is better than none."""
@@ -114,7 +114,7 @@ def _plan_with_margin(
         if isinstance(outcome, Planned):
             return _after(outcome if part == 1.0 or margin <= 0 else _noted(outcome, margin, part), late)
         late = late or (isinstance(outcome, NotFound) and outcome.reason is Reason.TIME)
-        refused = cover.refusal(outcome.report) if cover is not None else None
+        refused = cover.refusal(LITTLE, outcome.report) if cover is not None else None
         if refused is not None:
             return refused
     outcome = _planned(backend, wanted, kernel, options, budget, cover)

@@ -63,6 +63,7 @@ def planned_of(checked: Checked, options: Options) -> Compiled:
     return driver.plan(checked, options, Budget(time.monotonic() + 120), explain_limit=0)
 
 
+@pytest.mark.usefixtures("roadmaps_alone")
 def test_all_of_a_smallest_conflict_but_one_can_hold_on_the_roadmaps_and_all_of_it_cannot() -> None:
     seen = 0
     for seed, checked in islice(sound_missions(), MISSIONS // 2):
@@ -94,6 +95,7 @@ def test_on_lanes_a_conflict_has_no_joint_motion_and_all_of_it_but_one_has_where
     assert sizes.issuperset({1, 2})
 
 
+@pytest.mark.usefixtures("roadmaps_alone")
 def test_what_nobody_can_satisfy_alone_is_named_without_the_innocent() -> None:
     compiled = planned(LEAVE)
     assert isinstance(compiled.outcome, Impossible)
@@ -103,6 +105,7 @@ def test_what_nobody_can_satisfy_alone_is_named_without_the_innocent() -> None:
     assert (document["conflict"], document["smallest"]) == (["leave"], True)
 
 
+@pytest.mark.usefixtures("roadmaps_alone")
 def test_two_that_exclude_each_other_are_named_and_no_other() -> None:
     outcome = planned(TOGETHER).outcome
     assert isinstance(outcome, Impossible)
@@ -110,6 +113,7 @@ def test_two_that_exclude_each_other_are_named_and_no_other() -> None:
     assert outcome.smallest
 
 
+@pytest.mark.usefixtures("roadmaps_alone")
 def test_a_conflict_of_which_that_was_not_found_out_says_that_it_may_not_be_smallest(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -124,6 +128,7 @@ def test_a_conflict_of_which_that_was_not_found_out_says_that_it_may_not_be_smal
     assert str(outcome).endswith(says)
 
 
+@pytest.mark.usefixtures("roadmaps_alone")
 def test_without_time_or_work_for_questions_the_refusal_is_still_the_answer(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(SubsetQuestions, "affordable", property(lambda self: False))
     outcome = planned(TOGETHER).outcome

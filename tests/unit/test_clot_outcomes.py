@@ -11,7 +11,7 @@ import pytest
 pytest.importorskip("torch")
 
 from missionc.backends.acceptance import attempt
-from missionc.backends.api import Budget, NotFound, Planned, Progress, Reason, Report
+from missionc.backends.api import Budget, NotFound, Planned, Progress, Reason, Report, Turns
 from missionc.backends.clot import backend as transport
 from missionc.backends.options import Options
 from missionc.base.source import Source
@@ -210,11 +210,12 @@ def test_a_search_leaves_time_to_explain_what_it_did_not_find(monkeypatch: pytes
 
     def hurried(
         self: transport.ClotBackend, mission: Mission, kernel: Kernel, options: Options, budget: Budget
-    ) -> NotFound:
+    ) -> Turns:
+        yield 0.0
         told.append(budget.deadline - time.monotonic())
         return NotFound(Reason.TIME, "the time limit came first", Report())
 
-    monkeypatch.setattr(transport.ClotBackend, "plan", hurried)
+    monkeypatch.setattr(transport.ClotBackend, "turns", hurried)
     for limit in (0.0, 10.0, 1000.0):
         driver.compile(
             Source("a.mission", TOGETHER), backend="clot", time_limit=Seconds(100), explain_limit=Seconds(limit)

@@ -39,6 +39,7 @@ def compiled(text: str, **options: object) -> missionc.Compiled:
     return missionc.compile(Source("outcomes.mission", TEAM + text), **options)  # type: ignore[arg-type]
 
 
+@pytest.mark.usefixtures("roadmaps_alone")
 def test_a_refusal_names_the_requirements_that_conflict_and_no_other() -> None:
     outcome = compiled(GO + NEAR + OTHER).outcome
     assert isinstance(outcome, Impossible)
@@ -59,6 +60,7 @@ require near: every drone: always[0, 8 s] (drone reach[hops 0..1 on radio] base)
 """
 
 
+@pytest.mark.usefixtures("roadmaps_alone")
 def test_what_conflicts_does_so_on_every_roadmap_that_is_named() -> None:
     """On the finer roadmaps moves are so short that nobody reaches the goal at all; on the first one that is not so."""
     outcome = missionc.compile(Source("far.mission", LATTICE)).outcome
@@ -77,6 +79,7 @@ def test_every_solver_refuses_what_cannot_be(solver: str) -> None:
     assert isinstance(compiled(GO + NEAR, options=Options(solver=solver)).outcome, Impossible)
 
 
+@pytest.mark.usefixtures("roadmaps_alone")
 def test_a_problem_over_the_limit_on_clauses_is_refused_as_too_large_and_not_as_impossible() -> None:
     outcome = compiled(GO + NEAR + "solve with smt\n", limits=Limits(clauses=500)).outcome
     assert isinstance(outcome, NotFound)
@@ -96,6 +99,7 @@ def test_a_preference_that_can_be_kept_is_kept() -> None:
     assert "`stay` is kept" in outcome.report.notes
 
 
+@pytest.mark.usefixtures("roadmaps_alone")
 def test_a_missing_roadmap_names_every_roadmap_that_was_refused_before_it(monkeypatch: pytest.MonkeyPatch) -> None:
     built = count()
 

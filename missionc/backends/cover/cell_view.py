@@ -61,7 +61,7 @@ class _CellView:
         return length_range([self.coordinate(axis) - beacon.position[axis] for axis in range(self.dimension)])
 
     def apart(self, first: int | None, second: int) -> Range:
-        """Of two different agents never less than their bodies need."""
+        """How far two agents are apart: different ones never less than their bodies need."""
         distance = length_range(self._between(first, second))
         first = self.agent.index if first is None else first
         if first == second:

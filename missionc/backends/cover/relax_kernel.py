@@ -95,7 +95,7 @@ def _of_places(predicate: Predicate, *, speeds: bool) -> bool:
 
 
 def _neighbour(graph: Graph, body: Node, every: bool) -> Node:
-    """Of some agent that may be linked the body holds; ``every``: of each that must be."""
+    """The body holds of some agent that may be linked; ``every``: of each that must be."""
     inner, outer = (Any, All) if not every else (All, Any)
     cases: list[Node] = []
     for agent in graph.agents:
@@ -145,7 +145,7 @@ def _nearer(one: int, other: int, metres: float) -> Atom:
 
 
 def _route(graph: Graph, through: Node, end: Node, hops: int, every: bool) -> Node:
-    """Of some route of so many links that there may be, or of each that must be.
+    """Some route of so many links that there may be leads there, or each that must be.
 
     Source: [strel] Definition 5, unrolled.
     """
@@ -159,7 +159,7 @@ def _route(graph: Graph, through: Node, end: Node, hops: int, every: bool) -> No
 
 
 def _within(graph: Graph, end: Node, hops: int) -> Node:
-    """Of some agent the end holds, and it is no further away than so many of the longest links."""
+    """The end holds of some agent, which is no further away than so many of the longest links."""
     if isinstance(graph, BeaconCover):
         return TRUE
     reach = hops * float(max(all_ranges(graph), default=0.0))

@@ -36,7 +36,7 @@ AGAIN, LEAST = 0.5, 5.0
 """So many times the work that the refusals took may go into a smallest conflict, and no less than so many units."""
 
 SHARE = 0.25
-"""Of the work that is left, what one question about one roadmap may take."""
+"""The share of the work that is left which one question about one roadmap may take."""
 
 EFFORT = Effort(conflicts=100_000, rounds=200)
 """The effort of a question, however much work is left."""
