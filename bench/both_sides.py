@@ -54,7 +54,7 @@ from missionc.ir import Objective
 from missionc.kernel.nodes import Kernel
 from missionc.lower.unroll_past import looking_ahead
 from missionc.pipeline import driver
-from missionc.pipeline.ask_cover import SHARE, CoverSide
+from missionc.pipeline.ask_cover import SHARE, WORK, CoverSide
 
 MISSIONS = ROOT / "missions" / "both_sides"
 
@@ -145,7 +145,7 @@ def with_cover(row: Row, path: Path, limit: float) -> Row:
     assert isinstance(kernel, Kernel)
     side = CoverSide(checked.mission, kernel, Options(), Budget(time.monotonic() + limit / SHARE))
     begin = processor()
-    side.refusal()
+    side.refusal(WORK)
     words = {Refused: "refused", Admitted: "admitted"}
     return replace(row, cover=words.get(type(side.answer), ""), cover_processor=processor() - begin)
 
