@@ -14,8 +14,12 @@ from missionc.backends.api import NotFound, Outcome, Reason, Report, Turns
 from missionc.ir import Sight
 
 if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable
+
     from missionc.backends.api import Budget
     from missionc.ir import Mission
+
+    Another = Callable[[float], Outcome | None]
 
 CLAUSE = 1 / 400_000
 """Units of a clause: to build it, and to hand it to a solver."""
@@ -43,10 +47,19 @@ SEARCH = 10
 """A search agent by agent takes so many times the units of a sketch."""
 
 
-def driven(turns: Turns, budget: Budget) -> Outcome:
-    """The outcome of all turns; that nothing was found, where the budget's work is done before."""
+def driven(turns: Turns, budget: Budget, meanwhile: Iterable[tuple[float, Another]] = ()) -> Outcome:
+    """The outcome of all turns; that nothing was found, where the budget's work is done before.
+
+    Args:
+        meanwhile: after so many units, who is asked for another outcome: no turn is taken after one.
+    """
     try:
         done = next(turns)
+        for units, another in meanwhile:
+            while done < min(units, budget.work):
+                done = turns.send(min(units, budget.work))
+            if done < budget.work and (instead := another(done)) is not None:
+                return instead
         while done < budget.work:
             done = turns.send(budget.work)
     except StopIteration as ended:

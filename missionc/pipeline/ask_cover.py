@@ -7,8 +7,8 @@ out  its Outcome, or that no motion satisfies the mission
 from __future__ import annotations
 
 import time
-from contextlib import closing
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import TYPE_CHECKING
 
 from missionc.backends.api import (
@@ -21,11 +21,11 @@ from missionc.backends.api import (
     Reason,
     Report,
     Scope,
-    Turns,
     forget,
 )
 from missionc.backends.options import Options
 from missionc.backends.run_account import Account
+from missionc.backends.work import driven
 from missionc.ir import Mission
 from missionc.kernel.nodes import Kernel
 
@@ -41,7 +41,7 @@ SEARCHED = (2.0, LITTLE), (20.0, WORK)
 
 @dataclass(slots=True, eq=False)
 class CoverSide:
-    """Covers of a mission, asked once, when a search has done some work or has failed."""
+    """Covers of a mission, asked for little when a search has done some work, and for more later or where it failed."""
 
     mission: Mission
     kernel: Kernel
@@ -61,16 +61,14 @@ class CoverSide:
             work: units that they may take.
             after: what a search did that found nothing.
         """
-        if self.asked < work:
-            from missionc.backends.cover.refute import refute  # for those who are not planned at once
+        from missionc.backends.cover.refute import Refused, refute  # for those who are not planned at once
 
+        if self.asked < work:
             now = time.monotonic()
             until = now + SHARE * max(0.0, self.budget.deadline - now)
             budget = replace(self.budget, deadline=until, work=self.account.work + work, keep=forget, resume=None)
             self.asked = work
             self.answer = refute(self.mission, self.kernel, budget, self.account, self.options.solver)
-        from missionc.backends.cover.refute import Refused
-
         if not isinstance(self.answer, Refused):
             return None
         report = self._report(after or Report())
@@ -83,7 +81,10 @@ class CoverSide:
             self.planned = True
             return budget.found(plan)
 
-        outcome = self._driven(backend.turns(mission, kernel, self.options, replace(budget, found=found)), budget)
+        proves = self.options.certify or self.options.captures
+        meanwhile = () if proves else [(units, partial(self._meanwhile, work)) for units, work in SEARCHED]
+        turns = backend.turns(mission, kernel, self.options, replace(budget, found=found))
+        outcome = driven(turns, budget, meanwhile)
         no_room = isinstance(outcome, NotFound) and outcome.reason is Reason.MEMORY
         if isinstance(outcome, Planned) or self.planned or no_room:
             return outcome
@@ -94,25 +95,9 @@ class CoverSide:
         report = self._report(outcome.report)
         return replace(outcome, report=replace(report, notes=(*report.notes, *notes)))
 
-    def _driven(self, turns: Turns, budget: Budget) -> Outcome:
-        """All turns; where covers refuse the mission meanwhile, no more than were taken."""
-        proves = self.options.certify or self.options.captures
-        with closing(turns):
-            try:
-                done = next(turns)
-                for searched, work in () if proves else SEARCHED:
-                    while done < min(searched, budget.work):
-                        done = turns.send(min(searched, budget.work))
-                    if done < budget.work and not self.planned:
-                        refused = self.refusal(work, Report(work=done))
-                        if refused is not None:
-                            return refused
-                while done < budget.work:
-                    done = turns.send(budget.work)
-            except StopIteration as ended:
-                outcome: Outcome = ended.value
-                return outcome
-        return NotFound(Reason.SOLVER, f"{budget.work:g} units of work found none", Report(work=done))
+    def _meanwhile(self, work: float, done: float) -> Impossible | None:
+        """That no motion satisfies the mission, by covers that take so much work while a search has done so much."""
+        return None if self.planned else self.refusal(work, Report(work=done))
 
     def _report(self, report: Report) -> Report:
         """A report with what covers took."""
