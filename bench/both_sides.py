@@ -143,7 +143,7 @@ def with_cover(row: Row, path: Path, limit: float) -> Row:
     assert checked.kernel is not None
     kernel = looking_ahead(checked.kernel, checked.mission.steps, Limits().formula_nodes)
     assert isinstance(kernel, Kernel)
-    side = CoverSide(checked.mission, kernel, Options(), Budget(time.monotonic() + limit / SHARE))
+    side = CoverSide(checked.mission, kernel, checked.kernel, Options(), Budget(time.monotonic() + limit / SHARE))
     begin = processor()
     side.refusal(WORK)
     words = {Refused: "refused", Admitted: "admitted"}

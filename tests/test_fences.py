@@ -18,6 +18,7 @@ import pytest
 from missionc.base.source import Source
 from missionc.diagnostics.render import render_json
 from missionc.pipeline import driver
+from tests.support.certificates import certified
 from tests.support.documentation_fences import console, shell, usage
 from tests.support.golden_pages import Block, blocks, run
 from tests.support.small_missions import CONFLICT, LATE, SMALL
@@ -105,6 +106,7 @@ def documents() -> dict[str, Any]:
         json.loads(planned["plan.json"]),
         json.loads(missed["near_miss.json"]),
         json.loads(several["alternatives.json"]),
+        json.loads(certified("short_relay").files["cover.json"]),
     ]
     return {
         **{document["schema"]: document for document in written},

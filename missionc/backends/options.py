@@ -171,7 +171,7 @@ DESCRIBED: Final = {
             "processes", Whole(1, 256), "N", "Child processes of clot and hybrid; the plan is the same.", refused=True
         ),
         Described("stretch", Real(1, SLOWEST), "S", "Fly the plan S times slower.", Recorded.WHERE_GIVEN),
-        Described("certify", Switch(), help="Leave the CNF and a DRAT proof beside an `impossible`."),
+        Described("certify", Switch(), help="Leave a proof of an `impossible` that `verify` checks."),
     )
 }
 """Every option that has a flag, in the order in which a manifest has them."""

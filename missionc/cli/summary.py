@@ -236,6 +236,8 @@ def reverified_lines(reverified: Reverified) -> list[str]:
         for each in reverified.others
         if each.certificate is not None
     ]
+    if reverified.proven:
+        return [*lines, f"  proven: {reverified.proven}"]
     return [
         *lines,
         *margin_lines(certificate),
@@ -262,6 +264,7 @@ def reverified_document(reverified: Reverified) -> dict[str, object]:
             }
             for check in failures
         ],
+        "proven": reverified.proven or None,
         "between_steps": [_between(each) for each in certificate.between] if certificate else [],
         "alternatives": [{"folder": str(each.folder), **reverified_document(each)} for each in reverified.others],
         "delays": [asdict(each) for each in certificate.delays] if certificate else [],

@@ -45,6 +45,8 @@ class CoverSide:
 
     mission: Mission
     kernel: Kernel
+    meant: Kernel
+    """The kernel with whatever looks back, as it was written: certificates are about that."""
     options: Options
     budget: Budget
     account: Account = field(default_factory=Account)
@@ -71,7 +73,11 @@ class CoverSide:
             self.answer = refute(self.mission, self.kernel, budget, self.account, self.options.solver)
         if not isinstance(self.answer, Refused):
             return None
-        report = self._report(after or Report())
+        if self.options.certify and not self.account.files:
+            from missionc.pipeline.certify_refusal import certify_refusal
+
+            certify_refusal(self.answer, self.mission, self.meant, self.budget, self.account)
+        report = replace(self._report(after or Report()), files=tuple(self.account.files.items()))
         return Impossible(self.answer.conflict, str(self.answer), report, Scope.MISSION, smallest=self.answer.smallest)
 
     def searched(self, backend: Backend, mission: Mission, kernel: Kernel, budget: Budget) -> Outcome:
@@ -81,8 +87,9 @@ class CoverSide:
             self.planned = True
             return budget.found(plan)
 
-        proves = self.options.certify or self.options.captures
-        meanwhile = () if proves else [(units, partial(self._meanwhile, work)) for units, work in SEARCHED]
+        meanwhile = (
+            () if self.options.captures else [(units, partial(self._meanwhile, work)) for units, work in SEARCHED]
+        )
         turns = backend.turns(mission, kernel, self.options, replace(budget, found=found))
         outcome = driven(turns, budget, meanwhile)
         no_room = isinstance(outcome, NotFound) and outcome.reason is Reason.MEMORY
@@ -104,4 +111,9 @@ class CoverSide:
         if dict(report.seconds).get("cover") is not None:
             return report
         cover = self.account.report()
-        return replace(report, seconds=(*report.seconds, *cover.seconds), work=report.work + cover.work)
+        return replace(
+            report,
+            seconds=(*report.seconds, *cover.seconds),
+            notes=(*report.notes, *cover.notes),
+            work=report.work + cover.work,
+        )

@@ -318,7 +318,7 @@ def _plan_by_all(
         if isinstance(outcome, Impossible)
         else no_plan.not_found(checked, outcome, explained)
     )
-    return with_manifest(replace(ended(outcome, finding), explained=explained))
+    return with_manifest(replace(ended(outcome, finding), explained=explained), options)
 
 
 def _for_trials(backend: Backend, outcome: Impossible | NotFound, options: Options) -> Backend:

@@ -97,8 +97,8 @@ def _plan_with_margin(
     ahead = looking_ahead(kernel, mission.steps, budget.limits.formula_nodes)
     if isinstance(ahead, TooLarge):
         return NotFound(Reason.SIZE, _too_large(ahead, budget.limits.formula_nodes), Report())
-    kernel = ahead
-    cover = CoverSide(mission, kernel, options, budget) if covers else None
+    kernel, meant = ahead, kernel
+    cover = CoverSide(mission, kernel, meant, options, budget) if covers else None
     wanted = with_vehicle_room(mission)
     slow = with_flyable_speeds(wanted)
     if slow is not wanted and has_errors(check_world(slow, kernel)):  # too slow to be anywhere in time

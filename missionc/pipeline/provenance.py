@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, assert_never
 
 from missionc.backends.offers import AUTO, OFFERS
 from missionc.backends.options import DESCRIBED, Described, Options, Recorded
-from missionc.output.folder.file_names import MANIFEST, NEAR_MISS, PROOF, input_name
+from missionc.output.folder.file_names import MANIFEST, MISSION, NEAR_MISS, PROOF, input_name
 from missionc.pipeline.checked import Checked
 from missionc.pipeline.results import Compiled
 
@@ -56,13 +56,20 @@ def asked_for(exports: tuple[str, ...]) -> tuple[tuple[str, Option], ...]:
     return (("export", ",".join(dict.fromkeys(exports))),) if exports else ()
 
 
-def with_manifest(compiled: Compiled) -> Compiled:
-    """A compilation that ended without a plan, with a manifest of the files that it leaves, if it leaves any."""
+def with_manifest(compiled: Compiled, options: Options) -> Compiled:
+    """A compilation that ended without a plan, with a manifest of the files that it leaves, if it leaves any.
+
+    Where there is a proof among them, the mission lies beside it, so that it can be judged from the folder alone.
+    """
     files, mission = dict(compiled.files), compiled.checked.mission
     if not files or mission is None:
         return compiled
-    from missionc.output.folder.manifest import without_plan  # loads what writes plans
+    from missionc.output.folder.manifest import Provenance, without_plan  # loads what writes plans
 
     missed = compiled.explained.near_miss.files if compiled.explained and compiled.explained.near_miss else ()
-    holds = NEAR_MISS if len(missed) == len(files) else PROOF
-    return replace(compiled, listing=((MANIFEST, without_plan(mission.name, holds, files).encode()),))
+    if len(missed) == len(files):
+        return replace(compiled, listing=((MANIFEST, without_plan(mission.name, NEAR_MISS, files).encode()),))
+    origin = Provenance(inputs(compiled.checked), given(compiled.checked, options))
+    own = tuple((f"{MISSION}/{name}", content) for name, content in origin.inputs)
+    text = without_plan(mission.name, PROOF, files | dict(own), origin)
+    return replace(compiled, listing=(*own, (MANIFEST, text.encode())))

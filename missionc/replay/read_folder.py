@@ -12,20 +12,14 @@ it verified.
 
 from __future__ import annotations
 
-import hashlib
 import os
-import stat
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from missionc.backends.options import SLOWEST
 from missionc.base.limits import Limits
 from missionc.base.source import Source
-from missionc.base.strict_json import NotJsonError, parse_json
 from missionc.base.trace import Trace
-from missionc.data.vehicles import profiles
-from missionc.diagnostics.code import FOLDER_UNREADABLE
 from missionc.diagnostics.model import Diagnostic
 from missionc.ir import Mission
 from missionc.kernel.nodes import Kernel
@@ -33,20 +27,15 @@ from missionc.monitoring.read_trace import read_trace
 from missionc.output.folder.file_names import (
     ALTERNATIVES_FOLDER,
     MANIFEST,
-    MANIFEST_SCHEMA,
     MISSION,
     MOST_ALTERNATIVES,
     file_names,
     polynomials_file,
 )
-from missionc.output.folder.walk_folder import MOST_ENTRIES, contents, is_normal, kind, printable, read_inside
 from missionc.pipeline.checked import Checked
-from missionc.pipeline.front_end import ANY_BACKEND, check
-from missionc.syntax.read_file import cannot_read, held, too_large
+from missionc.replay.folder_files import FolderFiles, check_mission, names_and_hashes, parsed, read_files, unusable
 
 PLAN, CERTIFICATE = "plan.json", "certificate.json"
-STRETCH, VEHICLE = "stretch", "vehicle"
-"""How many times slower than planned a plan may be flown."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -85,27 +74,11 @@ class OutputFolder:
 def read_folder(folder: Path, limits: Limits | None = None) -> OutputFolder | tuple[Diagnostic, ...]:
     """The folder's mission, plan and polynomials; or every reason why they cannot be read."""
     limits = limits or Limits()
-    lying = _lying(folder, limits)
-    if isinstance(lying, Diagnostic):
-        return (lying,)
-    manifest = _manifest(folder, limits)
-    if isinstance(manifest, Diagnostic):
-        return (manifest,)
-    inputs, listed = _names(manifest.get("inputs")), _names(manifest.get("files"))
-    if not inputs or PLAN not in listed:
-        return (_unusable(folder, f"its `{MANIFEST}` names no mission and no `{PLAN}`"),)
-    missions = [f"{MISSION}/{name}" for name in inputs]
-    wrong = _misspelt(listed) or _misspelt(inputs) or _absent(lying, [*listed, *missions])
-    if wrong:
-        return (_unusable(folder, f"its `{MANIFEST}` names {wrong}"),)
-    files: dict[str, bytes] = {}
-    for name in dict.fromkeys((*listed, *missions)):
-        content = read_inside(folder, name, limits.trace_bytes)
-        if isinstance(content, Diagnostic):
-            return (content,)
-        files[name] = content
-    opened = _read(folder, manifest, lying, files, limits)
-    return _with_alternatives(opened, lying, limits) if isinstance(opened, OutputFolder) else opened
+    found = read_files(folder, limits, PLAN)
+    if isinstance(found, Diagnostic):
+        return (found,)
+    opened = _read(found, limits)
+    return _with_alternatives(opened, found.lying, limits) if isinstance(opened, OutputFolder) else opened
 
 
 def _with_alternatives(
@@ -123,50 +96,28 @@ def _with_alternatives(
         if MANIFEST not in own:
             continue
         path = opened.path / name
-        manifest = _parsed(path, own[MANIFEST])
+        manifest = parsed(path, own[MANIFEST])
         if isinstance(manifest, Diagnostic):
             return (manifest,)
-        inputs, listed = _names(manifest.get("inputs")), _names(manifest.get("files"))
+        inputs, listed = names_and_hashes(manifest.get("inputs")), names_and_hashes(manifest.get("files"))
         there = {file.removeprefix(f"{name}/"): status for file, status in lying.items() if file.startswith(f"{name}/")}
         wanted = [*listed, *(f"{MISSION}/{file}" for file in inputs)]
         if not inputs or PLAN not in listed or any(file not in own for file in wanted):
-            return (_unusable(path, f"its `{MANIFEST}` names no mission, no `{PLAN}`, or files that are not in it"),)
+            return (unusable(path, f"its `{MANIFEST}` names no mission, no `{PLAN}`, or files that are not in it"),)
         files = {file: own[file] for file in dict.fromkeys(wanted)}
-        read = _read(path, manifest, there, files, limits)
+        read = _read(FolderFiles(path, manifest, there, files), limits)
         if not isinstance(read, OutputFolder):
             return read
         inside[name] = read
     return replace(opened, alternatives=inside)
 
 
-def _read(
-    folder: Path,
-    manifest: dict[str, object],
-    lying: Mapping[str, os.stat_result],
-    files: Mapping[str, bytes],
-    limits: Limits,
-) -> OutputFolder | tuple[Diagnostic, ...]:
+def _read(found: FolderFiles, limits: Limits) -> OutputFolder | tuple[Diagnostic, ...]:
     """The same, of files that are in hand."""
-    inputs, listed = _names(manifest["inputs"]), _names(manifest["files"])
-    stretch = _stretch(manifest)
-    if stretch is None:
-        return (_unusable(folder, f"the `{STRETCH}` in its `{MANIFEST}` is no number from 1 to {SLOWEST:g}"),)
-    vehicle = option(manifest, VEHICLE) or ""
-    if vehicle and vehicle not in profiles():
-        return (_unusable(folder, f"the `{VEHICLE}` in its `{MANIFEST}` is none that this version knows"),)
-    own = {name: files[f"{MISSION}/{name}"] for name in inputs}
-    source, load = held(next(iter(inputs)), str(folder / MISSION), own, limits)
-    if isinstance(source, Diagnostic):
-        return (source,)
-    checked = check(
-        source,
-        overrides=_overrides(manifest),
-        backend=ANY_BACKEND,
-        limits=limits,
-        stretch=stretch,
-        vehicle=vehicle,
-        load=load,
-    )
+    folder, files = found.path, found.files
+    checked = check_mission(found, limits)
+    if isinstance(checked, Diagnostic):
+        return (checked,)
     if checked.mission is None or checked.kernel is None or not checked.ok:
         return checked.findings
     plan = Source(str(folder / PLAN), files[PLAN].decode("utf-8", errors="replace"))
@@ -176,10 +127,10 @@ def _read(
     names = file_names(checked.mission.agents)
     return OutputFolder(
         path=folder,
-        manifest=manifest,
+        manifest=found.manifest,
         files=files,
-        differing=tuple(name for name in files if listed.get(name) != hashlib.sha256(files[name]).hexdigest()),
-        unlisted=_unlisted(lying, [*files, MANIFEST]),
+        differing=found.differing,
+        unlisted=found.unlisted,
         checked=checked,
         mission=checked.mission,
         kernel=checked.kernel,
@@ -188,120 +139,4 @@ def _read(
             agent.name: files.get(polynomials_file(names[agent.name]), b"").decode("utf-8", errors="replace")
             for agent in checked.mission.agents
         },
-    )
-
-
-# ------------------------------------------------------------------ what lies there
-
-
-def _lying(folder: Path, limits: Limits) -> dict[str, os.stat_result] | Diagnostic:
-    """Everything in the folder, where it is no more than may be read and holds no link."""
-    if not folder.is_dir():
-        return _unusable(folder, "it is no folder")
-    try:
-        lying = contents(folder)
-    except OSError as error:
-        return cannot_read(FOLDER_UNREADABLE, printable(str(folder)), error)
-    if MANIFEST not in lying:
-        return _unusable(folder, f"there is no `{MANIFEST}` in it")
-    if len(lying) > MOST_ENTRIES:
-        return _unusable(folder, f"there are more than {MOST_ENTRIES} files in it")
-    for name in sorted(lying):
-        if kind(lying[name]):
-            return _unusable(folder, f"`{printable(name)}` in it is {kind(lying[name])}")
-    size = sum(status.st_size for status in lying.values() if stat.S_ISREG(status.st_mode))
-    if size > limits.trace_bytes:
-        return too_large(FOLDER_UNREADABLE, printable(str(folder)), size, limits.trace_bytes)
-    return lying
-
-
-def _misspelt(names: Iterable[str]) -> str:
-    """The first name that is not spelt in the one way, or that another one only differs from in case."""
-    seen: dict[str, str] = {}
-    for name in names:
-        if not is_normal(name):
-            return f"`{name}`, which is not how a file in it is called"
-        before = seen.setdefault(name.casefold(), name)
-        if before != name:
-            return f"`{name}` beside `{before}`, which is the same file where case does not matter"
-    return ""
-
-
-def _absent(lying: Mapping[str, os.stat_result], names: Sequence[str]) -> str:
-    """The first name of no file in the folder."""
-    for name in names:
-        if name not in lying or not stat.S_ISREG(lying[name].st_mode):
-            return f"`{name}`, which is no file in it"
-    return ""
-
-
-def _unlisted(lying: Iterable[str], names: Iterable[str]) -> tuple[str, ...]:
-    """What lies in the folder and is none of these files."""
-    return tuple(sorted(set(lying) - set(names)))
-
-
-# ---------------------------------------------------------------------- the manifest
-
-
-def _manifest(folder: Path, limits: Limits) -> dict[str, object] | Diagnostic:
-    """The manifest, of whatever shape within."""
-    content = read_inside(folder, MANIFEST, limits.trace_bytes)
-    return content if isinstance(content, Diagnostic) else _parsed(folder, content)
-
-
-def _parsed(folder: Path, content: bytes) -> dict[str, object] | Diagnostic:
-    try:
-        manifest = parse_json(content.decode("utf-8"))
-    except UnicodeDecodeError:
-        return _unusable(folder, f"its `{MANIFEST}` is not UTF-8")
-    except NotJsonError as error:
-        return _unusable(folder, f"its `{MANIFEST}` cannot be read: {error.reason}")
-    if not isinstance(manifest, dict) or manifest.get("schema") != MANIFEST_SCHEMA:
-        return _unusable(folder, f"its `{MANIFEST}` is not what this version of the compiler writes")
-    return manifest
-
-
-def _names(listed: object) -> dict[str, str]:
-    """Names and hashes; empty where something else stands there."""
-    if not isinstance(listed, dict) or not all(isinstance(value, str) for value in listed.values()):
-        return {}
-    return listed
-
-
-def option(manifest: Mapping[str, object], name: str) -> str | None:
-    """What the command line gave; absent where it gave nothing, or where no text stands there."""
-    value = options(manifest).get(name)
-    return value if isinstance(value, str) else None
-
-
-def options(manifest: Mapping[str, object]) -> dict[str, object]:
-    """Everything that the command line gave."""
-    given = manifest.get("options")
-    return given if isinstance(given, dict) else {}
-
-
-def _stretch(manifest: Mapping[str, object]) -> float | None:
-    """How much slower than planned the plan is; None where something else stands there."""
-    if STRETCH not in options(manifest):
-        return 1.0
-    try:
-        stretch = float(option(manifest, STRETCH) or "")
-    except ValueError:
-        return None
-    return stretch if 1 <= stretch <= SLOWEST else None
-
-
-def _overrides(manifest: Mapping[str, object]) -> dict[str, str]:
-    """The parameters that the command line gave: the options that begin with ``-D``."""
-    return {
-        name[3:]: text for name, text in options(manifest).items() if name.startswith("-D ") and isinstance(text, str)
-    }
-
-
-def _unusable(folder: Path, why: str) -> Diagnostic:
-    return Diagnostic(
-        FOLDER_UNREADABLE,
-        f"`{printable(str(folder))}` is no folder that `missionc compile` wrote: {why}",
-        None,
-        help="name a folder written by `missionc compile`; an older one has to be compiled again",
     )

@@ -15,6 +15,7 @@ from missionc.base.limits import Limits
 from missionc.diagnostics.code import FOLDER_REFUSED, NOT_JUDGED
 from missionc.diagnostics.model import Diagnostic
 from missionc.output.folder.walk_folder import printable
+from missionc.replay.folder_files import UNLISTED, file_checks
 from missionc.replay.read_folder import CERTIFICATE, PLAN, OutputFolder, read_folder
 from missionc.replay.rebuild.alternatives import Judged
 from missionc.replay.rebuild.rebuild_documents import check_documents
@@ -22,8 +23,6 @@ from missionc.replay.rebuild.verdict import DOCUMENT, UNJUDGED, unjudged, verdic
 from missionc.verify.certificate import Certificate, Check
 from missionc.verify.check_certificate import check_certificate
 from missionc.verify.verify_plan import verify, verify_between, verify_polynomials, with_delays
-
-UNLISTED = "the manifest does not list it"
 
 MOST_REASONS = 8
 """Failed checks that a message names; the first of them are the ones to look at."""
@@ -43,6 +42,8 @@ class Reverified:
     flown: Certificate | None = None
     others: tuple[Reverified, ...] = ()
     """The further plans in the folder, in the order of their ranks."""
+    proven: str = ""
+    """What the files prove, of a folder that holds a proof in the place of a plan: a sentence."""
 
     @property
     def passed(self) -> bool:
@@ -74,7 +75,7 @@ def reverify_opened(opened: OutputFolder, limits: Limits | None) -> Reverified:
     if flown.passed:
         flown = flown.joined(verify_between(mission, kernel, trace, opened.flights))
         documents = (*_stated(opened, flown), *check_documents(opened, flown, limits, plans_of(others)))
-    certificate = Certificate(mission.name, _files(opened)).joined(flown)
+    certificate = Certificate(mission.name, file_checks(opened)).joined(flown)
     certificate = certificate.joined(
         Certificate(mission.name, (*documents, *map(_of_other, opened.alternatives, others)))
     )
@@ -93,17 +94,6 @@ def _of_other(name: str, other: Reverified) -> Check:
     failures = other.certificate.failures if other.certificate else ()
     say = unjudged if other.undecided else verdict
     return say(name, _reason(failures[0]) if failures else "")
-
-
-def _files(opened: OutputFolder) -> tuple[Check, ...]:
-    """That every file is the one that was written, and that no other one lies beside them."""
-    detail = "its SHA-256 is the one in the manifest"
-    listed = (
-        Check("manifest", name, 0.0, "", 0.0, name not in opened.differing, detail=detail)
-        for name in sorted(opened.files)
-    )
-    beside = (Check("manifest", name, 0.0, "", 0.0, False, detail=UNLISTED) for name in opened.unlisted)
-    return (*listed, *beside)
 
 
 def _stated(opened: OutputFolder, flown: Certificate) -> tuple[Check, ...]:

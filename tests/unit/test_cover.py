@@ -95,8 +95,9 @@ def test_a_hole_is_as_narrow_as_its_body_is() -> None:
 
 def test_a_wall_hides_what_is_behind_it_and_not_what_is_beside() -> None:
     graph = ir.Sight("eye", Metres(20.0), (ir.Box((4.0, 0.0), (6.0, 6.0)),), (0, 1), SPAN)
-    here = Cells(np.array([[1.0, 1.0], [1.0, 7.0]]), np.array([[2.0, 2.0], [2.0, 8.0]]))
-    there = Cells(np.array([[8.0, 1.0], [8.0, 7.0]]), np.array([[9.0, 2.0], [9.0, 8.0]]))
+    nothing = np.zeros((0, 2)), np.zeros((0, 2))
+    here = Cells(np.array([[1.0, 1.0], [1.0, 7.0]]), np.array([[2.0, 2.0], [2.0, 8.0]]), nothing)
+    there = Cells(np.array([[8.0, 1.0], [8.0, 7.0]]), np.array([[9.0, 2.0], [9.0, 8.0]]), nothing)
     assert hidden(graph, here, there).tolist() == [[True, True], [True, False]]
 
 

@@ -1,4 +1,4 @@
-"""What `--certify` leaves is a proof: checked step by step, by code that shares nothing with what wrote it."""
+"""What `--certify` leaves of roadmaps is a proof: checked step by step, by code that knows nothing of its maker."""
 
 from __future__ import annotations
 
@@ -19,6 +19,7 @@ from tests.support.drat_checker import clauses_of, fault
 from tests.support.small_missions import CONFLICT, SMALL
 
 pytest.importorskip("pysat")
+pytestmark = pytest.mark.usefixtures("roadmaps_alone")
 
 NO_WAY = (
     SMALL.replace("horizon 6 s", "horizon 1 s")

@@ -34,10 +34,14 @@ EDGE = 0.1
 
 @dataclass(frozen=True, eq=False)
 class Cells:
-    """Boxes, (cells, dim) corners each, metres. The last ``points`` are single points: starts and finishes."""
+    """Boxes, (cells, dim) corners each, metres. The last ``points`` are single points: starts and finishes.
+
+    ``left_out`` are the corners of the boxes with no room in them, (boxes, dim) each.
+    """
 
     low: Array
     high: Array
+    left_out: tuple[Array, Array]
     points: int = 0
 
     def __len__(self) -> int:
@@ -75,11 +79,13 @@ def cells_of(mission: Mission, agent: Agent, borders: Sequence[Border], count: i
     """So many boxes or fewer over all places where the centre of such an agent may be."""
     standing = [each for each in mission.obstacles if each.constant]
     heap: list[tuple[float, int, Array, Array, tuple[Border, ...]]] = []
+    left_out: list[tuple[Array, Array]] = []
     number = 0
 
     def put(low: Array, high: Array, around: Sequence[Border]) -> None:
         nonlocal number
         if not all(bool(standing_room(each, agent, mission, 0, low, high)) for each in standing):
+            left_out.append((low, high))
             return
         crossing = tuple(border for border in around if border.crosses(low, high))
         size = float((high - low).max()) * (CROSSED if crossing else 1.0)
@@ -95,9 +101,13 @@ def cells_of(mission: Mission, agent: Agent, borders: Sequence[Border], count: i
             part_low[axis], part_high[axis] = begin, end
             put(part_low, part_high, crossing)
     done = [(low, high) for _, _, low, high, _ in sorted(heap, key=lambda each: each[1])]
-    if not done:
-        return Cells(np.zeros((0, mission.dimension)), np.zeros((0, mission.dimension)))
-    return Cells(np.stack([low for low, _ in done]), np.stack([high for _, high in done]))
+    return Cells(*_corners(done, mission.dimension), _corners(left_out, mission.dimension))
+
+
+def _corners(boxes: list[tuple[Array, Array]], dimension: int) -> tuple[Array, Array]:
+    """The corners of boxes, (boxes, dim) each."""
+    corners = np.array(boxes, dtype=np.float64).reshape(len(boxes), 2, dimension)
+    return corners[:, 0], corners[:, 1]
 
 
 def _cut(borders: Sequence[Border], low: Array, high: Array) -> tuple[int, float]:
@@ -117,4 +127,4 @@ def _cut(borders: Sequence[Border], low: Array, high: Array) -> tuple[int, float
 
 def with_points(cells: Cells, points: Array) -> Cells:
     """The cells, and single points, (points, dim), after them."""
-    return Cells(np.concatenate([cells.low, points]), np.concatenate([cells.high, points]), len(points))
+    return Cells(np.concatenate([cells.low, points]), np.concatenate([cells.high, points]), cells.left_out, len(points))

@@ -11,7 +11,7 @@ Source:
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from itertools import combinations, product
 
 import numpy as np
@@ -53,16 +53,21 @@ def add_crowding(mission: Mission, cover: Cover, motion: Motion, agents: frozens
     Raises:
         TooLarge: the clauses would pass their limit.
     """
+    for low, high, most in rooms(mission, cover, agents):
+        inside = np.stack([_inside(cover, motion, agent, low, high, clauses) for agent in sorted(agents)])
+        for chosen in combinations(range(len(inside)), most + 1):
+            clauses.add(*(-inside[list(chosen)]))
+
+
+def rooms(mission: Mission, cover: Cover, agents: frozenset[int]) -> Iterator[tuple[Array, Array, int]]:
+    """Boxes of the cover, corners (dim,) each, metres, that fewer of these agents fit into than there are; how many."""
     if len(agents) < 2:
         return
     apart = min(must_be_apart(mission, one, other) for one, other in combinations(sorted(agents), 2))
     for low, high in cover.boxes:
         most = fits((high - low).tolist(), apart)
-        if most >= len(agents) or math.comb(len(agents), most + 1) > MOST_CHOICES:
-            continue
-        inside = np.stack([_inside(cover, motion, agent, low, high, clauses) for agent in sorted(agents)])
-        for chosen in combinations(range(len(inside)), most + 1):
-            clauses.add(*(-inside[list(chosen)]))
+        if most < len(agents) and math.comb(len(agents), most + 1) <= MOST_CHOICES:
+            yield low, high, most
 
 
 def _inside(cover: Cover, motion: Motion, agent: int, low: Array, high: Array, clauses: Clauses) -> Literals:

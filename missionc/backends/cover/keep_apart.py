@@ -44,25 +44,30 @@ def add_separation(mission: Mission, cover: Cover, motion: Motion, agents: froze
         first, second = int(motion.roadmap_of[one]), int(motion.roadmap_of[other])
         key = first, second, motion.ways[one][0].tobytes(), motion.ways[other][0].tobytes()
         if key not in known:
-            known[key] = _reachable(mission, cover, motion, (one, other))
+            cells, starts = (cover.cells[first], cover.cells[second]), (motion.ways[one][0], motion.ways[other][0])
+            known[key] = together_ever(mission, cells, (one, other), starts)
         together = known[key]
         if not together.all():
             _add(clauses, motion, one, other, together)
 
 
-def _reachable(mission: Mission, cover: Cover, motion: Motion, agents: tuple[int, int]) -> Flags:
-    """In which pairs of cells two agents may ever be together, from where they start."""
-    numbers = [int(motion.roadmap_of[agent]) for agent in agents]
-    one, other = (cover.cells[number] for number in numbers)
-    together = may_be_together(mission, (one, other), agents)
+def together_ever(
+    mission: Mission, cells: tuple[Cells, Cells], agents: tuple[int, int], starts: tuple[Flags, Flags]
+) -> Flags:
+    """In which pairs of cells two agents may ever be together: (cells of one, cells of the other).
+
+    Args:
+        starts: in which cells each of them may be at the first step, (cells,).
+    """
+    together = may_be_together(mission, cells, agents)
     if together.all() or together.size > MOST_PAIRS:
         return together
     number = np.full(together.size, -1, dtype=np.int64)
     kept = np.flatnonzero(together.ravel())
     number[kept] = np.arange(len(kept))
     links = []
-    for axis, cells in enumerate((one, other)):
-        here, there = np.nonzero(np.triu(cells.touching, 1))
+    for axis, own in enumerate(cells):
+        here, there = np.nonzero(np.triu(own.touching, 1))
         if axis == 0:
             begin, end = number.reshape(together.shape)[here], number.reshape(together.shape)[there]
         else:
@@ -72,8 +77,8 @@ def _reachable(mission: Mission, cover: Cover, motion: Motion, agents: tuple[int
     begin, end = (np.concatenate(each) for each in zip(*links, strict=True))
     graph = sparse.coo_matrix((np.ones(len(begin), dtype=np.int8), (begin, end)), shape=(len(kept), len(kept)))
     _, component = connected_components(graph, directed=False)
-    starts = motion.ways[agents[0]][0][:, None] & motion.ways[agents[1]][0][None, :]
-    reached = np.unique(component[number[(starts & together).ravel()]]) if len(kept) else np.zeros(0)
+    begins = starts[0][:, None] & starts[1][None, :]
+    reached = np.unique(component[number[(begins & together).ravel()]]) if len(kept) else np.zeros(0)
     reachable: Flags = np.zeros(together.size, dtype=np.bool_)
     reachable[kept] = np.isin(component, reached)
     return reachable.reshape(together.shape)

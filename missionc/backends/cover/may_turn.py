@@ -6,6 +6,7 @@ In a time t before and after, its way may bend by its acceleration times t squar
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 
 import numpy as np
 
@@ -14,7 +15,7 @@ from missionc.backends.cover.may_moves import MORE
 from missionc.backends.smt.encode.clauses import FALSE, Clauses
 from missionc.backends.smt.encode.lower_motion import Motion
 from missionc.base.trace import Flags
-from missionc.ir import Mission
+from missionc.ir import Dynamics, Mission
 from missionc.world.distance_ranges import Range, length_range
 
 MOST_CELLS = 60
@@ -35,17 +36,26 @@ def add_turns(
     for number, own in enumerate(cells):
         agents = cast.intersection(motion.roadmaps[number].agents)
         dynamics = mission.agents[motion.roadmaps[number].agents[0]].dynamics
-        if not agents or not math.isfinite(dynamics.top_acceleration) or not 0 < len(own) <= MOST_CELLS:
-            continue
-        apart = 1
-        while 2 * apart <= mission.steps:
-            time = apart * mission.step
-            bend = (dynamics.top_acceleration * (1 + MORE) + MORE) * time**2 + 4 * apart * SHAKEN
-            may = _may_follow(own, bend)
-            if not may.all():
-                for agent in sorted(agents):
-                    _add(clauses, motion, agent, apart, may)
-            apart *= 2
+        for apart, may in may_turn(mission, own, dynamics) if agents else ():
+            for agent in sorted(agents):
+                _add(clauses, motion, agent, apart, may)
+
+
+def may_turn(mission: Mission, cells: Cells, dynamics: Dynamics) -> Iterator[tuple[int, Flags]]:
+    """Numbers of steps, and to which third cell an agent may come so many after the second, and they after the first.
+
+    Flags are (cells, cells, cells); nothing is said where they are all set.
+    """
+    if not math.isfinite(dynamics.top_acceleration) or not 0 < len(cells) <= MOST_CELLS:
+        return
+    apart = 1
+    while 2 * apart <= mission.steps:
+        time = apart * mission.step
+        bend = (dynamics.top_acceleration * (1 + MORE) + MORE) * time**2 + 4 * apart * SHAKEN
+        may = _may_follow(cells, bend)
+        if not may.all():
+            yield apart, may
+        apart *= 2
 
 
 def _may_follow(cells: Cells, bend: float) -> Flags:

@@ -27,6 +27,7 @@ from missionc.backends.smt.encode.occupancy import Occupancy
 from missionc.backends.smt.roadmap.labels import Unexpressible
 from missionc.backends.smt.sat.solve import Satisfiable, Solvers, Unsatisfiable
 from missionc.backends.work import CLAUSE, conflicts_of, question_work
+from missionc.base.trace import Flags
 from missionc.kernel.nodes import Goal
 
 CLAUSES = 600_000
@@ -67,6 +68,21 @@ class Question:
         pairs = sum(count[one] * count[other] for one, other in combinations(self.together, 2))
         return PAIRED * pairs * (self.caps.mission.steps + 1)
 
+    @property
+    def cast(self) -> frozenset[int]:
+        """Those who are asked."""
+        return self.together or frozenset(range(len(self.caps.mission.agents)))
+
+    @property
+    def ways(self) -> tuple[Flags, ...]:
+        """For each agent where it can be, (steps + 1, cells)."""
+        return all_ways(self.cover.roadmaps, self.cover.never)
+
+    @property
+    def labels(self) -> MayLabels:
+        """What may hold in the cover's cells, and what may fail."""
+        return MayLabels(self.caps.mission, self.cover.roadmaps, self.cover.cells)
+
     def refused(self) -> frozenset[str] | None:
         """The requirements that a refusal rests on; None where there is none, or it would take too much to know."""
         budget = self.budget
@@ -92,15 +108,14 @@ class Question:
         """
         mission, cover = self.caps.mission, self.cover
         clauses = Clauses(CLAUSES)
-        cast = self.together or frozenset(range(len(mission.agents)))
-        motion = lower_motion(cover.roadmaps, all_ways(cover.roadmaps, cover.never), cast, clauses)
+        cast = self.cast
+        motion = lower_motion(cover.roadmaps, self.ways, cast, clauses)
         _add_strides(cover, motion, cast, clauses)
         add_visits(mission, cover, motion, cast, self.caps.lengths, clauses)
         add_turns(mission, cover.cells, motion, cast, clauses)
         add_crowding(mission, cover, motion, self.together, clauses)
         add_separation(mission, cover, motion, self.together, clauses)
-        labels = MayLabels(mission, cover.roadmaps, cover.cells)
-        lowered = lower(self.goals, labels, motion, clauses, Occupancy(motion, clauses), len(mission.agents))
+        lowered = lower(self.goals, self.labels, motion, clauses, Occupancy(motion, clauses), len(mission.agents))
         return clauses, lowered.goals
 
     def _refused(self, solvers: Solvers, clauses: Clauses, asked: tuple[int, ...]) -> frozenset[str] | None:

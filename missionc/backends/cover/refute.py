@@ -41,12 +41,13 @@ SQUARED = 1 / 10_000_000
 class Refused:
     """No motion of the agents satisfies these requirements at its steps; with none, they cannot move as they must.
 
-    ``smallest``: asked the same of every proper subset of them, the cover admits it.
+    ``smallest``: asked the same of every proper subset of them, the cover admits it. ``question`` is what was refused.
     """
 
     conflict: tuple[str, ...]
     cells: int
     smallest: bool
+    question: Question
 
     def __str__(self) -> str:
         return f"on a cover of {self.cells} cells, which holds every motion there is, {cannot_hold(self.conflict)}"
@@ -93,11 +94,13 @@ def refute(mission: Mission, kernel: Kernel, budget: Budget, account: Account, s
             if conflict is not None and caps.causes:
                 freer = Caps(mission, {}, frozenset())
                 uncapped = build_cover(mission, weaker, count)
-                alone = Question(freer, uncapped, goals, together, budget, account, solver).refused()
+                uncapped_question = Question(freer, uncapped, goals, together, budget, account, solver)
+                alone = uncapped_question.refused()
                 conflict = conflict | caps.causes if alone is None else alone
+                question = question if alone is None else uncapped_question
             if conflict is not None:
                 names = tuple(goal.name for goal in kernel.requirements if goal.name in conflict)
-                return Refused(names, cover.states, smallest)
+                return Refused(names, cover.states, smallest, question)
             if question.admitted and (together == everybody or len(everybody) == 1):
                 answer = Admitted(cover.states)
     return answer

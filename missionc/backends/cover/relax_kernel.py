@@ -114,32 +114,32 @@ def _linked(graph: Graph, sender: int, receiver: int, holds: bool) -> Node:
     match graph:
         case BeaconCover(beacons=beacons):
             of_each, of_all = (All, Any) if holds else (Any, All)
-            near = [_near_beacon(graph, position, holds) for position in beacons]
+            near = [near_beacon(graph, position, holds) for position in beacons]
             return of_all(tuple(of_each((here, At(receiver, here))) for here in near))
         case Sight() if not holds:
             return TRUE
         case Sight():
-            return _seen(graph, sender, receiver)
+            return seen(graph, sender, receiver)
         case _:
-            near_by = _nearer(sender, receiver, float(range_of(graph, sender, receiver)))
+            near_by = nearer(sender, receiver, float(range_of(graph, sender, receiver)))
             return near_by if holds else Not(near_by)
 
 
 @lru_cache(maxsize=256)
-def _near_beacon(graph: BeaconCover, position: Vector, holds: bool) -> Node:
+def near_beacon(graph: BeaconCover, position: Vector, holds: bool) -> Node:
     near = Atom(Compare(((-1.0, DistanceTo(Beacon(graph.name, position, graph.span))),), float(graph.radius), True))
     return near if holds else Not(near)
 
 
 @lru_cache(maxsize=4096)
-def _seen(graph: Sight, sender: int, receiver: int) -> Atom:
+def seen(graph: Sight, sender: int, receiver: int) -> Atom:
     first, second = sorted((sender, receiver))
     reach = float(range_of(graph, sender, receiver))
     return Atom(SightLink(((-1.0, DistanceBetween(first, second)),), reach, True, graph))
 
 
 @lru_cache(maxsize=4096)
-def _nearer(one: int, other: int, metres: float) -> Atom:
+def nearer(one: int, other: int, metres: float) -> Atom:
     first, second = sorted((one, other))
     return Atom(Compare(((-1.0, DistanceBetween(first, second)),), metres, True))
 
@@ -165,7 +165,7 @@ def _within(graph: Graph, end: Node, hops: int) -> Node:
     reach = hops * float(max(all_ranges(graph), default=0.0))
     cases = []
     for agent in graph.agents:
-        near = [_nearer(agent, other, reach) if other != agent else TRUE for other in graph.agents]
+        near = [nearer(agent, other, reach) if other != agent else TRUE for other in graph.agents]
         ends = tuple(All((At(other, end), there)) for other, there in zip(graph.agents, near, strict=True))
         cases.append(All((Is(frozenset((agent,))), Any(ends))))
     outside = Not(Is(frozenset(graph.agents)))

@@ -15,10 +15,12 @@ from missionc.cli.options import folder, folders, limits_and_form, read_limits
 @click.argument("path", type=folder, shell_complete=folders, metavar="FOLDER")
 @limits_and_form
 def command(path: Path, limits: tuple[tuple[str, str], ...], form: str) -> Status:
-    """Verify a compiled folder once more, from its files alone."""
+    """Verify a compiled folder once more, from its files alone: a plan, or a proof that there is none."""
     from missionc.replay.reverify import reverify
+    from missionc.replay.reverify_refusal import reverify_refusal
 
-    reverified = reverify(path, read_limits(limits))
+    bounds = read_limits(limits)
+    reverified = reverify_refusal(path, bounds) or reverify(path, bounds)
     say(reverified.findings, summary.reverified_lines(reverified), form, summary.reverified_document(reverified))
     if reverified.certificate is None:
         return Status.MISSION_ERRORS

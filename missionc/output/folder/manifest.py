@@ -52,14 +52,19 @@ def manifest(plan: Plan, provenance: Provenance, files: Mapping[str, bytes]) -> 
     return _text({**head, "inputs": inputs, **_blocks(files), "options": dict(provenance.options)})
 
 
-def without_plan(mission: str, holds: str, files: Mapping[str, bytes]) -> str:
+def without_plan(mission: str, holds: str, files: Mapping[str, bytes], provenance: Provenance | None = None) -> str:
     """The text of the ``manifest.json`` of a folder that holds no plan.
 
     Args:
         holds: what it holds instead, as ``file_names`` calls it.
         files: all others of the folder.
+        provenance: of what can be judged once more from the folder alone.
     """
-    return _text({"schema": MANIFEST_SCHEMA, "mission": mission, "holds": holds, **_blocks(files)})
+    head: dict[str, object] = {"schema": MANIFEST_SCHEMA, "mission": mission, "holds": holds}
+    if provenance is None:
+        return _text({**head, **_blocks(files)})
+    inputs = {name: sha256(content) for name, content in provenance.inputs}
+    return _text({**head, "inputs": inputs, **_blocks(files), "options": dict(provenance.options)})
 
 
 def relisted(before: Mapping[str, object], files: Mapping[str, bytes]) -> bytes:

@@ -26,7 +26,8 @@ from missionc.output.folder.file_names import (
 from missionc.output.folder.manifest import PACKAGES
 from missionc.output.with_alternatives import OPTION
 from missionc.pipeline.provenance import inputs
-from missionc.replay.read_folder import CERTIFICATE, PLAN, VEHICLE, OutputFolder, options
+from missionc.replay.folder_files import VEHICLE, options
+from missionc.replay.read_folder import CERTIFICATE, PLAN, OutputFolder
 from missionc.replay.rebuild.export_files import FOLDER
 from missionc.replay.rebuild.verdict import verdict
 from missionc.verify.certificate import Check

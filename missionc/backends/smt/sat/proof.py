@@ -47,14 +47,21 @@ def certify(clauses: Clauses, assumptions: tuple[int, ...], budget: Budget, acco
 
 
 def prove(clauses: Clauses, assumptions: tuple[int, ...], budget: Budget) -> Proof | Unproved:
-    """Solves once more from the beginning, in a child that writes down each step.
+    """Solves once more from the beginning.
 
     Raises:
         RuntimeError: CaDiCaL has a model of what another solver has refused.
     """
     units = np.array([(literal, 0) for literal in assumptions], dtype=np.int32).ravel()
     flat = np.concatenate([clauses.everything(), units])
-    cnf = dimacs(flat, clauses.variables, clauses.count + len(assumptions))
+    proof = prove_cnf(dimacs(flat, clauses.variables, clauses.count + len(assumptions)), budget)
+    if proof is None:
+        raise RuntimeError("the solvers disagree: CaDiCaL has a model of clauses that were refused")
+    return proof
+
+
+def prove_cnf(cnf: bytes, budget: Budget) -> Proof | Unproved | None:
+    """A proof that clauses in DIMACS cannot all hold, from a child that writes down each step; None where they can."""
     command = worker("proof", budget.memory_bytes, budget.seed)
     left = max(1.0, budget.deadline - time.monotonic())
     try:
@@ -66,6 +73,4 @@ def prove(clauses: Clauses, assumptions: tuple[int, ...], budget: Budget) -> Pro
         return Unproved("no proof was written: the time limit came first")
     if done.returncode:
         return Unproved("no proof was written: the solver that writes it ended early, most likely for want of memory")
-    if not done.stdout:
-        raise RuntimeError("the solvers disagree: CaDiCaL has a model of clauses that were refused")
-    return Proof(cnf, done.stdout)
+    return Proof(cnf, done.stdout) if done.stdout else None

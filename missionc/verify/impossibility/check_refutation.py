@@ -1,0 +1,107 @@
+"""Check of a certificate of impossibility: that no motion satisfies the mission, trusting nothing that made it.
+
+in   Mission, its kernel, the certificate's files
+out  Checks
+
+Nothing here shares code with the planning of motions or with covers: cells, moves and labels are looked at with
+interval arithmetic, the clauses are made once more from them and from the mission, and the proof is gone through step
+by step.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+
+from dratify import check_proof, parse_dimacs
+
+from missionc.ir import Mission
+from missionc.kernel.nodes import Kernel
+from missionc.verify.certificate import Check
+from missionc.verify.impossibility.check_bodies import check_boxes, check_pairs, check_rooms
+from missionc.verify.impossibility.check_labels import CheckedLabels
+from missionc.verify.impossibility.check_motion import (
+    Limits,
+    check_absent,
+    check_moves,
+    check_space,
+    check_turns,
+    check_visits,
+    limits_of,
+)
+from missionc.verify.impossibility.cnf import Cnf
+from missionc.verify.impossibility.cover_document import COVER, ClaimedCover, Unreadable, read_cover
+from missionc.verify.impossibility.encode_formulas import refutation
+from missionc.verify.tolerances import MOTION
+
+CNF, DRAT = "impossible.cnf", "impossible.drat"
+
+
+def check_refutation(mission: Mission, kernel: Kernel, files: Mapping[str, bytes]) -> tuple[Check, ...]:
+    """That the files prove that no motion satisfies the requirements that the cover names."""
+    try:
+        cover = read_cover(files[COVER].decode("utf-8", errors="replace"), mission)
+        checks, clauses = check_cover(mission, kernel, cover)
+    except Unreadable as error:
+        return (_check("cover", COVER, [str(error)]),)
+    same = clauses.dimacs() == files.get(CNF)
+    own = _check("clauses", CNF, [] if same else ["they are not those of this cover and this mission"])
+    return (*checks, own, check_drat(files))
+
+
+def check_cover(mission: Mission, kernel: Kernel, cover: ClaimedCover) -> tuple[tuple[Check, ...], Cnf]:
+    """That a cover leaves out nothing that a motion may do; and what it asks for, with the requirements it names.
+
+    Raises:
+        Unreadable: it is none of this mission.
+    """
+    goals = tuple(goal for goal in kernel.requirements if goal.name in cover.conflict)
+    if len(goals) != len(set(cover.conflict)):
+        raise Unreadable("it names requirements that the mission does not have")
+    if not set(cover.asked) <= cover.absent.keys():
+        raise Unreadable("it does not say where the agents are that it asks")
+    labels = CheckedLabels(mission, cover)
+    clauses = refutation(mission, goals, cover, labels)
+    checks = (*_of_motion(mission, cover, limits_of(mission, goals)), _check("labels", "all", labels.faults))
+    return checks, clauses
+
+
+def _of_motion(mission: Mission, cover: ClaimedCover, limits: tuple[Limits, ...]) -> Iterator[Check]:
+    yield _check("bodies", "all", check_boxes(mission, cover))
+    for kind in cover.kinds:
+        name, own = mission.agents[kind.agents[0]].name, [limits[agent] for agent in kind.agents]
+        yield _check("cells", name, check_space(mission, cover, kind))
+        yield _check("moves", name, (fault for each in own for fault in check_moves(mission, kind, each)))
+        yield _check("turns", name, (fault for each in own for fault in check_turns(mission, kind, each)))
+    for agent in (mission.agents[number] for number in cover.asked):
+        yield _check("places", agent.name, check_absent(mission, cover, agent, limits[agent.index]))
+        if agent.index in cover.not_both:
+            yield _check("visits", agent.name, check_visits(mission, cover, agent, limits[agent.index]))
+    if cover.apart:
+        yield _check("rooms", "all", check_rooms(mission, cover))
+        for pair in cover.not_together:
+            names = ", ".join(mission.agents[agent].name for agent in pair)
+            yield _check("pairs", names, check_pairs(mission, cover, pair))
+
+
+def conflict_of(files: Mapping[str, bytes], mission: Mission) -> tuple[str, ...]:
+    """The requirements that a certificate is about; nothing where it cannot be read."""
+    try:
+        return read_cover(files[COVER].decode("utf-8", errors="replace"), mission).conflict
+    except Unreadable:
+        return ()
+
+
+def check_drat(files: Mapping[str, bytes]) -> Check:
+    """That a proof shows step by step that the clauses beside it cannot all hold."""
+    try:
+        formula = parse_dimacs(files[CNF].decode())
+        result = check_proof(formula, files[DRAT].decode())
+        fault = "" if result.ok else str(result)
+    except (KeyError, ValueError) as error:
+        fault = f"it cannot be read: {error}"
+    return _check("proof", DRAT, [fault] if fault else [])
+
+
+def _check(name: str, subject: str, faults: Iterable[str]) -> Check:
+    found = next(iter(faults), "")
+    return Check(name, subject, 0.0, "m", MOTION, not found, detail=found)

@@ -1,0 +1,84 @@
+"""Clauses of a refutation: a plain list, and a literal for each formula that implies it.
+
+Source:
+    Plaisted and Greenbaum, "A structure-preserving clause form translation", 1986.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+TRUE, FALSE = 1, -1
+
+
+class Cnf:
+    """Clauses; variable 1 is true, and whatever is known folds away."""
+
+    def __init__(self) -> None:
+        self.variables = 1
+        self.clauses: list[list[int]] = [[TRUE]]
+
+    def fresh(self) -> int:
+        self.variables += 1
+        return self.variables
+
+    def add(self, literals: Iterable[int]) -> None:
+        """Some of these hold."""
+        clause = [literal for literal in literals if literal != FALSE]
+        if TRUE not in clause:
+            self.clauses.append(clause or [FALSE])
+
+    def all_of(self, literals: Iterable[int]) -> int:
+        """A literal that implies all of these."""
+        parts = dict.fromkeys(literal for literal in literals if literal != TRUE)
+        if FALSE in parts:
+            return FALSE
+        if len(parts) < 2:
+            return next(iter(parts), TRUE)
+        name = self.fresh()
+        for literal in parts:
+            self.clauses.append([-name, literal])
+        return name
+
+    def any_of(self, literals: Iterable[int]) -> int:
+        """A literal that implies some of these."""
+        parts = dict.fromkeys(literal for literal in literals if literal != FALSE)
+        if TRUE in parts:
+            return TRUE
+        if len(parts) < 2:
+            return next(iter(parts), FALSE)
+        name = self.fresh()
+        self.clauses.append([-name, *parts])
+        return name
+
+    def at_least(self, count: int, literals: Sequence[int]) -> int:
+        """A literal that implies so many of these.
+
+        Source:
+            Sinz, "Towards an optimal CNF encoding of Boolean cardinality constraints", 2005.
+        """
+        before = [TRUE] + [FALSE] * count
+        for literal in literals:
+            row = [TRUE]
+            for number in range(1, count + 1):
+                with_it = self.all_of((literal, before[number - 1]))
+                row.append(self.any_of((before[number], with_it)))
+            before = row
+        return before[count]
+
+    def at_most_one(self, literals: Sequence[int]) -> None:
+        """No two of these hold."""
+        parts = [literal for literal in literals if literal != FALSE]
+        seen = FALSE
+        for literal in parts:
+            self.add((-seen, -literal))
+            after = self.fresh()
+            self.add((-seen, after))
+            self.add((-literal, after))
+            seen = after
+
+    def dimacs(self) -> bytes:
+        """The clauses as a DIMACS file."""
+        lines = [f"p cnf {self.variables} {len(self.clauses)}"]
+        lines.extend(" ".join(map(str, clause)) + " 0" for clause in self.clauses)
+        return ("\n".join(lines) + "\n").encode()

@@ -1,0 +1,305 @@
+"""The encoding of formulas over cells: a literal for each formula, agent and step that implies that it may hold there.
+
+    in   the kernel's goals, where agents are, labels of leaves
+    out  clauses
+
+It is read off the meaning of each operator, and knows nothing of how plans are searched for. What cells say nothing of,
+as a heading or a resource, may hold and may fail.
+
+Source:
+    [strel] Definitions 4 and 5, over what is possible in the place of what is.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Hashable
+from typing import Protocol, assert_never
+
+from missionc.base.trace import Flags
+from missionc.ir import BeaconCover, Compare, DistanceBetween, Flag, Flagged, Graph, Inside, Mission, Predicate
+from missionc.ir.pair_ranges import all_ranges
+from missionc.kernel.nodes import (
+    All,
+    Any,
+    At,
+    AtLeast,
+    Atom,
+    Goal,
+    Is,
+    NeighbourNode,
+    Node,
+    Not,
+    PathLength,
+    ReachNode,
+    RouteNode,
+    UntilNode,
+    WindowNode,
+)
+from missionc.verify.impossibility.cnf import FALSE, TRUE, Cnf
+from missionc.verify.impossibility.cover_document import ClaimedCover
+from missionc.verify.impossibility.encode_motion import States, add_support, encode_motion
+from missionc.verify.tolerances import MOTION
+
+Never = tuple[Flags, Flags]
+"""Where a leaf never holds, and where it never fails."""
+
+
+class Labels(Protocol):
+    """What is known of leaves, by the cells that agents are in."""
+
+    def own(self, predicate: Predicate, agent: int) -> Never:
+        """By the cell of the agent that it is asked of: (cells,) each."""
+
+    def moves(self, predicate: Predicate, agent: int) -> Never:
+        """By its cells at a step and the next: (cells, cells) each."""
+
+    def pair(self, predicate: Predicate, first: int, second: int) -> Never:
+        """By the cells of two agents, the first of which it is asked of: (cells, cells) each."""
+
+    def link(self, graph: Graph, sender: int, receiver: int) -> Never:
+        """Of a link that leads from the one to the other, by their cells: (cells, cells) each."""
+
+
+def refutation(mission: Mission, goals: tuple[Goal, ...], cover: ClaimedCover, labels: Labels) -> Cnf:
+    """Clauses that some motion satisfies if one satisfies the goals: where they have no model, none does."""
+    cnf = Cnf()
+    formulas = _Formulas(mission, encode_motion(cover, cnf), cnf, labels)
+    for goal in goals:
+        cnf.add((formulas.holds(goal.formula, 0, 0),))
+    return cnf
+
+
+class _Formulas:
+    def __init__(self, mission: Mission, states: dict[int, States], cnf: Cnf, labels: Labels) -> None:
+        self.mission, self.last, self.states = mission, mission.steps, states
+        self.cnf, self.labels = cnf, labels
+        self._known: dict[Hashable, int] = {}
+
+    def holds(self, node: Node, agent: int, step: int) -> int:
+        """A literal that implies that the formula may hold of an agent at a step."""
+        key = node, agent, step
+        if key not in self._known:
+            self._known[key] = self._define(node, agent, step)
+        return self._known[key]
+
+    def _define(self, node: Node, agent: int, step: int) -> int:
+        match node:
+            case Atom(predicate):
+                return self._atom(predicate, True, agent, step)
+            case Not(Atom(predicate)):
+                return self._atom(predicate, False, agent, step)
+            case Is(agents):
+                return TRUE if agent in agents else FALSE
+            case Not(Is(agents)):
+                return FALSE if agent in agents else TRUE
+            case PathLength() | Not():
+                return TRUE
+            case All(parts):
+                return self.cnf.all_of(self.holds(part, agent, step) for part in parts)
+            case Any(parts):
+                return self.cnf.any_of(self.holds(part, agent, step) for part in parts)
+            case AtLeast(count, parts):
+                return self.cnf.at_least(count, [self.holds(part, agent, step) for part in parts])
+            case At(other, body):
+                return self.holds(body, other, step)
+            case WindowNode(body):
+                return self._window(node, body, agent, step)
+            case UntilNode():
+                return self._until(node, agent, step)
+            case NeighbourNode(graph, body):
+                return self._neighbour(graph, body, node.every, agent, step)
+            case ReachNode():
+                return self._route(node, node.hops, math.inf, agent, step)
+            case RouteNode():
+                return TRUE if node.every else self._route(node, len(node.graph.agents), node.high, agent, step)
+            case _:
+                assert_never(node)
+
+    # ---------------------------------------------------------------- time
+
+    def _steps(self, low: int, high: int | None, step: int) -> range | None:
+        """The steps of a window; None where it runs past the last one, of which nothing is known."""
+        final = self.last if high is None else step + high
+        if final > self.last or (low >= 0 and step + low > final):
+            return None
+        return range(max(step + low, 0), final + 1)
+
+    def _window(self, node: WindowNode, body: Node, agent: int, step: int) -> int:
+        steps = self._steps(node.low, node.high, step)
+        if steps is None:
+            return TRUE
+        join = self.cnf.all_of if node.every else self.cnf.any_of
+        return join(self.holds(body, agent, each) for each in steps)
+
+    def _until(self, node: UntilNode, agent: int, step: int) -> int:
+        steps = self._steps(node.low, node.high, step)
+        if steps is None:
+            return TRUE
+        cnf = self.cnf
+        inner, outer = (cnf.any_of, cnf.all_of) if node.every else (cnf.all_of, cnf.any_of)
+        cases = []
+        for end in steps:
+            held = self._held(node, agent, step, end)
+            cases.append(inner((self.holds(node.end, agent, end), held)))
+        return outer(cases)
+
+    def _held(self, node: UntilNode, agent: int, step: int, end: int) -> int:
+        """``hold`` from a step up to, not at, another one before or after it; at some of them, where ``every``."""
+        join = self.cnf.any_of if node.every else self.cnf.all_of
+        result = FALSE if node.every else TRUE
+        way = range(step, end) if end >= step else range(step, end, -1)
+        for each in way:
+            key = "held", node, agent, step, each
+            if key not in self._known:
+                self._known[key] = join((result, self.holds(node.hold, agent, each)))
+            result = self._known[key]
+        return result
+
+    # --------------------------------------------------------------- space
+
+    def _neighbour(self, graph: Graph, body: Node, every: bool, agent: int, step: int) -> int:
+        if agent not in graph.agents:
+            return TRUE if every else FALSE
+        inner, outer = (self.cnf.any_of, self.cnf.all_of) if every else (self.cnf.all_of, self.cnf.any_of)
+        return outer(
+            inner((self._link(graph, agent, other, not every, step), self.holds(body, other, step)))
+            for other in graph.agents
+            if other != agent
+        )
+
+    def _route(self, node: ReachNode | RouteNode, hops: int, metres: float, agent: int, step: int) -> int:
+        """``_reach``, and that where it leads is no further than so many of the longest links, or so many metres."""
+        graph = node.graph
+        hops = min(hops, max(len(graph.agents) - 1, 0))
+        leads = self._reach(node, hops, agent, step)
+        if not isinstance(graph, BeaconCover):
+            metres = min(metres, hops * float(max(all_ranges(graph), default=0.0)))
+        if node.every or hops < 2 or agent not in graph.agents or math.isinf(metres):
+            return leads
+        ends = [self.holds(node.end, agent, step)]
+        for other in graph.agents:
+            if other != agent:
+                near = Compare(((-1.0, DistanceBetween(*sorted((agent, other)))),), metres + MOTION, False)
+                ends.append(self.cnf.all_of((self.holds(node.end, other, step), self._leaf(near, True, agent, step))))
+        return self.cnf.all_of((leads, self.cnf.any_of(ends)))
+
+    def _reach(self, node: ReachNode | RouteNode, hops: int, agent: int, step: int) -> int:
+        """Some route of so many links at most leads to ``end`` over ``through``; or each that must be there does."""
+        key = "reach", node, hops, agent, step
+        if key not in self._known:
+            self._known[key] = self._define_reach(node, hops, agent, step)
+        return self._known[key]
+
+    def _define_reach(self, node: ReachNode | RouteNode, hops: int, agent: int, step: int) -> int:
+        here = self.holds(node.end, agent, step)
+        if hops == 0 or agent not in node.graph.agents:
+            return here
+        every = node.every
+        inner, outer = (self.cnf.any_of, self.cnf.all_of) if every else (self.cnf.all_of, self.cnf.any_of)
+        onward = outer(
+            inner((self._link(node.graph, agent, other, not every, step), self._reach(node, hops - 1, other, step)))
+            for other in node.graph.agents
+            if other != agent
+        )
+        return outer((here, inner((self.holds(node.through, agent, step), onward))))
+
+    # -------------------------------------------------------------- leaves
+
+    def _atom(self, predicate: Predicate, truth: bool, agent: int, step: int) -> int:
+        """What is asked of parts one by one is asked of each."""
+        if isinstance(predicate, Flagged):
+            return self._flag(predicate.flag, truth, agent, step)
+        if predicate.reads_past or predicate.reads_heading or predicate.graph is not None:
+            return TRUE
+        parts = predicate.parts
+        if parts == (predicate,):
+            return self._leaf(predicate, truth, agent, step)
+        join = self.cnf.all_of if truth else self.cnf.any_of
+        return join(self._leaf(part, truth, part.pairs[0][0], step) for part in parts)
+
+    def _leaf(self, predicate: Predicate, truth: bool, agent: int, step: int) -> int:
+        predicate = predicate.asked_of(agent)
+        own = predicate.reads_oneself(self.mission.dimension)
+        match sorted(predicate.others - {agent}):
+            case []:
+                agents: tuple[int, ...] = (agent,)
+            case [other]:
+                agents = agent, other
+            case [first, second] if not own:
+                agents = first, second
+            case _:
+                return TRUE
+        if not self.states.keys() >= set(agents):
+            return TRUE
+        if predicate.reads_speed:
+            if len(agents) > 1 or self.mission.agents[agent].dynamics.has_momentum or self.last == 0:
+                return TRUE
+            begin = min(step, self.last - 1)
+            if predicate.is_of_speed:
+                step = begin  # at the last step the last motion counts
+            elif begin < step:
+                return TRUE
+            here, there = self.states[agent][begin], self.states[agent][begin + 1]
+            return self._truth((predicate, agents), truth, step, here, there, self.labels.moves(predicate, agent))
+        if len(agents) == 1:
+            here = self.states[agent][step]
+            return self._truth_of_one((predicate, agents), truth, step, here, self.labels.own(predicate, agent))
+        here, there = (self.states[each][step] for each in agents)
+        return self._truth((predicate, agents), truth, step, here, there, self.labels.pair(predicate, *agents))
+
+    def _link(self, graph: Graph, sender: int, receiver: int, holds: bool, step: int) -> int:
+        if not self.states.keys() >= {sender, receiver}:
+            return TRUE
+        here, there = self.states[sender][step], self.states[receiver][step]
+        return self._truth(
+            (graph, sender, receiver), holds, step, here, there, self.labels.link(graph, sender, receiver)
+        )
+
+    def _truth(self, leaf: Hashable, truth: bool, step: int, here: States, there: States, never: Never) -> int:
+        """The literal of a leaf, where it holds, or fails, in the cells of two, or of one at two steps."""
+        name, asked = self._name(leaf, truth, step)
+        if not asked:
+            add_support(self.cnf, here, there, ~never[0 if truth else 1], -name)
+        return name
+
+    def _truth_of_one(self, leaf: Hashable, truth: bool, step: int, here: States, never: Never) -> int:
+        able = here != FALSE
+        if never[1 if truth else 0][able].all():
+            return TRUE
+        if never[0 if truth else 1][able].all():
+            return FALSE
+        name, asked = self._name(leaf, truth, step)
+        if not asked:
+            for literal in here[able & never[0 if truth else 1]].tolist():
+                self.cnf.add((-name, -literal))
+        return name
+
+    def _name(self, leaf: Hashable, truth: bool, step: int) -> tuple[int, bool]:
+        """The literal that a leaf holds at a step, or fails; and whether it was asked for before."""
+        key = "leaf", leaf, step
+        if key not in self._known:
+            self._known[key] = self.cnf.fresh()
+        name = self._known[key] if truth else -self._known[key]
+        asked = ("asked", leaf, step, truth) in self._known
+        self._known["asked", leaf, step, truth] = name
+        return name, asked
+
+    def _flag(self, flag: Flag, truth: bool, agent: int, step: int) -> int:
+        """It is set where one is in the region that sets it, or was set before and one is not in that which clears."""
+        if agent not in flag.agents:
+            return FALSE if truth else TRUE
+        key = "flag", flag, truth, agent, step
+        if key not in self._known:
+            sets = self._leaf(Inside(flag.set_in, body=False), truth, agent, step)
+            if step == 0:
+                self._known[key] = sets
+                return sets
+            before = self._flag(flag, truth, agent, step - 1)
+            cleared = flag.cleared_in
+            kept = TRUE if truth else FALSE
+            if cleared is not None:
+                kept = self._leaf(Inside(cleared, body=False), not truth, agent, step)
+            both, either = (self.cnf.all_of, self.cnf.any_of) if truth else (self.cnf.any_of, self.cnf.all_of)
+            self._known[key] = either((sets, both((before, kept))))
+        return self._known[key]
