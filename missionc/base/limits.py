@@ -36,6 +36,8 @@ class Limits:
     checkpoint_bytes: int = 1 << 28
     simulated_seconds: int = 20_000
     """Seconds of all agents in all flights together, flown once more to judge a simulation: a minute or two of work."""
+    proof_steps: int = 1_000_000
+    """Lines of a proof that there is no plan, gone through once more to judge it: some minutes of work."""
 
     def __post_init__(self) -> None:
         for name in self.__slots__:

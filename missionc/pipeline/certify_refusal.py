@@ -34,7 +34,11 @@ def certify_refusal(refused: Refused, mission: Mission, kernel: Kernel, budget: 
                 account.notes.append(statement)
             case proof:
                 files = {COVER: document(cover, mission), CNF: proof.cnf, DRAT: proof.drat}
-                failed = [each for each in check_refutation(mission, kernel, files) if not each.passed]
+                failed = [
+                    each
+                    for each in check_refutation(mission, kernel, files, budget.limits, budget.deadline)
+                    if not each.passed
+                ]
                 if failed:
                     first = failed[0]
                     account.notes.append(f"{NO_CERTIFICATE} {first.name} of {first.subject}: {first.detail}")

@@ -38,7 +38,7 @@ def reverify_refusal(folder: Path, limits: Limits | None = None) -> Reverified |
     if mission is None or kernel is None:
         return Reverified(folder, checked.findings)
     of_cover = COVER in found.files
-    judged = check_refutation(mission, kernel, found.files) if of_cover else (check_drat(found.files),)
+    judged = check_refutation(mission, kernel, found.files, limits) if of_cover else (check_drat(found.files, limits),)
     certificate = Certificate(mission.name, (*file_checks(found), *judged))
     findings = () if certificate.passed else (_refused(found, certificate),)
     proven = _proven(conflict_of(found.files, mission) if of_cover else None)

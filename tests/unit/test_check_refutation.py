@@ -5,12 +5,14 @@ Each forgery is whole but for one claim: its clauses are those of what it claims
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from missionc.base.limits import Limits
 from missionc.base.trace import Flags
 from missionc.verify.impossibility.check_refutation import CNF, DRAT, check_refutation
 from missionc.verify.impossibility.cover_document import COVER, ClaimedCover, Unreadable, read_cover
@@ -35,7 +37,7 @@ WHOLE = (
 
 
 def failing(known: Certified, files: dict[str, bytes]) -> set[str]:
-    return {check.name for check in check_refutation(known.mission, known.kernel, files) if not check.passed}
+    return {check.name for check in check_refutation(known.mission, known.kernel, files, Limits()) if not check.passed}
 
 
 @pytest.mark.parametrize("name", WHOLE)
@@ -239,6 +241,22 @@ def test_a_proof_cut_short_or_changed_is_refused() -> None:
     for changed in (lines[:-1], ["0"], [], ["7 x 0"], ["99999999 0"]):
         files = {**known.files, DRAT: ("\n".join(changed) + "\n").encode()}
         assert failing(known, files) == {"proof"}
+
+
+def test_a_proof_that_is_longer_than_the_limit_is_not_believed() -> None:
+    known = certified("short_relay")
+    (check,) = (
+        each
+        for each in check_refutation(known.mission, known.kernel, known.files, Limits(proof_steps=100))
+        if not each.passed
+    )
+    assert "more than the limit: allow more with `--limit proof_steps=" in check.detail
+
+
+def test_a_proof_that_takes_longer_than_there_is_time_is_not_believed() -> None:
+    known = certified("short_relay")
+    checks = check_refutation(known.mission, known.kernel, known.files, Limits(), deadline=time.monotonic())
+    assert [each.detail for each in checks if not each.passed] == ["time was up before it was gone through"]
 
 
 def test_a_certificate_of_another_mission_is_refused() -> None:

@@ -25,7 +25,7 @@ from missionc.backends.smt.encode.lower import lower
 from missionc.backends.smt.encode.lower_motion import Motion, add_moves, all_ways, lower_motion
 from missionc.backends.smt.encode.occupancy import Occupancy
 from missionc.backends.smt.roadmap.labels import Unexpressible
-from missionc.backends.smt.sat.solve import Satisfiable, Solvers, Unsatisfiable
+from missionc.backends.smt.sat.solve import Satisfiable, Solvers, Unsatisfiable, for_refusals
 from missionc.backends.work import CLAUSE, conflicts_of, question_work
 from missionc.base.trace import Flags
 from missionc.kernel.nodes import Goal
@@ -90,7 +90,7 @@ class Question:
             return None
         self.account.work += self.pair_work
         try:
-            with Solvers(self.solver, budget.memory_bytes, budget.seed, budget.deadline) as solvers:
+            with Solvers(for_refusals(self.solver), budget.memory_bytes, budget.seed, budget.deadline) as solvers:
                 with self.account.stage("cover"):
                     clauses, asked = self.lowered()
                     self.account.work += CLAUSE * clauses.count

@@ -37,7 +37,7 @@ Numbers = NDArray[np.int64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Limits:
+class MotionLimits:
     """What the mission and the requirements in conflict say of all of an agent's motion.
 
     ``dynamics`` are no faster than it may be at any step; ``length``, metres, is the most that it may go in all.
@@ -47,7 +47,7 @@ class Limits:
     length: float
 
 
-def limits_of(mission: Mission, goals: tuple[Goal, ...]) -> tuple[Limits, ...]:
+def limits_of(mission: Mission, goals: tuple[Goal, ...]) -> tuple[MotionLimits, ...]:
     """The limits of each agent."""
     speed = [math.inf] * len(mission.agents)
     far = [math.inf] * len(mission.agents)
@@ -64,7 +64,7 @@ def limits_of(mission: Mission, goals: tuple[Goal, ...]) -> tuple[Limits, ...]:
             case _:
                 pass
     return tuple(
-        Limits(agent.dynamics.at_most(speed[agent.index], math.inf), far[agent.index]) for agent in mission.agents
+        MotionLimits(agent.dynamics.at_most(speed[agent.index], math.inf), far[agent.index]) for agent in mission.agents
     )
 
 
@@ -121,7 +121,7 @@ def _hole(low: Array, high: Array, boxes: Boxes) -> Array | None:
     return np.array([(each[number] + each[number + 1]) / 2 for each, number in zip(lines, gap, strict=True)])
 
 
-def check_absent(mission: Mission, cover: ClaimedCover, agent: Agent, limits: Limits) -> Iterator[str]:
+def check_absent(mission: Mission, cover: ClaimedCover, agent: Agent, limits: MotionLimits) -> Iterator[str]:
     """That the agent is in none of the cells that it is said not to be in at a step, or that another stands for it.
 
     First comes what stands in a cell, and where the agent starts and finishes; then how far that is.
@@ -188,7 +188,7 @@ def gone(dynamics: Dynamics, step: float, steps: int, dimension: int) -> float:
     return max(0.0, way * scaled_turn(steps, (dynamics.top_turn + MOTION) * step))
 
 
-def check_moves(mission: Mission, kind: CellsOfKind, limits: Limits) -> Iterator[str]:
+def check_moves(mission: Mission, kind: CellsOfKind, limits: MotionLimits) -> Iterator[str]:
     """That no motion leads from one cell to another where it is said that none does."""
     boxes = inflated(kind)
     distance = length(between(*pairwise(boxes, boxes)))
@@ -219,7 +219,7 @@ def _joined(distance: Array, touching: Flags, source: int, targets: Numbers, mos
     return found
 
 
-def check_turns(mission: Mission, kind: CellsOfKind, limits: Limits) -> Iterator[str]:
+def check_turns(mission: Mission, kind: CellsOfKind, limits: MotionLimits) -> Iterator[str]:
     """That nobody of bounded acceleration bends its way so much as it is said not to."""
     boxes = inflated(kind)
     low, high = boxes
@@ -236,7 +236,7 @@ def check_turns(mission: Mission, kind: CellsOfKind, limits: Limits) -> Iterator
             yield f"cells {cells} may be gone through, {steps} steps from one to the next"
 
 
-def check_visits(mission: Mission, cover: ClaimedCover, agent: Agent, limits: Limits) -> Iterator[str]:
+def check_visits(mission: Mission, cover: ClaimedCover, agent: Agent, limits: MotionLimits) -> Iterator[str]:
     """That the way from the start by two cells, in either order, is too long."""
     never = cover.not_both[agent.index]
     boxes = inflated(cover.kind_of(agent.index))

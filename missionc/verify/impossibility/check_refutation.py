@@ -10,17 +10,20 @@ by step.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+import math
+import time
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 
-from dratify import check_proof, parse_dimacs
+from dratify import DRATChecker, parse_dimacs, parse_proof
 
+from missionc.base.limits import Limits
 from missionc.ir import Mission
 from missionc.kernel.nodes import Kernel
 from missionc.verify.certificate import Check
 from missionc.verify.impossibility.check_bodies import check_boxes, check_pairs, check_rooms
 from missionc.verify.impossibility.check_labels import CheckedLabels
 from missionc.verify.impossibility.check_motion import (
-    Limits,
+    MotionLimits,
     check_absent,
     check_moves,
     check_space,
@@ -36,8 +39,14 @@ from missionc.verify.tolerances import MOTION
 CNF, DRAT = "impossible.cnf", "impossible.drat"
 
 
-def check_refutation(mission: Mission, kernel: Kernel, files: Mapping[str, bytes]) -> tuple[Check, ...]:
-    """That the files prove that no motion satisfies the requirements that the cover names."""
+def check_refutation(
+    mission: Mission, kernel: Kernel, files: Mapping[str, bytes], limits: Limits, deadline: float = math.inf
+) -> tuple[Check, ...]:
+    """That the files prove that no motion satisfies the requirements that the cover names.
+
+    Args:
+        deadline: of the monotonic clock; a proof that is not gone through by then is not believed.
+    """
     try:
         cover = read_cover(files[COVER].decode("utf-8", errors="replace"), mission)
         checks, clauses = check_cover(mission, kernel, cover)
@@ -45,7 +54,7 @@ def check_refutation(mission: Mission, kernel: Kernel, files: Mapping[str, bytes
         return (_check("cover", COVER, [str(error)]),)
     same = clauses.dimacs() == files.get(CNF)
     own = _check("clauses", CNF, [] if same else ["they are not those of this cover and this mission"])
-    return (*checks, own, check_drat(files))
+    return (*checks, own, check_drat(files, limits, deadline))
 
 
 def check_cover(mission: Mission, kernel: Kernel, cover: ClaimedCover) -> tuple[tuple[Check, ...], Cnf]:
@@ -65,7 +74,7 @@ def check_cover(mission: Mission, kernel: Kernel, cover: ClaimedCover) -> tuple[
     return checks, clauses
 
 
-def _of_motion(mission: Mission, cover: ClaimedCover, limits: tuple[Limits, ...]) -> Iterator[Check]:
+def _of_motion(mission: Mission, cover: ClaimedCover, limits: tuple[MotionLimits, ...]) -> Iterator[Check]:
     yield _check("bodies", "all", check_boxes(mission, cover))
     for kind in cover.kinds:
         name, own = mission.agents[kind.agents[0]].name, [limits[agent] for agent in kind.agents]
@@ -91,15 +100,45 @@ def conflict_of(files: Mapping[str, bytes], mission: Mission) -> tuple[str, ...]
         return ()
 
 
-def check_drat(files: Mapping[str, bytes]) -> Check:
+def check_drat(files: Mapping[str, bytes], limits: Limits, deadline: float = math.inf) -> Check:
     """That a proof shows step by step that the clauses beside it cannot all hold."""
+    return _check("proof", DRAT, _faults_of_proof(files, limits.proof_steps, deadline))
+
+
+class _TooLateError(Exception):
+    """The deadline came while a proof was gone through."""
+
+
+def _faults_of_proof(files: Mapping[str, bytes], most: int, deadline: float) -> Iterator[str]:
+    steps = files[DRAT].count(b"\n")
+    if steps > most:
+        yield f"it has {steps} steps, more than the limit: allow more with `--limit proof_steps={steps}`"
+        return
     try:
         formula = parse_dimacs(files[CNF].decode())
-        result = check_proof(formula, files[DRAT].decode())
-        fault = "" if result.ok else str(result)
-    except (KeyError, ValueError) as error:
-        fault = f"it cannot be read: {error}"
-    return _check("proof", DRAT, [fault] if fault else [])
+        if formula.nvars > len(files[CNF]):
+            raise ValueError("its clauses promise more variables than they name")
+        steps_until = _until(deadline, formula.nvars, parse_proof(files[DRAT].decode()))
+        result = DRATChecker(formula).check(steps_until)
+    except ValueError as error:
+        yield f"it cannot be read: {error}"
+    except _TooLateError:
+        yield "time was up before it was gone through"
+    else:
+        if not result.ok:
+            yield str(result)
+
+
+def _until(
+    deadline: float, variables: int, steps: Iterable[tuple[str, Sequence[int]]]
+) -> Iterator[tuple[str, Sequence[int]]]:
+    """The steps of a proof that names no variable which the clauses do not."""
+    for kind, literals in steps:
+        if time.monotonic() >= deadline:
+            raise _TooLateError
+        if any(literal >> 1 >= variables for literal in literals):
+            raise ValueError("a step names a variable that no clause has")
+        yield kind, literals
 
 
 def _check(name: str, subject: str, faults: Iterable[str]) -> Check:
