@@ -85,3 +85,9 @@ def missions() -> Path:
 def roadmaps_alone(monkeypatch: pytest.MonkeyPatch) -> None:
     """Covers are not asked: what a backend says of its roadmaps is the answer."""
     monkeypatch.setattr("missionc.pipeline.ask_cover.CoverSide.refusal", lambda *_: None)
+
+
+@pytest.fixture
+def coarse_covers(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Covers are asked, in a few cells alone: for tests of what is said where they refuse nothing."""
+    monkeypatch.setattr("missionc.backends.cover.refute.CELLS", (8,))

@@ -11,6 +11,7 @@ import itertools
 import math
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
+from functools import cache
 from typing import Any
 
 from missionc import ir
@@ -344,6 +345,7 @@ def simple_routes(start: int, members: tuple[int, ...]) -> Iterator[tuple[int, .
     return onward((start,)) if start in members else iter([(start,)])
 
 
+@cache
 def least_on_line(shape: ir.Shape, here: Point, there: Point) -> float:
     """The least signed distance of the points between two, for convex shapes: it falls, then rises."""
     low, high = 0.0, 1.0

@@ -56,6 +56,8 @@ class LeastWays:
     known: dict[tuple[float, Area, Area, float], Way | None] = field(default_factory=dict)
     found: dict[tuple[float, Area, Area, float], bool] = field(default_factory=dict)
     """Ways that plain numbers have found, or not."""
+    straight: dict[tuple[Area, Area, float], bool] = field(default_factory=dict)
+    """Whether a place of the one set is surely so near to the other."""
     clear: dict[float, ClearWays] = field(default_factory=dict)
     graphs: dict[float, VisibilityGraph] = field(default_factory=dict)
     searches: int = 0
@@ -74,7 +76,10 @@ class LeastWays:
 
     def shown(self, agent: Agent, start: Area, goal: Area, longest: float) -> bool:
         """Whether places show, without geometry, that there is a way as short as ``longest``."""
-        if not _near(start, goal, longest):
+        asked = start, goal, longest
+        if asked not in self.straight:
+            self.straight[asked] = _near(*asked)
+        if not self.straight[asked]:
             return False
         return not self.shapes or self._clear_way(self._room(agent), start, goal, longest)
 

@@ -20,6 +20,7 @@ from missionc.backends.cover.motion_caps import motion_caps
 from missionc.backends.cover.question import Question
 from missionc.backends.cover.relax_kernel import relaxed
 from missionc.backends.run_account import Account
+from missionc.backends.smt.sat.solve import Solvers
 from missionc.pipeline.claim_cover import claimed
 from missionc.verify.impossibility.check_motion import inflated
 from missionc.verify.impossibility.check_refutation import check_cover
@@ -42,8 +43,9 @@ def cover_of(planned: Planned, cells: int, alone: bool) -> ClaimedCover:
     cover = build_cover(caps.mission, relaxed(mission, kernel), cells)
     together = frozenset[int]() if alone else frozenset(range(len(mission.agents)))
     budget = Budget(time.monotonic() + 60)
-    question = Question(caps, cover, kernel.requirements, together, budget, Account(), "auto")
-    return claimed(question, tuple(goal.name for goal in kernel.requirements), mission, kernel)[0]
+    with Solvers("auto", budget.memory_bytes, 0, budget.deadline, presolves=False) as solvers:
+        question = Question(caps, cover, kernel.requirements, together, budget, Account(), solvers)
+        return claimed(question, tuple(goal.name for goal in kernel.requirements), mission, kernel)[0]
 
 
 def way(planned: Planned, cover: ClaimedCover, draw: random.Random) -> list[int]:

@@ -26,6 +26,8 @@ from missionc.pipeline.relax.nearest_miss import near_miss
 from missionc.pipeline.results import Blame, Compiled, Verified
 from tests.support.small_missions import SMALL
 
+pytestmark = pytest.mark.usefixtures("coarse_covers")
+
 TOGETHER = """\
 mission together
 time step 0.2 s, horizon 4 s

@@ -16,6 +16,8 @@ from missionc.pipeline.results import Compiled, Verified
 from tests.support.one_turn import OneTurn
 from tests.support.small_missions import LATE, SMALL
 
+pytestmark = pytest.mark.usefixtures("coarse_covers")
+
 
 def names(text: str) -> list[str]:
     return [finding.code.name for finding in driver.check(Source("a.mission", text)).findings]

@@ -76,6 +76,7 @@ def test_what_a_roadmap_refuses_is_left_to_the_transport(monkeypatch: pytest.Mon
     assert any("on roadmaps of 9 nodes `relay` cannot hold" in note for note in outcome.report.notes)
 
 
+@pytest.mark.usefixtures("coarse_covers")
 def test_what_is_not_found_is_undecided_with_what_both_halves_say(monkeypatch: pytest.MonkeyPatch) -> None:
     """A roadmap's refusal is about its nodes, and a candidate that fails is about itself: neither is a proof."""
     monkeypatch.setattr(SmtBackend, "plan", refuse)

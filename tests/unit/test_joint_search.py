@@ -30,6 +30,7 @@ def compiled(pocket: str) -> missionc.Compiled:
     return missionc.compile(Source("corridor.mission", CORRIDOR.replace("POCKET", pocket)))
 
 
+@pytest.mark.usefixtures("coarse_covers")
 def test_two_in_a_corridor_that_fits_one_cannot_change_ends_and_no_clause_is_needed_to_know(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

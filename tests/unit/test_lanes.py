@@ -82,6 +82,7 @@ def test_a_plan_goes_along_the_lanes_and_never_against_one(tmp_path: Path) -> No
     assert all(graph.has_edge(*pair) for pair in pairwise(met))
 
 
+@pytest.mark.usefixtures("coarse_covers")
 def test_a_mission_that_would_have_to_go_against_a_lane_is_impossible(tmp_path: Path) -> None:
     compiled = missionc.compile(written(tmp_path, ring(*LOOP[:3])))
     assert isinstance(compiled.outcome, missionc.Impossible)

@@ -135,6 +135,7 @@ def test_where_turns_find_nothing_all_are_planned_at_once(monkeypatch: pytest.Mo
     assert "turns" not in dict(outcome.report.sizes)
 
 
+@pytest.mark.usefixtures("coarse_covers")
 def test_what_turns_do_not_find_is_impossible_only_by_a_proof_about_everybody(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(prioritized_planning, "FAILURES", 2)
     outcome = compiled(RELAYED.replace("0..3", "0..1") + VISITS, agents=3).outcome

@@ -102,6 +102,7 @@ def test_a_hybrid_run_is_taken_up_too() -> None:
 
 def test_a_later_attempt_knows_the_best_candidate_of_those_before(monkeypatch: pytest.MonkeyPatch) -> None:
     """Some attempts are a search from the best schedule so far; here none before the first of those may succeed."""
+    monkeypatch.setattr(clot, "SEARCH_EVERY", 4)
     judged = Run.judged
 
     def strict(run, polished, made, begun):  # type: ignore[no-untyped-def]
@@ -113,13 +114,13 @@ def test_a_later_attempt_knows_the_best_candidate_of_those_before(monkeypatch: p
         return None
 
     monkeypatch.setattr(Run, "judged", strict)
-    kept = ends_the_same(PAIR)
+    kept: list[bytes] = []
+    whole = compiled(PAIR, keep=kept.append)
     assert {words(each)["number"] for each in kept} == set(range(clot.SEARCH_EVERY))
     searching = [each for each in kept if words(each)["search"] is not None]
     assert searching, "no attempt was a search"
     assert words(searching[0])["nearest"]["sketch"] == 0  # type: ignore[index]
-    whole = compiled(PAIR)
-    for moment in (kept[2], searching[-1]):
+    for moment in (kept[0], kept[2], searching[0], searching[-1]):
         assert files(compiled(PAIR, resume=moment)) == files(whole)
 
 

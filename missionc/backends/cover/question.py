@@ -25,7 +25,7 @@ from missionc.backends.smt.encode.lower import lower
 from missionc.backends.smt.encode.lower_motion import Motion, add_moves, all_ways, lower_motion
 from missionc.backends.smt.encode.occupancy import Occupancy
 from missionc.backends.smt.roadmap.labels import Unexpressible
-from missionc.backends.smt.sat.solve import Satisfiable, Solvers, Unsatisfiable, for_refusals
+from missionc.backends.smt.sat.solve import Satisfiable, Solvers, Unsatisfiable
 from missionc.backends.work import CLAUSE, conflicts_of, question_work
 from missionc.base.trace import Flags
 from missionc.kernel.nodes import Goal
@@ -46,6 +46,7 @@ class Question:
 
     Args:
         together: who must keep apart and is asked; where it is nobody, everybody is asked, each as if alone.
+        solvers: those that are asked; what they knew before is forgotten.
         admitted: whether the cover holds an answer, once it was asked.
         smallest: whether it holds one of every proper subset of what a refusal rests on.
     """
@@ -56,7 +57,7 @@ class Question:
     together: frozenset[int]
     budget: Budget
     account: Account
-    solver: str
+    solvers: Solvers
     admitted: bool = False
     smallest: bool = False
 
@@ -90,11 +91,11 @@ class Question:
             return None
         self.account.work += self.pair_work
         try:
-            with Solvers(for_refusals(self.solver), budget.memory_bytes, budget.seed, budget.deadline) as solvers:
-                with self.account.stage("cover"):
-                    clauses, asked = self.lowered()
-                    self.account.work += CLAUSE * clauses.count
-                return self._refused(solvers, clauses, asked)
+            with self.account.stage("cover"):
+                clauses, asked = self.lowered()
+                self.account.work += CLAUSE * clauses.count
+            self.solvers.begin()
+            return self._refused(clauses, asked)
         except (TooLarge, Unexpressible):
             self.account.work += CLAUSE * CLAUSES
             return None
@@ -118,26 +119,26 @@ class Question:
         lowered = lower(self.goals, self.labels, motion, clauses, Occupancy(motion, clauses), len(mission.agents))
         return clauses, lowered.goals
 
-    def _refused(self, solvers: Solvers, clauses: Clauses, asked: tuple[int, ...]) -> frozenset[str] | None:
-        core = self._core(solvers, clauses, asked)
+    def _refused(self, clauses: Clauses, asked: tuple[int, ...]) -> frozenset[str] | None:
+        core = self._core(clauses, asked)
         if core is None:
             return None
         self.smallest = True
         for literal in core:
             if literal in core:
                 self.admitted = False
-                smaller = self._core(solvers, clauses, tuple(other for other in core if other != literal))
+                smaller = self._core(clauses, tuple(other for other in core if other != literal))
                 self.smallest &= smaller is not None or self.admitted
                 core = core if smaller is None else smaller
         return frozenset(goal.name for goal, literal in zip(self.goals, asked, strict=True) if literal in core)
 
-    def _core(self, solvers: Solvers, clauses: Clauses, asked: tuple[int, ...]) -> tuple[int, ...] | None:
+    def _core(self, clauses: Clauses, asked: tuple[int, ...]) -> tuple[int, ...] | None:
         with self.account.stage("cover"):
-            before, left = solvers.conflicts, self.budget.work - self.account.work
-            solvers.add(clauses)
+            before, left = self.solvers.conflicts, self.budget.work - self.account.work
+            self.solvers.add(clauses)
             allowed = conflicts_of(max(left, 0.0), clauses.count)
-            answer = solvers.solve(asked, conflicts=min(CONFLICTS, allowed or CONFLICTS))
-            self.account.work += question_work(clauses.count, solvers.conflicts - before)
+            answer = self.solvers.solve(asked, conflicts=min(CONFLICTS, allowed or CONFLICTS))
+            self.account.work += question_work(clauses.count, self.solvers.conflicts - before)
         self.admitted = self.admitted or isinstance(answer, Satisfiable)
         return answer.core if isinstance(answer, Unsatisfiable) else None
 

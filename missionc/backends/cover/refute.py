@@ -23,6 +23,7 @@ from missionc.backends.cover.relax_kernel import relaxed
 from missionc.backends.run_account import Account
 from missionc.backends.smt.prioritized.requirement_parts import named_agents, throughout
 from missionc.backends.smt.roadmap_answers import cannot_hold
+from missionc.backends.smt.sat.solve import Solvers, for_refusals
 from missionc.ir import Mission
 from missionc.kernel.conjuncts import conjuncts
 from missionc.kernel.nodes import All, At, Goal, Kernel, Node
@@ -76,6 +77,11 @@ Answer: TypeAlias = Refused | Admitted | Open
 
 def refute(mission: Mission, kernel: Kernel, budget: Budget, account: Account, solver: str = "auto") -> Answer:
     """What covers show of the requirements within the budget's work, which is of this alone."""
+    with Solvers(for_refusals(solver), budget.memory_bytes, budget.seed, budget.deadline, presolves=False) as solvers:
+        return _refuted(mission, kernel, budget, account, solvers)
+
+
+def _refuted(mission: Mission, kernel: Kernel, budget: Budget, account: Account, solvers: Solvers) -> Answer:
     weaker = relaxed(mission, kernel)
     everybody = frozenset(range(len(mission.agents)))
     caps = motion_caps(mission, kernel)
@@ -87,14 +93,14 @@ def refute(mission: Mission, kernel: Kernel, budget: Budget, account: Account, s
             cover = build_cover(caps.mission, weaker, count)
             account.work += SQUARED * sum(len(cells) ** 2 for cells in cover.cells)
         for together, goals in _questions(mission, weaker, everybody):
-            if _over(budget, account):
+            if _over(budget, account) or not solvers.alive:
                 return answer
-            question = Question(caps, cover, goals, together, budget, account, solver)
+            question = Question(caps, cover, goals, together, budget, account, solvers)
             conflict, smallest = question.refused(), question.smallest and not caps.causes
             if conflict is not None and caps.causes:
                 freer = Caps(mission, {}, frozenset())
                 uncapped = build_cover(mission, weaker, count)
-                uncapped_question = Question(freer, uncapped, goals, together, budget, account, solver)
+                uncapped_question = Question(freer, uncapped, goals, together, budget, account, solvers)
                 alone = uncapped_question.refused()
                 conflict = conflict | caps.causes if alone is None else alone
                 question = question if alone is None else uncapped_question

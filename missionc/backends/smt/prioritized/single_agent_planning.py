@@ -97,6 +97,8 @@ class SingleAgentPlanning:
     """How often the first has taken the place of the second."""
     able: set[int] = field(default_factory=set)
     """Agents that can do alone what is asked of them alone."""
+    compatible: set[Agents] = field(default_factory=set)
+    """Agents that can all do alone, clear of each other, what is asked of them alone, or so it seems without time."""
     chosen: bool = field(init=False)
     """Whether steps were chosen: then more is asked for than by the requirements, and nothing is refused."""
     refused: tuple[str, ...] | None = None
@@ -246,14 +248,16 @@ class SingleAgentPlanning:
         with setting.account.stage("alone"), suppress(TooComplex):
             free = SingleAgentSearch(self.order.labels, {}, self.reservations, 1)
             nothing: list[list[Node]] = [[]] * len(agents)
-            for search, asked, names in (
+            questions = (
                 (free, nothing, ()),
                 (self.single_agent, formulas, names_about(self.kernel, agents)),
-            ):
+            )
+            for search, asked, names in questions if frozenset(agents) not in self.compatible else ():
                 movers = [search.mover(*each, None) for each in zip(agents, asked, strict=True)]
                 if not self.chosen and JointSearch(movers, apart, setting.mission.step).refused:
                     self.refused = names
                     return False
+            self.compatible.add(frozenset(agents))
             rest = self.reservations.copy()
             rest.release(set(agents).intersection(rest.agents))
             movers = [self.single_agent.mover(*each, rest) for each in zip(agents, formulas, strict=True)]

@@ -134,9 +134,12 @@ class Solvers:
 
     Most questions are answered by a presolve. The children, which remember what they
     were told and learned, are started when one is not; the first that answers is kept.
+
+    Args:
+        presolves: whether a presolve will be asked for; if not, no process is started for one.
     """
 
-    def __init__(self, solver: str, memory_bytes: int, seed: int, deadline: float) -> None:
+    def __init__(self, solver: str, memory_bytes: int, seed: int, deadline: float, *, presolves: bool = True) -> None:
         self.deadline = deadline
         self.peak_bytes = 0
         self.conflicts = 0
@@ -144,7 +147,7 @@ class Solvers:
         self.cut = False
         """Whether a question was left without an answer because it was time to end."""
         self._solver, self._memory_bytes, self._seed = solver, memory_bytes, seed
-        self._z3 = program(_folder(PACKAGES["z3"])) if "z3" in SOLVERS[solver] else None
+        self._z3 = program(_folder(PACKAGES["z3"])) if presolves and "z3" in SOLVERS[solver] else None
         self._presolver = self._new_presolver()  # it starts up while the roadmaps are built
         self._children: list[Child] = []
         self._relief: Child | None = None
