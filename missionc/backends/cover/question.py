@@ -47,6 +47,7 @@ class Question:
         together: who must keep apart and is asked; where it is nobody, everybody is asked, each as if alone.
         admitted: whether the cover holds an answer, once it was asked.
         smallest: whether it holds one of every proper subset of what a refusal rests on.
+        motion: the variables of who is where, once it was lowered.
     """
 
     caps: Caps
@@ -58,6 +59,7 @@ class Question:
     solver: str
     admitted: bool = False
     smallest: bool = False
+    motion: Motion | None = None
 
     @property
     def pair_work(self) -> float:
@@ -93,7 +95,7 @@ class Question:
         mission, cover = self.caps.mission, self.cover
         clauses = Clauses(CLAUSES)
         cast = self.together or frozenset(range(len(mission.agents)))
-        motion = lower_motion(cover.roadmaps, all_ways(cover.roadmaps, cover.never), cast, clauses)
+        self.motion = motion = lower_motion(cover.roadmaps, all_ways(cover.roadmaps, cover.never), cast, clauses)
         _add_strides(cover, motion, cast, clauses)
         add_visits(mission, cover, motion, cast, self.caps.lengths, clauses)
         add_turns(mission, cover.cells, motion, cast, clauses)
