@@ -1,6 +1,7 @@
 """Missions that can be and missions that cannot: which answer does each get, from which side, and in what time?
 
-    python bench/both_sides.py [--only NAME …] [--time-limit 20] [--json FILE] [--against FILE] [FILE …]
+    python bench/both_sides.py [--only NAME …] [--time-limit 20] [--minimize duration] [--json FILE] [--against FILE]
+        [FILE …]
 
 Each of `missions/both_sides`, or each FILE, is compiled as written, in a process of its own, one after the other,
 without a search for what would help where there is no plan. Its label is in its name: a mission whose name begins with
@@ -15,7 +16,8 @@ answers:
 
 *Side* is what gave the answer: the backend of a plan, ``roadmaps``, ``proof`` or ``check``. Seconds of the processor
 are those of the process and its children. *Gap* is of missions that minimize something: what the plan comes to, less
-what every plan is proven to take at least, in steps or metres.
+what every plan is proven to take at least, in steps or metres, as `plan.json` says. With ``--minimize duration`` a
+mission that minimizes nothing is asked for in that way.
 
 *Cover* is what covers say of the mission alone, as they do where no plan is found at once: *refused*, *admitted*, or
 nothing where none was decided; and the seconds of the processor of that.
@@ -32,16 +34,18 @@ from __future__ import annotations
 import argparse
 import json
 import os
+import re
+import shutil
 import statistics
 import sys
 import tempfile
 import time
 from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from field import figure, ratio, run
 from response_time import ROOT
 
@@ -49,8 +53,6 @@ from missionc.backends.api import Budget
 from missionc.backends.cover.refute import Admitted, Refused
 from missionc.backends.options import Options
 from missionc.base.limits import Limits
-from missionc.checks.lower_bounds import lower_bounds
-from missionc.ir import Objective
 from missionc.kernel.nodes import Kernel
 from missionc.lower.unroll_past import looking_ahead
 from missionc.pipeline import driver
@@ -60,9 +62,6 @@ MISSIONS = ROOT / "missions" / "both_sides"
 
 ROADMAPS = "MC601"
 """The code of a refusal that is about roadmaps alone."""
-
-STILL = 1e-9
-"""Metres in a step: who goes no further does not move."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -121,19 +120,29 @@ def measured(path: Path, limit: float) -> Row:
         if not row.planned:
             return row
         plan = json.loads((folder / "plan.json").read_text(encoding="utf-8"))
-    checked = driver.check(path)
-    assert checked.mission is not None
-    assert checked.kernel is not None
-    moves = np.linalg.norm(np.diff([agent["position"] for agent in plan["agents"]], axis=1), axis=-1)
-    proven = lower_bounds(checked.mission, checked.kernel)
-    match checked.mission.objective:
-        case Objective.DURATION:
-            moving = np.flatnonzero((moves > STILL).any(axis=0))
-            return replace(row, gap=float(moving.max(initial=-1) + 1 - proven.steps), unit="steps")
-        case Objective.DISTANCE:
-            return replace(row, gap=float(moves.sum()) - proven.metres, unit="m")
+    match plan:
+        case {"proven": {"value": value, "least": least, "unit": "s"}, "step": step}:
+            return replace(row, gap=round((value - least) / step, 6), unit="steps")
+        case {"proven": {"value": value, "least": least, "unit": unit}}:
+            return replace(row, gap=value - least, unit=unit)
         case _:
             return row
+
+
+@contextmanager
+def asked(path: Path, objective: str) -> Iterator[Path]:
+    """A mission as written; with an objective, where it has none and one is wanted, in a folder of its own."""
+    text = path.read_text(encoding="utf-8")
+    if not objective or re.search(r"^minimize\b", text, re.MULTILINE):
+        yield path
+        return
+    with tempfile.TemporaryDirectory() as name:
+        for each in path.parent.iterdir():
+            if each.is_file():
+                shutil.copy(each, name)
+        own = Path(name) / path.name
+        own.write_text(f"{text}\nminimize {objective}\n", encoding="utf-8")
+        yield own
 
 
 def with_cover(row: Row, path: Path, limit: float) -> Row:
@@ -197,6 +206,7 @@ def main() -> None:
     parser.add_argument("files", nargs="*", type=Path, metavar="FILE", help="missions in the place of our own")
     parser.add_argument("--only", nargs="*", metavar="NAME", help="of those, the ones with these words in their names")
     parser.add_argument("--time-limit", type=float, default=20.0, help="seconds on the wall for each")
+    parser.add_argument("--minimize", choices=["duration", "distance"], default="", help="where nothing is minimized")
     parser.add_argument("--json", type=Path, metavar="FILE", help="keep what was measured")
     parser.add_argument("--against", type=Path, metavar="FILE", help="what was kept before, to compare with")
     arguments = parser.parse_args()
@@ -221,7 +231,8 @@ def main() -> None:
     print(f"| {' | '.join(heads)} |\n|{'---|' * len(heads)}", flush=True)
     rows: dict[str, Row] = {}
     for path in paths:
-        row = rows[path.stem] = measured(path, arguments.time_limit)
+        with asked(path, arguments.minimize) as mission:
+            row = rows[path.stem] = measured(mission, arguments.time_limit)
         print(line(path.stem, row, before.get(path.stem), bool(before)), flush=True)
         if arguments.json:
             text = json.dumps({name: asdict(each) for name, each in rows.items()}, indent=1)

@@ -93,6 +93,11 @@ def forget(snapshot: Snapshot) -> None:
     """What is kept of a run that nobody will take up again."""
 
 
+def open_ended(value: float) -> float:
+    """Nothing is known of the best plan, where one comes to so much."""
+    return 0.0
+
+
 def unheard(planned: Planned) -> None:
     """Nobody needs a plan before the best one is there."""
 
@@ -105,6 +110,8 @@ class Budget:
         deadline: on the clock of ``time.monotonic``.
         keep: is given what is needed to take the run up again, as it goes on.
         found: is given each plan that a run goes on to make better.
+        enough: says what every plan comes to at least where one comes to so much, steps of ``minimize duration`` or
+            metres of ``minimize distance``: a search for a better one ends there. It may take seconds at first.
         resume: what another run of the same mission, seed and options has kept.
         work: units of ``work`` after which a search that is tried before another ends.
     """
@@ -116,6 +123,7 @@ class Budget:
     listen: Callable[[Progress], None] = ignore
     keep: Callable[[Snapshot], None] = forget
     found: Callable[[Planned], object] = unheard
+    enough: Callable[[float], float] = open_ended
     resume: Snapshot | None = None
     work: float = math.inf
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, TypeAlias
 from missionc.base.judgement import Judgement, judgement_lines
 from missionc.base.late_dataclass import dataclass
 from missionc.base.notebook import paths, picture, preformatted, printed
+from missionc.base.proven import Proven
 from missionc.base.units import Seconds
 
 if TYPE_CHECKING:  # a trace only holds arrays: who makes them loads numpy
@@ -69,6 +70,8 @@ class Plan:
     seed: int
     trace: Trace
     judgements: tuple[Judgement, ...]
+    proven: Proven | None = None
+    """What is known of the best plan, where the mission minimizes what can be bounded."""
 
     def __str__(self) -> str:
         agents, states, _ = self.trace.position.shape
@@ -76,7 +79,8 @@ class Plan:
             f"{self.mission}: planned by {self.backend}, {agents} agent{'s' if agents > 1 else ''}, "
             f"{states - 1} step{'s' if states != 2 else ''} of {self.trace.step:g} s, seed {self.seed}"
         )
-        return "\n".join([head, *judgement_lines(self.judgements, self.trace.step)])
+        known = [str(self.proven)] if self.proven else []
+        return "\n".join([head, *judgement_lines(self.judgements, self.trace.step), *known])
 
     _repr_pretty_ = printed
 

@@ -188,6 +188,8 @@ def compiled_document(compiled: Compiled, output: str, texts: list[tuple[str, st
     }
     if isinstance(outcome, Verified):
         document["requirements"] = [each.as_record() for each in outcome.plan.judgements]
+        proven = outcome.plan.proven
+        document["proven"] = proven.as_record() if proven else None
         document["notes"] = list(outcome.report.notes)
         document["cut_short"] = outcome.report.cut_short.value if outcome.report.cut_short else None
         document["between_steps"] = [_between(each) for each in outcome.certificate.between]

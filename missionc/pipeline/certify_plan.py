@@ -11,12 +11,11 @@ from dataclasses import dataclass, replace
 
 from missionc.backends.api import Budget, NotFound, Planned, Progress, Reason
 from missionc.backends.options import Options
-from missionc.base.trace import Plan, Trace
+from missionc.base.trace import Plan
 from missionc.base.units import Seconds
 from missionc.diagnostics.model import Diagnostic
-from missionc.ir import Mission, Objective
-from missionc.kernel.nodes import Kernel
 from missionc.pipeline import no_plan
+from missionc.pipeline.ask_bound import BoundSide
 from missionc.pipeline.checked import Checked
 from missionc.pipeline.front_end import ANY_BACKEND, Stopwatch, check
 from missionc.pipeline.provenance import asked_for, given, inputs
@@ -60,6 +59,7 @@ def certify_plan(
     watch: Stopwatch,
     exports: tuple[str, ...] = (),
     continuous: bool = False,
+    bound: BoundSide | None = None,
 ) -> Certified:
     """The plan that a trace is, judged and written; a backend is never believed.
 
@@ -67,6 +67,7 @@ def certify_plan(
         checked: with a mission, its kernel and a choice.
         exports: as for ``driver.plan``.
         continuous: as for ``driver.plan``.
+        bound: what is proven of the best plan; where it is None, or the plan is made slower, tours alone tell.
     """
     # Imported here: what judges and writes plans loads scipy, for which nobody waits who only checks.
     from missionc.output.output_files import Provenance, emit
@@ -99,7 +100,10 @@ def certify_plan(
         )
     if not certificate.passed:
         return Certified(checked, Unverified(certificate, report), (no_plan.not_verified(certificate),))
-    verified = Plan(mission.name, report.engine or choice.backend, budget.seed, trace, certificate.judgements)
+    tours = BoundSide(mission, kernel, options, replace(budget, deadline=0.0))
+    proven = (tours if bound is None or options.stretch != 1 else bound).proven(trace)
+    planner = report.engine or choice.backend
+    verified = Plan(mission.name, planner, budget.seed, trace, certificate.judgements, proven)
     budget.listen(Progress("emit"))
     with watch.stage("emit"):
         cut_short = report.cut_short.value if report.cut_short else ""
@@ -109,26 +113,11 @@ def certify_plan(
         output = emit(mission, kernel, verified, certificate, provenance, exports)
     if isinstance(output, Diagnostic):
         return Certified(checked, Refused(), (output,))
-    report = replace(report, notes=(*report.notes, *_proven(mission, kernel, trace), *output.notes))
+    report = replace(report, notes=(*report.notes, *output.notes))
     not_between = no_plan.not_between(mission, output.certificate) if continuous else ()
     if not_between:
         return Certified(checked, Refused(), not_between)
     return Certified(checked, Verified(verified, output.certificate, report, output.files), output.findings)
-
-
-def _proven(mission: Mission, kernel: Kernel, trace: Trace) -> tuple[str, ...]:
-    """What is known of the best plan there can be, where a mission asks for a good one."""
-    if mission.objective not in (Objective.DISTANCE, Objective.DURATION) or mission.world.flat:
-        return ()
-    from missionc.checks.lower_bounds import lower_bounds
-
-    bounds = lower_bounds(mission, kernel)
-    if mission.objective is Objective.DURATION:
-        return (f"no plan of this mission is over in fewer than {bounds.steps} steps",) if bounds.steps else ()
-    if not bounds.metres:
-        return ()
-    known = f"no plan of this mission is shorter than {bounds.metres:.6g} m"
-    return (f"{trace.metres:.6g} m in all; {known} (a gap of {trace.metres / bounds.metres - 1:.1%})",)
 
 
 def _slower(checked: Checked, options: Options, budget: Budget) -> Checked:

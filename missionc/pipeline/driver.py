@@ -44,6 +44,7 @@ from missionc.diagnostics.model import Diagnostic
 from missionc.pipeline import no_plan
 from missionc.pipeline.alternatives.weighs_options import weighs_options
 from missionc.pipeline.ask_backend import ask_backend, not_found
+from missionc.pipeline.ask_bound import BoundSide
 from missionc.pipeline.certify_plan import Certified, certify_plan, reserved_time
 from missionc.pipeline.checked import Checked
 from missionc.pipeline.checkpoints import Checkpoints, unusable, with_checkpoints
@@ -285,6 +286,8 @@ def _plan_by_all(
     moment = last_call(run_budget.deadline)
     left = run_budget.deadline - time.monotonic()
     whole = replace(run_budget, deadline=run_budget.deadline - reserved_time(len(mission.agents), mission.steps, left))
+    bound = BoundSide(mission, kernel, options, whole)
+    whole = replace(whole, enough=bound.enough)
     try:
         outcome = ask_backend(backend, mission, kernel, options, whole, explain_limit, moment)
     except UnusableSnapshot as wrong:
@@ -298,7 +301,8 @@ def _plan_by_all(
             planner = outcome.report.engine or choice.backend
             with watch.stage("compare"):
                 outcome = compare_options(mission, kernel, outcome, planner, options, whole, moment)
-        home = within(moment, partial(certify_plan, checked, outcome, options, run_budget, watch, exports, continuous))
+        write = partial(certify_plan, checked, outcome, options, run_budget, watch, exports, continuous, bound)
+        home = within(moment, write)
         if isinstance(home, Certified):
             checked = home.checked
             return ended(home.outcome, *home.findings)

@@ -99,6 +99,8 @@ class Relaxation:
     size: float
     """The size of the change, relative to what it changes; infinite where something is left out."""
     smallest: bool
+    proven: str = ""
+    """A smaller change of its kind that is proven not to do, the largest that a cover refused; empty where none is."""
 
 
 class Blame(Enum):

@@ -295,7 +295,16 @@ class Run:
         with self.account.stage("improve"):
             demand, costs = self.wanted(reached.choices, made.position)
             better = improve(
-                control, made, self.mission, self.kernel, self.graph, demand, costs, self.accepted, self.in_time
+                control,
+                made,
+                self.mission,
+                self.kernel,
+                self.graph,
+                demand,
+                costs,
+                self.accepted,
+                self.in_time,
+                self.budget.enough,
             )
         self.account.notes.extend(better.notes)
         return better.trace

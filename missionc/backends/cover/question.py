@@ -49,6 +49,7 @@ class Question:
         solvers: those that are asked; what they knew before is forgotten.
         admitted: whether the cover holds an answer, once it was asked.
         smallest: whether it holds one of every proper subset of what a refusal rests on.
+        motion: the variables of who is where, once it was lowered.
     """
 
     caps: Caps
@@ -60,6 +61,7 @@ class Question:
     solvers: Solvers
     admitted: bool = False
     smallest: bool = False
+    motion: Motion | None = None
 
     @property
     def pair_work(self) -> float:
@@ -110,7 +112,7 @@ class Question:
         mission, cover = self.caps.mission, self.cover
         clauses = Clauses(CLAUSES)
         cast = self.cast
-        motion = lower_motion(cover.roadmaps, self.ways, cast, clauses)
+        self.motion = motion = lower_motion(cover.roadmaps, self.ways, cast, clauses)
         _add_strides(cover, motion, cast, clauses)
         add_visits(mission, cover, motion, cast, self.caps.lengths, clauses)
         add_turns(mission, cover.cells, motion, cast, clauses)

@@ -16,7 +16,7 @@ from itertools import combinations
 from typing import TypeAlias
 
 from missionc.backends.api import Budget
-from missionc.backends.cover.cover import build_cover
+from missionc.backends.cover.cover import Cover, build_cover
 from missionc.backends.cover.motion_caps import Caps, motion_caps
 from missionc.backends.cover.question import Question
 from missionc.backends.cover.relax_kernel import relaxed
@@ -87,13 +87,13 @@ def _refuted(mission: Mission, kernel: Kernel, budget: Budget, account: Account,
     caps = motion_caps(mission, kernel)
     answer: Answer = Open()
     for count in CELLS:
-        if _over(budget, account):
+        if over(budget, account):
             break
         with account.stage("cover"):
             cover = build_cover(caps.mission, weaker, count)
-            account.work += SQUARED * sum(len(cells) ** 2 for cells in cover.cells)
-        for together, goals in _questions(mission, weaker, everybody):
-            if _over(budget, account) or not solvers.alive:
+            account.work += squared_work(cover)
+        for together, goals in questions(mission, weaker, everybody):
+            if over(budget, account) or not solvers.alive:
                 return answer
             question = Question(caps, cover, goals, together, budget, account, solvers)
             conflict, smallest = question.refused(), question.smallest and not caps.causes
@@ -112,11 +112,17 @@ def _refuted(mission: Mission, kernel: Kernel, budget: Budget, account: Account,
     return answer
 
 
-def _over(budget: Budget, account: Account) -> bool:
+def squared_work(cover: Cover) -> float:
+    """Units of work that it takes to build a cover."""
+    return SQUARED * sum(len(cells) ** 2 for cells in cover.cells)
+
+
+def over(budget: Budget, account: Account) -> bool:
+    """Whether the budget's work is done, or its time is up."""
     return account.work >= budget.work or time.monotonic() >= budget.deadline
 
 
-def _questions(
+def questions(
     mission: Mission, kernel: Kernel, everybody: frozenset[int]
 ) -> Iterator[tuple[frozenset[int], tuple[Goal, ...]]]:
     """Who is asked to keep apart, and what is asked: of each alone, of each two of a few, of all.

@@ -15,7 +15,18 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from missionc.backends.api import Budget, Impossible, NotFound, Outcome, Planned, Turns, forget, ignore, unheard
+from missionc.backends.api import (
+    Budget,
+    Impossible,
+    NotFound,
+    Outcome,
+    Planned,
+    Turns,
+    forget,
+    ignore,
+    open_ended,
+    unheard,
+)
 from missionc.backends.clot.backend import ATTEMPTS
 from missionc.backends.clot.backend import Run as Smooth
 from missionc.backends.clot.optimise.active_set import Choices
@@ -125,7 +136,16 @@ class Run:
         self.smooth.tell("discrete", number)
         seed = budget.seed * ATTEMPTS + number
         with account.stage("discrete"):
-            asked = replace(budget, seed=seed, listen=ignore, found=unheard, keep=forget, resume=None, work=DISCRETE)
+            asked = replace(
+                budget,
+                seed=seed,
+                listen=ignore,
+                found=unheard,
+                enough=open_ended,
+                keep=forget,
+                resume=None,
+                work=DISCRETE,
+            )
             outcome = smt.BACKEND.plan(self.on_roadmap, self.asked.kernel, Options(self.options.solver), asked)
             account.work += outcome.report.work
         match outcome:

@@ -324,7 +324,7 @@ class Run(PacedRun):
             if kernel.preferences or self.mission.objective is not Objective.NONE:
                 hold()
                 self.budget.found(Planned(lift(result.states, problem.motion, self.mission), account.report()))
-            result = improve(result, kernel, lowered.goals, search)
+            result = improve(result, kernel, lowered.goals, search, self.budget.enough)
             if solvers.cut:
                 account.cut()
         elif isinstance(result, Unsatisfiable) and not lowered.shortened:

@@ -43,6 +43,8 @@ def plan_json(mission: Mission, plan: Plan) -> str:
         "times": [round(mission.step * step, 9) for step in range(states)],
     }
     lines = [f"  {compact(key)}: {compact(value)}" for key, value in head.items()]
+    if plan.proven:
+        lines.append(f'  "proven": {compact(plan.proven.as_record())}')
     lines.append(listed("agents", agents))
     lines.append(f'  "graphs": {record(graphs, depth=1)}')
     lines.append(listed("requirements", [compact(judgement.as_verdict()) for judgement in plan.judgements]))

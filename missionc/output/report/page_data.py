@@ -63,6 +63,7 @@ def data(plotted: Plotted) -> dict[str, Any]:
         "mission": mission.name,
         "backend": plan.backend,
         "seed": plan.seed,
+        "proven": str(plan.proven) if plan.proven else "",
         "step": mission.step,
         "steps": mission.steps,
         "per_metre": PER_METRE,

@@ -17,7 +17,9 @@ def explained_lines(compiled: Compiled) -> list[str]:
     else:
         lines = [f"{name}: no change that was tried has a plan{cut}"]
     for relaxation in explained.relaxations:
-        lines.append(f"  {relaxation.says}" + ("" if relaxation.smallest else "; less may do"))
+        proven = f"; {relaxation.proven} is proven not to" if relaxation.proven else ""
+        less = "" if relaxation.smallest else "; less may do"
+        lines.append(f"  {relaxation.says}{proven}{less}")
         for change in relaxation.changes:
             place = f"{change.line:>6} " if change.line else " " * 7
             lines += [f"{place}- {line}" for line in change.before.splitlines()]
@@ -56,4 +58,11 @@ def _relaxation(relaxation: Relaxation) -> dict[str, object]:
         for change in relaxation.changes
     ]
     first, *others = places
-    return {"change": relaxation.says, **first, "also": others, "smallest": relaxation.smallest, "verified": True}
+    return {
+        "change": relaxation.says,
+        **first,
+        "also": others,
+        "smallest": relaxation.smallest,
+        "proven": relaxation.proven or None,
+        "verified": True,
+    }

@@ -26,12 +26,13 @@ ROUND = 9
 class Edit:
     """Texts that take the place of spans of the main file, and values of parameters given from outside.
 
-    ``says`` is the change in the mission's own words.
+    ``says`` is the change in the mission's own words; ``to`` the value that a number is given, where one alone changes.
     """
 
     says: str
     fixes: tuple[Fix, ...] = ()
     overrides: tuple[tuple[str, str], ...] = ()
+    to: str = ""
 
     def __add__(self, other: Edit) -> Edit:
         return Edit(", ".join((self.says, other.says)), self.fixes + other.fixes, self.overrides + other.overrides)
@@ -58,8 +59,8 @@ class Spot:
     def put(self, value: float, says: str) -> Edit:
         text = self.written(value)
         if self.place is None:
-            return Edit(says, overrides=((self.parameter, text.replace(" ", "")),))
-        return Edit(says, (Fix(self.place.span, text),))
+            return Edit(says, overrides=((self.parameter, text.replace(" ", "")),), to=text)
+        return Edit(says, (Fix(self.place.span, text),), to=text)
 
 
 def spot(checked: Checked, quantity: ast.Quantity | None) -> Spot | None:

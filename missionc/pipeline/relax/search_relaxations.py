@@ -27,6 +27,7 @@ from missionc.backends.api import (
     Scope,
     forget,
     ignore,
+    open_ended,
 )
 from missionc.backends.options import Options
 from missionc.base.signals import asked
@@ -34,6 +35,8 @@ from missionc.base.trace import Trace
 from missionc.base.units import Seconds
 from missionc.ir import Mission
 from missionc.kernel.nodes import Kernel
+from missionc.lower.unroll_past import looking_ahead
+from missionc.pipeline.ask_cover import LITTLE, CoverSide
 from missionc.pipeline.certify_plan import to_draw
 from missionc.pipeline.checked import Checked
 from missionc.pipeline.front_end import check
@@ -51,6 +54,9 @@ FIRST, FINER, SHARE, SEARCHED = 0.05, 0.1, 0.25, 0.1
 """Shares of all the time: for the first try of a knob at most; for a finer roadmap, which is the hardest; for
 any other try. A knob's later tries get twice as much each. Where none is ever refused and each would take what it gets,
 all get the last."""
+
+COVERS, PROOFS = 4, 0.1
+"""Covers asked about smaller changes of a knob at most, and the share of all the time that is left for them."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -101,6 +107,16 @@ class Explaining:
         """The variant checked from its text on, planned in that part of all the time, and verified."""
         self.count += 1
         self.budget.listen(Progress("explain", self.count, edit.says))
+        variant = self.variant(edit)
+        if variant is None:
+            return Tried("wrong")
+        try:
+            return self.planned(*variant, part)
+        except MemoryError:
+            return Tried("undecided")
+
+    def variant(self, edit: Edit) -> tuple[Mission, Kernel] | None:
+        """The mission with an edit, checked from its text on; None where it is none."""
         source, overrides = edited(self.checked, edit)
         checked = check(
             source,
@@ -110,17 +126,12 @@ class Explaining:
             vehicle=self.checked.vehicle,
         )
         mission, kernel = checked.mission, checked.kernel
-        if not checked.ok or mission is None or kernel is None:
-            return Tried("wrong")
-        try:
-            return self.planned(mission, kernel, part)
-        except MemoryError:
-            return Tried("undecided")
+        return (mission, kernel) if checked.ok and mission is not None and kernel is not None else None
 
     def planned(self, mission: Mission, kernel: Kernel, part: float) -> Tried:
         now = time.monotonic()
         until = min(self.budget.deadline, now + part * (self.budget.deadline - self.begin))
-        budget = replace(self.budget, deadline=until, listen=ignore, keep=forget, resume=None)
+        budget = replace(self.budget, deadline=until, listen=ignore, keep=forget, resume=None, enough=open_ended)
         came = plan_with_margin(self.backend, mission, kernel, self.options, budget)
         if isinstance(came, Impossible):
             return Tried("impossible")
@@ -149,8 +160,44 @@ class Explaining:
                     return
                 going = self.step(trying, self.first) is not None or going
 
-    def relaxations(self) -> list[tuple[Relaxation, Trace]]:
-        """What does, the smallest change first; what is as large in the order in which it was tried."""
+    def proven_not(self, trying: Trying) -> str:
+        """The largest change of a knob that a cover is found to refuse, below one that does; empty where none is.
+
+        Changes are halved as far as a few covers show.
+        """
+        proven, low, high = "", 0, trying.refused + 1
+        for _ in range(COVERS):
+            if trying.best is None or high - low <= 1 or self.over:
+                break
+            notches = trying.refused if high > trying.refused else (low + high) // 2
+            edit = trying.knob.edit(notches)
+            if edit is not None and self.refused_by_cover(edit):
+                proven, low = edit.to or edit.says, notches
+            else:
+                high = notches
+        return proven
+
+    def refused_by_cover(self, edit: Edit) -> bool:
+        """Whether no motion at all satisfies the variant, as covers show with little work."""
+        variant = self.variant(edit)
+        if variant is None:
+            return False
+        mission, kernel = variant
+        ahead = looking_ahead(kernel, mission.steps, self.budget.limits.formula_nodes)
+        if not isinstance(ahead, Kernel):
+            return False
+        options = replace(self.options, certify=False)
+        try:
+            return CoverSide(mission, ahead, kernel, options, self.budget).refusal(LITTLE) is not None
+        except MemoryError:
+            return False
+
+    def relaxations(self, *, proofs: bool) -> list[tuple[Relaxation, Trace]]:
+        """What does, the smallest change first; what is as large in the order in which it was tried.
+
+        Args:
+            proofs: whether covers are asked about smaller changes.
+        """
         relaxations = []
         for trying in self.tried:
             edit = None if trying.best is None else trying.knob.edit(trying.best)
@@ -159,7 +206,8 @@ class Explaining:
                 continue
             size = trying.best * trying.knob.size
             lines = changes(edit, self.checked.overrides)
-            relaxations.append((Relaxation(edit.says, lines, size, trying.smallest), came.trace))
+            proven = self.proven_not(trying) if proofs else ""
+            relaxations.append((Relaxation(edit.says, lines, size, trying.smallest, proven), came.trace))
         return sorted(relaxations, key=lambda each: each[0].size)
 
 
@@ -176,6 +224,10 @@ def explain(
     quick = replace(options, certify=False, captures=frozenset(), margin=0.0, brief=True)
     best = refusal.best if isinstance(refusal, NotFound) else None
     first, share = (SEARCHED, SEARCHED) if best else (FIRST, SHARE)
+    proofs = isinstance(refusal, Impossible) and refusal.scope is Scope.MISSION
+    until = short.deadline
+    if proofs:
+        short = replace(short, deadline=now + (1 - PROOFS) * max(0.0, until - now))
     run = Explaining(checked, mission, kernel, backend, quick, short, first, share, now)
     conflict = refusal.conflict if isinstance(refusal, Impossible) else _violated(best)
     without = run.trial(relax_formulas.without(checked, mission, conflict))
@@ -186,13 +238,15 @@ def explain(
     nodes = dict(refusal.report.sizes).get("nodes", 0)
     finer = run.trial(relax_world.roadmap(checked, nodes), FINER) if scope is not Scope.MISSION else []
     run.refine(_knobs(checked, mission, kernel, conflict))
-    relaxations = run.relaxations()
+    cut_short = run.over
+    run.budget = replace(run.budget, deadline=until)
+    relaxations = run.relaxations(proofs=proofs)
     return Explained(
         _blame(without, longer, finer) if isinstance(refusal, Impossible) else Blame.UNKNOWN,
         (*without, *longer, *finer),
         tuple(relaxation for relaxation, _ in relaxations),
         near_miss(checked, backend.name, budget.seed, relaxations, best, scope),
-        run.over,
+        cut_short,
     )
 
 

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
+from missionc.base.proven import COVER, TOURS, Proven
 from missionc.base.strict_json import parse_json
 from missionc.base.trace import Plan
+from missionc.checks.lower_bounds import beside, least_by_tours
 from missionc.monitoring.monitor import monitor
 from missionc.output.documents.plan_json import plan_json
 from missionc.replay.read_folder import PLAN, OutputFolder
@@ -22,10 +26,39 @@ def plan_of(opened: OutputFolder) -> Plan:
         seed if isinstance(seed, int) else 0,
         trace,
         monitor(mission, kernel, trace).requirements,
+        _proven(opened),
     )
+
+
+def _proven(opened: OutputFolder) -> Proven | None:
+    """What is known of the best plan: by tours worked out anew, or by a cover, as the document says.
+
+    What covers show cannot be more than what the plan comes to, and is more than what tours show.
+    """
+    tours = least_by_tours(opened.mission, opened.kernel)
+    if tours is None:
+        return None
+    known = beside(opened.mission, opened.trace, tours, TOURS)
+    match parse_json(opened.text(PLAN)):
+        case {"proven": {"by": str(by), "least": int() | float() as least}} if by == COVER:
+            return replace(known, least=float(least), by=COVER) if known.least < least <= known.value else known
+        case _:
+            return known
 
 
 def check_plan(opened: OutputFolder, plan: Plan) -> Check:
     """Every entry: states, times, graphs, radii, verdicts; none between the steps, and no other agent."""
-    mismatch = difference(parse_json(opened.text(PLAN)), parse_json(plan_json(opened.mission, plan)))
-    return verdict(PLAN, mismatch)
+    said = parse_json(opened.text(PLAN))
+    return verdict(PLAN, _too_high(said, plan) or difference(said, parse_json(plan_json(opened.mission, plan))))
+
+
+def _too_high(said: object, plan: Plan) -> str:
+    """That a bound is more than what the plan comes to; empty where it is not."""
+    match said:
+        case {"proven": {"least": int() | float() as least}} if plan.proven and least > plan.proven.value:
+            value, unit = plan.proven.value, plan.proven.unit
+            return (
+                f"it says that no plan comes to less than {least:.6g} {unit}, and the plan comes to {value:.6g} {unit}"
+            )
+        case _:
+            return ""

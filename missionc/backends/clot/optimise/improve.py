@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
+from missionc.backends.api import open_ended
 from missionc.backends.clot.cost_weights import AIMS, TIDY
 from missionc.backends.clot.optimise.convex_descent import descend
 from missionc.backends.clot.optimise.goal_terms import Demand
@@ -24,6 +25,9 @@ from missionc.monitoring.monitor import monitor
 
 ITERATIONS = 40
 """Iterations of one try."""
+
+SAME = 1e-3
+"""Metres: so little makes no plan shorter."""
 
 TIDIED = 6_000
 """Numbers in the control points of a plan, times steps of descent, where nothing is asked to be least."""
@@ -48,12 +52,14 @@ def improve(
     costs: Costs,
     accept: Callable[[Array], Trace | None],
     go_on: Callable[[], bool],
+    enough: Callable[[float], float] = open_ended,
 ) -> Improved:
     """The same plan, or one that keeps more preferences or has less of the objective.
 
     Args:
         control: the plan's control points, (agents, points, dim), metres; ``made`` its motion.
         accept: the motion of control points, if it is a plan.
+        enough: as of a ``Budget``.
     """
     roots = demand.roots
     notes: list[str] = []
@@ -84,13 +90,16 @@ def improve(
 
         anew = tuple(goal.formula for goal in graph.requirements) + roots[len(demand.roots) :]
         full_demand = Demand.of(mission, anew, {}, mission.steps)  # when there is something to fill is open too
-        shorter = shorten(control, made, full_demand, costs, as_good, go_on)
+        shorter = shorten(control, made, full_demand, costs, as_good, go_on, int(enough(made.lasts)))
         control, made, costs = shorter.control, shorter.trace, shorter.costs
         full_demand = with_stays(full_demand, *costs.splines.states(control))
         notes.append(shorter.note)
     measure = MEASURES.get(mission.objective)
     before = made
     for aim in AIMS.get(mission.objective, (TIDY,)):
+        if measure is travelled and travelled(made) - enough(travelled(made)) <= SAME:
+            notes.append("no plan is shorter")
+            break
         steps = min(aim.steps, TIDIED // max(1, control.size)) if aim is TIDY else aim.steps
         weights = replace(costs.weights, length=aim.length, bend=aim.bend, metres=aim.metres)
         aimed = replace(costs, weights=weights)

@@ -39,6 +39,7 @@ def shorten(
     costs: Costs,
     accept: Callable[[Array], Trace | None],
     go_on: Callable[[], bool],
+    least: int = 0,
 ) -> Shortened:
     """The same plan, or one that is over sooner.
 
@@ -46,9 +47,10 @@ def shorten(
         control: the plan's control points, (agents, points, dim), metres; ``made`` its motion.
         demand: what is asked of it, without saying when, for that has to change.
         accept: the motion of control points, if it is as good a plan.
+        least: steps that every plan takes.
     """
     before = best = duration(made)
-    too_short = -1
+    too_short = least - 1
     best_costs = costs
     while best - too_short > 1 and go_on():
         target = (best + too_short) // 2
@@ -63,7 +65,10 @@ def shorten(
                 break
         else:
             too_short = target
-    end = f"no plan of {best - 1} was found" if best - too_short <= 1 else "the search ended first"
+    if best <= least:
+        end = "no plan takes less"
+    else:
+        end = f"no plan of {best - 1} was found" if best - too_short <= 1 else "the search ended first"
     return Shortened(control, made, best_costs, f"lasts {best} steps, {before} before it was made less; {end}")
 
 

@@ -68,7 +68,8 @@ class ShorterMakespan:
     def find(self) -> None:
         """Makes it as short as it gets, and notes what is known."""
         account = self.setting.account
-        made, before, least = account.work, self.best, self.least()
+        made, before = account.work, self.best
+        least = self.least(int(self.setting.budget.enough(self.best)))
         self.most = account.work + max(WORK, AS_MANY * made)
         self.descend(least)
         if self.affordable and self.best > least and self.attempt(self.best - 1, anew=True):
@@ -115,10 +116,9 @@ class ShorterMakespan:
 
         return tuple(map(still, self.roadmaps))
 
-    def least(self) -> int:
-        """The steps that some agent needs by itself, whatever the others do."""
+    def least(self, least: int) -> int:
+        """The steps that some agent needs by itself, whatever the others do, where so many are known to be needed."""
         own = rests_from(self.states)
-        least = 0
         self.most = self.setting.account.work + WORK
         for agent in sorted(self.planner.everyone, key=lambda agent: (-int(own[agent]), agent)):
             if own[agent] <= least or not self.affordable or self.able(agent, least):

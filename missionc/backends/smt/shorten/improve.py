@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from missionc.backends.api import Progress
+from collections.abc import Callable
+
+from missionc.backends.api import Progress, open_ended
 from missionc.backends.smt.encode.lower import deep
 from missionc.backends.smt.refine.conflict_limit import effort
 from missionc.backends.smt.refine.lazy_constraints import JointMotion, LazyConstraints
@@ -16,11 +18,18 @@ from missionc.ir import Objective
 from missionc.kernel.nodes import Kernel
 
 
-def improve(plan: JointMotion, kernel: Kernel, literals: tuple[int, ...], search: LazyConstraints) -> JointMotion:
+def improve(
+    plan: JointMotion,
+    kernel: Kernel,
+    literals: tuple[int, ...],
+    search: LazyConstraints,
+    enough: Callable[[float], float] = open_ended,
+) -> JointMotion:
     """The same plan or one that is better; what was and was not reached is noted.
 
     Args:
         literals: what asks for each requirement, then for each preference.
+        enough: as of a ``Budget``.
     """
     required = literals[: len(kernel.requirements)]
     formulas = [goal.formula for goal in kernel.requirements]
@@ -49,9 +58,9 @@ def improve(plan: JointMotion, kernel: Kernel, literals: tuple[int, ...], search
             labels = Labels(search.mission, search.motion.roadmaps)
             goals = Goals(tuple(formulas), search.mission, search.motion, labels)
             with deep():
-                return shorten_distance(with_shorter_paths(plan), goals, required, search, with_shorter_paths)
+                return shorten_distance(with_shorter_paths(plan), goals, required, search, with_shorter_paths, enough)
         case Objective.DURATION:
-            plan = shorten_duration(plan, required, search)
+            plan = shorten_duration(plan, required, search, enough)
             return with_shorter_paths(plan, duration(plan.states))
         case _:
             return with_shorter_paths(plan)

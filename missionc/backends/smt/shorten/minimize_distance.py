@@ -44,14 +44,17 @@ def shorten_distance(
     required: tuple[int, ...],
     search: LazyConstraints,
     with_shorter_paths: Callable[[JointMotion], JointMotion],
+    enough: Callable[[float], float],
 ) -> JointMotion:
     """Asks for a shorter plan until there is none, or it takes too much.
 
     Args:
         required: the literals of the goals.
         with_shorter_paths: a plan that is as good or better, near the one it is given.
+        enough: as of a ``Budget``.
     """
     distance_search = DistanceSearch(goals, required, search, with_shorter_paths, plan)
+    distance_search.bound = max(distance_search.bound, enough(distance_search.best))
     try:
         for parts in UNITS:
             if not distance_search.over and not distance_search.in_parts(parts):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from missionc.backends.api import Progress
@@ -16,9 +18,16 @@ STOPS = 2
 """After so many questions that were not decided none is asked any more."""
 
 
-def shorten_duration(plan: JointMotion, required: tuple[int, ...], search: LazyConstraints) -> JointMotion:
-    """Halves what lies between the shortest plan found and what is known, or was asked in vain, to be too short."""
-    impossible, vain, best, stops = -1, -1, duration(plan.states), 0
+def shorten_duration(
+    plan: JointMotion, required: tuple[int, ...], search: LazyConstraints, enough: Callable[[float], float]
+) -> JointMotion:
+    """Halves what lies between the shortest plan found and what is known, or was asked in vain, to be too short.
+
+    Args:
+        enough: as of a ``Budget``.
+    """
+    best, stops = duration(plan.states), 0
+    impossible = vain = int(enough(best)) - 1
     try:
         still = add_stillness(search.clauses, search.motion)
     except TooLarge:

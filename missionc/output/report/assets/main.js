@@ -75,7 +75,7 @@ function tell() {
 function describe() {
   document.getElementById("title").textContent = data.mission;
   const many = (count, noun) => `${count} ${noun}${count === 1 ? "" : "s"}`;
-  const about = [many(model.agents, "agent"), `${many(data.steps, "step")} of ${data.step} s`, data.backend && (data.miss ? `a motion of ${data.backend}` : `planned by ${data.backend}`), `seed ${data.seed}`];
+  const about = [many(model.agents, "agent"), `${many(data.steps, "step")} of ${data.step} s`, data.backend && (data.miss ? `a motion of ${data.backend}` : `planned by ${data.backend}`), `seed ${data.seed}`, data.proven];
   document.getElementById("about").textContent = about.filter(Boolean).join(" · ");
   const verdict = document.getElementById("verdict");
   verdict.textContent = data.miss ? `✗ no plan: ${data.miss}` : data.passed ? "✓ verified" : "✗ not verified";
