@@ -46,6 +46,12 @@ class Account:
         self.notes.extend(other.notes)
         self.work += other.work
 
+    def spend(self, report: Report) -> None:
+        """The seconds and the work of another run count here; what it says does not."""
+        for stage, spent in report.seconds:
+            self.seconds[stage] = self.seconds.get(stage, 0.0) + spent
+        self.work += report.work
+
     def report(self) -> Report:
         return Report(
             seconds=tuple((stage, Seconds(spent)) for stage, spent in self.seconds.items()),

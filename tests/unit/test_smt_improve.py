@@ -11,6 +11,7 @@ import pytest
 
 import missionc
 from missionc.backends.api import Report
+from missionc.backends.options import Options
 from missionc.backends.smt.refine.lazy_constraints import JointMotion, LazyConstraints
 from missionc.backends.smt.shorten.improve import improve
 from missionc.base.source import Source
@@ -79,6 +80,28 @@ def test_an_early_end_is_found_where_duration_is_to_be_least() -> None:
     moving = np.flatnonzero((np.abs(np.diff(trace.position, axis=1)) > 1e-9).any(axis=(0, 2)))
     assert moving.max() + 1 <= 2
     assert any("the fewest on this roadmap" in note for note in report.notes)
+
+
+FAR = """\
+mission far
+time step 1 s, horizon 12 s
+world (0, 0) to (12, 6)
+region base = box (0, 0) to (2, 6)
+region goal = box (9, 0) to (12, 2)
+obstacle wall = box (5, 0) to (6, 4)
+team drone[1] { radius 0.1 m  dynamics single_integrator(speed <= 2 m/s)  start in base }
+solve with smt { nodes = 20 }
+require visit: drone[0]: eventually[0, 12 s] goal
+minimize duration
+"""
+
+
+def test_other_roadmaps_are_asked_for_an_earlier_end() -> None:
+    """The coarse roadmap that holds a plan first does not hold the soonest of these."""
+    alone, _ = planned(FAR, seed=2, options=Options(brief=True))
+    trace, report = planned(FAR, seed=2)
+    assert trace.lasts < alone.lasts
+    assert any(note.startswith("the soonest of plans on") for note in report.notes)
 
 
 # ------------------------------------------- a plan that was found is not lost

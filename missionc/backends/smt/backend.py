@@ -12,10 +12,11 @@ Source:
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
 from functools import partial
 
-from missionc.backends.api import Budget, Impossible, NotFound, Outcome, Planned, Progress, Reason, Turns
+from missionc.backends.api import Budget, Impossible, NotFound, Outcome, Planned, Progress, Reason, Turns, unheard
 from missionc.backends.options import Options
 from missionc.backends.smt.encode.clauses import Clauses, TooLarge
 from missionc.backends.smt.encode.lower_motion import all_ways
@@ -31,16 +32,17 @@ from missionc.backends.smt.refine.unsat_core import minimise
 from missionc.backends.smt.roadmap.labels import Unexpressible
 from missionc.backends.smt.roadmap.roadmap import NoRoadmap, Roadmap, whole_moves
 from missionc.backends.smt.roadmap.roadmap_graph import graphs_of
-from missionc.backends.smt.roadmap.sequence import ROADMAPS, roadmaps_to_try
+from missionc.backends.smt.roadmap.sequence import ROADMAPS, Attempt, roadmaps_to_try
 from missionc.backends.smt.roadmap_answers import NoPlan, TimeOver, TooDear, TooFewLinks, Unsettled, refusal
 from missionc.backends.smt.sat.installed_solvers import solver_missing
 from missionc.backends.smt.sat.proof import certify
 from missionc.backends.smt.sat.solve import Solvers, Stopped, Unsatisfiable
+from missionc.backends.smt.sat.wait_for_process import is_over
 from missionc.backends.smt.shorten.improve import improve
 from missionc.backends.smt.subset_questions import SubsetQuestions, infeasible_alone
 from missionc.backends.smt.undecided import FEW, nearest, under_way
 from missionc.backends.work import CLAUSE, CLAUSE_CONFLICT, QUESTION, driven
-from missionc.base.signals import hold
+from missionc.base.signals import asked, hold
 from missionc.base.trace import Flags, Trace
 from missionc.diagnostics.model import Diagnostic
 from missionc.ir import Mission, Objective
@@ -59,6 +61,9 @@ PRIORITIZED, PRIORITIZED_EACH = 30.0, 2.0
 FEW_EACH, MORE_WORK = 2.0, 2.0
 """Its first try has the work of a turn, or so much for each agent if that is more; another one so many times as much.
 """
+
+SOONER = 3.0
+"""Units of work in which other roadmaps are asked for a plan of less duration, or as many as there were if more."""
 
 SOLVED = CLAUSE + 2 * QUESTION + 3000 * CLAUSE_CONFLICT
 """Units of a clause of a problem for a few agents: to build it, to simplify it, and to look for a solution."""
@@ -81,17 +86,7 @@ class SmtBackend:
 
     def turns(self, mission: Mission, kernel: Kernel, options: Options, budget: Budget) -> Turns:
         """The same in turns: a roadmap, with as many clauses and conflicts as there is work for."""
-        run = Run(mission, kernel, options, budget)
-        try:
-            return (yield from run.turns())
-        except TooLarge as error:
-            return run.not_found(Reason.SIZE, f"{error}; the limit is {budget.limits.clauses}")
-        except MemoryError as error:
-            return run.not_found(
-                Reason.MEMORY, str(error) or "the compiler's own memory ran out while the clauses were built"
-            )
-        except TimeOver:
-            return run.not_found(Reason.TIME, "")
+        return (yield from Run(mission, kernel, options, budget).turns())
 
 
 BACKEND = SmtBackend()
@@ -121,11 +116,25 @@ class Run(PacedRun):
         self.given, self.kernel = self.kernel, bounded_above(self.kernel)
         self.measured = measured_goals(self.given.requirements + self.given.preferences)
 
-    def turns(self) -> Turns:
+    def turns(self, attempts: Iterable[Attempt] | None = None) -> Turns:
+        """The run in turns, on all roadmaps or on some."""
+        if attempts is None:
+            sampled = 1 if self.options.brief else ROADMAPS
+            attempts = roadmaps_to_try(self.mission, self.kernel, self.budget.seed, sampled)
+        try:
+            return (yield from self.on_attempts(iter(attempts)))
+        except TooLarge as error:
+            return self.not_found(Reason.SIZE, f"{error}; the limit is {self.budget.limits.clauses}")
+        except MemoryError as error:
+            why = str(error) or "the compiler's own memory ran out while the clauses were built"
+            return self.not_found(Reason.MEMORY, why)
+        except TimeOver:
+            return self.not_found(Reason.TIME, "")
+
+    def on_attempts(self, attempts: Iterator[Attempt]) -> Turns:
         yield from self.pause()
         refused: NoPlan | None = None
         missing, why = "", ""
-        attempts = roadmaps_to_try(self.mission, self.kernel, self.budget.seed, 1 if self.options.brief else ROADMAPS)
         for attempt in attempts:
             self.most = math.inf if attempt.sampled else self.account.work + GEODESIC
             with self.solvers() as solvers:
@@ -143,7 +152,8 @@ class Run(PacedRun):
                 missing = ""
                 result = yield from self.on_roadmaps(roadmaps, solvers)
             if isinstance(result, Planned):
-                return replace(result, report=replace(result.report, roadmaps=graphs_of(self.mission, roadmaps)))
+                report = replace(result.report, roadmaps=graphs_of(self.mission, roadmaps))
+                return self.soonest(replace(result, report=report), attempts)
             if not isinstance(result, NoPlan | Unsettled):
                 return result
             why = result.why if isinstance(result, Unsettled) else ""
@@ -163,6 +173,32 @@ class Run(PacedRun):
             certify(refused.clauses, refused.core, self.budget, self.account)
         statement = refusal(deletion.conflict, self.tried, self.mission.solve.roadmap)
         return Impossible(deletion.conflict, statement, self.account.report(), smallest=deletion.smallest)
+
+    def soonest(self, planned: Planned, others: Iterator[Attempt]) -> Planned:
+        """The plan of least duration on this roadmap and on others, in as much work as that plan took."""
+        if self.mission.objective is not Objective.DURATION or self.kernel.preferences or self.options.brief:
+            return planned
+        left, tried = max(SOONER, self.account.work), 1
+        for attempt in others:
+            lasts = planned.trace.lasts
+            if left <= 0 or self.budget.enough(lasts) >= lasts or is_over(self.budget.deadline) or asked():
+                break
+            hold()
+            self.budget.found(planned)
+            self.budget.listen(Progress("improve", tried, f"{lasts} steps; are fewer enough on another roadmap?"))
+            budget = replace(self.budget, work=left, found=unheard)
+            run = Run(self.mission, self.given, replace(self.options, brief=True), budget)
+            other = driven(run.turns((attempt,)), budget)
+            left -= other.report.work
+            tried += 1
+            self.account.spend(other.report)
+            if isinstance(other, Planned) and other.trace.lasts < lasts:
+                planned = replace(
+                    other, report=replace(planned.report, notes=other.report.notes, roadmaps=other.report.roadmaps)
+                )
+        spent = self.account.report()
+        notes = (*planned.report.notes, *([f"the soonest of plans on {tried} roadmaps"] if tried > 1 else []))
+        return replace(planned, report=replace(planned.report, seconds=spent.seconds, work=spent.work, notes=notes))
 
     def smallest(self, refused: NoPlan) -> tuple[Deletion, NoPlan]:
         """The smallest conflict that the work allows, and its refusal by the last roadmap."""
