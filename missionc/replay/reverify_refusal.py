@@ -31,7 +31,7 @@ def reverify_refusal(folder: Path, limits: Limits | None = None) -> Reverified |
     found = read_files(folder, limits, CNF)
     if isinstance(found, Diagnostic):
         return Reverified(folder, (found,))
-    checked = check_mission(found, limits)
+    checked = check_mission(found, limits, of_plan=False)
     if isinstance(checked, Diagnostic):
         return Reverified(folder, (checked,))
     mission, kernel = checked.mission, checked.kernel
