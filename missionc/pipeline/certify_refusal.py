@@ -14,6 +14,7 @@ from missionc.ir import Mission
 from missionc.kernel.nodes import Kernel
 from missionc.pipeline.claim_cover import claimed
 from missionc.verify.impossibility.check_refutation import check_refutation
+from missionc.verify.impossibility.cnf import TooManyClauses
 from missionc.verify.impossibility.cover_document import COVER, document
 
 NO_CERTIFICATE = "no certificate was left:"
@@ -26,7 +27,11 @@ def certify_refusal(refused: Refused, mission: Mission, kernel: Kernel, budget: 
         kernel: of the mission as it was written, with whatever looks back.
     """
     with account.stage("proof"):
-        cover, clauses = claimed(refused.question, refused.conflict, mission, kernel)
+        try:
+            cover, clauses = claimed(refused.question, refused.conflict, mission, kernel)
+        except TooManyClauses as error:
+            account.notes.append(f"{NO_CERTIFICATE} {error}")
+            return
         match prove_cnf(clauses.dimacs(), budget):
             case None:
                 account.notes.append(f"{NO_CERTIFICATE} the clauses that are checked say less than those refused")

@@ -111,8 +111,12 @@ def file_checks(found: Listed) -> tuple[Check, ...]:
     return (*listed, *beside)
 
 
-def check_mission(found: FolderFiles, limits: Limits) -> Checked | Diagnostic:
-    """The mission in a folder, checked as the command line had it; or what in the manifest is not to be understood."""
+def check_mission(found: FolderFiles, limits: Limits, *, of_plan: bool = True) -> Checked | Diagnostic:
+    """The mission in a folder, checked as the command line had it; or what in the manifest is not to be understood.
+
+    Args:
+        of_plan: the mission lasts as long as the plan in the folder, which may be slower than it was planned.
+    """
     folder, inputs = found.path, names_and_hashes(found.manifest["inputs"])
     stretch = _stretch(found.manifest)
     if stretch is None:
@@ -129,7 +133,7 @@ def check_mission(found: FolderFiles, limits: Limits) -> Checked | Diagnostic:
         overrides=_overrides(found.manifest),
         backend=ANY_BACKEND,
         limits=limits,
-        stretch=stretch,
+        stretch=stretch if of_plan else 1.0,
         vehicle=vehicle,
         load=load,
     )

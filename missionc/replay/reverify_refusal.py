@@ -15,7 +15,15 @@ from missionc.diagnostics.model import Diagnostic
 from missionc.ir.wording import all_listed
 from missionc.output.folder.file_names import PROOF
 from missionc.output.folder.walk_folder import printable
-from missionc.replay.folder_files import UNLISTED, FolderFiles, check_mission, file_checks, manifest_in, read_files
+from missionc.replay.folder_files import (
+    UNLISTED,
+    FolderFiles,
+    check_mission,
+    file_checks,
+    manifest_in,
+    options,
+    read_files,
+)
 from missionc.replay.reverify import Reverified
 from missionc.verify.certificate import Certificate, Check
 from missionc.verify.impossibility.check_refutation import CNF, check_drat, check_refutation, conflict_of
@@ -31,7 +39,7 @@ def reverify_refusal(folder: Path, limits: Limits | None = None) -> Reverified |
     found = read_files(folder, limits, CNF)
     if isinstance(found, Diagnostic):
         return Reverified(folder, (found,))
-    checked = check_mission(found, limits)
+    checked = check_mission(found, limits, of_plan=False)
     if isinstance(checked, Diagnostic):
         return Reverified(folder, (checked,))
     mission, kernel = checked.mission, checked.kernel
@@ -41,7 +49,7 @@ def reverify_refusal(folder: Path, limits: Limits | None = None) -> Reverified |
     judged = check_refutation(mission, kernel, found.files, limits) if of_cover else (check_drat(found.files, limits),)
     certificate = Certificate(mission.name, (*file_checks(found), *judged))
     findings = () if certificate.passed else (_refused(found, certificate),)
-    proven = _proven(conflict_of(found.files, mission) if of_cover else None)
+    proven = _proven(conflict_of(found.files, mission) if of_cover else None) + _given(found)
     return Reverified(folder, findings, certificate=certificate, proven=proven if certificate.passed else "")
 
 
@@ -52,6 +60,12 @@ def _proven(conflict: tuple[str, ...] | None) -> str:
     if not conflict:
         return "no motion of these agents is a plan, whatever the requirements"
     return f"no motion of these agents satisfies {names}{' together' if len(conflict) > 1 else ''}"
+
+
+def _given(found: FolderFiles) -> str:
+    """What the command line changed of the mission, for whoever reads the mission and not the manifest."""
+    given = [f"{name}={value}" for name, value in options(found.manifest).items() if name.startswith("-D ")]
+    return f", with {all_listed([f'`{each}`' for each in given])}" if given else ""
 
 
 def _refused(found: FolderFiles, certificate: Certificate) -> Diagnostic:

@@ -14,7 +14,8 @@ import pytest
 
 from missionc.base.limits import Limits
 from missionc.base.trace import Flags
-from missionc.verify.impossibility.check_refutation import CNF, DRAT, check_refutation
+from missionc.base.units import Metres
+from missionc.verify.impossibility.check_refutation import CNF, DRAT, check_drat, check_refutation
 from missionc.verify.impossibility.cover_document import COVER, ClaimedCover, Unreadable, read_cover
 from tests.support.certificates import Certified, certified, files_of
 from tests.support.drat_checker import fault
@@ -259,6 +260,20 @@ def test_a_proof_that_takes_longer_than_there_is_time_is_not_believed() -> None:
     assert [each.detail for each in checks if not each.passed] == ["time was up before it was gone through"]
 
 
+def test_a_step_that_keeps_clauses_satisfiable_is_no_proof_once_some_were_deleted() -> None:
+    """Both variables are true in the only model; without the second clause, nothing else says so of the second."""
+    files = {CNF: b"p cnf 2 2\n1 0\n-1 2 0\n", DRAT: b"d -1 2 0\n-2 0\n0\n"}
+    assert not check_drat(files, Limits()).passed
+
+
+def test_agents_at_other_altitudes_are_not_alike() -> None:
+    known = certified("short_relay")
+    first, *others = known.mission.agents
+    higher = replace(known.mission, agents=(replace(first, altitude=Metres(first.altitude + 1.0)), *others))
+    failed = [check for check in check_refutation(higher, known.kernel, known.files, Limits()) if not check.passed]
+    assert [(check.name, check.detail) for check in failed] == [("cells", "its agents are not alike")]
+
+
 def test_a_certificate_of_another_mission_is_refused() -> None:
     known, other = certified("short_relay"), certified("mast_of_three")
     assert failing(other, known.files) == {"cover"}
@@ -271,6 +286,10 @@ def test_a_certificate_of_another_mission_is_refused() -> None:
         ('"asked": ["drone[0]",', '"asked": ["drone[9]",'),
         ('"points":', '"points":-'),
         ('"cells":[[[', '"cells":[[[1e999,'),
+        ('"cells":[[[', '"cells":[[[1e308,0.0],[1.7e308,1.0]],[['),
+        ('"kinds": [', '"kinds": [{"agents":[],"cells":[],"points":0,"left_out":[],"no_move":{},"no_turn":{}},'),
+        ('"asked": ["drone[0]",', '"asked": ['),
+        ('"at_most": [', '"at_most": [{"box":[[0.0,0.0],[1.0,1.0]],"agents":-4}'),
         ('"no_move":{"1":[[', '"no_move":{"1":[[4711,'),
         ('"no_move":{"1":[[', '"no_move":{"1":[["a",'),
         ('"no_move":{"1":', '"no_move":{"99":'),

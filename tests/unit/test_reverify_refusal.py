@@ -61,6 +61,7 @@ def test_a_proof_is_verified_and_what_it_proves_is_said(proved: dict[str, bytes]
     status, said = run(["verify", str(laid(tmp_path / "x", proved))])
     assert status == 0
     assert "proven: no motion of these agents satisfies `stay`, `close` and `visit` together" in said
+    assert "with `-D FAR=6.5 m`" in said
     status, said = run(["verify", str(tmp_path / "x"), "--format", "json"])
     document = json.loads(said)
     assert (status, document["passed"], document["failures"]) == (0, True, [])
@@ -114,3 +115,12 @@ def test_a_proof_about_roadmaps_says_what_it_does_not_show(tmp_path: Path) -> No
     status, said = run(["verify", str(tmp_path / "out")])
     assert status == 0, said
     assert "proven: the clauses in `impossible.cnf` cannot all hold; that a roadmap" in said
+
+
+def test_a_proof_is_of_the_mission_at_its_own_pace(tmp_path: Path) -> None:
+    """`--stretch` is how much slower a plan is flown; where there is none, nothing is slower."""
+    (tmp_path / "apart.mission").write_text(APART)
+    words = ["compile", str(tmp_path / "apart.mission"), "-D", "FAR=6.5 m", "--stretch", "1.5", "--certify"]
+    status, said = run([*words, "--explain-limit", "0", "-o", str(tmp_path / "out")])
+    assert status == 6, said
+    assert run(["verify", str(tmp_path / "out")])[0] == 0

@@ -13,7 +13,7 @@ import numpy as np
 from missionc.base.trace import Array, Flags
 from missionc.ir import Box, Difference, Intersection, Mission, Obstacle, Shape, Sight, Union
 from missionc.verify.impossibility.cover_document import ClaimedCover
-from missionc.verify.impossibility.intervals import Boxes, signed_distances
+from missionc.verify.impossibility.intervals import NEARER, Boxes, signed_distances
 from missionc.verify.tolerances import MOTION
 from missionc.world.displacement import displaced, moved
 
@@ -62,20 +62,25 @@ def blocked(mission: Mission, cover: ClaimedCover, number: int, radius: float, s
     found: Flags = np.zeros(boxes[0].shape[:-1], dtype=np.bool_)
     plain = [(part, away if is_plain(part) else 0.0) for part in parts(obstacle.shape)]
     for shape, needed in (*plain, *((box, away) for box in boxes_in(name_of_obstacle(number), cover))):
-        found |= signed_distances(moved(shape, by), boxes).high < needed - 2 * MOTION
+        found |= signed_distances(moved(shape, by), boxes).high < needed - NEARER
     return found
 
 
 def lies_in(box: Box, shape: Shape) -> bool:
-    """Whether all of a box surely lies in a shape, but for what verification lets pass."""
-    return _lies_in(np.array(box.low), np.array(box.high), shape, DEEP)
+    """Whether all of a box surely lies in a shape, but for as much along its faces as verification lets pass.
+
+    A little outside of shapes that are combined, distances say too little of how far it is: what is left has to lie
+    inside.
+    """
+    low, high = np.array(box.low) + MOTION, np.array(box.high) - MOTION
+    return bool((low <= high).all()) and _lies_in(low, high, shape, DEEP)
 
 
 def _lies_in(low: Array, high: Array, shape: Shape, deep: int) -> bool:
     distance = signed_distances(shape, (low, high))
-    if distance.high <= MOTION:
+    if distance.high <= 0.0:
         return True
-    if distance.low > MOTION or not deep:
+    if distance.low > 0.0 or not deep:
         return False
     axis = int((high - low).argmax())
     middle = (low[axis] + high[axis]) / 2

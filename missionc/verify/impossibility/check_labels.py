@@ -30,9 +30,13 @@ from missionc.verify.impossibility.intervals import (
     must_be_apart,
     pairwise,
 )
+from missionc.verify.tolerances import MOTION
 
 CERTAIN = 1e-9
 """Metres, or m/s: a margin no further from 0 may be on either side of it."""
+
+ROUNDED = 1e-14
+"""The share of the largest coordinate by which what is worked out in double precision may be off."""
 
 INSIDE = 4e-6
 """Metres inside of a body, from where on it surely hides what is behind."""
@@ -46,6 +50,7 @@ class CheckedLabels:
         self.faults: list[str] = []
         self._known: dict[Hashable, Never] = {}
         self._left: Iterator[Label] = iter(cover.labels)
+        self._certain = max(CERTAIN, ROUNDED * max(map(abs, (*mission.world.low, *mission.world.high))))
 
     def own(self, predicate: Predicate, agent: int) -> Never:
         kind = self.cover.kind_of(agent)
@@ -62,7 +67,8 @@ class CheckedLabels:
         def margin() -> Interval:
             boxes = inflated(kind)
             here, there = pairwise(boxes, boxes)
-            speed = length(between(here, there)) / self.mission.step
+            way = length(between(here, there)) + Interval(np.array(-2 * MOTION), np.array(2 * MOTION))
+            speed = way / self.mission.step
             return exactly(predicate.margin(IntervalView(self.mission, {agent: here}, speed)))
 
         return self._checked((predicate, kind, "moves"), "moves", (agent,), margin)
@@ -87,8 +93,8 @@ class CheckedLabels:
                 raise Unreadable("its labels are not those that the requirements ask for")
             measured = margin()
             shape = label.never_true.shape
-            may_hold = np.broadcast_to(measured.high >= -CERTAIN, shape)
-            may_fail = np.broadcast_to(measured.low <= CERTAIN, shape)
+            may_hold = np.broadcast_to(measured.high >= -self._certain, shape)
+            may_fail = np.broadcast_to(measured.low <= self._certain, shape)
             for wrong, word in ((label.never_true & may_hold, "hold"), (label.never_false & may_fail, "fail")):
                 for cells in np.argwhere(wrong)[:1].tolist():
                     self.faults.append(f"`{label.leaf}` may {word} in {_cells(cells)}")
@@ -138,6 +144,8 @@ class CheckedLabels:
             for body in (*plain, *boxes_in(name_in_graph(graph, number), self.cover)):
                 for axis, (low, high) in enumerate(zip(body.low, body.high, strict=True)):
                     for at in (low + 2 * INSIDE, (low + high) / 2, high - 2 * INSIDE):
+                        if not low + INSIDE <= at <= high - INSIDE:
+                            continue
                         for one, other in ((here, there), (there, here)):
                             hidden |= _crosses_within(body, axis, at, one, other)
         return hidden
@@ -148,16 +156,19 @@ def _crosses_within(body: Box, axis: int, at: float, one: Boxes, other: Boxes) -
     result = np.asarray((one[1][..., axis] < at - INSIDE) & (other[0][..., axis] > at + INSIDE))
     if not result.any():
         return result
-    dimension = len(body.low)
+    dimension, largest = len(body.low), max(float(np.abs(corner).max()) for corner in (*one, *other))
     with np.errstate(divide="ignore", invalid="ignore"):
         for begin, end in product(product((0, 1), repeat=dimension), repeat=2):
             first = [one[side][..., number] for number, side in enumerate(begin)]
             last = [other[side][..., number] for number, side in enumerate(end)]
-            share = (at - first[axis]) / (last[axis] - first[axis])
+            way = last[axis] - first[axis]
+            share = (at - first[axis]) / way
             for across in range(dimension):
                 if across != axis:
-                    point: Array = first[across] + share * (last[across] - first[across])
-                    result = result & (point > body.low[across] + INSIDE) & (point < body.high[across] - INSIDE)
+                    aside = last[across] - first[across]
+                    off = INSIDE + ROUNDED * largest * (1 + np.abs(aside / way))
+                    point: Array = first[across] + share * aside
+                    result = result & (point > body.low[across] + off) & (point < body.high[across] - off)
     return result
 
 

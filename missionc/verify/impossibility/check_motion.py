@@ -21,7 +21,7 @@ from missionc.ir import Agent, Anywhere, Compare, Dynamics, Exactly, Level, Miss
 from missionc.kernel.conjuncts import Conjunct, conjuncts
 from missionc.kernel.nodes import Atom, Goal
 from missionc.verify.impossibility.bodies import blocked
-from missionc.verify.impossibility.cover_document import CellsOfKind, ClaimedCover
+from missionc.verify.impossibility.cover_document import CellsOfKind, ClaimedCover, Unreadable
 from missionc.verify.impossibility.intervals import (
     Boxes,
     Interval,
@@ -34,6 +34,9 @@ from missionc.verify.impossibility.intervals import (
 from missionc.verify.tolerances import MOTION
 
 Numbers = NDArray[np.int64]
+
+MOST_GAPS = 100_000_000
+"""Boxes between the sides of cells, all of which cells have to hold."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -86,7 +89,9 @@ def check_space(mission: Mission, cover: ClaimedCover, kind: CellsOfKind) -> Ite
     """That the cells and what is left out fill the world, and that no centre is ever clear in what is left out."""
     agents = [mission.agents[agent] for agent in kind.agents]
     first = agents[0]
-    if any((each.dynamics, each.radius) != (first.dynamics, first.radius) for each in agents):
+    if any(
+        (each.dynamics, each.radius, each.altitude) != (first.dynamics, first.radius, first.altitude) for each in agents
+    ):
         yield "its agents are not alike"
     room = np.zeros(len(kind.left_out[0]), dtype=np.bool_)
     for number, obstacle in enumerate(mission.obstacles):
@@ -103,7 +108,11 @@ def check_space(mission: Mission, cover: ClaimedCover, kind: CellsOfKind) -> Ite
 
 
 def _hole(low: Array, high: Array, boxes: Boxes) -> Array | None:
-    """A point between two corners that none of the boxes holds; None where they hold all."""
+    """A point between two corners that none of the boxes holds; None where they hold all.
+
+    Raises:
+        Unreadable: there are too many of them.
+    """
     lines = [
         np.unique(
             np.clip(
@@ -112,6 +121,8 @@ def _hole(low: Array, high: Array, boxes: Boxes) -> Array | None:
         )
         for axis in range(len(low))
     ]
+    if math.prod(map(len, lines)) > MOST_GAPS:
+        raise Unreadable("its cells have more sides than anybody looks at")
     held = np.zeros([len(each) - 1 for each in lines], dtype=np.bool_)
     for begin, end in zip(*boxes, strict=True):
         held[tuple(slice(*np.searchsorted(each, (begin[axis], end[axis]))) for axis, each in enumerate(lines))] = True
@@ -129,10 +140,10 @@ def check_absent(mission: Mission, cover: ClaimedCover, agent: Agent, limits: Mo
     absent = cover.absent[agent.index]
     boxes = inflated(cover.kind_of(agent.index))
     shown = _shown_at_once(mission, cover, agent)
-    seconds = np.arange(mission.steps + 1) * mission.step
+    steps = np.arange(mission.steps + 1)
     ends = [~(absent[row] & shown[row]) for row in (0, mission.steps)]
-    for able, times in zip(ends, (seconds, seconds[::-1]), strict=True):
-        reach = np.array([reached(limits.dynamics, float(time)) for time in times])
+    for able, away in zip(ends, (steps, steps[::-1]), strict=True):
+        reach = np.array([reached(limits.dynamics, mission.step, each) for each in away.tolist()])
         shown |= _from(boxes, able)[None, :] > reach[:, None]
     for step, cell in np.argwhere(absent & ~shown)[:1].tolist():
         yield f"{agent.name} may be in cell {cell} at step {step}"
@@ -175,9 +186,9 @@ def _from(boxes: Boxes, cells: Flags) -> Array:
     return least
 
 
-def reached(dynamics: Dynamics, seconds: float) -> float:
-    """How far such an agent gets at most in some time, metres."""
-    return (dynamics.top_speed + MOTION) * seconds + 3 * MOTION
+def reached(dynamics: Dynamics, step: float, steps: int) -> float:
+    """How far such an agent gets at most in so many steps, metres; each may be off by as much as is let pass."""
+    return (dynamics.top_speed + MOTION) * steps * step + (steps + 3) * MOTION
 
 
 def gone(dynamics: Dynamics, step: float, steps: int, dimension: int) -> float:
@@ -185,7 +196,10 @@ def gone(dynamics: Dynamics, step: float, steps: int, dimension: int) -> float:
     if dynamics.has_momentum or dynamics.lowest_speed <= 0 or (steps > 1 and dimension > 2):
         return 0.0
     way = (dynamics.lowest_speed - MOTION) * step - 3 * MOTION
-    return max(0.0, way * scaled_turn(steps, (dynamics.top_turn + MOTION) * step))
+    if way <= 0:
+        return 0.0
+    aside = MOTION / way  # rad, by which a way may differ from the heading
+    return way * scaled_turn(steps, dynamics.top_turn * step + MOTION + 3 * aside)
 
 
 def check_moves(mission: Mission, kind: CellsOfKind, limits: MotionLimits) -> Iterator[str]:
@@ -194,7 +208,7 @@ def check_moves(mission: Mission, kind: CellsOfKind, limits: MotionLimits) -> It
     distance = length(between(*pairwise(boxes, boxes)))
     touching = distance.low <= 0.0
     for steps, never in kind.no_move.items():
-        most = reached(limits.dynamics, steps * mission.step)
+        most = reached(limits.dynamics, mission.step, steps)
         least = gone(limits.dynamics, mission.step, steps, mission.dimension)
         doubtful = never & (distance.low <= most) & (distance.high >= least)
         for source in np.flatnonzero(doubtful.any(axis=1)).tolist():
@@ -225,7 +239,7 @@ def check_turns(mission: Mission, kind: CellsOfKind, limits: MotionLimits) -> It
     low, high = boxes
     top = limits.dynamics.top_acceleration
     for steps, never in kind.no_turn.items():
-        bend = (top + MOTION) * (steps * mission.step) ** 2 + 4 * MOTION
+        bend = (top + MOTION) * (steps * mission.step) ** 2 + (2 * steps + 2) * MOTION
         bent = []
         for axis in range(mission.dimension):
             side = Interval(low[:, axis], high[:, axis])
@@ -241,7 +255,7 @@ def check_visits(mission: Mission, cover: ClaimedCover, agent: Agent, limits: Mo
     never = cover.not_both[agent.index]
     boxes = inflated(cover.kind_of(agent.index))
     first = _from(boxes, ~cover.absent[agent.index][0])
-    most = min(reached(limits.dynamics, mission.steps * mission.step), limits.length + mission.steps * 3 * MOTION)
+    most = min(reached(limits.dynamics, mission.step, mission.steps), limits.length + mission.steps * 3 * MOTION)
     way = np.minimum(first[:, None], first[None, :]) + length(between(*pairwise(boxes, boxes))).low
     for one, other in np.argwhere(never & (way <= most))[:1].tolist():
         yield f"{agent.name} may be both in cell {one} and in cell {other}"

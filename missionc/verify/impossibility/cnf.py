@@ -10,9 +10,20 @@ from collections.abc import Iterable, Sequence
 
 TRUE, FALSE = 1, -1
 
+MOST_CLAUSES = 8_000_000
+"""Clauses beyond which nobody goes through a proof."""
+
+
+class TooManyClauses(ValueError):
+    """There are more clauses than anybody goes through."""
+
 
 class Cnf:
-    """Clauses; variable 1 is true, and whatever is known folds away."""
+    """Clauses; variable 1 is true, and whatever is known folds away.
+
+    Raises:
+        TooManyClauses: from wherever they are added.
+    """
 
     def __init__(self) -> None:
         self.variables = 1
@@ -26,7 +37,12 @@ class Cnf:
         """Some of these hold."""
         clause = [literal for literal in literals if literal != FALSE]
         if TRUE not in clause:
-            self.clauses.append(clause or [FALSE])
+            self._keep(clause or [FALSE])
+
+    def _keep(self, clause: list[int]) -> None:
+        if len(self.clauses) >= MOST_CLAUSES:
+            raise TooManyClauses(f"there are more than {MOST_CLAUSES} clauses")
+        self.clauses.append(clause)
 
     def all_of(self, literals: Iterable[int]) -> int:
         """A literal that implies all of these."""
@@ -37,7 +53,7 @@ class Cnf:
             return next(iter(parts), TRUE)
         name = self.fresh()
         for literal in parts:
-            self.clauses.append([-name, literal])
+            self._keep([-name, literal])
         return name
 
     def any_of(self, literals: Iterable[int]) -> int:
@@ -48,7 +64,7 @@ class Cnf:
         if len(parts) < 2:
             return next(iter(parts), FALSE)
         name = self.fresh()
-        self.clauses.append([-name, *parts])
+        self._keep([-name, *parts])
         return name
 
     def at_least(self, count: int, literals: Sequence[int]) -> int:
@@ -57,6 +73,8 @@ class Cnf:
         Source:
             Sinz, "Towards an optimal CNF encoding of Boolean cardinality constraints", 2005.
         """
+        if count <= 0:
+            return TRUE
         before = [TRUE] + [FALSE] * count
         for literal in literals:
             row = [TRUE]

@@ -11,6 +11,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from math import comb
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -21,6 +22,24 @@ from missionc.ir import Mission
 from missionc.verify.impossibility.intervals import Boxes
 
 COVER, COVER_SCHEMA = "cover.json", "missionc.cover/1"
+
+FURTHEST = 1e12
+"""Metres from the origin, beyond which nothing is: what is worked out of places stays finite."""
+
+MOST_CELLS = 3000
+"""Cells of a kind of agents, of which every two are looked at."""
+
+MOST_THIRDS = 120
+"""Cells of a kind of agents, of which every two are looked at with every third."""
+
+MOST_BOXES = 20_000
+"""Boxes of a list: of cells, of what is left out, of a body."""
+
+MOST_ROOMS = 2_000
+"""Boxes in which agents are counted, or that lie in one body."""
+
+MOST_CHOICES = 10_000
+"""Choices of agents that are one too many in a box."""
 
 Json: TypeAlias = Any
 
@@ -178,7 +197,7 @@ def read_cover(text: str, mission: Mission) -> ClaimedCover:
     try:
         return _Reader(mission).cover(found)
     except (KeyError, TypeError, ValueError, IndexError, OverflowError, AttributeError) as error:
-        raise Unreadable(f"it is no cover of this mission: {type(error).__name__} {error}") from error
+        raise Unreadable(f"it is no cover of this mission: {error}") from error
 
 
 class _Reader:
@@ -195,32 +214,42 @@ class _Reader:
         size = {agent: len(kind) for kind in kinds for agent in kind.agents}
         if sorted(agent for kind in kinds for agent in kind.agents) != list(range(len(self.mission.agents))):
             raise ValueError("not every agent is of one kind")
-        rows = self.steps + 1
+        rows, asked = self.steps + 1, self.agents(found["asked"])
+        pairs = [self.pair(each["agents"]) for each in found["not_together"]]
+        if not {agent for pair in pairs for agent in pair} <= set(asked):
+            raise ValueError("a pair of agents that it does not ask")
+        if len(found["at_most"]) > MOST_ROOMS or any(len(each) > MOST_ROOMS for each in found["bodies"].values()):
+            raise ValueError("more boxes than anybody looks at")
+        rooms = tuple(self.room(each) for each in found["at_most"])
+        if any(comb(len(asked), most + 1) > MOST_CHOICES for *_, most in rooms):
+            raise ValueError("more choices of agents than anybody looks at")
         return ClaimedCover(
             conflict=tuple(map(_text, found["conflict"])),
-            asked=self.agents(found["asked"]),
+            asked=asked,
             apart=found["apart"] is True,
             kinds=kinds,
             bodies={_text(name): self.boxes(each) for name, each in found["bodies"].items()},
             absent=self.of_agents(found["absent"], lambda agent: (rows, size[agent])),
             not_both=self.of_agents(found["not_both"], lambda agent: (size[agent], size[agent])),
-            at_most=tuple(self.room(each) for each in found["at_most"]),
+            at_most=rooms,
             not_together={
-                self.pair(each["agents"]): _flags(
-                    each["cells"], tuple(size[agent] for agent in self.pair(each["agents"]))
-                )
-                for each in found["not_together"]
+                pair: _flags(each["cells"], tuple(size[agent] for agent in pair))
+                for pair, each in zip(pairs, found["not_together"], strict=True)
             },
             labels=tuple(self.label(each, kinds) for each in found["labels"]),
         )
 
     def kind(self, found: Json) -> CellsOfKind:
-        boxes, points = self.boxes(found["cells"]), found["points"]
+        agents, boxes, points = self.agents(found["agents"]), self.boxes(found["cells"]), found["points"]
         count = len(boxes[0])
+        if not agents:
+            raise ValueError("a kind of no agents")
+        if count > MOST_CELLS or (found["no_turn"] and count > MOST_THIRDS):
+            raise ValueError("more cells than anybody looks at")
         if type(points) is not int or not 0 <= points <= count:
             raise ValueError("a number of points that are no cells")
         return CellsOfKind(
-            agents=self.agents(found["agents"]),
+            agents=agents,
             boxes=boxes,
             points=points,
             left_out=self.boxes(found["left_out"]),
@@ -258,14 +287,16 @@ class _Reader:
 
     def room(self, found: Json) -> tuple[Array, Array, int]:
         low, high = self.boxes([found["box"]])
-        if type(found["agents"]) is not int:
+        if type(found["agents"]) is not int or found["agents"] < 0:
             raise ValueError("a number of agents that is none")
         return low[0], high[0], found["agents"]
 
     def boxes(self, found: Json) -> Boxes:
+        if len(found) > MOST_BOXES:
+            raise ValueError("more boxes than anybody looks at")
         corners = np.array(found, dtype=np.float64).reshape(len(found), 2, self.dimension)
-        if not (np.isfinite(corners).all() and (corners[:, 0] <= corners[:, 1]).all()):
-            raise ValueError("a box without an inside")
+        if not ((np.abs(corners) <= FURTHEST).all() and (corners[:, 0] <= corners[:, 1]).all()):
+            raise ValueError("a box without an inside, or out of every world")
         return corners[:, 0], corners[:, 1]
 
 

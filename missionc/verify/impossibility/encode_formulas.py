@@ -13,7 +13,9 @@ Source:
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Hashable
+from itertools import product
 from typing import Protocol, assert_never
 
 from missionc.base.trace import Flags
@@ -41,6 +43,9 @@ from missionc.verify.impossibility.cover_document import ClaimedCover
 from missionc.verify.impossibility.encode_motion import States, add_support, encode_motion
 from missionc.verify.tolerances import MOTION
 
+DEEP = 20_000
+"""Frames: formulas nest some hundreds deep, and each level takes a few."""
+
 Never = tuple[Flags, Flags]
 """Where a leaf never holds, and where it never fails."""
 
@@ -65,8 +70,13 @@ def refutation(mission: Mission, goals: tuple[Goal, ...], cover: ClaimedCover, l
     """Clauses that some motion satisfies if one satisfies the goals: where they have no model, none does."""
     cnf = Cnf()
     formulas = _Formulas(mission, encode_motion(cover, cnf), cnf, labels)
-    for goal in goals:
-        cnf.add((formulas.holds(goal.formula, 0, 0),))
+    before = sys.getrecursionlimit()
+    sys.setrecursionlimit(max(before, DEEP))
+    try:
+        for goal in goals:
+            cnf.add((formulas.holds(goal.formula, 0, 0),))
+    finally:
+        sys.setrecursionlimit(before)
     return cnf
 
 
@@ -188,6 +198,11 @@ class _Formulas:
         """Some route of so many links at most leads to ``end`` over ``through``; or each that must be there does."""
         key = "reach", node, hops, agent, step
         if key not in self._known:
+            on_way = node.graph.agents if agent in node.graph.agents else ()
+            for fewer, other in product(range(hops), on_way):
+                shorter = "reach", node, fewer, other, step
+                if shorter not in self._known:
+                    self._known[shorter] = self._define_reach(node, fewer, other, step)
             self._known[key] = self._define_reach(node, hops, agent, step)
         return self._known[key]
 
@@ -226,7 +241,7 @@ class _Formulas:
                 agents: tuple[int, ...] = (agent,)
             case [other]:
                 agents = agent, other
-            case [first, second] if not own:
+            case [first, second] if not own and agent not in predicate.others:
                 agents = first, second
             case _:
                 return TRUE
@@ -235,10 +250,8 @@ class _Formulas:
         if predicate.reads_speed:
             if len(agents) > 1 or self.mission.agents[agent].dynamics.has_momentum or self.last == 0:
                 return TRUE
-            begin = min(step, self.last - 1)
-            if predicate.is_of_speed:
-                step = begin  # at the last step the last motion counts
-            elif begin < step:
+            begin = min(step, self.last - 1)  # at the last step the last motion counts
+            if begin < step and not predicate.is_of_speed:
                 return TRUE
             here, there = self.states[agent][begin], self.states[agent][begin + 1]
             return self._truth((predicate, agents), truth, step, here, there, self.labels.moves(predicate, agent))
@@ -289,17 +302,22 @@ class _Formulas:
         """It is set where one is in the region that sets it, or was set before and one is not in that which clears."""
         if agent not in flag.agents:
             return FALSE if truth else TRUE
-        key = "flag", flag, truth, agent, step
-        if key not in self._known:
-            sets = self._leaf(Inside(flag.set_in, body=False), truth, agent, step)
-            if step == 0:
-                self._known[key] = sets
-                return sets
-            before = self._flag(flag, truth, agent, step - 1)
-            cleared = flag.cleared_in
-            kept = TRUE if truth else FALSE
-            if cleared is not None:
-                kept = self._leaf(Inside(cleared, body=False), not truth, agent, step)
-            both, either = (self.cnf.all_of, self.cnf.any_of) if truth else (self.cnf.any_of, self.cnf.all_of)
-            self._known[key] = either((sets, both((before, kept))))
-        return self._known[key]
+        key = "flag", flag, truth, agent
+        if (*key, step) not in self._known:
+            first = step
+            while first > 0 and (*key, first - 1) not in self._known:
+                first -= 1
+            for each in range(first, step + 1):
+                self._known[*key, each] = self._flag_at(flag, truth, agent, each)
+        return self._known[*key, step]
+
+    def _flag_at(self, flag: Flag, truth: bool, agent: int, step: int) -> int:
+        sets = self._leaf(Inside(flag.set_in, body=False), truth, agent, step)
+        if step == 0:
+            return sets
+        before = self._known["flag", flag, truth, agent, step - 1]
+        kept = TRUE if truth else FALSE
+        if flag.cleared_in is not None:
+            kept = self._leaf(Inside(flag.cleared_in, body=False), not truth, agent, step)
+        both, either = (self.cnf.all_of, self.cnf.any_of) if truth else (self.cnf.any_of, self.cnf.all_of)
+        return either((sets, both((before, kept))))

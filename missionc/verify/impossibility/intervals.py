@@ -35,11 +35,15 @@ from missionc.ir import (
     Shape,
     Union,
 )
-from missionc.verify.tolerances import MOTION
+from missionc.verify.tolerances import CERTAIN, MOTION
 from missionc.world.signed_distance import signed_distance
 
 Boxes: TypeAlias = tuple[Array, Array]
 """The lowest and the highest corners of boxes, (..., dim) each, metres."""
+
+NEARER = CERTAIN + 2 * MOTION
+"""Metres by which bodies may be nearer to each other and to what stands than they must: verification of a plan lets
+that pass between two moments it looks at, steps among them."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -177,7 +181,7 @@ def pairwise(one: Boxes, other: Boxes) -> tuple[Boxes, Boxes]:
 
 def must_be_apart(mission: Mission, first: int, second: int) -> float:
     """Metres between the centres of two agents in every plan, less what verification lets pass."""
-    return mission.separation + mission.agents[first].radius + mission.agents[second].radius - 2 * MOTION
+    return mission.separation + mission.agents[first].radius + mission.agents[second].radius - NEARER
 
 
 class IntervalView:
