@@ -97,7 +97,7 @@ def test_a_program_runs(block: Block, built: Path) -> None:
 @pytest.fixture(scope="module")
 def documents() -> dict[str, Any]:
     """Documents that the compiler writes, by a name of their form."""
-    planned = dict(driver.compile(Source("small.mission", SMALL)).files)
+    planned = dict(driver.compile(Source("small.mission", f"{SMALL}minimize duration\n")).files)
     missed = dict(driver.compile(Source("a.mission", CONFLICT), explain_limit=60.0).files)
     late = render_json(list(driver.check(Source("late.mission", LATE)).findings))
     either = SMALL.replace("eventually[0, 6 s] goal", "eventually[0, 6 s] (goal or base)")

@@ -32,7 +32,7 @@ from missionc.kernel.nodes import Kernel
 if TYPE_CHECKING:
     from missionc.backends.cover.refute import Answer
 
-LITTLE, WORK, SHARE = 0.75, 6.0, 0.5
+LITTLE, WORK, SHARE = 1.1, 6.0, 0.5
 """Units of ``work`` that covers may take at first, and once a search has failed; and the share of the time left."""
 
 SEARCHED = (2.0, LITTLE), (20.0, WORK)

@@ -167,7 +167,7 @@ def test_the_example_notebook_runs_and_shows_what_it_promises(monkeypatch: pytes
     assert sum(page.startswith("<img ") for page in pages) == 1
     assert "wildfire.mission: no findings" in words
     assert "2 drones: Impossible\n" in words
-    assert "error[MC601]: `relay`, `rescue` cannot be satisfied together" in words
+    assert "error[MC609]: `relay`, `rescue` cannot be satisfied together" in words
     assert "error[MC101]: nothing is called `surviver`" in words
 
 

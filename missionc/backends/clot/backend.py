@@ -293,18 +293,9 @@ class Run:
         self.keep(number, reached=reached)
         self.tell("improve", number)
         with self.account.stage("improve"):
-            demand, costs = self.wanted(reached.choices, made.position)
+            wanted, enough = self.wanted(reached.choices, made.position), self.budget.enough
             better = improve(
-                control,
-                made,
-                self.mission,
-                self.kernel,
-                self.graph,
-                demand,
-                costs,
-                self.accepted,
-                self.in_time,
-                self.budget.enough,
+                control, made, self.mission, self.kernel, self.graph, *wanted, self.accepted, self.in_time, enough
             )
         self.account.notes.extend(better.notes)
         return better.trace

@@ -38,9 +38,9 @@ from missionc.kernel.nodes import Kernel
 FIRST, LONGER = 4.0, 2.0
 """The units of ``work`` that each engine may have done after its first turn; so many times as many after the next."""
 
-ATTEMPTS, TIMES, CHANCE = 3, 2.0, 12.0
-"""Where roadmaps hold no plan, each other engine has so many attempts, so many times the work of the refusal, and so
-many units at least. One that repeats another has its first turn alone, and none after a refusal."""
+ATTEMPTS, TIMES = 3, 2.0
+"""Where roadmaps hold no plan, each other engine has so many attempts and so many times the work of the refusal. One
+that repeats another has its first turn alone, and none after a refusal."""
 
 WORST = (Reason.TIME, Reason.MEMORY, Reason.SIZE, Reason.SOLVER, Reason.NO_ROADMAP)
 """Reasons for no answer: that of the portfolio is the first of these that an engine gave."""
@@ -135,7 +135,7 @@ class Run:
         """Whether it has tried long enough, where roadmaps were refused with so many units of work."""
         if self.engine.repeats:
             return self.work >= FIRST or refused < math.inf
-        return self.attempts >= ATTEMPTS and self.work >= max(CHANCE, TIMES * refused)
+        return self.attempts >= ATTEMPTS and self.work >= TIMES * refused
 
     def begun(self) -> Turns:
         """Its search, before its first turn."""

@@ -63,7 +63,7 @@ class Labels(Protocol):
         """By the cells of two agents, the first of which it is asked of: (cells, cells) each."""
 
     def link(self, graph: Graph, sender: int, receiver: int) -> Never:
-        """Of a link that leads from the one to the other, by their cells: (cells, cells) each."""
+        """A link that leads from the one to the other, by their cells: (cells, cells) each."""
 
 
 def refutation(mission: Mission, goals: tuple[Goal, ...], cover: ClaimedCover, labels: Labels) -> Cnf:
