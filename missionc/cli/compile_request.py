@@ -20,6 +20,7 @@ from missionc.cli import emit_stages, stage_names, summary
 from missionc.cli.exit_status import Status, say
 from missionc.cli.progress import shown
 from missionc.diagnostics.model import Diagnostic, has_errors
+from missionc.output.plot.figure_request import ROADMAP, FigureRequest
 from missionc.pipeline import driver
 from missionc.pipeline.checked import Checked
 from missionc.pipeline.checkpoints import KeptRun
@@ -27,10 +28,6 @@ from missionc.pipeline.results import Compiled, Refused, Unverified, Verified
 
 if TYPE_CHECKING:
     from missionc.output.folder.overlap import Output
-
-ROADMAP = "roadmap"
-PLOT_KINDS = ("motion", ROADMAP)
-"""What ``--plot`` draws; the first is the default."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,7 +58,8 @@ class CompileRequest:
     """The folder to write; that of the mission's name where it is left out."""
     force: bool = False
     plot: Path | None = None
-    plot_kind: str = PLOT_KINDS[0]
+    figure: FigureRequest = field(default_factory=FigureRequest)
+    """What ``plot`` shows."""
     form: str = "text"
     quiet: bool = False
     timings: bool = False
@@ -141,10 +139,12 @@ def _planned(request: CompileRequest, checked: Checked, folder: Path | None, bud
     from missionc.output.export.formats import FORMATS
     from missionc.output.folder.overlap import overlapping
     from missionc.output.folder.write_folder import refuse
+    from missionc.output.plot.figures import refuse_moments
     from missionc.output.plot.plot import missing
 
     absent = next(filter(None, (FORMATS[name].missing() for name in request.exports)), None)
-    refused = (request.plot and missing()) or absent or overlapping(*_paths(request, checked, folder))
+    late = refuse_moments(request.figure, checked.mission) if checked.mission else None
+    refused = (request.plot and missing()) or late or absent or overlapping(*_paths(request, checked, folder))
     refused = refused or (refuse(folder, request.force) if folder else None)
     if refused and checked.ok:
         return _refused(Compiled(checked, Refused(), checked.findings, checked.seconds), refused)
@@ -221,18 +221,19 @@ def _write(request: CompileRequest, compiled: Compiled, status: Status, folder: 
 
 
 def _picture(request: CompileRequest, compiled: Compiled, plot: Path) -> bytes | Diagnostic:
-    """The map as asked for: of the motion alone, or with the roadmaps that it was found on, or might have been."""
-    from missionc.output.plot.plot import plot as draw
+    """The picture as asked for: a roadmap is that which the motion was found on, or might have been."""
+    from missionc.output.plot.figures import figure
     from missionc.pipeline.graphs import first_roadmaps, planned_on
 
     assert isinstance(compiled.outcome, Verified)
-    assert compiled.checked.mission is not None
-    plan, mission = compiled.outcome.plan, compiled.checked.mission
-    with_roadmap = request.plot_kind == ROADMAP
+    plan, mission, kernel = compiled.outcome.plan, compiled.checked.mission, compiled.checked.kernel
+    assert mission is not None
+    assert kernel is not None
+    with_roadmap = request.figure.kind == ROADMAP
     roadmaps = planned_on(compiled) or first_roadmaps(compiled.checked, request.seed) if with_roadmap else ()
     if isinstance(roadmaps, Diagnostic):
         return roadmaps
-    return draw(mission, plan.trace, plan.backend, plot.suffix[1:], roadmaps=roadmaps)
+    return figure(request.figure, mission, kernel, plan.trace, plan.backend, plot.suffix[1:], roadmaps)
 
 
 def _refused(compiled: Compiled, finding: Diagnostic) -> CompileResult:

@@ -19,6 +19,7 @@ from missionc.cli import stage_names
 from missionc.data.vehicles import profiles
 from missionc.diagnostics.suggest import nearest
 from missionc.output.export.form_names import NAMES
+from missionc.output.plot.figure_request import MOST_MOMENTS, SUFFIXES
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 
@@ -110,6 +111,31 @@ def file_to_write(value: str) -> Path:
     if os.path.isdir(path):
         raise click.UsageError(f"`{value}` is a folder; name a file in it")
     return path
+
+
+def picture(value: str) -> Path:
+    """A path for a picture, in a form that can be drawn."""
+    path = file_to_write(value)
+    if path.suffix not in SUFFIXES:
+        raise click.UsageError(f"`{value}` ends in none of {', '.join(SUFFIXES)}")
+    return path
+
+
+def moments(value: str | tuple[float, ...]) -> tuple[float, ...]:
+    """Moments as `0,2,5.5`, seconds, each once and in order."""
+    if isinstance(value, tuple):
+        return value
+    found = []
+    for word in value.split(",") if value else ():
+        try:
+            found.append(float(word))
+        except ValueError:
+            found.append(math.nan)
+        if not 0 <= found[-1] < math.inf:
+            raise click.UsageError(f"`{word}` is no moment of the mission; name seconds, as in `--at 0,2,5.5`")
+    if len(found) > MOST_MOMENTS:
+        raise click.UsageError(f"`--at` names {len(found)} moments; {MOST_MOMENTS} at most fit a picture")
+    return tuple(sorted(set(found)))
 
 
 def _path(value: str) -> Path:

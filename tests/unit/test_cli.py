@@ -104,7 +104,7 @@ def test_a_limit_can_be_lowered_and_raised(folder: Path, capsys: Captured) -> No
         (["compile", "small.mission", "--emit", "asm"], "there is no stage `asm`"),
         (["compile", "small.mission", "--memory-limit", "lots"], "`lots` is not a size"),
         (["compile", "small.mission", "--time-limit", "0"], "--time-limit"),
-        (["compile", "small.mission", "--plot", "a.pdf"], "ends neither in .svg nor in .png"),
+        (["compile", "small.mission", "--plot", "a.gif"], "ends in none of .svg, .png, .pdf"),
         (["explain", "MC999"], "there is no code `MC999`"),
     ],
 )

@@ -11,7 +11,7 @@ from missionc.backends.offers import AUTO, OFFERS
 from missionc.backends.options import PRESETS, Options
 from missionc.base.units import Seconds
 from missionc.cli import options, stage_names
-from missionc.cli.compile_request import PLOT_KINDS, CompileRequest, run_request
+from missionc.cli.compile_request import CompileRequest, run_request
 from missionc.cli.exit_status import Status
 from missionc.cli.options import (
     Number,
@@ -22,12 +22,15 @@ from missionc.cli.options import (
     file_to_write,
     files,
     folder_to_write,
+    moments,
     of_mission,
+    picture,
     read_limits,
     several_of,
     staged,
 )
 from missionc.output.folder.file_names import MOST_ALTERNATIVES
+from missionc.output.plot.figure_request import KINDS, MAP, MAPS, WIDTHS, FigureRequest
 from missionc.pipeline import driver
 
 
@@ -79,14 +82,18 @@ from missionc.pipeline import driver
     help="Write the flight in other forms as well; `missionc export --list` names them.",
 )
 @click.option("--timings", is_flag=True, help="Say how long each stage took.")
-@click.option("--plot", type=file_to_write, metavar="FILE", help="Draw the plan: FILE.svg or FILE.png.")
+@click.option("--plot", type=picture, metavar="FILE", help="Draw the plan: FILE.svg, FILE.png or FILE.pdf.")
 @click.option(
     "--plot-kind",
-    type=click.Choice(PLOT_KINDS),
-    default=PLOT_KINDS[0],
+    type=click.Choice(KINDS),
+    default=MAP,
     show_default=True,
-    help="Draw the motion alone, or with the roadmap that it was found on.",
+    help="Draw a map, with the roadmap of the plan too; or robustness, distances or who does what over time.",
 )
+@click.option(
+    "--at", type=moments, default="", metavar="SECONDS[,SECONDS...]", help="Draw a map at each of these moments."
+)
+@click.option("--plot-width", type=click.Choice([*WIDTHS]), help="Draw as wide as a paper's column, or as two.")
 @options.of_a_plan("certify")
 @click.option("--continuous", is_flag=True, help="Refuse a plan whose requirements fail between the steps.")
 @click.option(
@@ -123,6 +130,8 @@ def command(
     timings: bool,
     plot: Path | None,
     plot_kind: str,
+    at: tuple[float, ...],
+    plot_width: str | None,
     continuous: bool,
     alternatives: int,
     explain_limit: float,
@@ -132,10 +141,12 @@ def command(
     **of_a_plan: Any,
 ) -> Status:
     """Turn a mission into a verified plan and its files."""
-    if plot and plot.suffix not in (".svg", ".png"):
-        raise click.BadParameter(f"`{plot}` ends neither in .svg nor in .png", param_hint="--plot")
-    if plot_kind != PLOT_KINDS[0] and plot is None:
-        raise click.UsageError("`--plot-kind` says how to draw; add `--plot FILE.svg`")
+    drawn = {"--plot-kind": plot_kind != MAP, "--at": bool(at), "--plot-width": plot_width is not None}
+    for flag, given in drawn.items():
+        if given and plot is None:
+            raise click.UsageError(f"`{flag}` says how to draw; add `--plot FILE.svg`")
+    if at and plot_kind not in MAPS:
+        raise click.UsageError(f"`--at` is for maps, and `{plot_kind}` is drawn over time; leave one of them out")
     wanted = stage_names.in_order(stage for group in emitted for stage in group)
     captures = frozenset(wanted) & frozenset(stage_names.BY_A_BACKEND)
     chosen = Options(captures=captures, **of_a_plan)
@@ -170,7 +181,7 @@ def command(
         output=output,
         force=force,
         plot=plot,
-        plot_kind=plot_kind,
+        figure=FigureRequest(plot_kind, at, plot_width or ""),
         form=form,
         quiet=quiet,
         timings=timings,

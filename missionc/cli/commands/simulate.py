@@ -11,7 +11,7 @@ import click
 
 from missionc.cli import flight_summary
 from missionc.cli.exit_status import Status, say
-from missionc.cli.options import Number, file_to_write, folder, folders, limits_and_form, read_limits
+from missionc.cli.options import Number, file_to_write, folder, folders, limits_and_form, picture, read_limits
 from missionc.cli.progress import ProgressLine
 from missionc.diagnostics.model import Diagnostic
 from missionc.simulate.trial_bounds import (
@@ -65,7 +65,7 @@ def wind(value: str) -> tuple[float, float]:
 )
 @click.option("--seed", type=click.IntRange(0, LARGEST_SEED), default=0, show_default=True, metavar="N")
 @click.option("--trace", type=file_to_write, metavar="FILE", help="Write the first flight's path: FILE.csv.")
-@click.option("--plot", type=file_to_write, metavar="FILE", help="Draw the flights: FILE.svg or FILE.png.")
+@click.option("--plot", type=picture, metavar="FILE", help="Draw the flights: FILE.svg, FILE.png or FILE.pdf.")
 @click.option("--quiet", is_flag=True, help="No progress.")
 def command(
     path: Path,
@@ -83,8 +83,6 @@ def command(
     quiet: bool,
 ) -> Status:
     """Fly a compiled folder's polynomials in simulation, judge the mission on their path, and add it to the report."""
-    if plot and plot.suffix not in (".svg", ".png"):
-        raise click.BadParameter(f"`{plot}` ends neither in .svg nor in .png", param_hint="--plot")
     if engine != ENGINES[0] and (trials > 1 or any((*air, mass_error, start_error, clock_error))):
         raise click.UsageError(f"{engine} flies once and undisturbed; leave `--engine` out for trials and disturbances")
     from missionc.replay.simulate_folder import simulate

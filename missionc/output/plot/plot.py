@@ -33,6 +33,8 @@ from missionc.world.displacement import displaced
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import Patch
 
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#B8860B", "#56B4E9", "#6A3D9A", "#444444")
 """Told apart with every common colour blindness.
@@ -45,6 +47,11 @@ DASHES: tuple[Any, ...] = ("-", (0, (5, 1.4)), (0, (1.2, 1.0)), (0, (6, 1.4, 1.2
 PALE = ("#CFE3F1", "#F8DDCB", "#D5EBDD", "#EAD9E7", "#F7EBC3", "#E3E1F2", "#DDE9C6", "#E8E3D3")
 OUTLINE = ("#7FAFCF", "#DDA17E", "#84BF9C", "#BE93B5", "#D3BC62", "#A5A0CF", "#A5BF74", "#B3A988")
 OBSTACLE, INK, GREY, BROKEN = "#5B6066", "#222222", "#8A8A8A", "#B00020"
+METADATA: dict[str, dict[str, str | None]] = {
+    "svg": {"Date": None, "Creator": "missionc"},
+    "png": {"Software": "missionc"},
+    "pdf": {"CreationDate": None, "Creator": "missionc", "Producer": None},
+}
 MOST_NAMED = 16
 """More agents than these are not named one by one in the legend."""
 MOST_DOTS = 101
@@ -91,14 +98,22 @@ def plot(
     return rendered(lambda figure: _draw(figure, mission, trace, backend, miss, roadmaps), kind)
 
 
-def rendered(draw: Callable[[Figure], None], kind: str) -> bytes:
-    """A picture's bytes, ``svg`` or ``png``, the same each time; matplotlib is there."""
+def rendered(draw: Callable[[Figure], None], kind: str, exact: bool = False) -> bytes:
+    """A picture's bytes, ``svg``, ``png`` or ``pdf``, the same each time; matplotlib is there.
+
+    Text stays text: it can be searched and set anew.
+
+    Args:
+        exact: the picture has the size that it was drawn for; otherwise it is cut to what is in it.
+    """
     import matplotlib
     from matplotlib.figure import Figure
 
     settings: Any = {
         "svg.hashsalt": "missionc",
-        "font.family": "DejaVu Sans",
+        "svg.fonttype": "none",
+        "pdf.fonttype": 42,
+        "font.family": ["DejaVu Sans", "sans-serif"],
         "font.size": 8.5,
         "axes.edgecolor": GREY,
         "axes.linewidth": 0.8,
@@ -117,8 +132,8 @@ def rendered(draw: Callable[[Figure], None], kind: str) -> bytes:
         draw(figure)
         buffer = io.BytesIO()
         # Neither a date nor a version: the same plan gives the same bytes.
-        metadata = {"Date": None, "Creator": "missionc"} if kind == "svg" else {"Software": "missionc"}
-        figure.savefig(buffer, format=kind, metadata=metadata, bbox_inches="tight", pad_inches=0.12)
+        tight: dict[str, Any] = {} if exact else {"bbox_inches": "tight", "pad_inches": 0.12}
+        figure.savefig(buffer, format=kind, metadata=METADATA[kind], **tight)
     return buffer.getvalue()
 
 
@@ -135,7 +150,7 @@ def _draw(
         draw_view(axes, mission, trace, view)
         for number, roadmap in enumerate(roadmaps):
             draw_roadmap(axes, roadmap, number, view)
-        _draw_agents(axes, mission, trace, view)
+        draw_agents(axes, mission, trace, view)
         for wrong in miss.shown if miss else ():
             _ring(axes, mission, trace, view, wrong)
     top = panels[0][0]
@@ -195,7 +210,8 @@ def _panels(figure: Figure, mission: Mission) -> list[tuple[Axes, View]]:
     return panels
 
 
-def draw_view(axes: Axes, mission: Mission, trace: Trace, view: View) -> None:
+def draw_view(axes: Axes, mission: Mission, trace: Trace, view: View, moment: float | None = None) -> None:
+    """Draw the world and what is in it; obstacles where they are at a moment, seconds, or where they start and go."""
     low, high = mission.world.low, mission.world.high
     across, up = (low[view.across], high[view.across]), (low[view.up], high[view.up])
     axes.set_facecolor("#F1F1EF")
@@ -218,19 +234,22 @@ def draw_view(axes: Axes, mission: Mission, trace: Trace, view: View) -> None:
             place = name_place(mission.world, view, region.shape, region.name, size, trace.position[..., :2])
             _name(axes, place, region.name, INK, NAME)
     for obstacle in mission.obstacles:
-        _draw_obstacle(axes, mission, view, obstacle)
+        _draw_obstacle(axes, mission, view, obstacle, moment)
     for beacon in mission.beacons:
         place = (beacon.position[view.across], beacon.position[view.up])
         axes.plot(*place, marker="*", ms=10, mfc="white", mec=INK, mew=0.9, ls="", zorder=5)
         axes.annotate(beacon.name, place, (6, 4), textcoords="offset points", fontsize=8, zorder=9)
 
 
-def _draw_obstacle(axes: Axes, mission: Mission, view: View, obstacle: Obstacle) -> None:
-    world = mission.world
-    draw_shape(axes, world, view, obstacle.shape, fc=OBSTACLE, ec=OBSTACLE, lw=0.8, zorder=2, **_see_through(view))
+def _draw_obstacle(axes: Axes, mission: Mission, view: View, obstacle: Obstacle, moment: float | None) -> None:
+    world, since = mission.world, moment or 0.0
+    away = np.array(displaced(obstacle, since, mission.dimension))
+    body: dict[str, Any] = {"fc": OBSTACLE, "ec": OBSTACLE, "lw": 0.8, "zorder": 2, **_see_through(view)}
+    draw_shape(axes, world, view, obstacle.shape, away, obstacle.grown(since), **body)
     if view.up == 1:
-        _name(axes, inner_point(world, view, obstacle.shape), obstacle.name, "white", 7.5)
-    if obstacle.constant:
+        across, up = inner_point(world, view, obstacle.shape)
+        _name(axes, (across + float(away[0]), up + float(away[1])), obstacle.name, "white", 7.5)
+    if obstacle.constant or moment is not None:
         return
     last = mission.step * mission.steps
     for share in (0.25, 0.5, 0.75, 1.0):
@@ -266,7 +285,7 @@ def _see_through(view: View) -> dict[str, Any]:
     return {} if view.up == 1 else {"alpha": 0.3}
 
 
-def _draw_agents(axes: Axes, mission: Mission, trace: Trace, view: View) -> None:
+def draw_agents(axes: Axes, mission: Mission, trace: Trace, view: View) -> None:
     crowd = len(mission.agents) > MOST_NAMED
     tracks = _tracks(mission, trace)[..., (view.across, view.up)]
     steps = trace.position[..., (view.across, view.up)]
@@ -322,35 +341,42 @@ def style(index: int) -> tuple[str, str, Any]:
 
 
 def _name(axes: Axes, place: tuple[float, float], name: str, colour: str, size: float) -> None:
-    from matplotlib.patheffects import withStroke
-
-    halo = withStroke(linewidth=2.2, foreground=OBSTACLE if colour == "white" else "white", alpha=0.85)
+    # A stroke around it would turn text into outlines.
+    ground = OBSTACLE if colour == "white" else "white"
+    halo: dict[str, Any] = {"boxstyle": "round,pad=0.06", "fc": ground, "ec": "none", "alpha": 0.6}
     centred: dict[str, Any] = {"ha": "center", "va": "center", "annotation_clip": True}
-    axes.annotate(name, place, fontsize=size, color=colour, path_effects=[halo], zorder=8, **centred)
+    axes.annotate(name, place, fontsize=size, color=colour, bbox=halo, zorder=8, **centred)
 
 
-def _legend(axes: Axes, mission: Mission, roadmaps: tuple[RoadmapGraph, ...]) -> None:
+def entries(mission: Mission, roadmaps: tuple[RoadmapGraph, ...]) -> list[Line2D | Patch]:
+    """The entries of a map's legend."""
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
-    entries: list[Line2D | Patch] = []
+    handles: list[Line2D | Patch] = []
     if len(mission.agents) <= MOST_NAMED:
         for agent in mission.agents:
             colour, mark, dash = style(agent.index)
-            entries.append(Line2D([], [], color=colour, ls=dash, lw=1.5, marker=mark, ms=5.5, label=agent.name))
+            handles.append(Line2D([], [], color=colour, ls=dash, lw=1.5, marker=mark, ms=5.5, label=agent.name))
     else:
         teams = [team for team in mission.teams if team.agents]
         for team in teams:
             label = f"{team.name}: {len(team.agents)} agents"
-            entries.append(Line2D([], [], color=GREY, lw=0.9, label=label))
-    entries.append(Line2D([], [], ls="", marker="o", ms=8, mfc="white", mec=GREY, mew=1.5, label="start"))
-    entries.append(Line2D([], [], ls="", marker="o", ms=5.5, mfc=GREY, mec=GREY, mew=0.5, label="finish"))
+            handles.append(Line2D([], [], color=GREY, lw=0.9, label=label))
+    handles.append(Line2D([], [], ls="", marker="o", ms=8, mfc="white", mec=GREY, mew=1.5, label="start"))
+    handles.append(Line2D([], [], ls="", marker="o", ms=5.5, mfc=GREY, mec=GREY, mew=0.5, label="finish"))
     if len(mission.agents) <= MOST_NAMED and mission.steps < MOST_DOTS:
-        entries.append(Line2D([], [], ls="", marker="o", ms=3.2, mew=0, color=INK, label=f"every {mission.step:g} s"))
+        handles.append(Line2D([], [], ls="", marker="o", ms=3.2, mew=0, color=INK, label=f"every {mission.step:g} s"))
     if any(isinstance(obstacle.motion, Path) for obstacle in mission.obstacles):
-        entries.append(Line2D([], [], color=OBSTACLE, lw=0.9, ls=(0, (3, 2)), label="moving obstacle"))
-    entries += [roadmap_entry(roadmap, number) for number, roadmap in enumerate(roadmaps)]
+        handles.append(Line2D([], [], color=OBSTACLE, lw=0.9, ls=(0, (3, 2)), label="moving obstacle"))
+    handles += [roadmap_entry(roadmap, number) for number, roadmap in enumerate(roadmaps)]
     if any(obstacle.growth for obstacle in mission.obstacles):
-        entries.append(Patch(fc=OBSTACLE, ec=OBSTACLE, alpha=0.3, ls=(0, (3, 2)), label="may be there later"))
+        handles.append(Patch(fc=OBSTACLE, ec=OBSTACLE, alpha=0.3, ls=(0, (3, 2)), label="may be there later"))
+    return handles
+
+
+def _legend(axes: Axes, mission: Mission, roadmaps: tuple[RoadmapGraph, ...]) -> None:
     place: dict[str, Any] = {"loc": "upper left", "bbox_to_anchor": (1.01, 1.0), "borderaxespad": 0}
-    axes.legend(handles=entries, frameon=False, fontsize=8.5, handlelength=2.4, labelspacing=0.45, **place)
+    axes.legend(
+        handles=entries(mission, roadmaps), frameon=False, fontsize=8.5, handlelength=2.4, labelspacing=0.45, **place
+    )

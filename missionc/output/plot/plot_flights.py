@@ -42,7 +42,7 @@ def table(mission: Mission, flown: Flown) -> bytes:
 
 
 def draw(mission: Mission, trials: Trials, kind: str) -> bytes:
-    """The picture as a file's bytes, ``svg`` or ``png``, the same each time; matplotlib is there."""
+    """The picture as a file's bytes, ``svg``, ``png`` or ``pdf``, the same each time; matplotlib is there."""
     return rendered(lambda figure: _draw(figure, mission, trials), kind)
 
 

@@ -37,11 +37,11 @@ def charts(mission: Mission, moving: Flights, certificate: Certificate, trace: T
     """Charts with a series for each motion (and team), and the limits that hold for it."""
     charts = []
     if len(mission.agents) > 1:
-        nearest = [(name, "", _separation(mission, each)) for name, each in moving.places()]
+        nearest = [(name, "", separation(mission, each)) for name, each in moving.places()]
         lower_limits: list[Limit] = [("mission", "", mission.separation), *_proved(mission, moving, certificate)]
         charts.append(_chart("separation", "m", nearest, lower_limits, low=True))
     if mission.obstacles:
-        nearest = [(name, "", _clearance(mission, each)) for name, each in moving.places()]
+        nearest = [(name, "", clearance(mission, each)) for name, each in moving.places()]
         charts.append(_chart("clearance", "m", nearest, [("mission", "", mission.clearance)], low=True))
     teams = _teams(mission)
     planned, flown = "dynamics", "vehicle"
@@ -158,7 +158,7 @@ def _largest(teams: Teams, moving: Flights, of: Callable[[Sampled], Array]) -> l
     ]
 
 
-def _separation(mission: Mission, each: Placed) -> Array:
+def separation(mission: Mission, each: Placed) -> Array:
     """Between the bodies of the nearest pair: (samples,), metres."""
     first, second = np.triu_indices(len(mission.agents), 1)
     radius = np.array([agent.radius for agent in mission.agents])
@@ -171,7 +171,7 @@ def _separation(mission: Mission, each: Placed) -> Array:
     return np.concatenate(gaps)
 
 
-def _clearance(mission: Mission, each: Placed) -> Array:
+def clearance(mission: Mission, each: Placed) -> Array:
     """Between the body and the obstacle that are nearest: (samples,), metres."""
     radius = np.array([agent.radius for agent in mission.agents])[:, None]
     nearest = np.full(each.times.size, np.inf)
