@@ -32,7 +32,7 @@ from tests.support.motions_with_missions import Planned, on_a_grid, under_way
 pysat = pytest.importorskip("pysat.solvers")
 
 FEW = settings(
-    max_examples=30, suppress_health_check=[HealthCheck.too_slow, HealthCheck.filter_too_much], deadline=None
+    max_examples=20, suppress_health_check=[HealthCheck.too_slow, HealthCheck.filter_too_much], deadline=None
 )
 
 
