@@ -1,4 +1,4 @@
-"""Proven: what is known of the best plan of a mission that minimizes something, beside what a plan comes to."""
+"""Optimality gap: what a plan comes to beside a proven lower bound of what every plan of the mission does."""
 
 from __future__ import annotations
 

@@ -14,15 +14,15 @@ import numpy as np
 from missionc.backends.api import Budget
 from missionc.backends.cover.cover import TOUCH, Cover, build_cover
 from missionc.backends.cover.motion_caps import motion_caps
-from missionc.backends.cover.question import CLAUSES, CONFLICTS, Question
+from missionc.backends.cover.question import CLAUSES, Question
 from missionc.backends.cover.refute import CELLS, over, questions, squared_work
 from missionc.backends.cover.relax_kernel import relaxed
 from missionc.backends.run_account import Account
 from missionc.backends.smt.encode.clauses import FALSE, Clauses, Literals, TooLarge
 from missionc.backends.smt.encode.lower_motion import Motion
 from missionc.backends.smt.roadmap.labels import Unexpressible
-from missionc.backends.smt.sat.solve import Solvers, Unsatisfiable, for_refusals
-from missionc.backends.work import CLAUSE, conflicts_of, question_work
+from missionc.backends.smt.sat.solve import Solvers, for_refusals
+from missionc.backends.work import CLAUSE
 from missionc.base.trace import Flags
 from missionc.ir import Mission
 from missionc.kernel.nodes import Kernel
@@ -61,18 +61,14 @@ def _asked(question: Question, least: int, lasts: int) -> int:
     try:
         with account.stage("bound"):
             clauses, asked = question.lowered()
-            solvers = question.solvers
-            solvers.begin()
+            question.solvers.begin()
             assert question.motion is not None
             rests = add_rests(question.cover, question.motion, clauses)
             account.work += CLAUSE * clauses.count
-            solvers.add(clauses)
-            while least < lasts and not over(budget, account):
-                middle, before = (least + lasts) // 2, solvers.conflicts
-                allowed = conflicts_of(budget.work - account.work, clauses.count)
-                answer = solvers.solve((*asked, int(rests[middle])), conflicts=min(CONFLICTS, allowed or CONFLICTS))
-                account.work += question_work(clauses.count, solvers.conflicts - before)
-                least, lasts = (middle + 1, lasts) if isinstance(answer, Unsatisfiable) else (least, middle)
+        while least < lasts and not over(budget, account):
+            middle = (least + lasts) // 2
+            refused = question.core(clauses, (*asked, int(rests[middle]))) is not None
+            least, lasts = (middle + 1, lasts) if refused else (least, middle)
     except (TooLarge, Unexpressible):
         account.work += CLAUSE * CLAUSES
     return least

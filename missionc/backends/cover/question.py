@@ -122,19 +122,20 @@ class Question:
         return clauses, lowered.goals
 
     def _refused(self, clauses: Clauses, asked: tuple[int, ...]) -> frozenset[str] | None:
-        core = self._core(clauses, asked)
+        core = self.core(clauses, asked)
         if core is None:
             return None
         self.smallest = True
         for literal in core:
             if literal in core:
                 self.admitted = False
-                smaller = self._core(clauses, tuple(other for other in core if other != literal))
+                smaller = self.core(clauses, tuple(other for other in core if other != literal))
                 self.smallest &= smaller is not None or self.admitted
                 core = core if smaller is None else smaller
         return frozenset(goal.name for goal, literal in zip(self.goals, asked, strict=True) if literal in core)
 
-    def _core(self, clauses: Clauses, asked: tuple[int, ...]) -> tuple[int, ...] | None:
+    def core(self, clauses: Clauses, asked: tuple[int, ...]) -> tuple[int, ...] | None:
+        """The literals among those asked for that a refusal rests on; None where there is none."""
         with self.account.stage("cover"):
             before, left = self.solvers.conflicts, self.budget.work - self.account.work
             self.solvers.add(clauses)

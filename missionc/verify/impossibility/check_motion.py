@@ -28,7 +28,6 @@ from missionc.verify.impossibility.intervals import (
     between,
     length,
     pairwise,
-    scaled_turn,
     signed_distances,
 )
 from missionc.verify.tolerances import MOTION
@@ -199,7 +198,20 @@ def gone(dynamics: Dynamics, step: float, steps: int, dimension: int) -> float:
     if way <= 0:
         return 0.0
     aside = MOTION / way  # rad, by which a way may differ from the heading
-    return way * scaled_turn(steps, dynamics.top_turn * step + MOTION + 3 * aside)
+    return way * _scaled_turn(steps, dynamics.top_turn * step + MOTION + 3 * aside)
+
+
+def _scaled_turn(steps: int, turn: float) -> float:
+    """How many times a step's way one gets away at least in so many steps that each turn by so many radians at most.
+
+    Source:
+        Schur's comparison theorem: a polygon that turns less than another, both convex, has its ends further apart.
+    """
+    if steps == 1:
+        return 1.0
+    if (steps - 1) * turn >= math.pi:
+        return 0.0
+    return math.sin(steps * turn / 2) / math.sin(turn / 2)
 
 
 def check_moves(mission: Mission, kind: CellsOfKind, limits: MotionLimits) -> Iterator[str]:

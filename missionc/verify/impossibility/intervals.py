@@ -8,7 +8,6 @@ Source:
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import reduce
@@ -254,16 +253,3 @@ class IntervalView:
 
     def facing(self, towards: float | Beacon, within: float) -> Interval:
         raise ValueError("no heading is seen here")
-
-
-def scaled_turn(steps: int, turn: float) -> float:
-    """How many times a step's way one gets away at least in so many steps that each turn by so many radians at most.
-
-    Source:
-        Schur's comparison theorem: a polygon that turns less than another, both convex, has its ends further apart.
-    """
-    if steps == 1:
-        return 1.0
-    if (steps - 1) * turn >= math.pi:
-        return 0.0
-    return math.sin(steps * turn / 2) / math.sin(turn / 2)
