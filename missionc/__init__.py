@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from missionc.pipeline.checked import Checked
     from missionc.pipeline.driver import check, compile, monitor
     from missionc.pipeline.graphs import link_graph, roadmap_graphs
+    from missionc.pipeline.plan_throughout import Throughout
     from missionc.pipeline.results import (
         Alternative,
         Blame,
@@ -60,6 +61,7 @@ __all__ = [
     "Scope",
     "Severity",
     "Source",
+    "Throughout",
     "Trial",
     "Unverified",
     "Verified",
@@ -105,6 +107,7 @@ HOMES = {
     ),
     "missionc.base.source": ("Source",),
     "missionc.pipeline.graphs": ("link_graph", "roadmap_graphs"),
+    "missionc.pipeline.plan_throughout": ("Throughout",),
     "missionc.syntax.lark_grammar": ("grammar",),
 }
 """Where each public name lives: loaded when it is first used, so that a child process loads only its own module."""

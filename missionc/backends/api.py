@@ -292,7 +292,7 @@ class Attempt:
         """The first thing that is wrong, in words, and how many more there are; ``step`` is the mission's, seconds."""
         wrong = self.shown
         more = f", and {len(wrong) - 1} more" if len(wrong) > 1 else ""
-        return f"{wrong[0].violation(step)}{more}" if wrong else "violates nothing"
+        return f"{wrong[0].violation(step)}{more}" if wrong else "misses nothing"
 
     def worst_faults(self) -> tuple[Fault, ...]:
         """The worst fault of each kind."""

@@ -53,11 +53,11 @@ class Judgement:
         return f"{words}  first at {self.step * step:g} s{by}"
 
     def violation(self, step: Seconds) -> str:
-        """``violates relay, robustness -1.803, at 2 s by drone[0]``; ``step`` is the mission's, seconds."""
-        much = f", robustness {decimals(self.robustness)}," if math.isfinite(self.robustness) else ""
+        """``misses `relay` by 1.8 m, at 2 s by drone[0]``; ``step`` is the mission's, seconds."""
+        much = f" by {self.short}" if math.isfinite(self.robustness) else ""
         when = "" if self.step is None else f" at {self.step * step:g} s"
         by = f" by {', '.join(self.agents)}" if self.agents else ""
-        return f"violates {self.name}{much}{when}{by}"
+        return f"misses `{self.name}`{much}" + (f",{when}{by}" if when or by else "")
 
 
 @dataclass(frozen=True, slots=True)

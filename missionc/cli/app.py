@@ -18,6 +18,7 @@ from missionc.base.signals import stop_again
 from missionc.cli.exit_status import Status, defect, out_of_memory, say
 from missionc.cli.streams import Unsaid, speaking
 from missionc.diagnostics.sanitize import plain
+from missionc.diagnostics.suggest import nearest
 from missionc.syntax.read_file import nowhere
 from missionc.version import __version__
 
@@ -90,6 +91,17 @@ class Commands(click.Group):
 
     def list_commands(self, context: click.Context) -> list[str]:
         return list(MODULES)
+
+    def resolve_command(
+        self, context: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        """The command that is named first; of one that is not there, what it may have been meant for."""
+        name = args[0]
+        if name not in MODULES and not name.startswith("-"):
+            near = nearest(name, MODULES)
+            hint = f"did you mean `{near}`?" if isinstance(near, str) else "`missionc --help` lists them"
+            raise click.UsageError(f"there is no command `{name}`; {hint}", context)
+        return super().resolve_command(context, args)
 
     def get_command(self, context: click.Context, name: str) -> click.Command | None:
         if name not in MODULES:

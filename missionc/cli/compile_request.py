@@ -24,6 +24,7 @@ from missionc.output.plot.figure_request import ROADMAP, FigureRequest
 from missionc.pipeline import driver
 from missionc.pipeline.checked import Checked
 from missionc.pipeline.checkpoints import KeptRun
+from missionc.pipeline.plan_throughout import Throughout
 from missionc.pipeline.results import Compiled, Refused, Unverified, Verified
 
 if TYPE_CHECKING:
@@ -46,7 +47,7 @@ class CompileRequest:
     time_limit: Seconds = driver.DEFAULT_TIME_LIMIT
     memory_limit: int = driver.DEFAULT_MEMORY_LIMIT
     explain_limit: Seconds = driver.NO_EXPLANATION
-    continuous: bool = False
+    throughout: Throughout = Throughout.WANTED
     alternatives: int = 1
     """How many plans are wanted that differ."""
     exports: tuple[str, ...] = ()
@@ -62,6 +63,8 @@ class CompileRequest:
     """What ``plot`` shows."""
     form: str = "text"
     quiet: bool = False
+    verbose: bool = False
+    """Whether the summary has everything."""
     timings: bool = False
     began: float | None = None
     """When the time limit began to run, on the clock of ``time.monotonic``; None for when the work begins."""
@@ -83,11 +86,14 @@ class CompileResult:
 
 def run_request(request: CompileRequest) -> CompileResult:
     """Compile, write, and say what came of it."""
-    deadline = (time.monotonic() if request.began is None else request.began) + request.time_limit
-    with shown(request.quiet or request.form == "json", deadline) as listen:
+    began = time.monotonic() if request.began is None else request.began
+    deadline = began + request.time_limit
+    with shown(request.quiet or request.form == "json") as listen:
         answer = _compiled(request, deadline, listen)
     compiled = answer.compiled
-    lines = [] if request.quiet or request.wanted else summary.compiled_lines(compiled, answer.output)
+    seconds = Seconds(time.monotonic() - began)
+    silent = request.quiet or bool(request.wanted)
+    lines = [] if silent else summary.compiled_lines(compiled, answer.output, seconds, request.verbose)
     lines += summary.timing_lines(compiled.seconds) if request.timings else []
     texts = emit_stages.of_compiled(compiled, request.wanted, request.seed)
     document = summary.compiled_document(compiled, answer.output, texts)
@@ -158,7 +164,7 @@ def _planned(request: CompileRequest, checked: Checked, folder: Path | None, bud
         budget,
         checkpoints,
         request.exports,
-        request.continuous,
+        request.throughout,
         request.explain_limit,
         request.alternatives,
     )

@@ -7,13 +7,14 @@ import sys
 from collections.abc import Iterable
 from enum import IntEnum
 from pathlib import Path
+from shutil import get_terminal_size
 
 import click
 
 from missionc.cli.streams import HUNG_UP, NOT_SAID
 from missionc.diagnostics.code import INTERNAL, OUT_OF_MEMORY
 from missionc.diagnostics.model import Diagnostic
-from missionc.diagnostics.render import render_json, render_text
+from missionc.diagnostics.render import render_json, render_text, wrapped
 from missionc.diagnostics.sanitize import as_json, plain
 
 
@@ -50,7 +51,7 @@ def say(findings: Iterable[Diagnostic], lines: Iterable[str], form: str, documen
     if form == "json":
         click.echo(as_json({**document, "diagnostics": render_json(list(findings))}))
         return
-    text = render_text(list(findings), _colours(sys.stderr.isatty()))
+    text = render_text(list(findings), _colours(sys.stderr.isatty()), _columns(sys.stderr.isatty()))
     if text:
         click.echo(text, err=True, color=True)
     for line in lines:
@@ -58,8 +59,12 @@ def say(findings: Iterable[Diagnostic], lines: Iterable[str], form: str, documen
 
 
 def say_line(line: str) -> None:
-    """A line on standard output, harmless to a terminal whatever it names."""
-    click.echo(plain(line))
+    """A line on standard output, harmless to a terminal whatever it names, and wrapped to it."""
+    text = plain(line)
+    columns = 0 if "\n" in text else _columns(sys.stdout.isatty())
+    words = text.lstrip(" ")
+    begin = len(text) - len(words)
+    click.echo(" " * begin + wrapped(words, columns, begin + 2, begin))
 
 
 def defect(error: Exception) -> Diagnostic:
@@ -81,6 +86,11 @@ def out_of_memory() -> Diagnostic:
     """What is said where there is no memory for what limits that were raised, or a large team, ask for."""
     help_ = "make it smaller, or run it where there is more memory; `--limit` bounds what a mission may hold"
     return Diagnostic(OUT_OF_MEMORY, "there is not enough memory for what this mission holds", None, help=help_)
+
+
+def _columns(terminal: bool) -> int:
+    """How wide a terminal is; 0 for anything else, where lines stay as long as they are."""
+    return get_terminal_size().columns if terminal else 0
 
 
 def _colours(terminal: bool) -> bool:

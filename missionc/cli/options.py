@@ -293,6 +293,10 @@ vehicle = click.option(
 
 watch = click.option("--watch", is_flag=True, help="Go on, and do it again whenever a file of the mission is saved.")
 
+verbose = click.option(
+    "-v", "--verbose", is_flag=True, help="Tell of every requirement, kind of check, engine, note and file."
+)
+
 no_open = click.option("--no-open", is_flag=True, help="Say where the page is, and open no browser.")
 
 explain_limit = click.option(

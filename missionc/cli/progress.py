@@ -1,4 +1,4 @@
-"""A progress line on a terminal: the time so far and the time left, the stage, and how far it is."""
+"""A progress line on a terminal: the time so far, the stage, and how far it is."""
 
 from __future__ import annotations
 
@@ -23,11 +23,8 @@ EVERY = 0.2
 class ProgressLine:
     """A context in which the line is drawn again and again, and after which it is gone."""
 
-    def __init__(self, stream: TextIO, deadline: float | None = None) -> None:
-        """Args:
-        deadline: when time is up, on the clock of ``time.monotonic``, if it ever is.
-        """
-        self._stream, self._deadline = stream, deadline
+    def __init__(self, stream: TextIO) -> None:
+        self._stream = stream
         self._begin = time.monotonic()
         self._says = "reading"
         self._done = threading.Event()
@@ -57,9 +54,7 @@ class ProgressLine:
 
     def _draw(self) -> None:
         while not self._done.wait(EVERY):
-            now = time.monotonic()
-            left = "" if self._deadline is None else f", {max(0.0, self._deadline - now):.0f} s left"
-            line = f"{now - self._begin:5.1f} s{left}  {self._says}"
+            line = f"{time.monotonic() - self._begin:5.1f} s  {self._says}"
             # A line that wraps would not be erased whole.
             self._show(plain_line(line)[: get_terminal_size().columns - 1])
 
@@ -71,10 +66,10 @@ class ProgressLine:
 
 
 @contextmanager
-def shown(silent: bool, deadline: float) -> Iterator[Callable[[Progress], None]]:
+def shown(silent: bool) -> Iterator[Callable[[Progress], None]]:
     """Where to say how far things are: a line on a terminal, nowhere else."""
     if silent or not sys.stderr.isatty():
         yield lambda progress: None
         return
-    with ProgressLine(sys.stderr, deadline) as line:
+    with ProgressLine(sys.stderr) as line:
         yield line.listen

@@ -11,6 +11,7 @@ from missionc.backends.api import Attempt, Fault, Impossible, NotFound, Report
 from missionc.base.figures import counted, decimals
 from missionc.base.judgement import judgement_lines
 from missionc.base.units import Seconds
+from missionc.cli import plan_summary
 from missionc.diagnostics.model import has_errors
 from missionc.ir import FIGURES, Band, Vehicle
 from missionc.pipeline.relax.advice import explained_document, explained_lines
@@ -45,29 +46,48 @@ def outcome_word(compiled: Compiled) -> str | None:
             assert_never(outcome)
 
 
-def compiled_lines(compiled: Compiled, output: str) -> list[str]:
-    """The summary of a compilation; ``output`` is the folder written, or empty."""
+def compiled_lines(compiled: Compiled, output: str, seconds: Seconds, verbose: bool) -> list[str]:
+    """The summary of a compilation.
+
+    Args:
+        output: the folder written, or empty.
+        seconds: that it took.
+        verbose: whether to tell of every requirement, kind of check, engine, note and file.
+    """
     mission = compiled.checked.mission
-    if isinstance(compiled.outcome, Impossible | NotFound) and mission:
-        best = compiled.outcome.best if isinstance(compiled.outcome, NotFound) else None
-        candidate = attempt_lines(mission.name, best, mission.step) if best else []
-        written = [f"written to {output}", *file_lines(compiled.files)] if output else []
-        return [*_several(compiled.outcome.report), *candidate, *explained_lines(compiled), *written]
-    if not isinstance(compiled.outcome, Verified) or mission is None:
+    outcome = compiled.outcome
+    if mission is None:
         return []
-    plan, certificate = compiled.outcome.plan, compiled.outcome.certificate
-    lines = [
-        *str(plan).splitlines(),
-        *_several(compiled.outcome.report),
-        *(f"note: {note}" for note in compiled.outcome.report.notes),
-        f"verified: {counted(len(certificate.checks), 'check')}, the tightest margin of each kind",
+    written = [f"written to {output}", *(file_lines(compiled.files) if verbose else [])] if output else []
+    if isinstance(outcome, Impossible | NotFound):
+        best = outcome.best if isinstance(outcome, NotFound) else None
+        candidate = attempt_lines(mission.name, best, mission.step) if best and verbose else []
+        tried = _several(outcome.report) if verbose else []
+        return [*tried, *candidate, *explained_lines(compiled), *written]
+    if not isinstance(outcome, Verified):
+        return []
+    alternatives = alternative_lines([each.row for each in compiled.alternatives])
+    return [
+        *plan_summary.plan_lines(outcome, mission, seconds, output),
+        *(_details(outcome, mission.step) if verbose else []),
+        *alternatives,
+        *(written if verbose else []),
+    ]
+
+
+def _details(outcome: Verified, step: Seconds) -> list[str]:
+    """Every requirement; what each engine did; the tightest check of every kind; what may be late."""
+    certificate = outcome.certificate
+    return [
+        "requirements",
+        *judgement_lines(outcome.plan.judgements, step),
+        *_several(outcome.report),
+        *(f"note: {note}" for note in outcome.report.notes),
+        f"{counted(len(certificate.checks), 'check')} passed, the tightest of each kind",
         *margin_lines(certificate),
-        *(f"note: {warning}" for warning in certificate.warnings),
         *between_lines(certificate.between),
-        *alternative_lines([each.row for each in compiled.alternatives]),
         *delay_lines(certificate.delays),
     ]
-    return [*lines, f"written to {output}", *file_lines(compiled.outcome.files)] if output else lines
 
 
 def alternative_lines(alternatives: list[AlternativeRow]) -> list[str]:
@@ -103,7 +123,7 @@ def _several(report: Report) -> list[str]:
 
 def attempt_lines(name: str, best: Attempt, step: Seconds) -> list[str]:
     """The best candidate of a search that found no plan, requirement by requirement, and what else it breaks."""
-    lines = [f"{name}: no plan was found; the best candidate, which is none", *judgement_lines(best.requirements, step)]
+    lines = [f"{name}: the closest attempt (not a plan)", *judgement_lines(best.requirements, step)]
     faults = best.worst_faults()
     width = max((len(fault.what) for fault in faults), default=0)
     return [*lines, *(f"  {fault.what:<{width}}  broken  {_amount(fault, step)}" for fault in faults)]
@@ -122,7 +142,7 @@ def monitored_lines(monitored: Monitored) -> list[str]:
 
 
 def margin_lines(certificate: Certificate) -> list[str]:
-    """The check closest to failing, of every kind; kinds that are met to rounding, as equalities are, last."""
+    """The check closest to failing, of every kind; how many kinds are met exactly, as equalities are, last."""
     least: dict[str, Check] = {}
     for check in certificate.checks:
         if check.name not in least or check.margin < least[check.name].margin:
@@ -132,7 +152,7 @@ def margin_lines(certificate: Certificate) -> list[str]:
     width = max((len(check.name) for check in shown), default=0)
     amounts = [f"{check.margin:.3f} {check.unit}".rstrip() for check in shown]
     lines = [f"  {each.name:<{width}}  {amount}{_where(each)}" for each, amount in zip(shown, amounts, strict=True)]
-    return [*lines, f"  to rounding: {', '.join(exact)}"] if exact else lines
+    return [*lines, f"  {counted(len(exact), 'exact check')} pass{'es' if len(exact) == 1 else ''}"] if exact else lines
 
 
 def between_lines(between: Iterable[Between]) -> list[str]:
@@ -225,7 +245,7 @@ def monitored_document(monitored: Monitored) -> dict[str, object]:
     }
 
 
-def reverified_lines(reverified: Reverified) -> list[str]:
+def reverified_lines(reverified: Reverified, verbose: bool) -> list[str]:
     """That a folder's files pass, and how narrowly."""
     certificate = reverified.certificate
     if certificate is None or not certificate.passed:
@@ -240,6 +260,12 @@ def reverified_lines(reverified: Reverified) -> list[str]:
     ]
     if reverified.proven:
         return [*lines, f"  proven: {reverified.proven}"]
+    if not verbose:
+        return [
+            *lines,
+            *plan_summary.worst_margins(certificate.judgements, certificate),
+            *plan_summary.warning_lines(certificate),
+        ]
     return [
         *lines,
         *margin_lines(certificate),

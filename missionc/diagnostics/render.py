@@ -10,6 +10,7 @@ terminal would act on is written out (``sanitize``).
 
 from __future__ import annotations
 
+import textwrap
 import unicodedata
 from collections.abc import Iterable, Sequence
 from itertools import groupby
@@ -22,9 +23,12 @@ from missionc.diagnostics.sanitize import plain, plain_line
 
 TAB = 4
 LONGEST = 140
-"""Characters of one source line that are shown; the rest of a longer line is cut."""
+"""Characters of one source line that are shown at most; the rest of a longer line is cut."""
 BEFORE = 30
 """Characters kept before the first label of a line that is cut."""
+
+LEAST_WIDTH = 20
+"""Columns that a wrapped sentence has at least, however narrow the terminal is."""
 
 RED, YELLOW, BLUE, CYAN, BOLD = "31;1", "33;1", "34;1", "36;1", "1"
 
@@ -85,9 +89,32 @@ class Paint:
         return self.severity if mark.primary else BLUE
 
 
-def render_text(findings: Sequence[Finding], colour: bool) -> str:
-    """The findings as people read them, a blank line between two; each ends with a line end."""
-    return "\n".join(_finding(finding, colour) for finding in findings)
+def render_text(findings: Sequence[Finding], colour: bool, width: int = 0) -> str:
+    """The findings as people read them, a blank line between two; each ends with a line end.
+
+    Args:
+        width: columns at which sentences wrap, and the mission's lines are cut; 0 for none.
+    """
+    return "\n".join(_finding(finding, colour, width) for finding in findings)
+
+
+def wrapped(text: str, width: int, indent: int, first: int = 0) -> str:
+    """A line of text wrapped at so many columns, its further lines indented; as it is where ``width`` is 0.
+
+    Args:
+        first: columns that are taken before it.
+    """
+    if not width or len(text) + first <= width:
+        return text
+    lines = textwrap.wrap(
+        text,
+        max(width, indent + LEAST_WIDTH),
+        initial_indent=" " * first,
+        subsequent_indent=" " * indent,
+        break_long_words=False,
+        break_on_hyphens=False,
+    )
+    return "\n".join(lines)[first:]
 
 
 def counts(findings: Iterable[Finding]) -> str:
@@ -137,26 +164,29 @@ def _place(span: Span | None) -> dict[str, object]:
     }
 
 
-def _finding(finding: Finding, colour: bool) -> str:
+def _finding(finding: Finding, colour: bool, width: int) -> str:
     paint = Paint(colour, RED if finding.code.severity is Severity.ERROR else YELLOW)
     head = f"{finding.code.severity.value}[{finding.code.name}]"
-    lines = [f"{paint(paint.severity, head)}{paint(BOLD, ': ' + plain(finding.message))}"]
+    message = wrapped(": " + plain(finding.message), width, 2, len(head))
+    lines = [f"{paint(paint.severity, head)}{paint(BOLD, message)}"]
     labels = [*([finding.primary] if finding.primary else []), *finding.labels]
     numbers = [label.span.source.place(label.span.start)[0] for label in labels]
     gutter = max((len(str(number)) for number in numbers), default=1)
-    lines.extend(_snippets(finding, labels, gutter, paint))
-    lines.extend(_hanging(" " * (gutter + 1) + paint(BLUE, "="), gutter + 3, note) for note in finding.notes)
+    longest = min(LONGEST, max(width - gutter - 3, LEAST_WIDTH)) if width else LONGEST
+    lines.extend(_snippets(finding, labels, gutter, longest, paint))
+    lines.extend(_hanging(" " * (gutter + 1) + paint(BLUE, "="), gutter + 3, note, width) for note in finding.notes)
     if finding.help:
-        lines.append(_hanging(" " * (gutter + 1) + paint(CYAN, "help:"), gutter + 7, finding.help))
+        lines.append(_hanging(" " * (gutter + 1) + paint(CYAN, "help:"), gutter + 7, finding.help, width))
     return "\n".join(line.rstrip() for line in lines) + "\n"
 
 
-def _hanging(head: str, indent: int, text: str) -> str:
+def _hanging(head: str, indent: int, text: str, width: int) -> str:
     """Text after a head, its further lines indented below the first."""
-    return f"{head} " + ("\n" + " " * indent).join(plain(text).split("\n"))
+    lines = [wrapped(line, width, indent, indent) for line in plain(text).split("\n")]
+    return f"{head} " + ("\n" + " " * indent).join(lines)
 
 
-def _snippets(finding: Finding, labels: list[Label], gutter: int, paint: Paint) -> list[str]:
+def _snippets(finding: Finding, labels: list[Label], gutter: int, longest: int, paint: Paint) -> list[str]:
     """For each file, a line that says where, then its labelled lines in order."""
     by_source: dict[str, list[Label]] = {}
     for label in labels:
@@ -166,11 +196,13 @@ def _snippets(finding: Finding, labels: list[Label], gutter: int, paint: Paint) 
         line, column = here[0].span.source.place(here[0].span.start)
         arrow = "-->" if number == 0 else ":::"
         lines.append(f"{' ' * gutter}{paint(BLUE, arrow)} {plain_line(here[0].span.source.name)}:{line}:{column}")
-        lines.extend(_source_lines(here[0].span.source, here, finding.primary, gutter, paint))
+        lines.extend(_source_lines(here[0].span.source, here, finding.primary, gutter, longest, paint))
     return lines
 
 
-def _source_lines(source: Source, labels: list[Label], primary: Label | None, gutter: int, paint: Paint) -> list[str]:
+def _source_lines(
+    source: Source, labels: list[Label], primary: Label | None, gutter: int, longest: int, paint: Paint
+) -> list[str]:
     by_line: dict[int, list[Label]] = {}
     for label in labels:
         by_line.setdefault(source.place(label.span.start)[0], []).append(label)
@@ -178,22 +210,22 @@ def _source_lines(source: Source, labels: list[Label], primary: Label | None, gu
     previous = None
     for number in sorted(by_line):
         if previous is not None and number == previous + 2:
-            shown, _ = _cells(_excerpt(source.line(previous + 1), 0)[1])
+            shown, _ = _cells(_excerpt(source.line(previous + 1), 0, longest)[1])
             lines.append(f"{paint(BLUE, f'{previous + 1:>{gutter}} |')} {shown}")
         elif previous is not None and number > previous + 2:
             lines.append(paint(BLUE, "..."))
-        lines.extend(_marked(source, number, by_line[number], primary, gutter, paint))
+        lines.extend(_marked(source, number, by_line[number], primary, gutter, longest, paint))
         previous = number
     return lines
 
 
 def _marked(
-    source: Source, number: int, labels: list[Label], primary: Label | None, gutter: int, paint: Paint
+    source: Source, number: int, labels: list[Label], primary: Label | None, gutter: int, longest: int, paint: Paint
 ) -> list[str]:
     """One source line, and under it its underlines and what they say."""
     text = source.line(number)
     begin = source.line_starts[number - 1]
-    cut, excerpt = _excerpt(text, min(label.span.start for label in labels) - begin)
+    cut, excerpt = _excerpt(text, min(label.span.start for label in labels) - begin, longest)
     shown, columns = _cells(excerpt)
 
     def column(offset: int) -> int:
@@ -235,15 +267,15 @@ def _underline(marks: list[Mark], paint: Paint) -> list[str]:
     return lines
 
 
-def _excerpt(text: str, first: int) -> tuple[int, str]:
+def _excerpt(text: str, first: int, longest: int) -> tuple[int, str]:
     """Where the shown part of a line begins, and that part."""
-    if len(text) <= LONGEST:
+    if len(text) <= longest:
         return 0, text
-    cut = max(0, min(first - BEFORE, len(text) - LONGEST))
-    part = text[cut : cut + LONGEST]
+    cut = max(0, min(first - BEFORE, len(text) - longest))
+    part = text[cut : cut + longest]
     if cut > 0:
         part = "…" + part[1:]
-    return cut, part if cut + LONGEST >= len(text) else part[:-1] + "…"
+    return cut, part if cut + longest >= len(text) else part[:-1] + "…"
 
 
 def _cells(text: str) -> tuple[str, list[int]]:

@@ -199,6 +199,8 @@ def _graph_of_pairs(graph: Graph, mission: Mission) -> str:
 
 
 def _formation(formation: Formation, mission: Mission) -> str:
+    if formation.kind == "distances":
+        return f"`{formation.name}` fixes distances within {names(formation.agents, mission)}"
     return f"`{formation.name}` is a {formation.kind} of {names(formation.agents, mission)}"
 
 

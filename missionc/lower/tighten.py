@@ -14,6 +14,7 @@ plans no faster than they can fly from rest to rest.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence, Set
 from dataclasses import replace
 from itertools import combinations
 from typing import assert_never
@@ -115,13 +116,26 @@ def tightened(mission: Mission, kernel: Kernel, margin: Metres) -> tuple[Mission
     if margin <= 0:
         return mission, kernel
     tighter, wider = _Borders(-margin), _Borders(margin)
-    nodes: dict[Node, Node] = {}
-    for node in postorder(goal.formula for goal in kernel.requirements):
-        nodes[node] = _more(node, tuple(nodes[child] for child in children(node)), tighter, wider)
-    goals: tuple[Goal, ...] = tuple(replace(goal, formula=nodes[goal.formula]) for goal in kernel.requirements)
+    goals = _tightened(kernel.requirements, tighter, wider)
     regions = tuple(tighter.region(region) for region in mission.regions)
     graphs = tuple(tighter.graph(graph) for graph in mission.graphs)
     return replace(mission, regions=regions, graphs=graphs), replace(kernel, requirements=goals)
+
+
+def tightened_alone(kernel: Kernel, names: Set[str], margin: Metres) -> Kernel:
+    """The requirements of these names by the margin; the others are the same objects, and so is the world."""
+    if margin <= 0:
+        return kernel
+    some = [goal for goal in kernel.requirements if goal.name in names]
+    tighter = dict(zip(some, _tightened(some, _Borders(-margin), _Borders(margin)), strict=True))
+    return replace(kernel, requirements=tuple(tighter.get(goal, goal) for goal in kernel.requirements))
+
+
+def _tightened(goals: Sequence[Goal], tighter: _Borders, wider: _Borders) -> tuple[Goal, ...]:
+    nodes: dict[Node, Node] = {}
+    for node in postorder(goal.formula for goal in goals):
+        nodes[node] = _more(node, tuple(nodes[child] for child in children(node)), tighter, wider)
+    return tuple(replace(goal, formula=nodes[goal.formula]) for goal in goals)
 
 
 def _more(node: Node, below: tuple[Node, ...], tighter: _Borders, wider: _Borders) -> Node:

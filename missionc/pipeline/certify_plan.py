@@ -2,7 +2,7 @@
 
 in   a checked mission, the trace of a backend and its report
 out  Verified, Unverified, Refused or NotFound, with findings
-says MC604 MC608 MC710, and what files and exports say
+says MC604 MC608, and what files and exports say
 """
 
 from __future__ import annotations
@@ -58,7 +58,6 @@ def certify_plan(
     budget: Budget,
     watch: Stopwatch,
     exports: tuple[str, ...] = (),
-    continuous: bool = False,
     bound: BoundSide | None = None,
 ) -> Certified:
     """The plan that a trace is, judged and written; a backend is never believed.
@@ -66,7 +65,6 @@ def certify_plan(
     Args:
         checked: with a mission, its kernel and a choice.
         exports: as for ``driver.plan``.
-        continuous: as for ``driver.plan``.
         bound: what is proven of the best plan; where it is None, or the plan is made slower, tours alone tell.
     """
     # Imported here: what judges and writes plans loads scipy, for which nobody waits who only checks.
@@ -114,9 +112,6 @@ def certify_plan(
     if isinstance(output, Diagnostic):
         return Certified(checked, Refused(), (output,))
     report = replace(report, notes=(*report.notes, *output.notes))
-    not_between = no_plan.not_between(mission, output.certificate) if continuous else ()
-    if not_between:
-        return Certified(checked, Refused(), not_between)
     return Certified(checked, Verified(verified, output.certificate, report, output.files), output.findings)
 
 

@@ -39,8 +39,9 @@ from missionc.base.memory import limited
 from missionc.base.signals import asked, hold
 from missionc.base.source import Source
 from missionc.base.units import Seconds
-from missionc.diagnostics.code import NOT_BETWEEN, NOT_TOLERATED, TRACE_UNREADABLE, Code
+from missionc.diagnostics.code import TRACE_UNREADABLE
 from missionc.diagnostics.model import Diagnostic
+from missionc.kernel.nodes import Kernel
 from missionc.pipeline import no_plan
 from missionc.pipeline.alternatives.weighs_options import weighs_options
 from missionc.pipeline.ask_backend import ask_backend, not_found
@@ -49,7 +50,7 @@ from missionc.pipeline.certify_plan import Certified, certify_plan, reserved_tim
 from missionc.pipeline.checked import Checked
 from missionc.pipeline.checkpoints import Checkpoints, unusable, with_checkpoints
 from missionc.pipeline.front_end import ANY_BACKEND, Stopwatch, check
-from missionc.pipeline.plan_with_margin import further_attempts
+from missionc.pipeline.plan_throughout import Throughout, plan_throughout
 from missionc.pipeline.provenance import with_manifest
 from missionc.pipeline.results import Compiled, CompileOutcome, Monitored, Refused, Unverified, Verified
 from missionc.pipeline.run_limited import Ended, within
@@ -78,7 +79,7 @@ def compile(
     keep: Callable[[bytes], object] | None = None,
     resume: bytes | None = None,
     exports: tuple[str, ...] = (),
-    continuous: bool = False,
+    throughout: Throughout = Throughout.WANTED,
     explain_limit: Seconds = NO_EXPLANATION,
     vehicle: str = "",
     alternatives: int = 1,
@@ -100,7 +101,7 @@ def compile(
         keep: is given, as the run goes on, the bytes of a checkpoint.
         resume: those of an interrupted run of the same mission, seed and options; it ends as that would have ended.
         exports: names of ``missionc.output.export.formats.FORMATS``, to be written as well.
-        continuous: as for ``plan``.
+        throughout: as for ``plan``.
         explain_limit: seconds of the time limit that may go into what would make an impossible mission possible.
         alternatives: as for ``plan``.
     """
@@ -114,7 +115,7 @@ def compile(
         budget,
         Checkpoints(keep, resume),
         exports,
-        continuous,
+        throughout,
         explain_limit,
         alternatives,
     )
@@ -149,7 +150,7 @@ def plan(
     budget: Budget,
     checkpoints: Checkpoints | None = None,
     exports: tuple[str, ...] = (),
-    continuous: bool = False,
+    throughout: Throughout = Throughout.WANTED,
     explain_limit: Seconds = NO_EXPLANATION,
     alternatives: int = 1,
 ) -> Compiled:
@@ -161,8 +162,8 @@ def plan(
     Args:
         checkpoints: of the run, and of the one that it takes up again.
         exports: names of forms that the flight is written in as well; one that cannot hold it is among the findings.
-        continuous: whether a requirement must hold between the steps too; where it does not, ``further_attempts`` are
-            planned while there is time, without checkpoints.
+        throughout: whether requirements are wanted, or have, to hold between the steps too; where one does not, further
+            plans are asked for (``plan_throughout``), without checkpoints.
         explain_limit: seconds for ``Compiled.explained``; 0 leaves that out.
         alternatives: how many plans are wanted that differ from each other; there may be fewer.
 
@@ -171,62 +172,16 @@ def plan(
     """
     if alternatives > 1 and options.stretch != 1:
         raise ValueError("alternatives are planned at the mission's own pace, and cannot be stretched")
+    began = time.monotonic()
     with limited(budget.memory_bytes):
-        first = _throughout(checked, options, budget, checkpoints or Checkpoints(), exports, continuous, explain_limit)
+        first = _plan(checked, options, budget, checkpoints or Checkpoints(), exports, explain_limit)
+        plan_again = partial(_plan, checkpoints=Checkpoints(), exports=exports, explain_limit=NO_EXPLANATION)
+        first = plan_throughout(first, checked, plan_again, options, budget, throughout, began)
         if alternatives == 1 or not isinstance(first.outcome, Verified):
             return first
         from missionc.pipeline.alternatives.ranked_plans import with_alternatives  # for those who ask for them
 
-        return with_alternatives(first, alternatives, options, budget, exports, continuous)
-
-
-def _throughout(
-    checked: Checked,
-    options: Options,
-    budget: Budget,
-    checkpoints: Checkpoints,
-    exports: tuple[str, ...],
-    continuous: bool,
-    explain_limit: Seconds,
-) -> Compiled:
-    """``plan``; again with other seeds where a plan holds at its steps alone, or tolerates too little delay.
-
-    Every second time those engines are asked that did not have that plan.
-    """
-    first = _plan(checked, options, budget, checkpoints, exports, continuous, explain_limit)
-    why, choice = _falls_short(first), checked.choice
-    if why is None or checked.mission is None or choice is None:
-        return first
-    no, none = SHORT[why]
-    engine = first.outcome.report.engine if isinstance(first.outcome, NotFound) else ""
-    others = replace(choice, engines=tuple(name for name in choice.engines if name != engine) or choice.engines)
-    tried = 1
-    for other, more in further_attempts(checked.mission, options, budget):
-        if asked() or time.monotonic() >= budget.deadline:
-            break
-        by = replace(checked, choice=others if tried % 2 else choice)
-        retry = _plan(by, other, more, Checkpoints(), exports, continuous, NO_EXPLANATION)
-        retry = replace(retry, checked=replace(retry.checked, choice=choice))
-        tried += 1
-        if isinstance(retry.outcome, Verified):
-            note = f"the plan of seed {budget.seed} does not {no}; this one does"
-            report = retry.outcome.report
-            return replace(retry, outcome=replace(retry.outcome, report=replace(report, notes=(*report.notes, note))))
-    note = f"{tried} plans were asked for, with seeds {budget.seed} to {budget.seed + tried - 1}: none {none}"
-    findings = (replace(each, notes=(*each.notes, note)) if each.code is why else each for each in first.findings)
-    return replace(first, findings=tuple(findings))
-
-
-SHORT = {
-    NOT_BETWEEN: ("hold between its steps", "holds throughout"),
-    NOT_TOLERATED: ("tolerate the delays", "tolerates the delays, which says nothing about whether there is one"),
-}
-"""What a plan is short of that is right otherwise, and what is said of several of them."""
-
-
-def _falls_short(compiled: Compiled) -> Code | None:
-    """What a plan was refused for that keeps everything at the steps, with everybody on time."""
-    return next((each.code for each in compiled.findings if each.code in SHORT), None)
+        return with_alternatives(first, alternatives, options, budget, exports, throughout)
 
 
 def _plan(
@@ -235,11 +190,11 @@ def _plan(
     budget: Budget,
     checkpoints: Checkpoints,
     exports: tuple[str, ...],
-    continuous: bool,
     explain_limit: Seconds,
+    asked_for: Kernel | None = None,
 ) -> Compiled:
     """``plan``, once. A plan that does not pass verification ends the engine that found it; the others go on."""
-    first = _plan_by_all(checked, options, budget, checkpoints, exports, continuous, explain_limit)
+    first = _plan_by_all(checked, options, budget, checkpoints, exports, explain_limit, asked_for)
     choice, refused = checked.choice, first.outcome
     if choice is None or not isinstance(refused, Unverified):
         return first
@@ -247,7 +202,7 @@ def _plan(
     if others in ((), choice.engines) or checkpoints.asked or asked() or time.monotonic() >= budget.deadline:
         return first
     rest = replace(checked, choice=replace(choice, engines=others))
-    retry = _plan(rest, options, budget, checkpoints, exports, continuous, NO_EXPLANATION)
+    retry = _plan(rest, options, budget, checkpoints, exports, NO_EXPLANATION, asked_for)
     if not isinstance(retry.outcome, Verified):
         return first
     report, planner = retry.outcome.report, retry.outcome.plan.backend
@@ -265,10 +220,10 @@ def _plan_by_all(
     budget: Budget,
     checkpoints: Checkpoints,
     exports: tuple[str, ...],
-    continuous: bool,
     explain_limit: Seconds,
+    asked_for: Kernel | None,
 ) -> Compiled:
-    """``plan``, once, by all engines that were chosen."""
+    """``plan``, once, by all engines that were chosen; they are asked for the other kernel, where there is one."""
     watch = Stopwatch(list(checked.seconds))
 
     def ended(outcome: CompileOutcome, *findings: Diagnostic) -> Compiled:
@@ -289,7 +244,7 @@ def _plan_by_all(
     bound = BoundSide(mission, kernel, options, whole)
     whole = replace(whole, enough=bound.enough)
     try:
-        outcome = ask_backend(backend, mission, kernel, options, whole, explain_limit, moment)
+        outcome = ask_backend(backend, mission, asked_for or kernel, options, whole, explain_limit, moment)
     except UnusableSnapshot as wrong:
         return ended(Refused(), unusable(checkpoints.name, wrong))
     watch.seconds.extend(outcome.report.seconds)
@@ -301,7 +256,7 @@ def _plan_by_all(
             planner = outcome.report.engine or choice.backend
             with watch.stage("compare"):
                 outcome = compare_options(mission, kernel, outcome, planner, options, whole, moment)
-        write = partial(certify_plan, checked, outcome, options, run_budget, watch, exports, continuous, bound)
+        write = partial(certify_plan, checked, outcome, options, run_budget, watch, exports, bound)
         home = within(moment, write)
         if isinstance(home, Certified):
             checked = home.checked

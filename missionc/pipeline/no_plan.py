@@ -76,39 +76,32 @@ def _smallest(explained: Explained) -> str:
 
 
 def _blamed(explained: Explained) -> tuple[str, ...]:
-    """Who is to blame, and by which trials that is known.
-
-    Where a plan is left without one requirement, nothing is said of another without which none is: that others are in
-    conflict too would read as if it could go.
-    """
-    left_out = [trial for trial in explained.trials if trial.says.startswith("without ")]
-    silent = [trial for trial in left_out if trial.outcome == "impossible"]
-    told = [
-        trial
-        for trial in explained.trials
-        if trial not in silent or all(other.outcome != "planned" for other in left_out)
-    ]
+    """Who is to blame, and by which trials that is known."""
     who = {
-        "REQUIREMENTS": "the requirements are to blame",
-        "HORIZON": "the horizon is to blame",
-        "ROADMAP": "only these roadmaps are to blame",
-        "UNKNOWN": "what is to blame is open",
+        "REQUIREMENTS": "",
+        "HORIZON": "the mission is too short",
+        "ROADMAP": "it is these roadmaps that are too coarse",
+        "UNKNOWN": "",
     }[explained.blame.name]
-    says = {
-        "planned": "there is a plan",
-        "impossible": "roadmaps hold none",
-        "undecided": "none was found in time",
-    }
+    says = {"planned": "gives a plan", "impossible": "does not", "undecided": "gave none in time"}
     trials = [
-        f"{words} {', or '.join(_variant(trial) for trial in told if trial.outcome == outcome)}"
+        f"{_variants([trial for trial in explained.trials if trial.outcome == outcome])} {words}"
         for outcome, words in says.items()
-        if any(trial.outcome == outcome for trial in told)
+        if any(trial.outcome == outcome for trial in explained.trials)
     ]
-    return ("; ".join([f"{who}: {trials[0]}", *trials[1:]]) if trials else who,)
+    head = ": ".join(filter(None, (who, "; ".join(trials))))
+    return (head,) if head else ()
 
 
-def _variant(trial: Trial) -> str:
-    return trial.says if trial.says.startswith("without ") else f"with {trial.says}"
+def _variants(trials: Sequence[Trial]) -> str:
+    """``dropping `relay` or `rescue```, or what was tried otherwise; more than one joined by *or*."""
+    dropped = [trial.says.removeprefix(WITHOUT) for trial in trials if trial.says.startswith(WITHOUT)]
+    others = [trial.says for trial in trials if not trial.says.startswith(WITHOUT)]
+    return " or ".join([*([f"dropping {' or '.join(dropped)}"] if dropped else []), *others])
+
+
+WITHOUT = "without "
+"""How a trial begins that leaves requirements out."""
 
 
 def not_found(checked: Checked, outcome: NotFound, explained: Explained | None) -> Diagnostic:
@@ -166,8 +159,7 @@ def not_between(mission: Mission, certificate: Certificate) -> tuple[Diagnostic,
             Label(spans[each.requirement], ""),
             help="ask for a little more than is needed, or take a shorter time step",
         )
-        for each in certificate.between
-        if not each.holds
+        for each in certificate.at_steps_alone
     )
 
 

@@ -1,13 +1,12 @@
 """Planning with a robustness margin first, for flights that miss their plan a little; then without.
 
 in   a backend, Mission, Kernel, Options, Budget
-out  its Outcome; and what else to ask for where a plan holds at its steps alone
+out  its Outcome
 """
 
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
 from dataclasses import replace
 
 from missionc.backends.api import Backend, Budget, CutShort, NotFound, Outcome, Planned, Reason, Report, forget, unheard
@@ -33,13 +32,6 @@ SHARE, WORK = 0.25, 16.0
 
 ROOM = (1.0, 0.5, 0.25, 0.0)
 """Shares of the room that the delays take at most: whoever is late seldom needs all of it."""
-
-OTHERS = 7
-"""Plans that are asked for after one that holds at its steps alone."""
-SEEDS_EACH = 2
-"""Seeds with each margin."""
-LEAST = Metres(0.05)
-"""The margin they begin with where no vehicle has one: that of a Crazyflie's profile."""
 
 
 def plan_with_margin(
@@ -152,17 +144,6 @@ def _planned(
     if straighten is None or mission.solve.roadmap is not None or reads_headings(kernel):
         return outcome
     return straighten(mission, kernel, outcome, budget)
-
-
-def further_attempts(mission: Mission, options: Options, budget: Budget) -> Iterator[tuple[Options, Budget]]:
-    """For a plan that holds between its steps too: other seeds, and more room where nobody said how much.
-
-    A plan that is nowhere near the border of truth at its steps seldom leaps over it.
-    """
-    margin = tracking_margin(mission) or LEAST
-    for number in range(1, OTHERS + 1):
-        more = options if options.margin is not None else replace(options, margin=margin * (1 + number // SEEDS_EACH))
-        yield more, replace(budget, seed=budget.seed + number, keep=forget, resume=None)
 
 
 def _after(planned: Planned, late: bool) -> Planned:

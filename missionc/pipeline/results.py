@@ -186,9 +186,7 @@ class Compiled:
                 return below(self.findings, str(self.outcome))
             case Impossible() | NotFound():
                 changes = [f"  {each.says}" for each in self.explained.relaxations] if self.explained else []
-                return below(
-                    self.findings, *(["each of these changes has a verified plan"] if changes else []), *changes
-                )
+                return below(self.findings, *(["any one of these changes works"] if changes else []), *changes)
             case Refused() | Unverified():
                 return below(self.findings, f"{self.checked.file}: {counts(self.findings)}")
             case _:

@@ -128,6 +128,11 @@ class Certificate:
     def failures(self) -> tuple[Check, ...]:
         return tuple(check for check in self.checks if not check.passed)
 
+    @property
+    def at_steps_alone(self) -> tuple[Between, ...]:
+        """What becomes of the requirements that hold at the steps, and fail between them or may do so."""
+        return tuple(each for each in self.between if not each.holds)
+
     def joined(self, other: Certificate) -> Certificate:
         """This certificate, and after it what the other one holds."""
         return replace(

@@ -122,6 +122,8 @@ COMMANDS: dict[str, tuple[tuple[Draw, ...], dict[str, Draw | None]]] = {
             "--plot-width": drawn("single", "double", "", ODD),
             "--certify": None,
             "--continuous": None,
+            "--at-steps": None,
+            "-v": None,
             "--alternatives": drawn("0", "1", "2", "-1", "x"),
             "--explain-limit": number,
             "--quiet": None,

@@ -29,6 +29,8 @@ from pathlib import Path
 from missionc.cli.app import main
 
 FENCE = re.compile(r"^```(?P<info>[^\n`]*)\n(?P<body>.*?)^```[ \t]*$", re.MULTILINE | re.DOTALL)
+TIMED = re.compile(r"(verified in) [0-9.]+ s")
+"""How long it took is another thing each time."""
 NAME = re.compile(r"^\s*mission\s+(\w+)", re.MULTILINE)
 
 
@@ -112,6 +114,7 @@ def transcript(console: str) -> str:
         program, *words = shlex.split(line[2:])
         assert program == "missionc", f"only missionc is run here, not `{program}`"
         status, output = run(words)
+        output = TIMED.sub(r"\1 … s", output)
         said.append(f"{line}\n{output}" + (f"[exit status {status}]\n" if status else ""))
     return "".join(said)
 

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from missionc.backends.api import Budget
-from missionc.backends.options import Options
 from missionc.base.source import Source
 from missionc.base.trace import Trace
 from missionc.base.units import Seconds
@@ -19,7 +18,7 @@ from missionc.diagnostics.code import NOT_BETWEEN
 from missionc.kernel.nodes import Atom
 from missionc.kernel.walk import postorder
 from missionc.pipeline.driver import check, compile
-from missionc.pipeline.plan_with_margin import further_attempts
+from missionc.pipeline.plan_throughout import Throughout
 from missionc.pipeline.results import Refused, Verified
 from missionc.verify.between.between_steps import between_steps
 from missionc.verify.between.counterexample import Culprit
@@ -266,19 +265,22 @@ def test_a_plan_that_leaps_over_a_wall_is_told_from_one_that_does_not(
     pytest.importorskip("torch")
     monkeypatch.chdir(tmp_path)
     Path("leap.mission").write_text(LEAP, encoding="utf-8")
-    refused = compile("leap.mission", continuous=True)
+    refused = compile("leap.mission", throughout=Throughout.REQUIRED)
     assert isinstance(refused.outcome, Refused)
     assert [finding.code for finding in refused.findings] == [NOT_BETWEEN]
     assert main(["compile", "leap.mission", "--continuous", "-o", "none", "--quiet"]) == 1
     assert not Path("none").exists()
     capsys.readouterr()
     assert main(["compile", "leap.mission", "-o", "out"]) == 0
+    (warned,) = [line for line in capsys.readouterr().out.splitlines() if "warning" in line]
+    assert re.fullmatch(r"  warning: holds at its steps; `avoid` fails between, [\d.]+–[\d.]+ s", warned)
+    assert main(["verify", "out"]) == 0
+    assert warned in capsys.readouterr().out.splitlines()
+    assert main(["verify", "out", "-v"]) == 0
     note = next(line for line in capsys.readouterr().out.splitlines() if line.startswith("note: `avoid`"))
     avoid, fast = json.loads(Path("out/certificate.json").read_text(encoding="utf-8"))["between_steps"]
     assert (avoid["verdict"], fast["verdict"]) == ("fails between", "holds throughout")
     assert note == f"note: {avoid['detail']}"
-    assert main(["verify", "out"]) == 0
-    assert note in capsys.readouterr().out
     assert main(["monitor", "leap.mission", "out/plan.json"]) == 0
     assert main(["monitor", "leap.mission", "out/plan.json", "--continuous"]) == 3
 
@@ -289,24 +291,19 @@ def test_where_a_plan_leaps_another_is_asked_for_until_one_holds_throughout(
     monkeypatch.chdir(tmp_path)
     way_round = LEAP.replace("(3.1, 2)", "(3.1, 1.2)").replace("step 1 s", "step 0.5 s").replace("clot", "smt")
     Path("leap.mission").write_text(way_round, encoding="utf-8")
-    first = compile("leap.mission")
+    first = compile("leap.mission", throughout=Throughout.AT_STEPS)
     assert isinstance(first.outcome, Verified)
-    assert not all(each.holds for each in first.outcome.certificate.between)
-    found = compile("leap.mission", continuous=True)
+    assert first.outcome.certificate.at_steps_alone
+    found = compile("leap.mission")
     assert isinstance(found.outcome, Verified)
-    assert all(each.holds for each in found.outcome.certificate.between)
-    assert found.outcome.plan.seed > 0
-    assert "the plan of seed 0 does not hold between its steps; this one does" in found.outcome.report.notes
+    assert not found.outcome.certificate.at_steps_alone
+    assert "the first plan does not hold between its steps; this one does" in found.outcome.report.notes
 
 
-def test_a_margin_that_was_asked_for_stays_where_other_plans_are() -> None:
-    checked = check(Source("leap.mission", LEAP))
-    assert checked.mission is not None
-    budget = Budget(deadline=1.0, seed=4)
-    asked = [options.margin for options, _ in further_attempts(checked.mission, Options(margin=0.01), budget)]
-    assert set(asked) == {0.01}
-    free = list(further_attempts(checked.mission, Options(), budget))
-    assert [more.seed for _, more in free] == list(range(5, 5 + len(free)))
-    margins = [options.margin or 0.0 for options, _ in free]
-    assert margins == sorted(margins)
-    assert 0 < margins[0] < margins[-1]
+def test_flags_that_ask_for_more_and_for_no_more_than_the_steps_are_not_given_together(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("leap.mission").write_text(LEAP, encoding="utf-8")
+    assert main(["compile", "leap.mission", "--continuous", "--at-steps"]) == 2
+    assert "leave one of them out" in capsys.readouterr().err

@@ -15,6 +15,7 @@ from missionc.backends.load import load_engines
 from missionc.backends.options import Options
 from missionc.base.proven import Proven
 from missionc.base.source import Source
+from missionc.base.units import Seconds
 from missionc.cli.summary import compiled_document, compiled_lines
 from missionc.pipeline.ask_bound import BoundSide
 from missionc.pipeline.results import Compiled, Verified
@@ -116,7 +117,7 @@ def test_a_plan_comes_with_what_is_proven_of_the_best() -> None:
     assert proven.value == compiled.outcome.plan.trace.lasts >= 6
     assert json.loads(dict(compiled.outcome.files)["plan.json"])["proven"] == proven.as_record()
     assert compiled_document(compiled, "", [])["proven"] == proven.as_record()
-    assert str(proven) in compiled_lines(compiled, "")
+    assert f"  {proven}" in compiled_lines(compiled, "", Seconds(1.0), verbose=False)
     assert str(proven) in dict(compiled.outcome.files)["report.html"].decode()
 
 

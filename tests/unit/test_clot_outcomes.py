@@ -133,8 +133,8 @@ def test_the_best_candidate_is_told_requirement_by_requirement(monkeypatch: pyte
     failing = [each for each in best.requirements if not each.satisfied]
     assert all(each.robustness <= 0 and each.step is not None for each in failing)
     assert all(f"`{each.name}`" in found.outcome.statement for each in failing)
-    lines = compiled_lines(found, "")
-    assert lines[0] == "together: no plan was found; the best candidate, which is none"
+    lines = compiled_lines(found, "", Seconds(1.0), verbose=True)
+    assert lines[0] == "together: the closest attempt (not a plan)"
     assert [line.split()[0] for line in lines[1:5]] == ["visit", "link", "row", "never"]
     document = compiled_document(found, "", [])
     assert document["outcome"] == "undecided"
@@ -174,7 +174,7 @@ def test_what_would_do_is_tried_for_the_best_candidate_and_nobody_is_blamed(monk
     said = [relaxation.says for relaxation in found.explained.relaxations]
     assert set(said) & {"without `never`", "without `row`"}
     assert f"the smallest change that was tried and has a plan: {said[0]}" in str(found.findings[-1].help)
-    assert not any("impossible" in line for line in compiled_lines(found, ""))
+    assert not any("impossible" in line for line in compiled_lines(found, "", Seconds(1.0), verbose=True))
     missed = found.explained.near_miss
     assert missed is not None
     assert not missed.attempt.is_plan
@@ -247,7 +247,7 @@ def test_a_search_without_any_candidate_has_none_to_tell_of() -> None:
     assert isinstance(found.outcome, NotFound)
     assert found.outcome.best is None
     assert compiled_document(found, "", [])["best_attempt"] is None
-    assert compiled_lines(found, "") == []
+    assert compiled_lines(found, "", Seconds(1.0), verbose=True) == []
 
 
 def test_the_listener_hears_attempt_iteration_and_the_best_margin_so_far(monkeypatch: pytest.MonkeyPatch) -> None:

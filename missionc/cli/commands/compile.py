@@ -32,6 +32,7 @@ from missionc.cli.options import (
 from missionc.output.folder.file_names import MOST_ALTERNATIVES
 from missionc.output.plot.figure_request import KINDS, MAP, MAPS, WIDTHS, FigureRequest
 from missionc.pipeline import driver
+from missionc.pipeline.plan_throughout import Throughout
 
 
 @click.command("compile")
@@ -97,6 +98,9 @@ from missionc.pipeline import driver
 @options.of_a_plan("certify")
 @click.option("--continuous", is_flag=True, help="Refuse a plan whose requirements fail between the steps.")
 @click.option(
+    "--at-steps", is_flag=True, help="Take a plan whose requirements hold at the steps, without asking for more."
+)
+@click.option(
     "--alternatives",
     type=click.IntRange(1, MOST_ALTERNATIVES),
     default=1,
@@ -106,6 +110,7 @@ from missionc.pipeline import driver
 )
 @options.explain_limit
 @click.option("--quiet", is_flag=True, help="No summary and no progress.")
+@options.verbose
 @options.watch
 @options.no_open
 @click.pass_obj
@@ -133,9 +138,11 @@ def command(
     at: tuple[float, ...],
     plot_width: str | None,
     continuous: bool,
+    at_steps: bool,
     alternatives: int,
     explain_limit: float,
     quiet: bool,
+    verbose: bool,
     watch: bool,
     no_open: bool,
     **of_a_plan: Any,
@@ -155,6 +162,11 @@ def command(
             f"`--samples` is for presets that transport trajectories, and `{chosen.preset}` does not; "
             f"add `--preset` with one of {', '.join(PRESETS[1:])}"
         )
+    if continuous and at_steps:
+        raise click.UsageError(
+            "`--continuous` asks for more than the steps, and `--at-steps` for no more; leave one of them out"
+        )
+    throughout = Throughout.REQUIRED if continuous else Throughout.AT_STEPS if at_steps else Throughout.WANTED
     if alternatives > 1 and chosen.stretch != 1:
         raise click.UsageError("`--alternatives` plans at the mission's own pace; leave `--stretch` out")
     if watch and (form != "text" or emitted or resume):
@@ -172,7 +184,7 @@ def command(
         time_limit=Seconds(time_limit),
         memory_limit=memory_limit,
         explain_limit=Seconds(explain_limit),
-        continuous=continuous,
+        throughout=throughout,
         alternatives=alternatives,
         exports=tuple(name for group in exported for name in group),
         checkpoint=checkpoint,
@@ -184,6 +196,7 @@ def command(
         figure=FigureRequest(plot_kind, at, plot_width or ""),
         form=form,
         quiet=quiet,
+        verbose=verbose,
         timings=timings,
         began=None if watch else began,
     )

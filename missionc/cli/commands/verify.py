@@ -8,20 +8,26 @@ import click
 
 from missionc.cli import summary
 from missionc.cli.exit_status import Status, say, status_of
-from missionc.cli.options import folder, folders, limits_and_form, read_limits
+from missionc.cli.options import folder, folders, limits_and_form, read_limits, verbose
 
 
 @click.command("verify")
 @click.argument("path", type=folder, shell_complete=folders, metavar="FOLDER")
+@verbose
 @limits_and_form
-def command(path: Path, limits: tuple[tuple[str, str], ...], form: str) -> Status:
+def command(path: Path, verbose: bool, limits: tuple[tuple[str, str], ...], form: str) -> Status:
     """Verify a compiled folder once more, from its files alone: a plan, or a proof that there is none."""
     from missionc.replay.reverify import reverify
     from missionc.replay.reverify_refusal import reverify_refusal
 
     bounds = read_limits(limits)
     reverified = reverify_refusal(path, bounds) or reverify(path, bounds)
-    say(reverified.findings, summary.reverified_lines(reverified), form, summary.reverified_document(reverified))
+    say(
+        reverified.findings,
+        summary.reverified_lines(reverified, verbose),
+        form,
+        summary.reverified_document(reverified),
+    )
     if reverified.certificate is None:
         return Status.MISSION_ERRORS
     return status_of(reverified.passed, reverified.undecided)

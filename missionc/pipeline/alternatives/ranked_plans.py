@@ -18,12 +18,13 @@ from missionc.output.report.report_html import Plotted
 from missionc.output.with_alternatives import with_alternatives as joined_files
 from missionc.pipeline.alternatives.search_alternatives import search_alternatives
 from missionc.pipeline.front_end import Stopwatch
+from missionc.pipeline.plan_throughout import Throughout
 from missionc.pipeline.provenance import texts
 from missionc.pipeline.results import Alternative, Compiled, Verified
 
 
 def with_alternatives(
-    first: Compiled, wanted: int, options: Options, budget: Budget, exports: tuple[str, ...], continuous: bool
+    first: Compiled, wanted: int, options: Options, budget: Budget, exports: tuple[str, ...], throughout: Throughout
 ) -> Compiled:
     """The same compilation with as many plans as are wanted, or as were found; the best one is its outcome.
 
@@ -35,7 +36,7 @@ def with_alternatives(
     assert mission is not None
     assert kernel is not None
     watch = Stopwatch(list(first.seconds))
-    found = search_alternatives(checked, outcome, wanted, options, budget, watch, exports, continuous)
+    found = search_alternatives(checked, outcome, wanted, options, budget, watch, exports, throughout)
     plans = [verified for verified, _ in found.plans]
     with watch.stage("emit"):
         table = rows(

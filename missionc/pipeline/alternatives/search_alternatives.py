@@ -33,6 +33,7 @@ from missionc.pipeline.alternatives.restriction import Restriction, restrictions
 from missionc.pipeline.certify_plan import Certified, certify_plan, reserved_time
 from missionc.pipeline.checked import Checked
 from missionc.pipeline.front_end import Stopwatch
+from missionc.pipeline.plan_throughout import Throughout
 from missionc.pipeline.results import Verified
 from missionc.pipeline.run_limited import within
 
@@ -105,7 +106,7 @@ def search_alternatives(
     budget: Budget,
     watch: Stopwatch,
     exports: tuple[str, ...],
-    continuous: bool,
+    throughout: Throughout,
 ) -> Found:
     """As many plans as are wanted, the first among them unless better ones were found, or as many as were found.
 
@@ -138,7 +139,7 @@ def search_alternatives(
         if len(plans) < wanted:
             home = each.verified or within(
                 last_call(budget.deadline),
-                partial(_certified, checked, each, options, budget, watch, exports, continuous),
+                partial(_certified, checked, each, options, budget, watch, exports, throughout),
             )
             plans.extend([(home, each.signature)] if isinstance(home, Verified) else [])
     if not plans:  # time was up before the better ones were written
@@ -170,11 +171,14 @@ def _certified(
     budget: Budget,
     watch: Stopwatch,
     exports: tuple[str, ...],
-    continuous: bool,
+    throughout: Throughout,
 ) -> Verified | None:
     of_its_own = replace(budget, seed=candidate.seed)
-    home = certify_plan(checked, candidate.planned, options, of_its_own, watch, exports, continuous)
-    return home.outcome if isinstance(home, Certified) and isinstance(home.outcome, Verified) else None
+    home = certify_plan(checked, candidate.planned, options, of_its_own, watch, exports)
+    if not isinstance(home, Certified) or not isinstance(home.outcome, Verified):
+        return None
+    refused = throughout is Throughout.REQUIRED and home.outcome.certificate.at_steps_alone
+    return None if refused else home.outcome
 
 
 def _note(found: int, wanted: int, tries: int, late: bool) -> str:

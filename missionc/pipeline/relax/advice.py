@@ -11,9 +11,10 @@ def explained_lines(compiled: Compiled) -> list[str]:
     if explained is None or mission is None:
         return []
     name = mission.name
-    cut = " (there was no time to try everything)" if explained.cut_short else ""
+    cut = " (search stopped at its limit)" if explained.cut_short else ""
     if explained.relaxations:
-        lines = [f"{name}: each of these changes has a verified plan{cut}"]
+        one = "this change works" if len(explained.relaxations) == 1 else "any one of these changes works"
+        lines = [f"{name}: {one}{cut}"]
     else:
         lines = [f"{name}: no change that was tried has a plan{cut}"]
     for relaxation in explained.relaxations:
@@ -26,7 +27,7 @@ def explained_lines(compiled: Compiled) -> list[str]:
             lines += [f"{place}+ {line}" for line in change.after.splitlines() if line.strip()]
     missed = explained.near_miss
     if missed is not None:
-        lines.append(f"{name}: the nearest miss, which is no plan, {missed.attempt.violation(mission.step)}")
+        lines.append(f"{name}: closest attempt (not a plan): {missed.attempt.violation(mission.step)}")
     return lines
 
 

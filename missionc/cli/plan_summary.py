@@ -1,0 +1,98 @@
+"""The summary of a plan in eight lines at most: that it is verified, how narrowly, what to be warned of, its page."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from missionc.base.figures import counted, decimals
+from missionc.base.units import Seconds
+from missionc.ir import PLAIN, Mission
+from missionc.ir.wording import listed
+from missionc.output.folder.file_names import REPORT
+from missionc.verify.certificate import Verdict
+
+if TYPE_CHECKING:
+    from missionc.backends.api import Report
+    from missionc.base.judgement import Judgement
+    from missionc.pipeline.results import Verified
+    from missionc.verify.certificate import Between, Certificate, Check
+
+MOST_WARNED = 2
+"""Requirements, and warnings, that are told; of more how many there are."""
+
+
+def plan_lines(verified: Verified, mission: Mission, seconds: Seconds, output: str) -> list[str]:
+    """What everybody has to know of a plan; ``output`` is the folder written, or empty.
+
+    Args:
+        seconds: that the compilation took.
+    """
+    plan, certificate = verified.plan, verified.certificate
+    return [
+        f"{plan.mission}: verified in {seconds:.1f} s: {counted(len(mission.agents), 'agent')} for "
+        f"{mission.horizon:g} s, planned by {plan.backend}, seed {plan.seed}",
+        *worst_margins(plan.judgements, certificate),
+        *([f"  {plan.proven}"] if plan.proven else []),
+        *warning_lines(certificate),
+        *_cut_short(verified.report),
+        f"  {who_flies(mission)}",
+        *([f"  {Path(output) / REPORT} plays it"] if output else []),
+    ]
+
+
+def worst_margins(judgements: Sequence[Judgement], certificate: Certificate) -> list[str]:
+    """The requirement with the least robustness, and the least room between bodies."""
+    says = []
+    if judgements:
+        least = min(judgements, key=lambda each: each.robustness)
+        amount = f"{decimals(least.robustness)} {least.unit}".rstrip()
+        says.append(f"`{least.name}` by {amount}")
+    apart = [each for each in certificate.checks if each.name in ("separation", "flown separation")]
+    if apart:
+        says.append(_room(min(apart, key=lambda check: check.margin)))
+    return [f"  worst margins: {'; '.join(says)}"] if says else []
+
+
+def _room(check: Check) -> str:
+    """By how much two are further apart than they have to be."""
+    when = "" if check.at is None else f" at {round(check.at, 2):g} s"
+    return f"{listed(check.agents)} apart by {decimals(check.margin)} m more than they must be{when}"
+
+
+def warning_lines(certificate: Certificate) -> list[str]:
+    """One line on what holds at the steps alone, and one for each warning of the certificate."""
+    warnings = [*([at_steps(certificate.at_steps_alone)] if certificate.at_steps_alone else []), *certificate.warnings]
+    more = len(warnings) - MOST_WARNED
+    shown = warnings[:MOST_WARNED] if more > 1 else warnings
+    return [f"  warning: {each}" for each in shown] + ([f"  warning: {more} more, with -v"] if more > 1 else [])
+
+
+def at_steps(alone: Sequence[Between]) -> str:
+    """``holds at its steps; `relay` fails between, 1.04–1.69 s``"""
+    told = "; ".join(_between(each) for each in alone[:MOST_WARNED])
+    more = len(alone) - MOST_WARNED
+    return f"holds at its steps; {told}" + (f"; and {more} more" if more > 0 else "")
+
+
+def _between(each: Between) -> str:
+    fails = "fails" if each.verdict is Verdict.FAILS else "may fail"
+    if each.at is None:
+        return f"`{each.requirement}` {fails} between"
+    when = f"{each.at:.2f}" if each.until is None or each.until == each.at else f"{each.at:.2f}–{each.until:.2f}"
+    return f"`{each.requirement}` {fails} between, {when} s"
+
+
+def who_flies(mission: Mission) -> str:
+    """Whether a vehicle can fly the plan, as far as that was asked."""
+    named = {agent.vehicle.name for agent in mission.agents if agent.vehicle.name != PLAIN.name}
+    without = sum(agent.vehicle.name == PLAIN.name for agent in mission.agents)
+    if not named:
+        return "no vehicle is named, so nothing is proven of who can fly it: `--vehicle crazyflie21` asks"
+    flown = f"{listed(tuple(f'`{name}`' for name in sorted(named)))} can fly it, proven between the samples"
+    return flown + (f"; {counted(without, 'agent')} of no named vehicle" if without else "")
+
+
+def _cut_short(report: Report) -> list[str]:
+    return [f"  note: {report.cut_short.note}"] if report.cut_short else []

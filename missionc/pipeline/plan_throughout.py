@@ -1,0 +1,202 @@
+"""Planning of requirements that hold between the steps too: what fails there is asked for anew, with what was learnt.
+
+in   the first Compiled, how to plan again, Options, Budget
+out  Compiled: the first plan that holds throughout; else the first of all, refused where it has to
+says MC710
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence, Set
+from dataclasses import dataclass, replace
+from enum import Enum
+from typing import Protocol
+
+from missionc.backends.api import Budget, forget
+from missionc.backends.load import load_straighten
+from missionc.backends.options import Options
+from missionc.base.signals import asked
+from missionc.base.units import Metres, Seconds
+from missionc.diagnostics.code import NOT_TOLERATED
+from missionc.ir import Mission
+from missionc.kernel.nodes import Kernel
+from missionc.lower.hold_throughout import hold_throughout
+from missionc.lower.tighten import tightened_alone
+from missionc.pipeline import no_plan
+from missionc.pipeline.checked import Checked
+from missionc.pipeline.results import Compiled, Refused, Verified
+
+LEAST_TIME, TIMES = Seconds(5.0), 3.0
+"""Seconds for further plans that are wanted, and need not be; or so many times what the first one took."""
+
+LEAST_WORK = 16.0
+"""Units of ``work`` for each of them, or so many ``TIMES`` what the first one took."""
+
+
+class Throughout(Enum):
+    """What is asked of requirements between the steps, beside what they mean, which the steps say."""
+
+    AT_STEPS = "at-steps"
+    """Nothing."""
+    WANTED = "wanted"
+    """That they hold, where such a plan is found."""
+    REQUIRED = "required"
+    """That they hold; no other plan is one."""
+
+
+class PlanAgain(Protocol):
+    """Plans once more, for another kernel where one is given."""
+
+    def __call__(self, checked: Checked, options: Options, budget: Budget, *, asked_for: Kernel | None) -> Compiled: ...
+
+
+class Whom(Enum):
+    """Which requirements are strengthened."""
+
+    NONE = "none"
+    FAILING = "those that failed between the steps of a plan"
+    ALL = "all"
+
+
+@dataclass(frozen=True, slots=True)
+class Attempt:
+    """One way to ask again.
+
+    ``lasting``: whose parts have to last from step to step (``hold_throughout``). ``share`` of how far the fastest
+    agent goes in a step, the margin by which those that failed have to hold. ``seed`` is added to that of the run,
+    and ``others`` asks engines that did not have the first plan.
+    """
+
+    lasting: Whom
+    share: float
+    seed: int
+    others: bool = False
+
+
+ATTEMPTS = (
+    Attempt(Whom.ALL, 0.0, 0),
+    Attempt(Whom.NONE, 1 / 16, 0),
+    Attempt(Whom.FAILING, 1 / 16, 1),
+    Attempt(Whom.NONE, 1 / 8, 1, others=True),
+    Attempt(Whom.ALL, 1 / 16, 2),
+    Attempt(Whom.FAILING, 0.0, 2, others=True),
+    Attempt(Whom.NONE, 1 / 4, 3),
+)
+"""In turn, after a plan from a roadmap, whose places are few: who leaves one as another comes. What moves in continuous
+space fails by a little, and has the first two the other way round."""
+
+SEEDS = tuple(Attempt(Whom.NONE, 0.0, seed, others=seed % 2 == 0) for seed in range(1, 8))
+"""Where it is delays that a plan does not tolerate."""
+
+
+@dataclass(frozen=True, slots=True)
+class Short:
+    """What a plan is short of that is right otherwise, and what is said of several of them."""
+
+    no: str
+    none: str
+
+
+BETWEEN = Short("hold between its steps", "holds throughout")
+DELAYS = Short("tolerate the delays", "tolerates the delays, which says nothing about whether there is one")
+
+
+def _falls_short(compiled: Compiled, throughout: Throughout) -> Short | None:
+    """What a plan is short of that keeps everything at the steps, with everybody on time."""
+    if isinstance(compiled.outcome, Verified):
+        wanted = throughout is not Throughout.AT_STEPS
+        return BETWEEN if wanted and compiled.outcome.certificate.at_steps_alone else None
+    return DELAYS if any(each.code is NOT_TOLERATED for each in compiled.findings) else None
+
+
+def plan_throughout(
+    first: Compiled,
+    checked: Checked,
+    plan_again: PlanAgain,
+    options: Options,
+    budget: Budget,
+    throughout: Throughout,
+    began: float,
+) -> Compiled:
+    """The first plan of a checked mission, or a further one where it falls short and that one does not.
+
+    Args:
+        began: when the first one was asked for, on the clock of ``time.monotonic``.
+    """
+    short = _falls_short(first, throughout)
+    mission, kernel, choice = checked.mission, checked.kernel, checked.choice
+    if short is None or mission is None or kernel is None or choice is None:
+        return first
+    engine = "" if isinstance(first.outcome, Refused) else first.outcome.report.engine or choice.backend
+    others = replace(choice, engines=tuple(name for name in choice.engines if name != engine) or choice.engines)
+    limited = _limited(first, budget, throughout, began)
+    failing, tried = _failing(first), 1
+    for attempt in _attempts(short, engine):
+        if asked() or time.monotonic() >= limited.deadline:
+            break
+        asked_for = _strengthened(mission, kernel, failing, attempt) if short is BETWEEN else None
+        by = replace(checked, choice=others if attempt.others else choice)
+        more = replace(limited, seed=budget.seed + attempt.seed)
+        retry = plan_again(by, options, more, asked_for=asked_for)
+        tried += 1
+        if isinstance(retry.outcome, Verified) and _falls_short(retry, throughout) is None:
+            note = f"the first plan does not {short.no}; this one does"
+            return _noted(replace(retry, checked=replace(retry.checked, choice=choice)), note)
+        failing |= _failing(retry)
+    return _fallen_short(first, short, throughout, f"{tried} plans were asked for: none {short.none}")
+
+
+def _failing(compiled: Compiled) -> frozenset[str]:
+    """The requirements that a plan does not keep between its steps."""
+    if not isinstance(compiled.outcome, Verified):
+        return frozenset()
+    return frozenset(each.requirement for each in compiled.outcome.certificate.at_steps_alone)
+
+
+def _limited(first: Compiled, budget: Budget, throughout: Throughout, began: float) -> Budget:
+    """What further plans may take: all that is left where one is required, little where it is wanted."""
+    quiet = replace(budget, keep=forget, resume=None)
+    if not isinstance(first.outcome, Verified) or throughout is not Throughout.WANTED:
+        return quiet
+    now = time.monotonic()
+    until = min(budget.deadline, now + max(LEAST_TIME, TIMES * (now - began)))
+    return replace(quiet, deadline=until, work=min(budget.work, max(LEAST_WORK, TIMES * first.outcome.report.work)))
+
+
+def _attempts(short: Short, engine: str) -> Sequence[Attempt]:
+    if short is DELAYS:
+        return SEEDS
+    from_a_roadmap = load_straighten(engine) is not None
+    return ATTEMPTS if from_a_roadmap else (ATTEMPTS[1], ATTEMPTS[0], *ATTEMPTS[2:])
+
+
+def _strengthened(mission: Mission, kernel: Kernel, failing: Set[str], attempt: Attempt) -> Kernel:
+    """What is asked for, of which a plan keeps what the kernel says."""
+    furthest = mission.step * max(agent.dynamics.top_speed for agent in mission.agents)
+    tighter = tightened_alone(kernel, failing, Metres(attempt.share * furthest))
+    every = frozenset(goal.name for goal in kernel.requirements)
+    names = {Whom.NONE: frozenset[str](), Whom.FAILING: failing, Whom.ALL: every}[attempt.lasting]
+    return hold_throughout(mission, tighter, names)
+
+
+def _noted(compiled: Compiled, note: str) -> Compiled:
+    outcome = compiled.outcome
+    assert isinstance(outcome, Verified)
+    report = replace(outcome.report, notes=(*outcome.report.notes, note))
+    return replace(compiled, outcome=replace(outcome, report=report))
+
+
+def _fallen_short(first: Compiled, short: Short, throughout: Throughout, note: str) -> Compiled:
+    """The first plan as it is given out, where no further one did better."""
+    outcome, mission = first.outcome, first.checked.mission
+    if not isinstance(outcome, Verified) or mission is None:
+        late = (
+            replace(each, notes=(*each.notes, note)) if each.code is NOT_TOLERATED else each for each in first.findings
+        )
+        return replace(first, findings=tuple(late))
+    if throughout is Throughout.REQUIRED:
+        refused = no_plan.not_between(mission, outcome.certificate)
+        noted = (replace(each, notes=(*each.notes, note)) for each in refused)
+        return replace(first, outcome=Refused(), findings=(*first.checked.findings, *noted))
+    return _noted(first, note)
