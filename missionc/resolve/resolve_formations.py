@@ -178,7 +178,8 @@ def _apart(agents: tuple[int, ...], places: list[tuple[float, float]]) -> tuple[
 
 def _offsets(context: Context, formation: ast.Formation, agents: tuple[int, ...]) -> tuple[ir.FormationEdge, ...]:
     """Each agent's offset to the first, whatever the pose of the whole."""
-    offsets = [resolve_offset(context, point.coordinates, point.span) for point in formation.offsets]
+    written = () if isinstance(formation.offsets, ast.File) else formation.offsets
+    offsets = [resolve_offset(context, point.coordinates, point.span) for point in written]
     if not agents:
         return ()
     if len(offsets) != len(agents):
