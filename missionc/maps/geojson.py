@@ -107,7 +107,7 @@ def _spans(source: Source, count: int) -> list[Span]:
 
 @dataclass(frozen=True, slots=True)
 class _Reader:
-    """Of one feature, which is at ``span``."""
+    """Reads one feature, which is at ``span``."""
 
     asked: Asked
     metres: Callable[[float, float], tuple[float, float]]
@@ -165,9 +165,10 @@ class _Reader:
         if not isinstance(ring, list) or len(ring) < 4 or ring[0] != ring[-1]:
             raise self.wrong("a ring has four positions at least, the last of which is the first one")
         corners = [self.position(position) for position in ring[:-1]]
-        return tuple(
-            corner for corner, before in zip(corners, [corners[-1], *corners], strict=False) if corner != before
-        )
+        kept = tuple(each for each, before in zip(corners, [corners[-1], *corners], strict=False) if each != before)
+        if len(kept) < 3:
+            raise self.wrong("a ring has three corners at least that are not the same")
+        return kept
 
     def position(self, position: object) -> tuple[float, float]:
         if not isinstance(position, list) or not 2 <= len(position) <= 3:

@@ -10,10 +10,13 @@ An image is decoded only after its size was looked at, so that none grows beyond
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from functools import lru_cache
 from io import BytesIO
 from posixpath import basename
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,10 +29,10 @@ from missionc.maps.map_metadata import MapMetadata, read_metadata
 from missionc.maps.vectorise import HALF_A_CELL, Cells, vectorise
 
 FORMS = ("PPM", "PNG", "BMP")
-"""Of images, as Pillow calls them; PPM is PGM too."""
+"""Forms of images, as Pillow calls them; PPM is PGM too."""
 
 DECIMALS = 9
-"""Of coordinates in metres: nobody wants to read 1.4000000000000001."""
+"""Decimals of coordinates in metres: nobody wants to read 1.4000000000000001."""
 
 RAW = 100.0
 """The shade of a cell that is certainly occupied, where the shades are the map's own numbers."""
@@ -103,7 +106,8 @@ def _decoded(source: Source, asked: Asked) -> tuple[NDArray[np.float64], NDArray
     pillow = library("PIL.Image", "Pillow", source, asked.span)
     way_out = "give an image in the form PGM, PNG or BMP"
     try:
-        image = pillow.open(BytesIO(source.content), formats=FORMS)
+        with _unlimited(pillow):
+            image = pillow.open(BytesIO(source.content), formats=FORMS)
         width, height = image.size
     except Exception:  # a library that reads what anybody wrote fails in many ways
         raise unreadable(source, "it is no image in the form PGM, PNG or BMP", asked.span, way_out) from None
@@ -117,6 +121,16 @@ def _decoded(source: Source, asked: Asked) -> tuple[NDArray[np.float64], NDArray
     if deep:
         return pixels / 257.0, np.ones(pixels.shape, dtype=bool)
     return pixels[..., :3].mean(axis=-1), pixels[..., 3] == 255
+
+
+@contextmanager
+def _unlimited(pillow: Any) -> Iterator[None]:
+    """Pillow opens images of any size, of which it reads no more than the head: the limit is the mission's own."""
+    before, pillow.MAX_IMAGE_PIXELS = pillow.MAX_IMAGE_PIXELS, None
+    try:
+        yield
+    finally:
+        pillow.MAX_IMAGE_PIXELS = before
 
 
 @lru_cache(maxsize=8)

@@ -72,7 +72,7 @@ def _made(context: Context, declaration: ast.Declaration) -> Iterator[ast.Declar
             ]
             yield replace(declaration, motion=ast.Along(span, tuple(waypoints)) if waypoints else None)
         case ast.Formation(offsets=ast.File() as file):
-            yield replace(declaration, offsets=_points(context, file))
+            yield replace(declaration, offsets=_points(context, file) or file)
         case ast.Team(items=items):
             yield replace(declaration, items=tuple(_item(context, item) for item in items))
         case _:
@@ -82,7 +82,8 @@ def _made(context: Context, declaration: ast.Declaration) -> Iterator[ast.Declar
 def _item(context: Context, item: ast.TeamItem) -> ast.TeamItem:
     match item:
         case ast.Start(places=ast.AtListed(span, file)) | ast.Finish(places=ast.AtListed(span, file)):
-            return replace(item, places=ast.AtPoints(span, _points(context, file)))
+            points = _points(context, file)
+            return replace(item, places=ast.AtPoints(span, points)) if points else item
         case _:
             return item
 

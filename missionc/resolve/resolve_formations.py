@@ -180,7 +180,7 @@ def _offsets(context: Context, formation: ast.Formation, agents: tuple[int, ...]
     """Each agent's offset to the first, whatever the pose of the whole."""
     written = () if isinstance(formation.offsets, ast.File) else formation.offsets
     offsets = [resolve_offset(context, point.coordinates, point.span) for point in written]
-    if not agents:
+    if not agents or isinstance(formation.offsets, ast.File):
         return ()
     if len(offsets) != len(agents):
         context.report(

@@ -131,10 +131,10 @@ WORDS: tuple[Word, ...] = (
     Word("heading", "a measure", reserved=False),
     Word("within", "a preposition", reserved=False),
     Word("from", "a preposition", reserved=False),
-    Word("origin", "a part of what is read from a file", reserved=False),
-    Word("layer", "a part of what is read from a file", reserved=False),
-    Word("unknown", "a part of what is read from a file", reserved=False),
-    Word("named", "a part of what is read from a file", reserved=False),
+    Word("origin", "a part of `from`", reserved=False),
+    Word("layer", "a part of `from`", reserved=False),
+    Word("unknown", "a part of `from`", reserved=False),
+    Word("named", "a part of `from`", reserved=False),
 )
 """Every word of the grammar. A letter (``U``) may also be a name, but for those of operators before their operand."""
 
