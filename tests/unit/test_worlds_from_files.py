@@ -442,7 +442,7 @@ require eventually[0, 30 s] vee
     assert [each.start.point for each in drones] == [(1, 8), (2, 8), (3, 8)]  # type: ignore[union-attr]
     assert [each.finish.point for each in drones] == [(1, 12), (2, 12), (3, 12)]  # type: ignore[union-attr]
     assert mission.obstacles[0].motion == ir.Path((0, 4), ((0, 0), (3, 0)))
-    assert [edge.target for edge in mission.formations[0].edges] == pytest.approx([2**0.5, 2**0.5, 2])
+    assert [edge.target for edge in mission.formations[0].edges] == [(-1, 1), (-1, -1)]
 
 
 @pytest.mark.parametrize(
