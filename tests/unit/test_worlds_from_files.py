@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import os
+import shutil
 import struct
 import subprocess
 import sys
@@ -12,6 +13,7 @@ import zlib
 from collections.abc import Mapping
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 pytest.importorskip("PIL")
@@ -20,6 +22,7 @@ pytest.importorskip("yaml")
 from missionc import ir
 from missionc.base.limits import Limits
 from missionc.base.source import Source, Span
+from missionc.cli.app import main
 from missionc.diagnostics.code import (
     DECLARED_AGAIN,
     EXTRA_MISSING,
@@ -34,9 +37,16 @@ from missionc.diagnostics.code import (
     WRONG_DIMENSION,
     Code,
 )
+from missionc.lsp.goto import definition
+from missionc.lsp.publish_diagnostics import diagnostics
+from missionc.lsp.rename import RefusedError, rename
 from missionc.maps import libraries
 from missionc.pipeline.driver import check
+from missionc.syntax.format import format_mission
+from missionc.syntax.parse import parse
+from missionc.syntax.read_file import unread
 from tests.support.mapped_missions import HEAD, YAML, findings, meant, only, picture, written
+from tests.support.open_texts import opened
 
 HALL = picture("....", ".##.", "....", "?...")
 GRID: Mapping[str, str | bytes] = {"hall.pgm": HALL, "hall.yaml": YAML}
@@ -551,3 +561,123 @@ def test_spans_of_a_picture_are_the_words_that_name_it(tmp_path: Path) -> None:
     assert isinstance(mission.obstacles[0].span, Span)
     assert isinstance(mission.obstacles[0].span.source, Source)
     assert HEAD in mission.obstacles[0].span.source.text
+
+
+# ------------------------------------------------------------------- folders
+
+
+PLANNED = """mission site
+time  step 1 s, horizon 20 s
+world (0, 0) to (10, 10)
+obstacles from "maps/hall.pgm"
+regions from "places.csv"
+agent scout { radius 0.1 m  dynamics single_integrator(speed <= 2 m/s)  start from "starts.csv" }
+require there: scout: eventually[0, 20 s] goal
+"""
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A plan through a map, and nothing left of what it was read from."""
+    beside = tmp_path_factory.mktemp("mission")
+    files = {"maps/hall.pgm": HALL, "maps/hall.yaml": YAML, "places.csv": "name,x,y,radius\ngoal,8,8,1\n"}
+    path = written(beside, "", {**files, "starts.csv": "x,y\n1,1\n"})
+    path.write_text(PLANNED, encoding="utf-8")
+    out = tmp_path_factory.mktemp("plan") / "out"
+    assert main(["compile", str(path), "--backend", "smt", "-o", str(out)]) == 0
+    shutil.rmtree(beside)
+    return out
+
+
+def test_a_folder_holds_the_files_and_is_verified_from_them(folder: Path) -> None:
+    held = {path.relative_to(folder / "mission").as_posix() for path in (folder / "mission").rglob("*.*")}
+    assert held == {"site.mission", "maps/hall.pgm", "maps/hall.yaml", "places.csv", "starts.csv"}
+    assert (folder / "mission" / "maps" / "hall.pgm").read_bytes() == HALL
+    assert set(json.loads((folder / "manifest.json").read_text())["inputs"]) == held
+    assert main(["verify", str(folder)]) == 0
+
+
+def test_a_folder_with_another_map_is_refused(folder: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    shutil.copytree(folder, out)
+    (out / "mission" / "maps" / "hall.pgm").write_bytes(picture("....", "###.", "....", "?..."))
+    assert main(["verify", str(out)]) != 0
+
+
+# ------------------------------------------------------------------- spoilt files
+
+
+def test_spoilt_files_are_read_or_refused_and_nothing_else(tmp_path: Path) -> None:
+    generator = np.random.default_rng(5)
+    whole = {
+        "hall.pgm": HALL,
+        "hall.yaml": YAML.encode(),
+        "site.geojson": SITE.encode(),
+        "rows.csv": b"name,x,y,radius\na,9,9,1\nb,12,9,1\n",
+        "floor.dxf": drawn(tmp_path),
+    }
+    said = f"""{FROM_GRID}
+obstacles from "site.geojson" unit 1 m named s
+obstacles from "rows.csv" named r
+obstacles from "floor.dxf" layer "RACKS" named f
+"""
+    codes = set()
+    for number in range(int(os.environ.get("MISSIONC_FUZZ", "60"))):
+        name = list(whole)[number % len(whole)]
+        spoilt = bytearray(whole[name])
+        for _ in range(int(generator.integers(1, 6))):
+            spoilt[int(generator.integers(0, len(spoilt)))] = int(generator.integers(0, 256))
+        found = findings(tmp_path, said, {**whole, name: bytes(spoilt[: int(generator.integers(1, len(spoilt) + 1))])})
+        assert all(finding.message and finding.primary for finding in found)
+        codes |= {finding.code for finding in found}
+    assert {MAP_UNREADABLE, MAP_FEATURE} <= codes
+
+
+# --------------------------------------------------------------------- editors
+
+
+def test_an_editor_goes_to_the_place_in_the_file_and_renames_nothing_there(tmp_path: Path) -> None:
+    path = written(tmp_path, 'regions from "s.geojson" unit 1 m\nrequire far: scout: always[0, 30 s] not depot\n',
+                   {"s.geojson": SITE})  # fmt: skip
+    text = opened(path.read_text(), name=str(path))
+    place = text.places.position(text.source.text.index("depot"))
+    found = definition(text, place)
+    assert found is not None
+    assert found.uri.endswith("s.geojson")
+    assert SITE.splitlines()[found.range.start.line].strip() == '"name": "depot",'
+    with pytest.raises(RefusedError, match=r"declared in .*s\.geojson"):
+        rename(text, place, "yard")
+
+
+def test_an_editor_knows_the_obstacles_of_a_picture_by_the_words_that_name_it(tmp_path: Path) -> None:
+    path = written(tmp_path, f"{FROM_GRID}\nregion copy = hall_1\nrequire a: scout: always[0, 30 s] not copy\n", GRID)
+    text = opened(path.read_text(), name=str(path))
+    place = text.places.position(text.source.text.index("hall_1"))
+    found = definition(text, place)
+    assert found is not None
+    assert text.source.text.splitlines()[found.range.start.line] == FROM_GRID
+    with pytest.raises(RefusedError, match="`named`"):
+        rename(text, place, "wall")
+
+
+def test_an_editor_shows_what_is_wrong_in_a_file_where_the_mission_names_it(tmp_path: Path) -> None:
+    path = written(tmp_path, 'obstacles from "p.csv"', {"p.csv": "x,y,radius\n1,1,0\n"})
+    text = opened(path.read_text(), name=str(path))
+    assert text.found is not None
+    (shown,) = diagnostics(text, text.found.findings)
+    lines = text.source.text.splitlines()
+    assert lines[shown.range.start.line][shown.range.start.character : shown.range.end.character] == '"p.csv"'
+    assert shown.related_information is not None
+    assert shown.related_information[0].location.range.start.line == 1
+
+
+# -------------------------------------------------------------------- the layout
+
+
+def test_the_layout_sets_declarations_of_files_as_a_table(tmp_path: Path) -> None:
+    source = Source("a.mission", 'mission a\nobstacles   from "h.yaml"  within 1m\nregions from "s.csv"\n')
+    program, found = parse(source, Limits(), unread)
+    assert (program is not None, found) == (True, [])
+    assert program is not None
+    laid_out = format_mission(source, program, Limits())
+    assert laid_out == 'mission a\nobstacles from "h.yaml" within 1 m\nregions   from "s.csv"\n'
