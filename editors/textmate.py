@@ -21,7 +21,7 @@ from missionc.base.units import UNITS
 from missionc.language.operator import Bounds
 from missionc.language.operators import by_name
 from missionc.language.predicates import CALLED
-from missionc.syntax.tokens import DECLARATIONS, STATES, WORDS, Word
+from missionc.syntax.tokens import BEFORE_FILE, DECLARATIONS, PLURALS, STATES, WORDS, Word
 
 FILE = Path(__file__).parent / "vscode" / "syntaxes" / "mission.tmLanguage.json"
 
@@ -42,6 +42,7 @@ SAYS = {
     "a part of a formation": "keyword.other.part",
     "a part of `prefer`": "keyword.other.part",
     "a part of `tolerate`": "keyword.other.part",
+    "a part of `from`": "keyword.other.part",
     "a way to turn": "keyword.other.part",
     "a kind of graph": "keyword.other.kind",
 }
@@ -72,7 +73,17 @@ _RESERVED = [word.text for word in WORDS if word.reserved]
 _FREE = rf"(?!{_any(_RESERVED)}){_NAME}"
 """What may be a name."""
 
-_NEXT_DECLARATION = f"(?={_any(word.text for word in WORDS if word.text in DECLARATIONS)})"
+_DECLARING = [word.text for word in WORDS if word.text in DECLARATIONS | PLURALS]
+
+
+def _begins(word: str) -> str:
+    """A declaration's word, where it is one."""
+    return _any((word,)) + (BEFORE_FILE if word in PLURALS else "")
+
+
+_NEXT_DECLARATION = f"(?={'|'.join(map(_begins, _DECLARING))})"
+_FROM = r'from(?=\s*")'
+"""The word before the name of a file."""
 
 
 # ------------------------------------------------------------------ kinds of rules
@@ -177,6 +188,7 @@ def _common() -> list[Rule]:
     return [
         _COMMENT,
         _match(r'"[^"\n]*"?', "string.quoted.double"),
+        _match(_FROM, "keyword.other.preposition"),
         _after(_NUMBER, "constant.numeric", _UNIT, "keyword.other.unit"),
         _after(r"\)", "punctuation.section", _UNIT, "keyword.other.unit"),
         *_operator_rules(),
@@ -232,7 +244,7 @@ def _items() -> Rule:
         _after(",", "punctuation.separator", items, "variable.other"),
         _after(_any(("dynamics",)), part, _FREE, "support.type.dynamics"),
         _after(_any(("vehicle",)), part, _FREE, "support.type.vehicle"),
-        _after(_any(("start", "finish")), part, _FREE, "support.type.placement"),
+        _after(_any(("start", "finish")), part, rf"(?!{_FROM}){_FREE}", "support.type.placement"),
         _after(_any(("yaw",)), part, _any(("path",)), part, along),
         _value_after(_any(("in",)), "keyword.other.preposition"),
         _bracketed(r"\{", r"\}", "meta.block", _include("settings"), _COMMON),
@@ -255,7 +267,7 @@ def _formula() -> list[Rule]:
 
 
 _LABEL = rf"{_NAME}(?=\s*:)"
-_MOTION = _match(_any(("moving", "along")) + r"(?=\s*(?:$|#|\())", "keyword.other.motion")
+_MOTION = _match(_any(("moving", "along")) + r'(?=\s*(?:$|#|\(|from\s*"))', "keyword.other.motion")
 # A shape may be called like the word; what follows tells.
 _GROWTH = _value_after(
     _any(("uncertain",)) + r"(?=\s*(?:$|#|[\d.(]|-\S|(?!(?:moving|along|uncertain)\b)[A-Za-z_]))",
@@ -271,6 +283,15 @@ class Declared:
     first: str = _FREE
     body: tuple[Rule, ...] = ()
 
+
+_OF_FILE = (
+    _match(_any(("origin",)) + r"(?=\s*\()", "keyword.other.part"),
+    _match(_any(("layer",)) + r'(?=\s*")', "keyword.other.part"),
+    _after(_any(("unknown", "named")), "keyword.other.part", _FREE, "variable.other"),
+    _match(_any(("height",)) + _AMOUNT_FOLLOWS, "keyword.other.measure"),
+    _match(_any(("within",)) + _AMOUNT_FOLLOWS, "variable.other.property"),
+    _include("settings"),
+)
 
 _DECLARED = {
     "mission": Declared("entity.name.namespace"),
@@ -315,6 +336,7 @@ _DECLARED = {
         "entity.name.type.flag",
         body=(_value_after(_any(("in",)), "keyword.other.preposition"), _include("settings")),
     ),
+    **dict.fromkeys(PLURALS, Declared(body=_OF_FILE)),
     "separation": Declared(),
     "clearance": Declared(),
     "let": Declared("entity.name.function.let", body=(_include("formula"),)),
@@ -347,7 +369,7 @@ def _declaration(word: str) -> Rule:
     first = [_after(r"\G", "", declared.first, declared.scope)] if declared.scope else []
     return {
         "name": _scope(f"meta.declaration.{word}"),
-        "begin": _any((word,)),
+        "begin": _begins(word),
         "beginCaptures": {"0": {"name": _scope(SAYS["a declaration"])}},
         "end": _NEXT_DECLARATION,
         "patterns": [*first, *declared.body, _COMMON],
@@ -361,7 +383,7 @@ def grammar() -> Rule:
         "name": "Mission",
         "scopeName": "source.mission",
         "fileTypes": ["mission"],
-        "patterns": [*(_include(word.text) for word in WORDS if word.text in DECLARATIONS), _COMMON],
+        "patterns": [*map(_include, _DECLARING), _COMMON],
         "repository": {
             "comment": _match(r"#.*$", "comment.line.number-sign"),
             "common": {"patterns": _common()},
@@ -369,7 +391,7 @@ def grammar() -> Rule:
             "items": _items(),
             "settings": {"patterns": _settings()},
             "shape": {"patterns": _shape()},
-            **{word.text: _declaration(word.text) for word in WORDS if word.text in DECLARATIONS},
+            **{word: _declaration(word) for word in _DECLARING},
         },
     }
 

@@ -20,12 +20,12 @@ from missionc.diagnostics.render import render_json
 from missionc.pipeline import driver
 from tests.support.certificates import certified
 from tests.support.documentation_fences import console, shell, usage
-from tests.support.golden_pages import Block, blocks, run
+from tests.support.golden_pages import FILES, Block, blocks, run
 from tests.support.small_missions import CONFLICT, LATE, SMALL
 
 ROOT = Path(__file__).resolve().parent.parent
 PAGES = [*sorted(ROOT.glob("*.md")), ROOT / "tests" / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
-RUN_ELSEWHERE = frozenset({"mission", "console", "diff", "xml"})
+RUN_ELSEWHERE = frozenset({"mission", "console", "diff"}) | FILES
 EDITORS_OWN = frozenset({"lua", "vim", "lisp", "kdl"})
 """Settings in languages that only the editor they are for can read."""
 READERS = {"json": json.loads, "toml": tomllib.loads}

@@ -39,16 +39,18 @@ def test_commands_print_what_the_page_says(page: Path, tmp_path: Path, update_go
 
 
 @pytest.mark.parametrize("page", DOCS, ids=title)
-def test_missions_of_the_documentation_check_without_errors_unless_said_to_be_wrong(page: Path) -> None:
+def test_missions_of_the_documentation_check_without_errors_unless_said_to_be_wrong(page: Path, tmp_path: Path) -> None:
     whole: dict[str, str] = {}
-    for block in missions_of(blocks(page.read_text(encoding="utf-8"))):
+    found_in_page = blocks(page.read_text(encoding="utf-8"))
+    put_files(found_in_page, tmp_path)
+    for block in missions_of(found_in_page):
         wrong = block.info.endswith(" wrong")
         text = block.body
         if is_fragment(block):
             text = whole[block.info.split()[2]] + text
         elif not wrong:
             whole[file_name(block)] = text
-        found = errors(text, title(page))
+        found = errors(text, str(tmp_path / "page.mission"))
         assert bool(found) == wrong, found
 
 
@@ -93,6 +95,12 @@ def missions_of(found: list[Block]) -> list[Block]:
     return [block for block in found if block.info.split()[:1] == ["mission"] and not is_excerpt(block)]
 
 
+def put_files(blocks: list[Block], folder: Path) -> None:
+    """Those of the blocks that are files, and no missions."""
+    for block in filter(is_file, blocks):
+        (folder / block.info.split()[1]).write_text(block.body, encoding="utf-8")
+
+
 def errors(text: str, name: str) -> list[str]:
     """What is wrong with a mission text, warnings aside."""
     checked = driver.check(Source(name, text))
@@ -102,8 +110,7 @@ def errors(text: str, name: str) -> list[str]:
 def codes(blocks: list[Block], folder: Path) -> list[str]:
     """What checking the last mission of some blocks finds, the other files beside it."""
     missions = missions_of(blocks)
-    for block in filter(is_file, blocks):
-        (folder / block.info.split()[1]).write_text(block.body, encoding="utf-8")
+    put_files(blocks, folder)
     for block in missions:
         (folder / file_name(block)).write_text(block.body, encoding="utf-8")
     checked = driver.check(folder / file_name(missions[-1]))

@@ -47,6 +47,7 @@ def navigation() -> tuple[Page | Section, ...]:
                     Page("A mission, step by step", "docs/tutorial.md"),
                     Page("A team in formation", "docs/tutorial_formations.md"),
                     Page("From a plan to a flight", "docs/tutorial_flying.md"),
+                    Page("A map from ROS", "docs/howto_ros_map.md"),
                     Page("Gallery", "docs/gallery.md"),
                     Page("Editors", "docs/editors.md"),
                     Page("VS Code", "editors/vscode/README.md", "vscode.md"),

@@ -34,6 +34,12 @@ class Limits:
     clauses: int = 60_000_000
     trace_bytes: int = 1 << 28
     checkpoint_bytes: int = 1 << 28
+    map_bytes: int = 1 << 25
+    """Bytes of all files together that a mission's world and places are read from."""
+    map_cells: int = 1 << 24
+    """Cells of an occupancy grid: 4096 by 4096."""
+    map_features: int = 10_000
+    """Shapes, points and rows of such a file."""
     simulated_seconds: int = 20_000
     """Seconds of all agents in all flights together, flown once more to judge a simulation: a minute or two of work."""
     proof_steps: int = 1_000_000

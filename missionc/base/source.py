@@ -11,15 +11,24 @@ from missionc.base.late_dataclass import dataclass
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Source:
-    """One file's text, under the name the user knows it by."""
+    """One file's text, under the name the user knows it by.
+
+    ``data`` is what a file holds that is no mission; its ``text`` is empty where that is no UTF-8.
+    """
 
     name: str
     text: str
+    data: bytes | None = None
     line_starts: tuple[int, ...] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         ends = accumulate(len(line) + 1 for line in self.text.split("\n"))
         object.__setattr__(self, "line_starts", (0, *islice(ends, self.text.count("\n"))))
+
+    @property
+    def content(self) -> bytes:
+        """What the file holds; of a mission its text in UTF-8."""
+        return self.text.encode("utf-8", "replace") if self.data is None else self.data
 
     def place(self, offset: int) -> tuple[int, int]:
         """Line and column of an offset, both counted from 1."""

@@ -43,6 +43,9 @@ DECLARATION_MISSING = Code("MC014", "a declaration is missing")
 ENDS_EARLY = Code("MC015", "an operator that ends before it seems to", warning=True)
 NOT_GRAPHML = Code("MC031", "a roadmap that cannot be read")
 LANE_ATTRIBUTE = Code("MC032", "an attribute that is not one of a roadmap")
+MAP_UNREADABLE = Code("MC033", "a file of places that cannot be read")
+MAP_FEATURE = Code("MC034", "a part of a file that makes no place")
+MAP_OPTION = Code("MC035", "what a file needs to be said of it")
 
 # 1xx: names
 UNKNOWN_NAME = Code("MC101", "no such name")

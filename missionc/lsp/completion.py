@@ -24,7 +24,7 @@ from missionc.resolve.resolve_formations import SETTINGS as FORMATIONS
 from missionc.resolve.resolve_formulas import FORMULAS
 from missionc.resolve.resolve_goals import BACKENDS, CONNECTIVITY, OPTIONS, ROADMAP
 from missionc.resolve.resolve_resources import MARKS, RATES
-from missionc.syntax.tokens import DECLARATIONS, NAME, NUMBER, UNIT, WORDS, Token
+from missionc.syntax.tokens import DECLARATIONS, NAME, NUMBER, PLURALS, UNIT, WORDS, Token
 
 ARGUMENTS: dict[str, tuple[Kind, ...]] = {
     **{name: (Kind[predicate.parameters[0].upper()],) for name, predicate in CALLED.items()},
@@ -82,7 +82,7 @@ def _documentation(fit: Fit, place: Spot) -> types.MarkupContent | None:
 
 def _keywords(place: Spot) -> Iterator[Fit]:
     for word in WORDS:
-        declares = word.text in DECLARATIONS
+        declares = word.text in DECLARATIONS or (word.text in PLURALS and place.declares)
         fits = place.declares if declares else bool(place.taken) and (word.token or word.text) in place.expected
         if fits:
             yield Fit(word.text, word.says, ICONS.get(word.says, types.CompletionItemKind.Keyword), 1)

@@ -10,6 +10,7 @@ from missionc.base.source import Source
 from missionc.lsp.open_text import LIMITS, OpenText
 from missionc.syntax.format import format_mission
 from missionc.syntax.parse import parse
+from missionc.syntax.read_file import unread
 
 
 def formatting(text: OpenText) -> list[types.TextEdit]:
@@ -17,7 +18,7 @@ def formatting(text: OpenText) -> list[types.TextEdit]:
     written = text.source.text
     mark = written[:1] if written.startswith("\ufeff") else ""
     source = Source(text.source.name, written[len(mark) :])
-    program, _ = parse(source, LIMITS, lambda path, span: Source(path, ""))
+    program, _ = parse(source, LIMITS, unread)
     if program is None:
         return []
     wanted = mark + format_mission(source, program, LIMITS)

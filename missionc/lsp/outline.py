@@ -15,6 +15,7 @@ from missionc.base.limits import Limits
 from missionc.base.source import Source, Span
 from missionc.diagnostics.model import Diagnostic
 from missionc.resolve.names import STATE_WORDS, Kind, Named, kind_of
+from missionc.resolve.resolve_files import with_places
 from missionc.syntax import ast
 from missionc.syntax.parse import read
 from missionc.syntax.passages import passages
@@ -68,7 +69,8 @@ class Outline:
         declarations, findings = read(source, limits, loader(Path(source.name), source.name, limits))
         broken = tuple(_unread(source, limits, findings)) if len(source.text) <= limits.file_bytes else ()
         declared: dict[str, tuple[Name, Named | None]] = {}
-        for declaration in declarations:
+        program = ast.Program(tuple(declarations), Span(source, 0, len(source.text)))
+        for declaration in with_places(program, {}, limits)[0].declarations:
             if isinstance(declaration, Named):
                 name = declaration.name
                 entry = Name(name.text, name.span, kind_of(declaration), declares=True)
@@ -108,7 +110,7 @@ def _names(
     declarations: tuple[ast.Declaration, ...], broken: tuple[Token, ...], declared: dict[str, tuple[Name, Named | None]]
 ) -> Iterator[Name]:
     kinds = {text: name.kind for text, (name, _) in declared.items()}
-    yield from (name for name, _ in declared.values())
+    yield from (name for name, _ in declared.values() if name.span.text == name.text)  # a picture has none written
     for declaration in declarations:
         match declaration:
             case ast.Require(label=ast.Name() as label) | ast.Prefer(label=ast.Name() as label):

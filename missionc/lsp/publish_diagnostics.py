@@ -1,12 +1,13 @@
 """Published diagnostics: findings in the protocol's form.
 
-What is wrong in an included file is shown at an ``include`` of this one, with the place itself beside it.
+What is wrong in a file that this one names is shown where it does, with the place itself beside it.
 """
 
 from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from posixpath import basename
 
 from lsprotocol import types
 
@@ -34,7 +35,7 @@ def _diagnostic(text: OpenText, finding: Diagnostic) -> types.Diagnostic:
     elif finding.primary and finding.primary.message:
         related.insert(0, (span, finding.primary.message))
     return types.Diagnostic(
-        range=text.places.range(_include(text) if elsewhere else span),
+        range=text.places.range(_named(text, span) if elsewhere else span),
         message=finding.words,
         severity=SEVERITIES[finding.severity],
         code=finding.code.name,
@@ -50,7 +51,8 @@ def _related(text: OpenText, span: Span, message: str) -> types.DiagnosticRelate
     return types.DiagnosticRelatedInformation(types.Location(text.uri_of(span.source), places.range(span)), message)
 
 
-def _include(text: OpenText) -> Span:
-    """Where this text includes another, the first time."""
-    match = _INCLUDE.search(text.source.text)
+def _named(text: OpenText, place: Span) -> Span:
+    """Where this text names the file of a place, or includes another, the first time."""
+    named = re.search(rf'"(?:[^"\n]*/)?{re.escape(basename(place.source.name))}"', text.source.text)
+    match = named or _INCLUDE.search(text.source.text)
     return Span(text.source, *match.span()) if match else Span(text.source, 0, 0)

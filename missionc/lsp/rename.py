@@ -61,7 +61,10 @@ def _name(text: OpenText, position: types.Position) -> Name:
         return name
     if name.text not in text.outline.declared:
         raise RefusedError(f"nothing is called `{name.text}`")
-    source = text.outline.declared[name.text][0].span.source
+    declared = text.outline.declared[name.text][0].span
+    source = declared.source
+    if declared.text != name.text:
+        raise RefusedError(f"`{name.text}` is what the compiler calls it: put another name before it with `named`")
     if source.name != text.source.name:
         raise RefusedError(f"`{name.text}` is declared in `{source.name}`: rename it there")
     return name

@@ -46,7 +46,7 @@ def meaning(token: Token, before: Token | None = None) -> str:
         return f"{quantifier}\n\n{_of_operator(word)}" if word in by_name else quantifier
     if word in by_name:
         return _of_operator(word)
-    if token.kind == token.word and token.declares:
+    if token.declares:
         return _entry("a declaration", word, "", forms.DECLARED[word])
     if token.text in CALLED or token.kind == HEADING.name:
         predicate = CALLED.get(token.text, HEADING)

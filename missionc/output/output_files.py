@@ -80,7 +80,7 @@ def emit(
     for name, content in provenance.inputs:
         files[f"{MISSION}/{name}"] = content
     files["certificate.json"] = certificate_json(whole, sha256(files["plan.json"])).encode()
-    texts = tuple((name, content.decode("utf-8")) for name, content in provenance.inputs)
+    texts = tuple((name, content.decode("utf-8")) for name, content in provenance.inputs if name not in provenance.data)
     files[REPORT] = report(Plotted(mission, kernel, plan, whole, flyable.files, texts))
     files[MANIFEST] = manifest(plan, provenance, files).encode()
     return Output(tuple(files.items()), whole, tuple(notes), tuple(findings))

@@ -18,7 +18,7 @@ from missionc.pipeline import no_plan
 from missionc.pipeline.ask_bound import BoundSide
 from missionc.pipeline.checked import Checked
 from missionc.pipeline.front_end import ANY_BACKEND, Stopwatch, check
-from missionc.pipeline.provenance import asked_for, given, inputs
+from missionc.pipeline.provenance import asked_for, data, given, inputs
 from missionc.pipeline.results import Refused, Unverified, Verified
 
 STEP_OF_AGENT = 6e-3
@@ -106,7 +106,7 @@ def certify_plan(
     with watch.stage("emit"):
         cut_short = report.cut_short.value if report.cut_short else ""
         provenance = Provenance(
-            inputs(checked), (*given(checked, options), *asked_for(exports)), cut_short, options.stretch
+            inputs(checked), (*given(checked, options), *asked_for(exports)), cut_short, options.stretch, data(checked)
         )
         output = emit(mission, kernel, verified, certificate, provenance, exports)
     if isinstance(output, Diagnostic):

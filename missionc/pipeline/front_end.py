@@ -100,8 +100,8 @@ def check(
     unread: list[str] = []
     find = load or loader(Path(name), name, limits)
 
-    def load_and_keep(written: str, span: Span) -> Source | Diagnostic:
-        included = find(written, span)
+    def load_and_keep(written: str, span: Span, /, *, data: bool = False) -> Source | Diagnostic:
+        included = find(written, span, data=True) if data else find(written, span)
         if isinstance(included, Source):
             sources.append(included)
         elif included.code is not INCLUDE_NOT_ALLOWED:

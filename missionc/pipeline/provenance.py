@@ -19,12 +19,18 @@ if TYPE_CHECKING:
 def inputs(checked: Checked) -> tuple[tuple[str, bytes], ...]:
     """Every file of the mission, by its name relative to the mission's folder."""
     folder = Path(checked.file).parent
-    return tuple((input_name(source.name, folder), source.text.encode("utf-8")) for source in checked.sources)
+    return tuple((input_name(source.name, folder), source.content) for source in checked.sources)
+
+
+def data(checked: Checked) -> frozenset[str]:
+    """The names of those that are no missions."""
+    return frozenset(name for name, _ in inputs(checked)) - {name for name, _ in texts(checked)}
 
 
 def texts(checked: Checked) -> tuple[tuple[str, str], ...]:
-    """The same files as text."""
-    return tuple((name, content.decode("utf-8")) for name, content in inputs(checked))
+    """The missions among them, as text."""
+    folder = Path(checked.file).parent
+    return tuple((input_name(each.name, folder), each.text) for each in checked.sources if each.data is None)
 
 
 def given(checked: Checked, options: Options) -> tuple[tuple[str, Option], ...]:

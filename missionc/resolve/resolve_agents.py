@@ -171,6 +171,8 @@ def _places(context: Context, places: ast.Places, size: float, owner: str) -> tu
         case ast.OnGrid(low=low, high=high):
             ends = resolve_point(context, low), resolve_point(context, high)
             return _exactly(on_grid(*ends, count), places.span) if count and _sound(ends) else ()
+        case ast.AtListed():  # what the file holds took its place, or is reported
+            return ()
         case _:
             assert_never(places)
 

@@ -178,8 +178,9 @@ def _apart(agents: tuple[int, ...], places: list[tuple[float, float]]) -> tuple[
 
 def _offsets(context: Context, formation: ast.Formation, agents: tuple[int, ...]) -> tuple[ir.FormationEdge, ...]:
     """Each agent's offset to the first, whatever the pose of the whole."""
-    offsets = [resolve_offset(context, point.coordinates, point.span) for point in formation.offsets]
-    if not agents:
+    written = () if isinstance(formation.offsets, ast.File) else formation.offsets
+    offsets = [resolve_offset(context, point.coordinates, point.span) for point in written]
+    if not agents or isinstance(formation.offsets, ast.File):
         return ()
     if len(offsets) != len(agents):
         context.report(

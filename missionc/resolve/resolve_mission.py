@@ -27,6 +27,7 @@ from missionc.resolve.context import Context
 from missionc.resolve.delete_declaration import deleted
 from missionc.resolve.names import collect
 from missionc.resolve.resolve_agents import resolve_groups, resolve_set, resolve_teams
+from missionc.resolve.resolve_files import with_places
 from missionc.resolve.resolve_formations import resolve_formation
 from missionc.resolve.resolve_formulas import resolve_lets
 from missionc.resolve.resolve_goals import resolve_objective, resolve_requirements, resolve_solve
@@ -55,7 +56,7 @@ def resolve(
         stretch: it lasts so many times as long as written.
         vehicle: what flies its teams that name none.
     """
-    findings: list[Diagnostic] = []
+    program, findings = with_places(program, overrides, limits)
     context = Context(collect(program, findings), limits, findings, vehicle=vehicle)
     resolve_parameters(context, overrides)
     name = _only(context, program, ast.MissionName, "the mission's name", "start with `mission NAME`")

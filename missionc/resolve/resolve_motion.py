@@ -21,7 +21,7 @@ from missionc.syntax import ast
 
 def resolve_motion(context: Context, motion: ast.Motion | None) -> ir.Still | ir.Path:
     match motion:
-        case None:
+        case None | ast.AlongFile():  # what a file holds took its place, or is reported
             return ir.Still()
         case ast.Moving():
             factor = _unit(context, motion)

@@ -48,7 +48,7 @@ def resolve_parameters(context: Context, overrides: dict[str, str]) -> None:
 def read_quantity(name: str, text: str, limits: Limits) -> tuple[ast.Quantity, list[Diagnostic]]:
     """The quantity in a text such as ``30 s`` or ``(2 m)``, or findings about it."""
     source = Source(f"-D {name}", f"mission override\nparam {name} = {text}\n")
-    program, findings = parse(source, limits, lambda path, span: _nothing_to_include(span))
+    program, findings = parse(source, limits, _nothing_to_include)
     everywhere = Span(source, 0, len(source.text))
     nothing = ast.Number(everywhere, 0.0)
     if findings or program is None:
@@ -60,7 +60,7 @@ def read_quantity(name: str, text: str, limits: Limits) -> tuple[ast.Quantity, l
             return nothing, [Diagnostic(code.SYNTAX, "a quantity is expected, and nothing else", None)]
 
 
-def _nothing_to_include(span: Span) -> Diagnostic:
+def _nothing_to_include(written: str, span: Span, /, *, data: bool = False) -> Diagnostic:
     return Diagnostic(code.INCLUDE_NOT_ALLOWED, "an include cannot stand here", None)
 
 

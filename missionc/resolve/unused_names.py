@@ -1,7 +1,8 @@
 """Unused declarations: names that nothing refers to.
 
-A team, an agent or an obstacle acts by being there. A beacon is used by every
-graph of beacons, and the only graph by every route that leaves ``on`` out.
+A team, an agent or an obstacle acts by being there, and a file of places may
+have more than one mission needs. A beacon is used by every graph of beacons,
+and the only graph by every route that leaves ``on`` out.
 
     says MC103
 """
@@ -30,11 +31,13 @@ def unused(context: Context, program: ast.Program) -> list[Diagnostic]:
         mentioned = mentions(declaration)
         used.update(mentioned.names)
         kinds_used.update([Kind.BEACON] * mentioned.every_beacon + [Kind.GRAPH] * mentioned.only_graph)
+    read = {each.span for each in program.declarations if isinstance(each, ast.FromFile)}
     times = Counter(each.name.text for each in program.declarations if isinstance(each, Named))
     return [
         _nothing_uses(name, declared.kind, declared.declaration, once=times[name] == 1)
         for name, declared in names.declared.items()
         if name not in used and declared.kind not in kinds_used and declared.kind not in ACT_BY_BEING_THERE
+        if declared.declaration.span not in read
     ]
 
 

@@ -153,6 +153,24 @@ def between(span: Span, kind: ast.Name, first: ast.Point, last: ast.Point) -> as
             )
 
 
+def file(span: Span, path: Token) -> ast.File:
+    return ast.File(path.span, path.text[1:-1])
+
+
+def from_file(
+    span: Span, kind: Token, file: ast.File, *options: ast.Setting | ast.FileOption | ast.Height
+) -> ast.FromFile:
+    settings = tuple(each for each in options if isinstance(each, ast.Setting))
+    heights = tuple(each for each in options if isinstance(each, ast.Height))
+    others = tuple(each for each in options if isinstance(each, ast.FileOption))
+    return ast.FromFile(span, kind.text, file, settings, others, heights)
+
+
+def words_of(word: str) -> Callable[..., ast.FileOption]:
+    """The function of an option of a file that has texts or names after its word."""
+    return lambda span, *words: ast.FileOption(span, word, tuple(each.text.strip('"') for each in words))
+
+
 def group(span: Span, name: ast.Name, *members: ast.Name | ast.Member) -> ast.Group:
     return ast.Group(span, name, members)
 
@@ -211,19 +229,20 @@ def formation(
     name: ast.Name,
     kind: ast.Name,
     agents: ast.Name | ast.Member,
-    places: tuple[ast.Point, ...] | tuple[ast.Link, ...] | None,
+    places: tuple[ast.Point, ...] | tuple[ast.Link, ...] | ast.File | None,
     *settings: ast.Setting | _Total,
 ) -> ast.Formation:
     if kind.text not in FORMATIONS:
         message = f"no formation is called {quoted(kind.text)}"
         kinds = ", ".join(f"`{known}`" for known in FORMATIONS)
         raise MisreadError(Diagnostic(SYNTAX, message, Label(kind.span), help=f"write one of {kinds}"))
-    points = tuple(place for place in places or () if isinstance(place, ast.Point))
-    links = tuple(place for place in places or () if isinstance(place, ast.Link))
+    listed = (places,) if isinstance(places, ast.File) else places or ()
+    points = tuple(place for place in listed if isinstance(place, ast.Point | ast.File))
+    links = tuple(place for place in listed if isinstance(place, ast.Link))
     if bool(points) != (kind.text == "offsets") or bool(links) != (kind.text == "distances"):
         takes = {"offsets": "points, such as `(0, 0), (-1, 1)`", "distances": "links, such as `(0-1: 0.8 m)`"}
         message = f"`{kind.text}` takes {takes.get(kind.text, 'neither points nor links')}"
-        where = agents.span if places is None else places[0].span.to(places[-1].span)
+        where = listed[0].span.to(listed[-1].span) if listed else agents.span
         advice = f"write them after {quoted(agents.span.text)}" if kind.text in takes else "delete them"
         raise MisreadError(Diagnostic(SYNTAX, message, Label(where), help=advice))
     return ast.Formation(
@@ -232,7 +251,7 @@ def formation(
         kind,
         agents,
         tuple(setting.setting if isinstance(setting, _Total) else setting for setting in settings),
-        points,
+        places if isinstance(places, ast.File) else tuple(each for each in points if isinstance(each, ast.Point)),
         links,
         any(isinstance(setting, _Total) for setting in settings),
     )
@@ -288,7 +307,9 @@ def solve(span: Span, backend: ast.Name, *options: ast.Setting | ast.FileSetting
 FUNCTIONS: dict[str, Callable[..., object]] = FORMULAS | {
     "agent": agent,
     "along": along,
+    "along_file": ast.AlongFile,
     "arithmetic": arithmetic,
+    "at_listed": ast.AtListed,
     "at_points": at_points,
     "ball": ast.Ball,
     "beacon": ast.Beacon,
@@ -301,9 +322,11 @@ FUNCTIONS: dict[str, Callable[..., object]] = FORMULAS | {
     "distance": distance,
     "dynamics": dynamics,
     "finish": ast.Finish,
+    "file": file,
     "file_setting": file_setting,
     "flag": flag,
     "formation": formation,
+    "from_file": from_file,
     "goal": goal,
     "graph": graph,
     "graph_kind": same,
@@ -312,23 +335,28 @@ FUNCTIONS: dict[str, Callable[..., object]] = FORMULAS | {
     "height": ast.Height,
     "in_region": ast.InRegion,
     "include": include,
+    "layers": words_of("layer"),
     "let": let,
     "link": link,
     "links": lambda span, *links: links,
+    "listed_offsets": same,
     "mark": ast.Mark,
     "member": member,
     "minimize": ast.Minimize,
     "mission": ast.MissionName,
     "moving": moving,
     "name": same,
+    "named": words_of("named"),
     "negative": negative,
     "number": number,
     "obstacle": ast.Obstacle,
     "of_pair": ast.OfPair,
     "of_pairs": of_pairs,
     "offsets": lambda span, *points: points,
+    "origin": lambda span, point: ast.FileOption(span, "origin", point),
     "param": ast.Param,
     "parentheses": same,
+    "placed": lambda span, point: ast.FileOption(span, "at", point),
     "point": point,
     "polygon": polygon,
     "prefer": prefer,
@@ -345,6 +373,7 @@ FUNCTIONS: dict[str, Callable[..., object]] = FORMULAS | {
     "time": ast.Time,
     "tolerate": ast.Tolerate,
     "total": total,
+    "unknown": words_of("unknown"),
     "vehicle": vehicle,
     "waypoint": waypoint,
     "weight": weight,

@@ -27,6 +27,7 @@ INDENT, FURTHER = 2, 2
 
 TABLES: tuple[tuple[str, ...], ...] = (
     ("region", "obstacle", "beacon"),
+    ("obstacles", "regions", "beacons"),
     ("time", "world"),
     ("require", "prefer"),
     ("graph", "formation"),

@@ -26,6 +26,9 @@ DECLARED: dict[str, str] = {
     "minimize": "minimize distance",
     "solve": "solve with smt { nodes = 110 }",
     "tolerate": "tolerate delay 2 s of drone",
+    "obstacles": 'obstacles from "hall.yaml"',
+    "regions": 'regions from "site.geojson" origin (8.54 deg, 47.38 deg)',
+    "beacons": 'beacons from "masts.csv"',
 }
 
 PARTS: dict[str, str] = {
@@ -38,6 +41,10 @@ PARTS: dict[str, str] = {
     "moving": "moving (1, 0) m/s",
     "along": "along (0 s: 0, 0), (4 s: 3, 0)",
     "uncertain": "uncertain 0.3 m/s",
+    "origin": "origin (8.54 deg, 47.38 deg)",
+    "layer": 'layer "WALLS"',
+    "unknown": "unknown free",
+    "named": "named hall",
     "dynamics": "dynamics single_integrator(speed <= 2 m/s)",
     "start": "start in base` or `start grid (1, 1) to (3, 3)",
     "vehicle": "vehicle crazyflie21` or `vehicle crazyflie21 { speed <= 0.8 m/s }",

@@ -2,7 +2,7 @@
 
     in   Source
     out  Program
-    says MC001, MC003 to MC008, MC011 to MC013, MC202, and what ``load`` says
+    says MC001, MC003 to MC008, MC011 to MC013, MC033, MC202, and what ``load`` says
 
 Declarations are read one by one: after an error in one, reading goes on at the
 next, so that all the errors of a file are found in one run.
@@ -10,8 +10,7 @@ next, so that all the errors of a file are found in one run.
 
 from __future__ import annotations
 
-import re
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import field, replace
 from typing import TypeAlias, cast
 
@@ -34,20 +33,15 @@ from missionc.syntax.hints import explain
 from missionc.syntax.machine import Machine, TooDeepError
 from missionc.syntax.parse_table import END
 from missionc.syntax.passages import passages
+from missionc.syntax.read_file import LINK, Loader
+from missionc.syntax.read_places import Files
 from missionc.syntax.stopping_place import Place
 from missionc.syntax.tokens import LABEL, MOST_FINDINGS, NAME, Token, tokenise
-
-Load: TypeAlias = Callable[[str, Span], Source | Diagnostic]
-"""The file of an ``include``, by its path as written and the span of the declaration."""
-
-
-_LINK = re.compile(r'include "([^"\n]*)"\n')
-"""The text of a link: where it leads."""
 
 Outcome: TypeAlias = ast.Declaration | Diagnostic
 
 
-def parse(source: Source, limits: Limits, load: Load) -> tuple[ast.Program | None, list[Diagnostic]]:
+def parse(source: Source, limits: Limits, load: Loader) -> tuple[ast.Program | None, list[Diagnostic]]:
     """The program a text says, or all that is wrong with it, in file order."""
     declarations, findings = read(source, limits, load)
     if not declarations and not findings:
@@ -57,9 +51,9 @@ def parse(source: Source, limits: Limits, load: Load) -> tuple[ast.Program | Non
     return ast.Program(tuple(declarations), Span(source, 0, len(source.text))), []
 
 
-def read(source: Source, limits: Limits, load: Load) -> tuple[list[ast.Declaration], list[Diagnostic]]:
+def read(source: Source, limits: Limits, load: Loader) -> tuple[list[ast.Declaration], list[Diagnostic]]:
     """The declarations that can be read, those of included files at their place; and all that is wrong."""
-    return _Reader(limits, load, {source.name: Span(source, 0, 0)}).read(source, ())
+    return _Reader(limits, load, {source.name: Span(source, 0, 0)}, Files(limits, load)).read(source, ())
 
 
 def read_passage(passage: Span, limits: Limits) -> tuple[list[Outcome], list[Diagnostic]]:
@@ -82,8 +76,9 @@ class _Reader:
     """
 
     limits: Limits
-    load: Load
+    load: Loader
     read_already: dict[str, Span]
+    files: Files
     sizes: list[int] = field(default_factory=list)
 
     def read(self, source: Source, chain: tuple[Span, ...]) -> tuple[list[ast.Declaration], list[Diagnostic]]:
@@ -122,7 +117,9 @@ class _Reader:
                     found = tuple(each for each in read if isinstance(each, ast.FileSetting))
                     declarations.append(replace(outcome, files=found))
                 case _:
-                    declarations.append(outcome)
+                    whole, more = self.files.read(outcome)
+                    declarations.append(whole)
+                    findings += [(outcome.span.start, finding) for finding in more]
         findings.sort(key=lambda pair: pair[0])
         return declarations, [finding for _, finding in findings]
 
@@ -131,7 +128,7 @@ class _Reader:
     ) -> ast.FileSetting | Diagnostic:
         """The setting with the file that it names, through one link if there is one, within the size of the whole."""
         loaded = self.load(setting.path, setting.span)
-        if isinstance(loaded, Source) and (link := _LINK.fullmatch(loaded.text)):
+        if isinstance(loaded, Source) and (link := LINK.fullmatch(loaded.text)):
             loaded = self.load(link[1], Span(loaded, 0, len(loaded.text)))
         if isinstance(loaded, Diagnostic):
             return loaded

@@ -11,10 +11,11 @@ import re
 from collections.abc import Iterator
 
 from missionc.base.source import Source, Span
-from missionc.syntax.tokens import DECLARATIONS
+from missionc.syntax.tokens import BEFORE_FILE, DECLARATIONS, PLURALS
 
 # After `require` a word before a colon is a label, whichever it is.
-_BEGINS = re.compile(rf"^[ \t]*(?:{'|'.join(sorted(DECLARATIONS))})\b(?!\s*:)", re.MULTILINE)
+_ONE, _SEVERAL = "|".join(sorted(DECLARATIONS - PLURALS)), "|".join(sorted(PLURALS))
+_BEGINS = re.compile(rf"^[ \t]*(?:(?:{_ONE})\b(?!\s*:)|(?:{_SEVERAL})\b{BEFORE_FILE})", re.MULTILINE)
 
 
 def passages(source: Source) -> Iterator[Span]:

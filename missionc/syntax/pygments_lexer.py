@@ -15,7 +15,7 @@ from pygments.token import Comment, Error, Keyword, Name, Number, Operator, Punc
 
 from missionc.base.limits import Limits
 from missionc.base.source import Source, Span
-from missionc.syntax.tokens import LABEL, NAME, NUMBER, SPELLINGS, STATES, STRAY, TEXT, UNIT, Token, tokenise
+from missionc.syntax.tokens import LABEL, NAME, NUMBER, SEVERAL, SPELLINGS, STATES, STRAY, TEXT, UNIT, Token, tokenise
 
 if TYPE_CHECKING:
     from pygments.token import _TokenType as TokenType
@@ -37,6 +37,7 @@ COLOURS: dict[str, TokenType] = {
     "a part of a formation": Keyword,
     "a part of `prefer`": Keyword,
     "a part of `tolerate`": Keyword,
+    "a part of `from`": Keyword,
 }
 """The colour of each kind of word, by what the table of words says it is."""
 
@@ -45,6 +46,7 @@ OTHERS: dict[str, TokenType] = {
     UNIT: Keyword.Type,
     TEXT: String,
     LABEL: Name.Label,
+    SEVERAL: Keyword.Declaration,
     STRAY: Error,
 }
 _GAP = re.compile(r"(#[^\n]*)|\s+|.", re.DOTALL)

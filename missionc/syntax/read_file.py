@@ -2,7 +2,7 @@
 
     in   a path, a limit
     out  Source
-    says MC002 MC004 MC009 MC010
+    says MC002 MC004 MC009 MC010 MC033
 
 Only regular files are opened, nothing larger than the limit is read, and a
 file that changes meanwhile is not believed. What a mission includes lies in
@@ -12,13 +12,15 @@ the mission's own folder or below it, symbolic links followed.
 from __future__ import annotations
 
 import codecs
+import errno
 import os
+import re
 import stat
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from pathlib import Path, PurePosixPath
 from posixpath import normpath, relpath
-from typing import TypeAlias
+from typing import Protocol
 
 from missionc.base.limits import Limits
 from missionc.base.source import Source, Span
@@ -28,6 +30,7 @@ from missionc.diagnostics.code import (
     FILE_TOO_LARGE,
     FOLDER_UNREADABLE,
     INCLUDE_NOT_ALLOWED,
+    MAP_UNREADABLE,
     TRACE_UNREADABLE,
     UNREADABLE,
     Code,
@@ -39,10 +42,21 @@ LIMITS = {
     TRACE_UNREADABLE: "trace_bytes",
     CHECKPOINT_UNREADABLE: "checkpoint_bytes",
     FOLDER_UNREADABLE: "trace_bytes",
+    MAP_UNREADABLE: "map_bytes",
 }
 """The limit that a file of each kind may exceed, by the code that says it cannot be read."""
 
-Loader: TypeAlias = Callable[[str, Span], Source | Diagnostic]
+
+class Loader(Protocol):
+    """Finds a file that a mission names: a mission that it includes, or ``data`` for its world."""
+
+    def __call__(self, written: str, span: Span, /, *, data: bool = False) -> Source | Diagnostic: ...
+
+
+class Absent(Diagnostic):
+    """What is said of a file that is not there."""
+
+    __slots__ = ()
 
 
 def read_bytes(
@@ -94,6 +108,22 @@ def read_source(path: Path, name: str, limits: Limits, cause: Span | None = None
     return text if isinstance(text, Diagnostic) else Source(name, text)
 
 
+def unread(written: str, span: Span, /, *, data: bool = False) -> Source:
+    """A loader for who wants to know one file alone: all that it names is empty."""
+    return Source(written, "", b"" if data else None)
+
+
+def data_of(content: bytes, name: str) -> Source:
+    """A file that is no mission, with its text where it is one."""
+    text = text_of(content, name)
+    return Source(name, "" if isinstance(text, Diagnostic) else text, content)
+
+
+def _read_data(path: Path, name: str, limits: Limits, cause: Span) -> Source | Diagnostic:
+    content = read_bytes(path, name, limits.map_bytes, MAP_UNREADABLE, cause)
+    return content if isinstance(content, Diagnostic) else data_of(content, name)
+
+
 def read_standard_input(limits: Limits) -> Source | Diagnostic:
     """A mission from standard input, within the limits; no more than that is read, however much there is."""
     name, limit = "<stdin>", limits.file_bytes
@@ -124,7 +154,7 @@ def loader(main: Path, name: str, limits: Limits) -> Loader:
     paths = {name: root / main.name}
     names = {main.resolve(): name}
 
-    def load(written: str, span: Span) -> Source | Diagnostic:
+    def load(written: str, span: Span, /, *, data: bool = False) -> Source | Diagnostic:
         if _strange(written):
             return _not_allowed(written, "the path is not relative", span)
         try:
@@ -137,7 +167,7 @@ def loader(main: Path, name: str, limits: Limits) -> Loader:
         link = "" if path in names else _link(Path(span.source.name).relative_to(folder).parent / written, path, root)
         called = names.setdefault(path, str(folder / path.relative_to(root)))
         paths[called] = path
-        source = read_source(path, called, limits, span)
+        source = (_read_data if data else read_source)(path, called, limits, span)
         if not link or isinstance(source, Diagnostic):
             return source
         leads[str(folder / link)] = path
@@ -166,25 +196,37 @@ def held(main: str, folder: str, files: Mapping[str, bytes], limits: Limits) -> 
         files: what each holds, by its name relative to the folder.
     """
 
-    def source(name: str, cause: Span | None = None) -> Source | Diagnostic:
+    def source(name: str, cause: Span | None = None, data: bool = False) -> Source | Diagnostic:
         shown = f"{folder}/{name}"
         if name not in files:
-            return _unreadable(UNREADABLE, shown, "it is not one of the mission's files", cause)
+            absent = "it is not one of the mission's files"
+            return _unreadable(MAP_UNREADABLE if data else UNREADABLE, shown, absent, cause, absent=True)
+        if data and not _leads(files[name]):
+            return data_of(files[name], shown)
         if len(files[name]) > limits.file_bytes:
             return too_large(UNREADABLE, shown, len(files[name]), limits.file_bytes, cause)
         text = text_of(files[name], shown, UNREADABLE, cause)
         return text if isinstance(text, Diagnostic) else Source(shown, text)
 
-    def load(written: str, span: Span) -> Source | Diagnostic:
+    def load(written: str, span: Span, /, *, data: bool = False) -> Source | Diagnostic:
         if _strange(written):
             return _not_allowed(written, "the path is not relative", span)
         beside = PurePosixPath(span.source.name).relative_to(folder).parent
         name = normpath(str(beside / written))
         if name.startswith("../"):
             return _not_allowed(written, "it lies outside the mission's own folder", span)
-        return source(name, span)
+        return source(name, span, data)
 
     return source(main), load
+
+
+LINK = re.compile(r'include "([^"\n]*)"\n')
+"""The text of a link: where it leads."""
+
+
+def _leads(content: bytes) -> bool:
+    """Whether this is a link to a file, and not the file."""
+    return content.startswith(b"include ") and LINK.fullmatch(content.decode("utf-8", "replace")) is not None
 
 
 def _strange(written: str) -> bool:
@@ -225,7 +267,7 @@ def too_large(
 
 def cannot_read(code: Code, name: str, error: OSError, cause: Span | None = None) -> Diagnostic:
     """What is said where the system refuses to open or read a file."""
-    return _unreadable(code, name, _reason(error), cause)
+    return _unreadable(code, name, _reason(error), cause, absent=error.errno == errno.ENOENT)
 
 
 def _read(handle: int, limit: int) -> bytes:
@@ -252,13 +294,13 @@ def _reason(error: OSError) -> str:
     return words[:1].lower() + words[1:]
 
 
-def _unreadable(code: Code, name: str, reason: str, cause: Span | None) -> Diagnostic:
-    return Diagnostic(
+def _unreadable(code: Code, name: str, reason: str, cause: Span | None, *, absent: bool = False) -> Diagnostic:
+    return (Absent if absent else Diagnostic)(
         code,
         f"cannot read `{name}`: {reason}",
         Label(cause, "asked for here") if cause else None,
         help="give a file that is there and can be read"
-        if code in (CHECKPOINT_UNREADABLE, FOLDER_UNREADABLE)
+        if code in (CHECKPOINT_UNREADABLE, FOLDER_UNREADABLE, MAP_UNREADABLE)
         else "give a file of UTF-8 text that is there and can be read",
     )
 

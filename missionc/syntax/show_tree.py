@@ -66,8 +66,19 @@ def _declaration(node: ast.Declaration) -> str:
         case ast.Solve(_, backend, settings, files):
             options = ", ".join([*map(_setting, settings), *(f'{each.name.text} = "{each.path}"' for each in files)])
             return f"solve with {backend.text}" + (f" {{ {options} }}" if options else "")
+        case ast.FromFile():
+            said = [*map(_setting, node.settings), *map(_file_option, node.options)]
+            return " ".join([f'{node.kind} from "{node.file.path}"{"".join(map(_height, node.heights))}', *said])
         case _:
             assert_never(node)
+
+
+def _file_option(node: ast.FileOption) -> str:
+    match node.value:
+        case ast.Point():
+            return f"{node.word} {point(node.value)}"
+        case words:
+            return f"{node.word} " + ", ".join(f'"{each}"' if node.word == "layer" else each for each in words)
 
 
 def _ranges(node: ast.Graph) -> str:
@@ -136,6 +147,8 @@ def _motion(node: ast.Motion | None) -> str:
             return " along " + ", ".join(
                 f"({loose(waypoint.time)}: {', '.join(map(loose, waypoint.offset))})" for waypoint in waypoints
             )
+        case ast.AlongFile(_, file):
+            return f' along from "{file.path}"'
         case _:
             assert_never(node)
 
@@ -181,6 +194,8 @@ def _places(node: ast.Places) -> str:
             return f"line {point(first)} to {point(last)}"
         case ast.OnGrid(_, low, high):
             return f"grid {point(low)} to {point(high)}"
+        case ast.AtListed(_, file):
+            return f'from "{file.path}"'
         case _:
             assert_never(node)
 
@@ -194,7 +209,9 @@ def _setting(node: ast.Setting) -> str:
 
 def _formation(node: ast.Formation) -> str:
     parts = [f"formation {node.name.text} = {node.kind.text} of {agents(node.agents)}"]
-    if node.offsets:
+    if isinstance(node.offsets, ast.File):
+        parts.append(f'from "{node.offsets.path}"')
+    elif node.offsets:
         parts.append(points(node.offsets))
     if node.links:
         links = [

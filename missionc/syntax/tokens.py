@@ -63,6 +63,8 @@ WORDS: tuple[Word, ...] = (
     Word("minimize", "a declaration"),
     Word("solve", "a declaration"),
     Word("tolerate", "a declaration"),
+    Word("obstacles", "a declaration", "SEVERAL", reserved=False),
+    Word("regions", "a declaration", "SEVERAL", reserved=False),
     Word("box", "a shape"),
     Word("disc", "a shape"),
     Word("ball", "a shape"),
@@ -128,6 +130,11 @@ WORDS: tuple[Word, ...] = (
     Word("delay", "a part of `tolerate`", reserved=False),
     Word("heading", "a measure", reserved=False),
     Word("within", "a preposition", reserved=False),
+    Word("from", "a preposition", reserved=False),
+    Word("origin", "a part of `from`", reserved=False),
+    Word("layer", "a part of `from`", reserved=False),
+    Word("unknown", "a part of `from`", reserved=False),
+    Word("named", "a part of `from`", reserved=False),
 )
 """Every word of the grammar. A letter (``U``) may also be a name, but for those of operators before their operand."""
 
@@ -141,6 +148,11 @@ STATES: frozenset[str] = frozenset({"x", "y", "z", "speed", "altitude"})
 NAME, LABEL, NUMBER, UNIT, TEXT = "NAME", "LABEL", "NUMBER", "UNIT", "TEXT"
 MOST_FINDINGS = 100
 """More than anybody reads; what follows them is mostly their echo."""
+
+SEVERAL = "SEVERAL"
+"""``obstacles``, ``regions`` or ``beacons`` where a file follows; anywhere else they are what they were."""
+
+PLURALS = frozenset({"obstacles", "regions", "beacons"})
 
 STRAY = "STRAY"
 """A character, or a sign of another language, that the grammar does not know."""
@@ -158,7 +170,7 @@ class Token(NamedTuple):
     @property
     def declares(self) -> bool:
         """Whether this is the first word of a declaration."""
-        return self.word in DECLARATIONS and self.kind == self.word
+        return self.kind == SEVERAL or (self.word in DECLARATIONS and self.kind == self.word)
 
     @property
     def may_be_name(self) -> bool:
@@ -200,6 +212,8 @@ _TOKEN = re.compile(
 _UNIT = re.compile(r"([A-Za-z]+)(?:/(?:min|ms|s|h)(?:\^?[0-9])?)?(?!\w)")
 _NAME_FORM = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 _BEFORE_COLON = re.compile(r"\s*:")
+BEFORE_FILE = r'(?=\s*(?:from\b|"))'
+_BEFORE_FILE = re.compile(BEFORE_FILE)
 
 
 def tokenise(lines: Span, limits: Limits) -> tuple[list[Token], list[Diagnostic]]:
@@ -226,7 +240,9 @@ def tokenise(lines: Span, limits: Limits) -> tuple[list[Token], list[Diagnostic]
                 kind = TEXT
             case _:
                 kind = STRAY
-        if kind in (NAME, written) and written in SPELLINGS:
+        if kind == SEVERAL:
+            word = written
+        elif kind in (NAME, written) and written in SPELLINGS and SPELLINGS[written].token != SEVERAL:
             word = SPELLINGS[written].text
             kind = SPELLINGS[written].token or word
         token = Token(kind, written, Span(source, start, end), word, starts_line)
@@ -248,6 +264,8 @@ def _word(text: str, start: int, written: str, tokens: list[Token]) -> tuple[str
             return UNIT, unit[0]
     if before in ("require", "prefer") and _BEFORE_COLON.match(text, start + len(written)):
         return LABEL, written
+    if written in PLURALS and before != "=" and _BEFORE_FILE.match(text, start + len(written)):
+        return SEVERAL, written
     return NAME, written
 
 

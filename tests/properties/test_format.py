@@ -15,6 +15,7 @@ from missionc.base.limits import Limits
 from missionc.base.source import Source, Span
 from missionc.syntax.format import format_mission
 from missionc.syntax.parse import parse
+from missionc.syntax.read_file import unread
 from missionc.syntax.show_tree import show
 from missionc.syntax.tokens import tokenise
 from tests.support.random_flight_missions import random_mission
@@ -25,13 +26,13 @@ COMMENT = re.compile(r"#[^\n]*")
 
 def formatted(text: str) -> str:
     source = Source("a.mission", text)
-    program, findings = parse(source, Limits(), lambda written, span: Source(written, ""))
+    program, findings = parse(source, Limits(), unread)
     assert program is not None, findings
     return format_mission(source, program, Limits())
 
 
 def tree(text: str) -> str:
-    program, findings = parse(Source("a.mission", text), Limits(), lambda written, span: Source(written, ""))
+    program, findings = parse(Source("a.mission", text), Limits(), unread)
     assert program is not None, findings
     return show(program)
 

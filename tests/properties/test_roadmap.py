@@ -18,6 +18,7 @@ from missionc.ir import Anywhere, DoubleIntegrator, Mission, Unicycle
 from missionc.ir import Path as Motion
 from missionc.resolve.resolve_mission import resolve
 from missionc.syntax.parse import parse
+from missionc.syntax.read_file import unread
 from missionc.world.signed_distance import signed_distance
 
 Array = NDArray[np.float64]
@@ -72,7 +73,7 @@ require there: every drone: eventually[0, 20 s] (roof or base)
 
 
 def resolved(text: str) -> Mission:
-    program, slips = parse(Source("test.mission", text), Limits(), lambda path, span: Source(path, ""))
+    program, slips = parse(Source("test.mission", text), Limits(), unread)
     assert program is not None, slips
     mission, findings = resolve(program, {}, Limits())
     assert mission is not None, [finding.message for finding in findings]

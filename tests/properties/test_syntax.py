@@ -19,8 +19,8 @@ from tests.support.random_trees import formulas, mutated, programs, without_span
 MUTATIONS = int(os.environ.get("MISSIONC_FUZZ", "200"))
 
 
-def nothing_to_include(path: str, span: Span) -> Source:
-    return Source(path, "")
+def nothing_to_include(path: str, span: Span, *, data: bool = False) -> Source:
+    return Source(path, "", b"" if data else None)
 
 
 def read(text: str) -> tuple[ast.Program | None, list[Diagnostic]]:

@@ -5,7 +5,7 @@ A few kinds of fenced blocks mean something; every other block is prose.
 ```mission NAME.mission      a file. Without a name it is called after the mission it declares.
 ```mission NAME.mission wrong   the same, of a mission with errors.
 ```mission fragment NAME.mission   declarations; that mission of the page is checked with them.
-```xml NAME.graphml          a file that missions of the page may name.
+```xml NAME.graphml          a file that missions of the page may name; likewise ```csv, ```geojson, ```pgm and ```yaml.
 ```mission excerpt PATH     lines that stand in a mission of this repository.
 ```console                  commands, each `$ missionc …`, and below each what it prints and its exit status
                             (`[exit status 1]`, left out where it is 0).
@@ -31,6 +31,8 @@ from missionc.cli.app import main
 FENCE = re.compile(r"^```(?P<info>[^\n`]*)\n(?P<body>.*?)^```[ \t]*$", re.MULTILINE | re.DOTALL)
 TIMED = re.compile(r"(verified in) [0-9.]+ s")
 """How long it took is another thing each time."""
+FILES = frozenset({"csv", "geojson", "pgm", "xml", "yaml"})
+"""Languages of files that are no missions."""
 NAME = re.compile(r"^\s*mission\s+(\w+)", re.MULTILINE)
 
 
@@ -74,7 +76,7 @@ def file_name(block: Block) -> str:
 def is_file(block: Block) -> bool:
     """Whether it is a file that is no mission."""
     words = block.info.split()
-    return len(words) == 2 and words[0] == "xml"
+    return len(words) == 2 and words[0] in FILES
 
 
 def is_fragment(block: Block) -> bool:

@@ -20,6 +20,7 @@ from missionc.base.limits import Limits
 from missionc.base.source import Source, Span
 from missionc.language.operators import OPERATORS
 from missionc.syntax import ast, machine, parse
+from missionc.syntax.read_file import unread
 from missionc.syntax.show_tree import show
 from missionc.syntax.tokens import LABEL, NAME, NUMBER, TEXT, UNIT
 from tests.support.golden_pages import blocks, file_name, is_fragment
@@ -47,7 +48,7 @@ def lexed(name: str, text: str) -> list[dict[str, object]]:
     """The tokens of a text without errors, in its order."""
     took: list[tuple[str, Span]] = []
     with patch.object(parse, "Machine", type("Watching", (Watching,), {"took": took})):
-        _, findings = parse.parse(Source(name, text), Limits(), lambda path, _: Source(path, ""))
+        _, findings = parse.parse(Source(name, text), Limits(), unread)
     assert not findings, (name, findings)
     spans = [(span.start, span.end, _class(kind, span.text)) for kind, span in took]
     gaps = zip([0, *(end for _, end, _ in spans)], [*(start for start, _, _ in spans), len(text)], strict=True)

@@ -36,6 +36,7 @@ SOFT = (
     "delay",
 )
 SOFT += ("vehicle", "yaw", "path")
+SOFT += ("obstacles", "regions", "beacons", "from", "origin", "layer", "unknown", "named")
 UNITS = ("ms", "s", "min", "cm", "m", "km", "deg", "rad", "m/s", "m/s^2", "deg/s", "steps")
 
 
@@ -44,7 +45,7 @@ def without_spans(node: object) -> object:
     if isinstance(node, tuple):
         return tuple(without_spans(part) for part in node)
     if is_dataclass(node) and not isinstance(node, type):
-        kept = [field.name for field in fields(node) if not field.name.endswith(("span", "source"))]
+        kept = [field.name for field in fields(node) if not field.name.endswith(("span", "source", "sources"))]
         return (type(node).__name__, *(without_spans(getattr(node, name)) for name in kept))
     return node
 
@@ -106,6 +107,7 @@ measures = _sums(
     )
 )
 points = st.builds(ast.Point, st.just(NOWHERE), st.lists(quantities, min_size=2, max_size=3).map(tuple))
+files = st.builds(ast.File, st.just(NOWHERE), st.sampled_from(["rows.csv", "maps/old hall.csv"]))
 point_lists = st.lists(points, min_size=1, max_size=4).map(tuple)
 
 # ------------------------------------------------------------------ formulas
@@ -198,6 +200,7 @@ motions = st.one_of(
     st.builds(ast.Moving, st.just(NOWHERE), points, st.just("m/s"), st.just(NOWHERE)),
     st.builds(ast.Moving, st.just(NOWHERE), points),
     st.builds(ast.Along, st.just(NOWHERE), st.lists(_waypoints, min_size=1, max_size=3).map(tuple)),
+    st.builds(ast.AlongFile, st.just(NOWHERE), files),
 )
 
 
@@ -225,6 +228,7 @@ _places = st.one_of(
     st.builds(ast.AtPoints, st.just(NOWHERE), point_lists),
     st.builds(ast.OnLine, st.just(NOWHERE), points, points),
     st.builds(ast.OnGrid, st.just(NOWHERE), points, points),
+    st.builds(ast.AtListed, st.just(NOWHERE), files),
 )
 _items = st.one_of(
     _dynamics,
@@ -253,7 +257,7 @@ def formations(draw: st.DrawFn) -> ast.Formation:
         kind,
         draw(agents),
         tuple(settings),
-        draw(point_lists) if kind.text == "offsets" else (),
+        draw(point_lists | files) if kind.text == "offsets" else (),
         draw(st.lists(_links, min_size=1, max_size=3).map(tuple)) if kind.text == "distances" else (),
         draw(st.booleans()),
     )
@@ -266,6 +270,12 @@ _some_pairs = st.lists(st.builds(ast.OfPair, st.just(NOWHERE), agents, agents, q
 _rates = st.builds(ast.Rate, st.just(NOWHERE), names, quantities, st.none() | _named(*UNITS), st.none() | names)
 _marks = st.builds(ast.Mark, st.just(NOWHERE), names, names)
 labels = st.none() | _named("relay", "reach", "always", "line", "G", "region", "end")
+_file_options = st.one_of(
+    st.builds(ast.FileOption, st.just(NOWHERE), st.sampled_from(["at", "origin"]), points),
+    st.builds(ast.FileOption, st.just(NOWHERE), st.just("layer"), st.sampled_from([("A",), ("A B", "#1")])),
+    st.builds(ast.FileOption, st.just(NOWHERE), st.sampled_from(["unknown", "named"]), names.map(lambda n: (n.text,))),
+)
+_heights = st.builds(ast.Height, st.just(NOWHERE), quantities, quantities)
 FILES = st.sampled_from(["lanes.graphml", "site/all lanes.graphml"])
 declarations = st.one_of(
     st.builds(ast.MissionName, st.just(NOWHERE), names),
@@ -306,6 +316,15 @@ declarations = st.one_of(
     st.builds(ast.Require, st.just(NOWHERE), labels, formulas),
     st.builds(ast.Prefer, st.just(NOWHERE), labels, formulas, st.none() | quantities),
     st.builds(ast.Tolerate, st.just(NOWHERE), quantities, agents),
+    st.builds(
+        ast.FromFile,
+        st.just(NOWHERE),
+        st.sampled_from(["obstacles", "regions", "beacons"]),
+        files,
+        st.lists(_settings("", "resolution", "within", "unit"), max_size=2).map(tuple),
+        st.lists(_file_options, max_size=2).map(tuple),
+        st.lists(_heights, max_size=1).map(tuple),
+    ),
     st.builds(ast.Minimize, st.just(NOWHERE), _named("distance", "duration", "energy")),
     st.builds(
         ast.Solve,

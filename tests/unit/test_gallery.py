@@ -23,6 +23,7 @@ from missionc.pipeline import driver
 from missionc.syntax.build import FORMATIONS
 from missionc.syntax.format import format_mission
 from missionc.syntax.parse import parse
+from missionc.syntax.read_file import unread
 
 FILES = files()
 EMPTY_WORDS = (convention_examples.ESCAPE_AT_ONCE, convention_examples.ITSELF, convention_examples.COUNTS_ITSELF)
@@ -58,7 +59,7 @@ def test_a_mission_has_no_finding_and_the_name_of_its_file(path: Path) -> None:
 @pytest.mark.parametrize("path", FILES, ids=title)
 def test_a_mission_is_in_the_one_layout(path: Path) -> None:
     source = Source(path.name, path.read_text(encoding="utf-8"))
-    program, _ = parse(source, Limits(), lambda written, span: Source(written, ""))
+    program, _ = parse(source, Limits(), unread)
     assert program is not None
     assert format_mission(source, program, Limits()) == source.text
 

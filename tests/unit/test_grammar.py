@@ -36,7 +36,8 @@ def test_every_mission_is_read_declaration_by_declaration(path: Path, parser: la
     assert len(tree.children) == len(program.declarations) > 3
     for child, declaration in zip(tree.children, program.declarations, strict=True):
         assert declaration.span.start <= begins(child) < declaration.span.end
-        assert child.data in ("team", "agent", type(declaration).__name__.lower().replace("missionname", "mission"))
+        kind = {"missionname": "mission", "fromfile": "from_file"}.get(name := type(declaration).__name__.lower(), name)
+        assert child.data in ("team", "agent", kind)
 
 
 def test_leaves_say_where_they_are(parser: lark.Lark) -> None:

@@ -14,6 +14,7 @@ from missionc.data.templates import DEFAULT, Template, templates
 from missionc.pipeline import driver
 from missionc.syntax.format import format_mission
 from missionc.syntax.parse import parse
+from missionc.syntax.read_file import unread
 from tests.support.golden_pages import within
 
 TEMPLATES = list(templates().values())
@@ -39,7 +40,7 @@ def test_a_template_checks_without_any_finding(template: Template) -> None:
 @pytest.mark.parametrize("template", TEMPLATES, ids=name)
 def test_a_template_is_in_the_one_layout(template: Template) -> None:
     source = Source("mine.mission", template.text)
-    program, _ = parse(source, Limits(), lambda written, span: Source(written, ""))
+    program, _ = parse(source, Limits(), unread)
     assert program is not None
     assert format_mission(source, program, Limits()) == template.text
 

@@ -29,7 +29,7 @@ from missionc.lsp.publish_diagnostics import diagnostics
 from missionc.lsp.rename import RefusedError, renamable, rename
 from missionc.pipeline.front_end import check
 from missionc.syntax.format import format_mission
-from missionc.syntax.tokens import WORDS
+from missionc.syntax.tokens import PLURALS, WORDS
 from tests.support.check_findings import text
 from tests.support.open_texts import edited, marked, opened
 
@@ -195,9 +195,13 @@ def test_a_word_says_what_it_is(part: str, words: str) -> None:
 
 
 def test_every_keyword_that_a_reader_might_not_know_says_something() -> None:
-    known = {operator.name for operator in OPERATORS} | {word.text for word in WORDS if word.says == "a declaration"}
+    known = (
+        {operator.name for operator in OPERATORS}
+        | {word.text for word in WORDS if word.says == "a declaration"}
+        | PLURALS
+    )
     for word in sorted(known):
-        here, place = marked(f"{word[0]}|{word[1:]} ")
+        here, place = marked(f"{word[0]}|{word[1:]} " + ('from "a"' if word in PLURALS else ""))
         found = hover(here, place)
         assert found is not None, word
         assert isinstance(found.contents, types.MarkupContent)

@@ -12,6 +12,7 @@ from missionc.base.source import Source
 from missionc.ir import Mission
 from missionc.resolve.resolve_mission import resolve
 from missionc.syntax.parse import parse
+from missionc.syntax.read_file import unread
 from missionc.world.signed_distance import signed_distance
 
 HEAD = """
@@ -27,7 +28,7 @@ require there: some robot: eventually[0, 8 s] goal
 
 
 def resolved(body: str) -> Mission:
-    program, slips = parse(Source("test.mission", HEAD + body + TAIL), Limits(), lambda path, span: Source(path, ""))
+    program, slips = parse(Source("test.mission", HEAD + body + TAIL), Limits(), unread)
     assert program is not None, slips
     mission, findings = resolve(program, {}, Limits())
     assert mission is not None, [finding.message for finding in findings]

@@ -18,6 +18,7 @@ from missionc.kernel.normal_form import negated
 from missionc.lower.expand import expand
 from missionc.resolve.resolve_mission import resolve
 from missionc.syntax.parse import parse
+from missionc.syntax.read_file import unread
 from tests.support.legal_plans import SPAN, mission_of
 from tests.support.small_roadmaps import asked, roadmap_of
 
@@ -136,7 +137,7 @@ def routed(low: int, high: int, places: list[int], last: int = 2) -> bool:
     """Whether a route of so many hops leads from agent 0 to one at the place ``last`` of the line."""
     starts = ", ".join(str(LINE[place]) for place in places)
     text = HOPS.format(low=low, high=high, last=LINE[last][0], agents=len(places), starts=starts)
-    program, slips = parse(Source("hops.mission", text), Limits(), lambda path, span: Source(path, ""))
+    program, slips = parse(Source("hops.mission", text), Limits(), unread)
     assert program is not None, slips
     mission, findings = resolve(program, {}, Limits())
     assert mission is not None, findings

@@ -8,14 +8,13 @@ from pathlib import Path
 import click
 
 from missionc.base.limits import Limits
-from missionc.base.source import Source
 from missionc.cli.exit_status import Status, say
 from missionc.cli.options import existing, files, limits_and_form, read_limits
 from missionc.diagnostics.model import Diagnostic
 from missionc.output.folder.write_file import refuse_file, write_file
 from missionc.syntax.format import format_mission
 from missionc.syntax.parse import parse
-from missionc.syntax.read_file import changed_meanwhile, read_source, read_standard_input
+from missionc.syntax.read_file import changed_meanwhile, read_source, read_standard_input, unread
 
 STANDARD_INPUT = Path("-")
 
@@ -72,7 +71,7 @@ def _read(path: Path, limits: Limits) -> tuple[str, str] | list[Diagnostic]:
     source = read_standard_input(limits) if path == STANDARD_INPUT else read_source(path, str(path), limits)
     if isinstance(source, Diagnostic):
         return [source]
-    program, findings = parse(source, limits, lambda written, span: Source(written, ""))
+    program, findings = parse(source, limits, unread)
     return findings if program is None else (source.text, format_mission(source, program, limits))
 
 

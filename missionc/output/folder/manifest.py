@@ -31,12 +31,14 @@ class Provenance:
         options: choices that change the plan, by their name on the command line.
         cut_short: what ended the search before it was done, in two words; empty where nothing did.
         stretch: how many times as long as the plan's the mission is.
+        data: the names of those inputs that are no missions.
     """
 
     inputs: tuple[tuple[str, bytes], ...]
     options: tuple[tuple[str, Option], ...] = ()
     cut_short: str = ""
     stretch: float = 1.0
+    data: frozenset[str] = frozenset()
 
 
 def manifest(plan: Plan, provenance: Provenance, files: Mapping[str, bytes]) -> str:

@@ -5,6 +5,7 @@ with; an operator keeps its canonical word (``always`` for ``G``).
 """
 
 from missionc.syntax.ast.agents import (
+    AtListed,
     AtPoints,
     Dynamics,
     Finish,
@@ -22,9 +23,11 @@ from missionc.syntax.ast.declarations import (
     Beacon,
     Clearance,
     Declaration,
+    FileOption,
     FileSetting,
     Flag,
     Formation,
+    FromFile,
     Graph,
     Group,
     Include,
@@ -64,9 +67,10 @@ from missionc.syntax.ast.formulas import (
     Truth,
     Window,
 )
-from missionc.syntax.ast.quantities import Arithmetic, Distance, Member, Name, Negative, Number, Point, Quantity
+from missionc.syntax.ast.quantities import Arithmetic, Distance, File, Member, Name, Negative, Number, Point, Quantity
 from missionc.syntax.ast.shapes import (
     Along,
+    AlongFile,
     Ball,
     Box,
     Combined,
@@ -82,8 +86,10 @@ from missionc.syntax.ast.shapes import (
 
 __all__ = [
     "Along",
+    "AlongFile",
     "Apply",
     "Arithmetic",
+    "AtListed",
     "AtPoints",
     "Ball",
     "Beacon",
@@ -98,11 +104,14 @@ __all__ = [
     "Distance",
     "Dynamics",
     "Facing",
+    "File",
+    "FileOption",
     "FileSetting",
     "Finish",
     "Flag",
     "Formation",
     "Formula",
+    "FromFile",
     "Graph",
     "Group",
     "Height",

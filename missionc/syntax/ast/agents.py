@@ -6,7 +6,7 @@ from typing import TypeAlias
 
 from missionc.base.late_dataclass import dataclass
 from missionc.base.source import Span
-from missionc.syntax.ast.quantities import Name, Point, Quantity
+from missionc.syntax.ast.quantities import File, Name, Point, Quantity
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,7 +57,15 @@ class OnGrid:
     high: Point
 
 
-Places: TypeAlias = "InRegion | AtPoints | OnLine | OnGrid"
+@dataclass(frozen=True, slots=True)
+class AtListed:
+    """``from "starts.csv"``: a point for each agent, in the order of the file."""
+
+    span: Span
+    file: File
+
+
+Places: TypeAlias = "InRegion | AtPoints | OnLine | OnGrid | AtListed"
 
 
 @dataclass(frozen=True, slots=True)

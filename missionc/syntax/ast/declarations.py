@@ -8,8 +8,8 @@ from missionc.base.late_dataclass import dataclass
 from missionc.base.source import Source, Span
 from missionc.syntax.ast.agents import Setting, TeamItem
 from missionc.syntax.ast.formulas import Formula
-from missionc.syntax.ast.quantities import Member, Name, Point, Quantity
-from missionc.syntax.ast.shapes import Motion, Shape
+from missionc.syntax.ast.quantities import File, Member, Name, Point, Quantity
+from missionc.syntax.ast.shapes import Height, Motion, Shape
 
 
 @dataclass(frozen=True, slots=True)
@@ -148,7 +148,7 @@ class Formation:
     kind: Name
     agents: Name | Member
     settings: tuple[Setting, ...]
-    offsets: tuple[Point, ...] = ()
+    offsets: tuple[Point, ...] | File = ()
     links: tuple[Link, ...] = ()
     total: bool = False
 
@@ -264,6 +264,33 @@ class Tolerate:
     agents: Name | Member
 
 
+@dataclass(frozen=True, slots=True)
+class FileOption:
+    """``at (2, 1)``, ``origin (8.54 deg, 47.38 deg)``, ``layer "WALLS"``, ``unknown free``, ``named hall``.
+
+    ``value`` is a point after ``at`` and ``origin``, and words after the others.
+    """
+
+    span: Span
+    word: str
+    value: Point | tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class FromFile:
+    """``obstacles from "hall.yaml" resolution 5 cm unknown free``; ``kind`` is ``obstacles regions beacons``.
+
+    ``settings``: ``resolution``, ``within``, ``unit``.
+    """
+
+    span: Span
+    kind: str
+    file: File
+    settings: tuple[Setting, ...]
+    options: tuple[FileOption, ...]
+    heights: tuple[Height, ...]
+
+
 Declaration: TypeAlias = (
     MissionName
     | Param
@@ -287,6 +314,7 @@ Declaration: TypeAlias = (
     | Minimize
     | Solve
     | Tolerate
+    | FromFile
 )
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TypeAlias
 
 from missionc.base.late_dataclass import dataclass
-from missionc.base.source import Span
+from missionc.base.source import Source, Span
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,3 +66,12 @@ Quantity: TypeAlias = "Name | Number | Negative | Arithmetic | Distance"
 class Point:
     span: Span
     coordinates: tuple[Quantity, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class File:
+    """``"hall.yaml"``, the words; ``sources`` are the file and what it rests on, once they have been read."""
+
+    span: Span
+    path: str
+    sources: tuple[Source, ...] = ()

@@ -6,7 +6,7 @@ from typing import TypeAlias
 
 from missionc.base.late_dataclass import dataclass
 from missionc.base.source import Span
-from missionc.syntax.ast.quantities import Name, Point, Quantity
+from missionc.syntax.ast.quantities import File, Name, Point, Quantity
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,4 +96,12 @@ class Along:
     waypoints: tuple[Waypoint, ...]
 
 
-Motion: TypeAlias = "Moving | Along"
+@dataclass(frozen=True, slots=True)
+class AlongFile:
+    """``along from "route.csv"``: the waypoints are in the file."""
+
+    span: Span
+    file: File
+
+
+Motion: TypeAlias = "Moving | Along | AlongFile"

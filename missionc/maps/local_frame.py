@@ -1,0 +1,35 @@
+"""The local metric frame: longitude and latitude to metres east and north of a stated origin.
+
+Source:
+    Snyder, "Map Projections: A Working Manual" (1987), 25: the azimuthal equidistant projection of the ellipsoid, in
+    which every distance from the origin is true. 1 km away others are off by less than a millimetre in a metre.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TypeAlias
+
+from missionc.base.source import Source, Span
+from missionc.maps.libraries import library
+
+Frame: TypeAlias = Callable[[float, float], tuple[float, float]]
+
+
+def local_frame(origin: tuple[float, float], source: Source, asked: Span) -> Frame:
+    """The function from longitude and latitude, in degrees on WGS 84, to metres east and north.
+
+    Args:
+        origin: longitude and latitude in degrees.
+
+    Raises:
+        MapError: the library that knows the earth is not installed.
+    """
+    pyproj = library("pyproj", "pyproj", source, asked)
+    projection = pyproj.Proj(proj="aeqd", lon_0=origin[0], lat_0=origin[1], ellps="WGS84")
+
+    def metres(longitude: float, latitude: float) -> tuple[float, float]:
+        east, north = projection(longitude, latitude)
+        return float(east), float(north)
+
+    return metres

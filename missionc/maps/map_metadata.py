@@ -1,0 +1,123 @@
+"""Metadata of an occupancy grid, as map_server of ROS writes it: YAML to numbers, each checked where it stands.
+
+No value is constructed from YAML: the nodes are composed, which builds no object but nodes, and their texts are read.
+
+Source:
+    wiki.ros.org/map_server, "Map format"; nav2_map_server, ``map_io.cpp``.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from missionc.base.late_dataclass import dataclass
+from missionc.base.source import Source, Span
+from missionc.maps.feature import MapError, unreadable
+from missionc.maps.libraries import library
+
+LONGEST = 1 << 16
+"""Bytes of metadata."""
+
+MODES = ("trinary", "scale", "raw")
+WRITE = "write it as `map_saver` of ROS does"
+
+
+@dataclass(frozen=True, slots=True)
+class MapMetadata:
+    """What the cells of an image mean, and where they are.
+
+    ``origin`` is the pose of the lower left corner: metres, metres, radians. A cell is occupied where its darkness,
+    from 0 to 1, is above ``occupied``, and free where it is below ``free``; ``negate`` says that occupied is white.
+    """
+
+    image: str
+    resolution: float
+    origin: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    negate: bool = False
+    occupied: float = 0.65
+    free: float = 0.196
+    mode: str = "trinary"
+
+
+def read_metadata(source: Source, asked: Span) -> MapMetadata:
+    """Args:
+        asked: the words that ask for the file.
+
+    Raises:
+        MapError: it is not what ROS writes.
+    """
+    yaml = library("yaml", "PyYAML", source, asked)
+    whole = Span(source, 0, 0) if source.text else asked
+    if not source.text or len(source.text) > LONGEST:
+        raise unreadable(source, f"it has no text, or more than {LONGEST} characters", whole, WRITE)
+    try:
+        root = yaml.compose(source.text, Loader=yaml.SafeLoader)
+    except yaml.YAMLError as error:
+        mark = getattr(error, "problem_mark", None)
+        place = Span(source, min(mark.index, len(source.text)), len(source.text)) if mark else whole
+        raise unreadable(source, "it is no YAML", _first_line(place), WRITE) from None
+    except RecursionError:
+        raise unreadable(source, "it is nested too deep", whole, WRITE) from None
+    if not isinstance(root, yaml.MappingNode):
+        raise unreadable(source, "it is no list of keys and values", whole, WRITE)
+    return _Entries(source, whole, {key.value: value for key, value in root.value if isinstance(key.value, str)}).read()
+
+
+@dataclass(frozen=True, slots=True)
+class _Entries:
+    source: Source
+    whole: Span
+    nodes: dict[str, Any]
+
+    def read(self) -> MapMetadata:
+        plain = MapMetadata("", 0.0)
+        resolution = self.number("resolution", self.text("resolution"))
+        if resolution <= 0:
+            raise self.wrong("resolution", "the side of a cell, in metres, is more than 0")
+        occupied = self.number("occupied_thresh", self.text("occupied_thresh", str(plain.occupied)))
+        free = self.number("free_thresh", self.text("free_thresh", str(plain.free)))
+        if not 0 <= free <= occupied <= 1:
+            raise self.wrong("free_thresh", "the thresholds are numbers from 0 to 1, and `free_thresh` the smaller one")
+        mode = self.text("mode", plain.mode)
+        if mode not in MODES:
+            raise self.wrong("mode", f"a mode is one of {', '.join(f'`{each}`' for each in MODES)}")
+        negate = self.text("negate", "0").lower()
+        if negate not in ("0", "1", "false", "true"):
+            raise self.wrong("negate", "`negate` is 0 or 1")
+        return MapMetadata(self.text("image"), resolution, self.origin(), negate in ("1", "true"), occupied, free, mode)
+
+    def origin(self) -> tuple[float, float, float]:
+        node = self.nodes.get("origin")
+        values = [each.value for each in node.value] if node is not None and isinstance(node.value, list) else []
+        if len(values) not in (2, 3):
+            raise self.wrong("origin", "the origin of a map is `[x, y, yaw]`, in metres and radians")
+        x, y, yaw = (self.number("origin", value) for value in [*values, "0"][:3])
+        return x, y, yaw
+
+    def text(self, key: str, default: str = "") -> str:
+        node = self.nodes.get(key)
+        if node is None and default:
+            return default
+        if node is None or not isinstance(node.value, str) or not node.value:
+            raise self.wrong(key, f"a map needs `{key}`")
+        return node.value
+
+    def number(self, key: str, text: object) -> float:
+        try:
+            value = float(text) if isinstance(text, str) else math.nan
+        except ValueError:
+            value = math.nan
+        if not math.isfinite(value):
+            raise self.wrong(key, f"`{str(text)[:40]}` is no number")
+        return value
+
+    def wrong(self, key: str, reason: str) -> MapError:
+        node = self.nodes.get(key)
+        place = self.whole if node is None else Span(self.source, node.start_mark.index, node.end_mark.index)
+        return unreadable(self.source, reason, _first_line(place), WRITE)
+
+
+def _first_line(span: Span) -> Span:
+    end = span.source.text.find("\n", span.start, span.end)
+    return Span(span.source, span.start, span.end if end < 0 else end)

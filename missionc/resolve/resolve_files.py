@@ -1,0 +1,290 @@
+"""Resolution of the files that a mission takes its places from: declarations as if they had been written.
+
+    in   Program
+    out  Program with what the files hold in it, and what is wrong with them
+    says MC013 MC034 MC035 MC206 MC210, and what ``maps`` says
+
+The declarations that name files stay beside what is made of them, so that what they mention counts as used. What is
+made has the span of the declaration that names the file; names and shapes have theirs in the file where it is a text.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import replace
+from functools import reduce
+from posixpath import basename, splitext
+from typing import TYPE_CHECKING
+
+from missionc.base.limits import Limits
+from missionc.base.source import Span
+from missionc.base.units import Dimension
+from missionc.diagnostics import code
+from missionc.diagnostics.model import Diagnostic
+from missionc.resolve.context import Context
+from missionc.resolve.names import collect
+from missionc.resolve.resolve_parameters import resolve_parameters
+from missionc.resolve.resolve_points import known, plane_point
+from missionc.resolve.resolve_quantities import number
+from missionc.resolve.resolve_settings import known_settings, relation, said_twice, unknown_word
+from missionc.syntax import ast
+from missionc.syntax.read_places import named_files
+from missionc.syntax.tokens import nameable, reserved
+
+if TYPE_CHECKING:
+    from missionc.maps.feature import Area, Asked, Circle, Corners, Feature
+    from missionc.maps.point_table import PointRow
+
+KINDS = {"obstacles": "obstacle", "regions": "region", "beacons": "beacon"}
+_NOT_IN_NAMES = re.compile(r"[^A-Za-z0-9_]")
+SETTINGS = ("resolution", "within", "unit")
+UNKNOWN = ("free", "occupied")
+
+
+def with_places(
+    program: ast.Program, overrides: Mapping[str, str], limits: Limits
+) -> tuple[ast.Program, list[Diagnostic]]:
+    """The program with the places of its files; the same program where it names none."""
+    if not any(named_files(each) for each in program.declarations):
+        return program, []
+    parameters = tuple(each for each in program.declarations if isinstance(each, ast.Param))
+    context = Context(collect(replace(program, declarations=parameters), []), limits, [])
+    resolve_parameters(context, dict(overrides))
+    context.findings.clear()  # said by whoever resolves the whole
+    made = [each for declaration in program.declarations for each in _made(context, declaration)]
+    return replace(program, declarations=tuple(made)), context.findings
+
+
+def _made(context: Context, declaration: ast.Declaration) -> Iterator[ast.Declaration]:
+    """What stands for a declaration."""
+    match declaration:
+        case ast.FromFile():
+            yield declaration
+            asked = _asked(context, declaration)
+            if asked is not None and asked.sources:
+                yield from _places(context, declaration, asked)
+        case ast.Obstacle(motion=ast.AlongFile(span, file)):
+            rows = _rows(context, file, timed=True)
+            waypoints = [
+                ast.Waypoint(row.span, ast.Number(row.span, row.time), _numbers(row.position, row.span)) for row in rows
+            ]
+            yield replace(declaration, motion=ast.Along(span, tuple(waypoints)) if waypoints else None)
+        case ast.Formation(offsets=ast.File() as file):
+            yield replace(declaration, offsets=_points(context, file) or file)
+        case ast.Team(items=items):
+            yield replace(declaration, items=tuple(_item(context, item) for item in items))
+        case _:
+            yield declaration
+
+
+def _item(context: Context, item: ast.TeamItem) -> ast.TeamItem:
+    match item:
+        case ast.Start(places=ast.AtListed(span, file)) | ast.Finish(places=ast.AtListed(span, file)):
+            points = _points(context, file)
+            return replace(item, places=ast.AtPoints(span, points)) if points else item
+        case _:
+            return item
+
+
+# --------------------------------------------------------------------- points
+
+
+def _rows(context: Context, file: ast.File, *, timed: bool = False) -> list[PointRow]:
+    if not file.sources:
+        return []
+    from missionc.maps.point_table import point_table  # few missions have one
+
+    rows = point_table(file.sources[0], file.span, context.limits, timed=timed)
+    if isinstance(rows, Diagnostic):
+        context.findings.append(rows)
+        return []
+    return rows
+
+
+def _points(context: Context, file: ast.File) -> tuple[ast.Point, ...]:
+    return tuple(ast.Point(row.span, _numbers(row.position, row.span)) for row in _rows(context, file))
+
+
+def _numbers(values: Iterable[float], span: Span) -> tuple[ast.Number, ...]:
+    return tuple(ast.Number(span, value) for value in values)
+
+
+# -------------------------------------------------------------------- options
+
+
+def _asked(context: Context, node: ast.FromFile) -> Asked | None:
+    """What the declaration asks of its file; None once something is reported."""
+    from missionc.maps.companions import ending
+    from missionc.maps.feature import Asked
+    from missionc.maps.read_map import FORMS
+
+    before = len(context.findings)
+    form, kind = FORMS.get(ending(node.file.path)), KINDS[node.kind]
+    if form is None:
+        return Asked(kind, node.file.sources, node.file.span, context.limits)
+    if kind not in form.kinds:
+        holds = " and ".join(f"{each}s" for each in form.kinds)
+        _not_for(context, f"{form.says} has {holds} alone", node.span, "take them from another file")
+    allowed = tuple(name for name in SETTINGS if name in form.options)
+    settings = known_settings(context, node.settings, allowed, form.says)
+    options = _options(context, node, form.options, form.says)
+    lengths = {name: _length(context, setting) for name, setting in settings.items()}
+    for again in node.heights[1:]:
+        said_twice(context, "`height`", again.span, node.heights[0].span)
+    if node.heights and kind == "beacon":
+        _not_for(context, "a beacon has no `height`", node.heights[0].span, "leave it out")
+    at = options.get("at")
+    place = plane_point(context, at, "where a file is put", "") if isinstance(at, ast.Point) else (0.0, 0.0)
+    origin = options.get("origin")
+    angles = _origin(context, origin) if isinstance(origin, ast.Point) else None
+    words = options.get("unknown", ())
+    if isinstance(words, tuple) and words and words[0] not in UNKNOWN:
+        unknown_word(context, ast.Name(node.span, words[0]), UNKNOWN, "`unknown`", "word")
+    if len(context.findings) > before:
+        return None
+    layers = options.get("layer", ())
+    return Asked(
+        kind,
+        node.file.sources,
+        node.file.span,
+        context.limits,
+        place,
+        angles,
+        lengths.get("unit"),
+        lengths.get("resolution"),
+        lengths.get("within"),
+        layers if isinstance(layers, tuple) else (),
+        words == ("free",),
+    )
+
+
+def _options(
+    context: Context, node: ast.FromFile, allowed: tuple[str, ...], form: str
+) -> dict[str, ast.Point | tuple[str, ...]]:
+    found: dict[str, ast.FileOption] = {}
+    for option in node.options:
+        if option.word not in allowed:
+            _not_for(context, f"{form} takes no `{option.word}`", option.span, "leave it out")
+        elif option.word in found:
+            said_twice(context, f"`{option.word}`", option.span, found[option.word].span)
+        else:
+            found[option.word] = option
+    return {word: option.value for word, option in found.items()}
+
+
+def _length(context: Context, setting: ast.Setting) -> float:
+    relation(context, setting, "")
+    name = setting.name.text
+    value = number(context, setting.high, Dimension.LENGTH, f"the `{name}` of a file")
+    if value <= 0:
+        message = f"the `{name}` of a file is {value:g} m, and not more than 0 m"
+        context.report(code.VALUE_OUT_OF_RANGE, message, setting.high.span, help="give it a length")
+    return value
+
+
+def _origin(context: Context, point: ast.Point) -> tuple[float, float]:
+    """Longitude and latitude in degrees."""
+    way_out = "write longitude and latitude, as in `origin (8.54 deg, 47.38 deg)`"
+    if len(point.coordinates) != 2:
+        _not_for(context, "an origin is a longitude and a latitude", point.span, way_out)
+        return math.nan, math.nan
+    values = [number(context, each, Dimension.ANGLE, "the origin") for each in point.coordinates]
+    longitude, latitude = (round(math.degrees(value), 12) for value in values)
+    if known((longitude, latitude)) and not (abs(longitude) <= 180 and abs(latitude) <= 90):
+        _not_for(context, f"{longitude:g} deg, {latitude:g} deg are no longitude and latitude", point.span, way_out)
+    return longitude, latitude
+
+
+# --------------------------------------------------------------------- places
+
+
+def _places(context: Context, node: ast.FromFile, asked: Asked) -> Iterator[ast.Declaration]:
+    from missionc.maps.read_map import read_map
+
+    features = read_map(asked)
+    if isinstance(features, Diagnostic):
+        context.findings.append(features)
+        return
+    prefix = next((words[0] for word, words in _words(node) if word == "named"), "")
+    stem = prefix or _name(splitext(basename(node.file.path))[0])
+    nameless = 0
+    for feature in features:
+        nameless += not feature.name
+        text = f"{prefix}_{_name(feature.name)}" if prefix and feature.name else _name(feature.name)
+        name = ast.Name(feature.name_span, text if feature.name else f"{stem}_{nameless}")
+        if feature.name and (not nameable(name.text) or reserved(name.text)):
+            _not_a_name(context, feature)
+        yield from _place(node, feature, name)
+
+
+def _words(node: ast.FromFile) -> Iterator[tuple[str, tuple[str, ...]]]:
+    """The options that are words."""
+    for option in node.options:
+        if isinstance(option.value, tuple):
+            yield option.word, option.value
+
+
+def _name(text: str) -> str:
+    """A text with ``_`` for all that no name has."""
+    return _NOT_IN_NAMES.sub("_", text)
+
+
+def _place(node: ast.FromFile, feature: Feature, name: ast.Name) -> Iterator[ast.Declaration]:
+    from missionc.maps.feature import Place
+
+    if isinstance(feature.shape, Place):
+        yield ast.Beacon(node.span, name, ast.Point(feature.span, _numbers(feature.shape.position, feature.span)))
+        return
+    height = node.heights[0] if node.heights else None
+    if feature.height is not None:
+        low, high = _numbers(feature.height, feature.span)
+        height = ast.Height(feature.span, low, high)
+    if node.kind == "regions":
+        yield ast.Region(node.span, name, _shape(feature, feature.shape, height, whole=True))
+    else:
+        yield ast.Obstacle(node.span, name, _shape(feature, feature.shape, height, whole=False))
+
+
+def _shape(feature: Feature, shape: Area | Circle, height: ast.Height | None, *, whole: bool) -> ast.Shape:
+    """The shape; an area with holes is a difference if ``whole``, and otherwise a union: inside, and outside, true."""
+    from missionc.maps.feature import Circle
+    from missionc.maps.vectorise import without_holes
+
+    span = feature.span
+    if isinstance(shape, Circle):
+        return ast.Disc(span, ast.Point(span, _numbers(shape.centre, span)), ast.Number(span, shape.radius), height)
+    if whole:
+        return _joined(span, [_less_holes(span, rings, height) for rings in shape.polygons])
+    pieces = [piece for rings in shape.polygons for piece in ([rings[0]] if len(rings) == 1 else without_holes(rings))]
+    return _joined(span, [_polygon(span, piece, height) for piece in pieces])
+
+
+def _less_holes(span: Span, rings: tuple[Corners, ...], height: ast.Height | None) -> ast.Shape:
+    outer, *holes = (_polygon(span, ring, height) for ring in rings)
+    return ast.Combined(span, "-", outer, _joined(span, holes)) if holes else outer
+
+
+def _polygon(span: Span, corners: Corners, height: ast.Height | None) -> ast.Shape:
+    return ast.Polygon(span, tuple(ast.Point(span, _numbers(corner, span)) for corner in corners), height)
+
+
+def _joined(span: Span, shapes: list[ast.Shape]) -> ast.Shape:
+    return reduce(lambda left, right: ast.Combined(span, "+", left, right), shapes)
+
+
+# ------------------------------------------------------------------ messages
+
+
+def _not_for(context: Context, message: str, span: Span, way_out: str) -> None:
+    context.report(code.MAP_OPTION, message, span, help=way_out)
+
+
+def _not_a_name(context: Context, feature: Feature) -> None:
+    context.report(
+        code.MAP_FEATURE,
+        f"`{feature.name[:80]}` cannot be the name of a place",
+        feature.name_span,
+        help="call it otherwise in the file, or put a name before it, as in `named hall`",
+    )
