@@ -91,6 +91,7 @@ WORDS: tuple[Word, ...] = (
     Word("iff", "an operator", letter="<->"),
     Word("every", "a quantifier"),
     Word("some", "a quantifier"),
+    Word("for", "a quantifier"),
     Word("true", "a formula"),
     Word("false", "a formula"),
     Word("distance", "a measure"),
@@ -138,7 +139,10 @@ OPERATORS: dict[str, Word] = {word.text: word for word in WORDS if word.says == 
 STATES: frozenset[str] = frozenset({"x", "y", "z", "speed", "altitude"})
 """What a comparison asks of an agent's own state: names to the grammar, but never of anything declared."""
 
-NAME, LABEL, NUMBER, UNIT, TEXT = "NAME", "LABEL", "NUMBER", "UNIT", "TEXT"
+EXTREMES: frozenset[str] = frozenset({"min", "max"})
+"""What takes numbers in brackets and is one of them; names where no bracket follows."""
+
+NAME, LABEL, NUMBER, UNIT, TEXT, EXTREME = "NAME", "LABEL", "NUMBER", "UNIT", "TEXT", "EXTREME"
 MOST_FINDINGS = 100
 """More than anybody reads; what follows them is mostly their echo."""
 
@@ -199,6 +203,7 @@ _TOKEN = re.compile(
 )
 _UNIT = re.compile(r"([A-Za-z]+)(?:/(?:min|ms|s|h)(?:\^?[0-9])?)?(?!\w)")
 _NAME_FORM = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
+_BEFORE_BRACKET = re.compile(r"\s*\(")
 _BEFORE_COLON = re.compile(r"\s*:")
 
 
@@ -248,6 +253,8 @@ def _word(text: str, start: int, written: str, tokens: list[Token]) -> tuple[str
             return UNIT, unit[0]
     if before in ("require", "prefer") and _BEFORE_COLON.match(text, start + len(written)):
         return LABEL, written
+    if written in EXTREMES and _BEFORE_BRACKET.match(text, start + len(written)):
+        return EXTREME, written
     return NAME, written
 
 
