@@ -45,7 +45,7 @@ def _one(findings: list[Diagnostic]) -> Diagnostic:
 
 
 def _share(turns: tuple[Turn, ...]) -> Fraction:
-    """Of all the readings of a text, if every choice of an index counts as much as the others: they add up to 1."""
+    """The share of one reading in all of a text, if each choice of an index counts the same: they add up to 1."""
     return Fraction(1, prod(turn.high - turn.low + 1 for turn in turns))
 
 

@@ -248,7 +248,7 @@ def lines(parts: tuple[Explained, ...], mission: Mission, choice: Choice | None,
         page += _wrapped(f"{said}.", 2, 4)
     for _, alike in groupby(parts, key=lambda part: (part.weight is None, part.line, part.turns == ())):
         of_one_text = tuple(alike)
-        for part in _of_family(of_one_text) or of_one_text:
+        for part in of_family(of_one_text) or of_one_text:
             page += ["", *_part_lines(part, mission, unicode)]
     if left := left_out(parts, mission):
         more = f"{left} more {'is' if left == 1 else 'are'} not explained here; name one: `missionc explain FILE NAME`"
@@ -264,7 +264,7 @@ def lines(parts: tuple[Explained, ...], mission: Mission, choice: Choice | None,
     return page
 
 
-def _of_family(parts: tuple[Explained, ...]) -> tuple[Explained, ...]:
+def of_family(parts: tuple[Explained, ...]) -> tuple[Explained, ...]:
     """The members of a family as one, with its indices; nothing where more than indices tells them apart."""
     turns, first = [part.turns for part in parts], parts[0]
     alike = len({(tuple(span.drawn for span in part.windows), part.needed, part.looks) for part in parts}) == 1

@@ -21,7 +21,7 @@ PLAIN: Powers = (0, 0, 0, 0)
 
 
 MOST_BITS = 1 << 11
-"""Of the divisor of an exact number; one that needs more is rounded to the nearest ``float``."""
+"""Bits of the divisor of an exact number; one that needs more is rounded to the nearest ``float``."""
 
 
 @dataclass(frozen=True, slots=True)

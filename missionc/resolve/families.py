@@ -139,13 +139,7 @@ class Families:
                 fix=Fix(between, ".."),
             )
         else:
-            self.context.report(
-                code.NO_SUCH_INDEX,
-                f"`{name.text}` is {kind.value} and no family: it has no member `{excerpt(span)}`",
-                span,
-                labels=(Label(declared.name.span, "declared here"),),
-                help=f"write `{name.text}`, or declare a family as in `{name.text}[i in 0..9]`",
-            )
+            no_family(self.context, declared.name, kind, span)
         return ast.Name(span, name.text)
 
     def _which_one(self, family: Family, span: Span) -> None:
@@ -175,6 +169,17 @@ class Families:
             labels=(Label(family.name.whole_span, "declared here"),),
             help=f"the members are `{members[0]}` … `{members[-1]}`",
         )
+
+
+def no_family(context: Context, declared: ast.Name, kind: Kind, span: Span) -> None:
+    """Reports a member of something that is not a family."""
+    context.report(
+        code.NO_SUCH_INDEX,
+        f"`{declared.text}` is {kind.value} and no family: it has no member `{excerpt(span)}`",
+        span,
+        labels=(Label(declared.span, "declared here"),),
+        help=f"write `{declared.text}`, or declare a family as in `{declared.text}[i in 0..9]`",
+    )
 
 
 def reversed_range(context: Context, low: int, high: int, span: Span, way_out: str, fix: Fix | None = None) -> None:

@@ -1,6 +1,6 @@
 """Resolution of formulas: names become predicates, bounds become steps and hops, every ``let`` one shared object.
 
-says MC005 MC101 MC104 MC201 MC203 MC204 MC207 MC208 MC209 MC210 MC220
+says MC005 MC101 MC104 MC109 MC201 MC203 MC204 MC207 MC208 MC209 MC210 MC220
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ from missionc.language.predicates import CALLED
 from missionc.resolve.check_types import check, check_definition
 from missionc.resolve.context import Context
 from missionc.resolve.definitions import ordered
+from missionc.resolve.families import no_family
 from missionc.resolve.formula_findings import asked_of_the_lost, no_such_call, not_a_formula, not_on_the_graph
 from missionc.resolve.lost_agents import without_any
 from missionc.resolve.names import AGENTS, STATE_WORDS, UNRESOLVED, Kind, Unresolved
@@ -208,6 +209,10 @@ def _whole_name(context: Context, argument: ast.Quantity | ast.Member, kind: Kin
     if isinstance(argument, ast.Name):
         declared = context.find(argument, kind)
         return declared if isinstance(declared, Unresolved) else argument.text
+    owner = context.names.declared.get(argument.team.text) if isinstance(argument, ast.Member) else None
+    if owner is not None and owner.kind is not Kind.TEAM:
+        no_family(context, owner.declaration.name, owner.kind, argument.span)
+        return UNRESOLVED
     context.report(
         code.WRONG_KIND,
         f"`{excerpt(argument.span)}` is {'a member of a team' if isinstance(argument, ast.Member) else 'a number'};"

@@ -274,7 +274,7 @@ class _Spelling:
         if value is not None:
             message = f"`{name.text}` is an index, which is a number; something else is needed here"
             advice = f"name a member with it, as in `w[{name.text}]`, or compute with it"
-            raise self._unclear(Diagnostic(code.INDEX_MISPLACED, message, Label(span), help=advice))
+            raise self._unclear(Diagnostic(code.INDEX_MISPLACED, message, Label(name.span), help=advice))
         if name.text in self.families:
             return self.known.all(ast.Name(span, name.text))
         return ast.Name(span, name.text)

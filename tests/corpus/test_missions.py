@@ -40,6 +40,7 @@ LONG = (
     "lake_sampling",
     "network_bringup",
     "pylon_inspection",
+    "rack_hall",
     "storm_front",
     "supply_convoy",
     "warehouse_picking",
