@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
+import csv
+import io
 from pathlib import Path
 
+import numpy as np
 import pytest
 from lsprotocol import types
 
 from missionc.base.limits import Limits
 from missionc.base.source import Source
+from missionc.base.trace import Trace
 from missionc.explain.explanation import explained, lines
 from missionc.lsp import document_symbols, goto, hover, rename
 from missionc.lsp.completion import completion
+from missionc.output.documents.trajectories_csv import trajectories
+from missionc.output.folder.file_names import file_names
 from missionc.pipeline import driver
 from missionc.pipeline.checked import Checked
 from missionc.pipeline.front_end import check
@@ -102,6 +108,32 @@ def test_a_value_from_the_command_line_counts_in_ranges_and_in_arithmetic() -> N
     text += "require go: a: for some i in 1..n: eventually[0, 5 s] w[i]\n"
     assert "region w[3] = box (0, 0) to (9, 4)" in ir_of(text, n="3")
     assert "region w[3]" not in ir_of(text)
+
+
+def test_a_parameter_of_a_family_is_given_from_the_command_line_by_its_index() -> None:
+    text = "param p[i in 0..1] = i + 1\nregion w[i in 0..1] = box (0, 0) to (p[i], 1)\n"
+    text += f"agent a {{ {MOVES}  start in w[1] }}\n"
+    text += "require go: a: eventually[0, 5 s] w[0]\n"
+    given = ir_of(text, **{"p[1]": "7 m"})
+    assert "region w[0] = box (0, 0) to (1, 1)" in given
+    assert "region w[1] = box (0, 0) to (7, 1)" in given
+
+
+def test_names_of_members_are_safe_in_tables_and_as_files() -> None:
+    found = checked(
+        f"agent a[i in 0..1, j in -1..0] {{ {MOVES}  start at (9*i + 1, 1 - j) }}\n"
+        f"team t[i in 1..2][2] {{ {MOVES}  start line (5*i, 20) to (5*i, 22) }}\nrequire b: true\n"
+    ).mission
+    assert found is not None
+    files = file_names(found.agents)
+    assert files["a[1, -1]"] == "a1_m1"
+    assert files["t[2][0]"] == "t2_0"
+    assert len(set(files.values())) == len(found.agents)
+    shape = (len(found.agents), 1)
+    still = Trace(found.step, np.zeros((*shape, 2)), np.zeros((*shape, 2)), np.zeros(shape))
+    written = trajectories(found, still)
+    first = next(csv.reader(io.StringIO(written.splitlines()[1])))
+    assert first[:2] == ["a[0, -1]", "0.0"]
 
 
 @pytest.mark.parametrize(
@@ -281,7 +313,7 @@ def test_what_is_wrong_is_said_once_at_the_words_of_the_family(
 
 def test_a_family_too_large_is_refused_before_it_is_made() -> None:
     ((code, _, message, way_out),) = errors("region w[i in 0..1000000, j in 0..1000000] = box (0, 0) to (i, j)\n")
-    assert (code, "spelt out to more than 200000 parts" in message) == ("MC207", True)
+    assert (code, "spelt out to more than 30000 parts" in message) == ("MC207", True)
     assert "--limit family_parts=" in way_out
 
 
