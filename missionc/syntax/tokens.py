@@ -247,7 +247,8 @@ def _word(text: str, start: int, written: str, tokens: list[Token]) -> tuple[str
     """What a word is by the tokens before it, and how far it goes: a unit may hold a ``/``."""
     before = tokens[-1].kind if tokens else END
     # After `moving (2, 0)`, `per` or a number stands a unit; but in `at least 2 m:` it is a group that is called `m`.
-    if before in (NUMBER, ")", "per") and (len(tokens) < 2 or tokens[-2].kind not in ("least", "any")):
+    counted = [token.kind for token in tokens[-3:-1]] in (["at", "least"], ["without", "any"])
+    if before in (NUMBER, ")", "per") and not counted:
         unit = _UNIT.match(text, start)
         if unit and (unit[1] in UNITS or unit[0].lower() in UNITS_IN_FULL):
             return UNIT, unit[0]
